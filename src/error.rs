@@ -1,0 +1,251 @@
+//! The one error type of the crate.
+
+use std::fmt;
+use std::io;
+use std::time::Duration;
+
+use crate::FirmwareVersion;
+
+/// What can go wrong between a program and its controller.
+///
+/// Every message is a sentence that says what happened and what to check. After an error that
+/// came while talking to the controller the connection is of no further use: a
+/// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
+/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh.
+/// The errors that leave the connection as it was say so.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number of transfer areas outside 1..=9. Nothing was connected.
+    AreaCount {
+        /// How many areas were asked for.
+        given: usize,
+    },
+    /// `begin_transfer` was called while a transfer is running, which goes on undisturbed.
+    AlreadyStarted,
+    /// The call needs a running transfer, and there is none: call `begin_transfer` first.
+    NotStarted,
+    /// The command needs online mode: call `start_online` first. The connection stays usable.
+    NotOnline {
+        /// The command that was refused.
+        command: &'static str,
+    },
+    /// `wait_cycle_for` reached its time limit. The transfer goes on.
+    WaitTimedOut {
+        /// The limit that was given.
+        limit: Duration,
+    },
+
+    /// The host name has no address.
+    HostNotFound {
+        /// The name as it was given.
+        host: String,
+        /// What the operating system said.
+        reason: String,
+    },
+    /// The host answered that nothing listens on this port.
+    ConnectionRefused {
+        /// Host and port.
+        address: String,
+    },
+    /// The host did not answer within the time limit for connecting.
+    ConnectTimedOut {
+        /// Host and port.
+        address: String,
+        /// The limit that was set.
+        limit: Duration,
+    },
+    /// The connection could not be made for another reason.
+    ConnectFailed {
+        /// Host and port.
+        address: String,
+        /// What the operating system said.
+        reason: String,
+    },
+
+    /// The controller did not answer a command within the time limit for reading.
+    NoAnswer {
+        /// The command.
+        command: &'static str,
+        /// The limit that was set.
+        limit: Duration,
+        /// How many bytes of the response had come in.
+        received: usize,
+    },
+    /// The controller closed the connection where a response was due.
+    ConnectionClosed {
+        /// The command.
+        command: &'static str,
+        /// How many bytes of the response had come in.
+        received: usize,
+    },
+    /// A command could not be sent or its response not be read.
+    Io {
+        /// The command.
+        command: &'static str,
+        /// The kind of the operating system's error.
+        kind: io::ErrorKind,
+        /// What the operating system said.
+        reason: String,
+    },
+
+    /// A packet starts with another id than the one that is due.
+    WrongId {
+        /// The packet that was due.
+        packet: &'static str,
+        /// Its id.
+        expected: u32,
+        /// The id that came.
+        found: u32,
+    },
+    /// A packet has another size than its kind has.
+    WrongSize {
+        /// The packet.
+        packet: &'static str,
+        /// Its size in bytes.
+        expected: usize,
+        /// How many bytes came.
+        found: usize,
+    },
+    /// A packet announces more data than the limit allows.
+    TooLarge {
+        /// The packet.
+        packet: &'static str,
+        /// The announced number of bytes.
+        announced: u32,
+        /// The limit.
+        limit: usize,
+    },
+    /// Compressed data ends before all words are told.
+    DataEndsEarly {
+        /// How many words were due.
+        expected: usize,
+        /// How many the data held.
+        found: usize,
+    },
+    /// The checksum of expanded data is not the announced one.
+    WrongCrc {
+        /// The checksum announced in the packet.
+        announced: u32,
+        /// The checksum of what came.
+        computed: u32,
+    },
+    /// The controller's firmware is older than this crate can talk to.
+    FirmwareTooOld {
+        /// The controller's version.
+        found: FirmwareVersion,
+        /// The oldest supported version.
+        required: FirmwareVersion,
+    },
+
+    /// A thread of the program panicked with the transfer area in its hands; the motors were
+    /// stopped and the transfer ended.
+    ProgramPanicked,
+    /// The transfer thread could not be started or ended by a panic. The latter is a defect of
+    /// this crate.
+    TransferThread {
+        /// What happened.
+        reason: String,
+    },
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AreaCount { given } => write!(
+                f,
+                "{given} transfer areas were asked for, but there are 1 (the master alone) to 9 \
+                 (the master and 8 extensions)"
+            ),
+            Self::AlreadyStarted => write!(
+                f,
+                "the transfer is running already; call end_transfer before begin_transfer"
+            ),
+            Self::NotStarted => {
+                write!(f, "no transfer is running; call begin_transfer first")
+            }
+            Self::NotOnline { command } => {
+                write!(f, "{command} needs the controller in online mode; call start_online first")
+            }
+            Self::WaitTimedOut { limit } => {
+                write!(f, "no exchange came in within {limit:?}")
+            }
+            Self::HostNotFound { host, reason } => write!(
+                f,
+                "there is no host {host:?} ({reason}); check the spelling, or use the address: \
+                 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth"
+            ),
+            Self::ConnectionRefused { address } => write!(
+                f,
+                "nothing listens at {address}; check that this is the TXT's address and that its \
+                 start screen shows no running program from another PC"
+            ),
+            Self::ConnectTimedOut { address, limit } => write!(
+                f,
+                "{address} did not answer within {limit:?}; check that the TXT is switched on and \
+                 connected by USB, WLAN or Bluetooth"
+            ),
+            Self::ConnectFailed { address, reason } => write!(
+                f,
+                "no connection to {address} ({reason}); check that the TXT is switched on and \
+                 connected by USB, WLAN or Bluetooth"
+            ),
+            Self::NoAnswer { command, limit, received } => write!(
+                f,
+                "the controller did not answer {command} within {limit:?} ({received} bytes came); \
+                 check the connection to the TXT, or allow a longer time for reading"
+            ),
+            Self::ConnectionClosed { command, received } => write!(
+                f,
+                "the controller closed the connection instead of answering {command} ({received} \
+                 bytes came); check that the TXT is still on and no other program uses it"
+            ),
+            Self::Io { command, reason, .. } => write!(
+                f,
+                "the connection broke during {command} ({reason}); check that the TXT is still on \
+                 and in reach"
+            ),
+            Self::WrongId { packet, expected, found } => write!(
+                f,
+                "expected a {packet} (id {expected:#010x}), but a packet with id {found:#010x} \
+                 came; check that the other side is a TXT"
+            ),
+            Self::WrongSize { packet, expected, found } => write!(
+                f,
+                "a {packet} has {expected} bytes, but {found} came; check that the other side is \
+                 a TXT with a firmware this crate knows"
+            ),
+            Self::TooLarge { packet, announced, limit } => write!(
+                f,
+                "the {packet} announces {announced} bytes of data, but at most {limit} are \
+                 plausible; check that the other side is a TXT"
+            ),
+            Self::DataEndsEarly { expected, found } => write!(
+                f,
+                "the compressed data of the exchange ends after {found} of {expected} words; the \
+                 connection is disturbed or the firmware unknown to this crate"
+            ),
+            Self::WrongCrc { announced, computed } => write!(
+                f,
+                "the exchange's checksum is {computed:#010x} instead of the announced \
+                 {announced:#010x}; the connection is disturbed or the firmware unknown to this \
+                 crate"
+            ),
+            Self::FirmwareTooOld { found, required } => write!(
+                f,
+                "the controller has firmware {found}, but at least {required} is needed; update \
+                 it with ROBOPro or from an SD card"
+            ),
+            Self::ProgramPanicked => write!(
+                f,
+                "a thread of the program panicked while it used the transfer area; the motors \
+                 were stopped"
+            ),
+            Self::TransferThread { reason } => {
+                write!(f, "the transfer thread failed: {reason}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Error {}

@@ -1,0 +1,10 @@
+//! Control a fischertechnik ROBOTICS TXT controller from a PC.
+
+mod error;
+mod firmware;
+pub mod transfer_area;
+pub mod wire;
+
+pub use error::Error;
+pub use firmware::FirmwareVersion;
+pub use transfer_area::FishX1Transfer;

@@ -1,0 +1,135 @@
+//! The configuration part: what is plugged in where.
+
+use super::{IZ_COUNTER, IZ_MOTOR, IZ_UNI_INPUT};
+
+/// What a universal input measures.
+///
+/// [`UniConfig::mode`] holds the number, because the area is plain data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum InputMode {
+    /// Voltage in mV: 0..=9999, [`U_OVR`](super::U_OVR) when over range. Colour sensor.
+    #[doc(alias = "MODE_U")]
+    Voltage = 0,
+    /// Resistance in Ω: 10..=4999, [`R_OVR`](super::R_OVR) when over range. Switches,
+    /// photo transistors and NTCs.
+    #[doc(alias = "MODE_R")]
+    Resistance = 1,
+    /// Resistance in Ω: 30..=14999, [`R2_OVR`](super::R2_OVR) when over range.
+    #[doc(alias = "MODE_R2")]
+    Resistance15k = 2,
+    /// Distance in cm: 2..=1023, [`ULTRASONIC_OVR`](super::ULTRASONIC_OVR) when over range,
+    /// [`NO_ULTRASONIC`](super::NO_ULTRASONIC) without a sensor.
+    #[doc(alias = "MODE_ULTRASONIC")]
+    Ultrasonic = 3,
+}
+
+/// What one universal input (I1 to I8) measures and how it is reported, 4 bytes.
+#[doc(alias = "UNI_CONFIG")]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UniConfig {
+    /// The number of an [`InputMode`], 0..=3.
+    pub mode: u8,
+    /// 1 when the input reports 0 or 1, 0 when it reports the measured value.
+    pub digital: u8,
+    /// Unused.
+    pub dummy: [u8; 2],
+}
+
+impl UniConfig {
+    /// An input that reports its measured value, in the unit of `mode`.
+    pub const fn analog(mode: InputMode) -> Self {
+        Self { mode: mode as u8, digital: 0, dummy: [0; 2] }
+    }
+
+    /// An input that reports 0 or 1.
+    ///
+    /// A switch is a digital [`Resistance`](InputMode::Resistance) input, a trail sensor a
+    /// digital [`Voltage`](InputMode::Voltage) input.
+    pub const fn digital(mode: InputMode) -> Self {
+        Self { mode: mode as u8, digital: 1, dummy: [0; 2] }
+    }
+}
+
+/// The kit's default: a switch.
+impl Default for UniConfig {
+    fn default() -> Self {
+        Self::digital(InputMode::Resistance)
+    }
+}
+
+/// Which level of a counter input counts as 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u8)]
+pub enum CounterMode {
+    /// The input is inverted.
+    Inverted = 0,
+    /// The input as it is, the kit's default.
+    Normal = 1,
+}
+
+/// How one counter input (C1 to C4) counts, 4 bytes.
+#[doc(alias = "CNT_CONFIG")]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CounterConfig {
+    /// The number of a [`CounterMode`], 0 or 1.
+    pub mode: u8,
+    /// Unused.
+    pub dummy: [u8; 3],
+}
+
+impl CounterConfig {
+    /// A counter input with this mode.
+    pub const fn new(mode: CounterMode) -> Self {
+        Self { mode: mode as u8, dummy: [0; 3] }
+    }
+}
+
+/// The kit's default: not inverted.
+impl Default for CounterConfig {
+    fn default() -> Self {
+        Self::new(CounterMode::Normal)
+    }
+}
+
+/// What is plugged in where, 88 bytes.
+///
+/// The controller takes over a change only when [`State::config_id`](super::State::config_id)
+/// changes as well, so raise it after writing here. The default is the kit's.
+#[doc(alias = "FTX1_CONFIG")]
+#[doc(alias = "m_config")]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Config {
+    /// State asked of a program on the ROBO TX. 0 online.
+    pub pgm_state_req: u8,
+    /// Use of the old serial transfer on the ROBO TX. 0 online.
+    #[doc(alias = "old_FtTransfer")]
+    pub old_ft_transfer: u8,
+    /// Unused.
+    pub dummy: [u8; 2],
+    /// M1 to M4: 1 a motor output, 0 two single outputs.
+    pub motor: [u8; IZ_MOTOR],
+    /// I1 to I8.
+    pub uni: [UniConfig; IZ_UNI_INPUT],
+    /// C1 to C4.
+    pub cnt: [CounterConfig; IZ_COUNTER],
+    /// Settings of the ROBO TX's motor control. 0 online.
+    pub motor_config: [[i16; 4]; IZ_MOTOR],
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            pgm_state_req: 0,
+            old_ft_transfer: 0,
+            dummy: [0; 2],
+            motor: [1; IZ_MOTOR],
+            uni: Default::default(),
+            cnt: Default::default(),
+            motor_config: [[0; 4]; IZ_MOTOR],
+        }
+    }
+}

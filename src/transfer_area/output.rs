@@ -1,0 +1,102 @@
+//! The parts that the program writes: motors, lamps, counter resets, sound.
+
+use super::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+
+/// Values for the outputs, motor commands and counter resets, 44 bytes.
+///
+/// M1 uses `duty[0]` and `duty[1]`, M2 `duty[2]` and `duty[3]`, and so on. A motor turns forward
+/// when the first of the two is 1..=512 and the second 0, backwards when it is the other way
+/// round.
+#[doc(alias = "FTX1_OUTPUT")]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Output {
+    /// C1 to C4: raise it by one to reset the counter.
+    #[doc(alias = "m_counter_reset_command_id")]
+    pub cnt_reset_cmd_id: [u16; IZ_COUNTER],
+    /// M1 to M4: 0 independent, 1..=4 synchronised to that motor, 5..=8 synchronised to motor − 4
+    /// with [`distance`](Self::distance) as injected error. Raise
+    /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
+    #[doc(alias = "m_motor_master")]
+    pub master: [u8; IZ_MOTOR],
+    /// O1 to O8: 0 off to 512 full. May change at any time.
+    #[doc(alias = "m_pwmOutputValues")]
+    pub duty: [i16; IZ_PWM_CHAN],
+    /// M1 to M4: stop after so many pulses of the motor's counter, 0 for no limit. Raise
+    /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
+    #[doc(alias = "m_motor_distance")]
+    pub distance: [u16; IZ_MOTOR],
+    /// M1 to M4: raise it by one to make the controller take over
+    /// [`distance`](Self::distance) and [`master`](Self::master).
+    #[doc(alias = "m_motor_command_id")]
+    pub motor_ex_cmd_id: [u16; IZ_MOTOR],
+}
+
+impl Output {
+    /// Switches every output off and every motor back to plain speed control: duty, distance and
+    /// master 0, and a new command id for each motor.
+    #[doc(alias = "StopMotors")]
+    pub fn stop_motors(&mut self) {
+        self.duty = [0; IZ_PWM_CHAN];
+        self.distance = [0; IZ_MOTOR];
+        self.master = [0; IZ_MOTOR];
+        for id in &mut self.motor_ex_cmd_id {
+            *id = id.wrapping_add(1);
+        }
+    }
+}
+
+/// The TXT's further outputs, 10 bytes.
+#[doc(alias = "TXT_SPECIAL_OUTPUTS")]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TxtOutputs {
+    /// Raise it by one to start the sound below, or to play the same one again.
+    #[doc(alias = "u16SoundCmdId")]
+    #[doc(alias = "m_sound_command_id")]
+    pub sound_cmd_id: u16,
+    /// Number of the sound file, 1..=29 as delivered; 0 is silence.
+    #[doc(alias = "u16SoundIndex")]
+    #[doc(alias = "m_sound_index")]
+    pub sound_index: u16,
+    /// How often the sound is played; 0 until the next sound command.
+    #[doc(alias = "u16SoundRepeat")]
+    #[doc(alias = "m_sound_repeat")]
+    pub sound_repeat: u16,
+    /// Red part of the start button's colour. Not sent online, nor are the next two.
+    #[doc(alias = "u8LEDColorR")]
+    pub led_color_r: u8,
+    /// Green part.
+    #[doc(alias = "u8LEDColorG")]
+    pub led_color_g: u8,
+    /// Blue part.
+    #[doc(alias = "u8LEDColorB")]
+    pub led_color_b: u8,
+    /// Unused.
+    pub dummy: u8,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stopping_the_motors_leaves_the_extended_mode_with_a_new_id() {
+        let mut output = Output {
+            duty: [512, 0, 0, 300, 1, 2, 3, 4],
+            distance: [1000, 0, 0, 5],
+            master: [0, 1, 0, 8],
+            motor_ex_cmd_id: [7, 0, u16::MAX, 1],
+            cnt_reset_cmd_id: [1, 2, 3, 4],
+        };
+        output.stop_motors();
+        assert_eq!(
+            output,
+            Output {
+                motor_ex_cmd_id: [8, 1, 0, 2],
+                cnt_reset_cmd_id: [1, 2, 3, 4],
+                ..Output::default()
+            }
+        );
+    }
+}

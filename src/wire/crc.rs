@@ -1,0 +1,54 @@
+//! The checksum of the compressed exchange.
+
+use crc32fast::Hasher;
+
+/// The checksum of words before compression: CRC-32/MPEG-2, each word's high byte first.
+///
+/// The polynomial is 0x04C11DB7, the initial value 0xFFFFFFFF, nothing is reflected or inverted.
+/// It is computed with the reflected CRC-32 by reflecting every byte and the result.
+///
+/// ```
+/// use ft_transfer_area::wire::crc_of_words;
+///
+/// assert_eq!(crc_of_words(&[0; 27]), 0x4049_3A53);
+/// assert_eq!(crc_of_words(&[0; 52]), 0x0BBF_0714);
+/// ```
+#[doc(alias = "GetCrc")]
+pub fn crc_of_words(words: &[u16]) -> u32 {
+    // Hashing in pieces keeps the buffer on the stack and lets crc32fast work on many bytes.
+    const PIECE: usize = 64;
+    let mut hasher = Hasher::new();
+    let mut bytes = [0; 2 * PIECE];
+    for piece in words.chunks(PIECE) {
+        for (pair, word) in bytes.chunks_exact_mut(2).zip(piece) {
+            pair.copy_from_slice(&word.to_be_bytes().map(u8::reverse_bits));
+        }
+        hasher.update(&bytes[..2 * piece.len()]);
+    }
+    (!hasher.finalize()).reverse_bits()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_high_byte_of_a_word_comes_first() {
+        let words = [0x3132, 0x3334, 0x3536, 0x3738];
+        // The definition, bit by bit.
+        let mut register = 0xFFFF_FFFF_u32;
+        for byte in words.iter().flat_map(|word: &u16| word.to_be_bytes()) {
+            register ^= u32::from(byte) << 24;
+            for _ in 0..8 {
+                let carry = register & 0x8000_0000 != 0;
+                register = (register << 1) ^ if carry { 0x04C1_1DB7 } else { 0 };
+            }
+        }
+        assert_eq!(crc_of_words(&words), register);
+    }
+
+    #[test]
+    fn no_words_leave_the_initial_value() {
+        assert_eq!(crc_of_words(&[]), 0xFFFF_FFFF);
+    }
+}
