@@ -2,7 +2,8 @@
 
 use crate::transfer_area::{FishX1Transfer, IrInput, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::{
-    CmprHeader, Compressor, ExchangeData, ExchangeDataResponse, Expander, IrRemote, UpdateConfig,
+    CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander, IrRemote,
+    UpdateConfig,
 };
 use crate::{Error, FirmwareVersion};
 
@@ -117,15 +118,21 @@ impl Exchange {
     ///
     /// [`Error::AreaCount`] when there are no areas or more than 9.
     pub fn request(&mut self, areas: &[FishX1Transfer], out: &mut Vec<u8>) -> Result<(), Error> {
-        if areas.is_empty() || areas.len() > MAX_AREAS {
-            return Err(Error::AreaCount { given: areas.len() });
-        }
+        check_area_count(areas.len())?;
         out.clear();
         match self.mode {
             TransferMode::Simple => outputs(&areas[0]).emit(out),
             TransferMode::Compressed => self.compressed_request(areas, out),
         }
         Ok(())
+    }
+
+    /// The command that [`request`](Self::request) makes.
+    pub(crate) fn command(&self) -> CommandId {
+        match self.mode {
+            TransferMode::Compressed => CommandId::ExchangeDataCmpr,
+            TransferMode::Simple => CommandId::ExchangeData,
+        }
     }
 
     fn compressed_request(&mut self, areas: &[FishX1Transfer], out: &mut Vec<u8>) {
@@ -214,6 +221,15 @@ impl Exchange {
     /// The inputs of the responses so far.
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
+    }
+}
+
+/// Errs unless there are 1 to 9 areas.
+pub(crate) fn check_area_count(given: usize) -> Result<(), Error> {
+    if (1..=MAX_AREAS).contains(&given) {
+        Ok(())
+    } else {
+        Err(Error::AreaCount { given })
     }
 }
 

@@ -1,0 +1,314 @@
+//! What the program's threads and the transfer thread share.
+//!
+//! There are two locks. The areas' lock belongs to the program, and a guard may hold it as long as
+//! it likes. The mail's lock is held for moments only, by either side: it covers the outputs as
+//! the last guard left them, the inputs that have come in since, and who waits for what. So the
+//! transfer thread never waits for the program: the program's threads carry outputs into the mail
+//! when they drop a guard, and inputs out of it when they lock. Whoever takes both locks takes the
+//! areas first.
+
+use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex, MutexGuard};
+
+use super::Statistics;
+use crate::{Error, FishX1Transfer, Inputs};
+
+/// Why a transfer stops that nothing is wrong with on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// The program asks for it.
+    Asked,
+    /// A thread of the program panicked.
+    ProgramPanicked,
+}
+
+#[derive(Debug)]
+pub(super) struct Shared {
+    areas: Mutex<Vec<FishX1Transfer>>,
+    mail: Mutex<Mail>,
+    /// A response has come in, or the transfer has ended.
+    arrived: Condvar,
+    /// All who waited for the response have reacted, or a stop is asked for.
+    attended: Condvar,
+}
+
+#[derive(Debug)]
+struct Mail {
+    phase: Phase,
+    /// Counts the transfers, so that a thread that waits knows its own.
+    transfer: u64,
+    /// When the transfer began; the timers go on after its end.
+    began: Option<Instant>,
+    stop: Option<Stop>,
+    /// The areas as the last guard left them.
+    outgoing: Vec<FishX1Transfer>,
+    incoming: Inputs,
+    /// Whether `incoming` has something that is not yet in the areas.
+    inputs_due: bool,
+    /// Whether the motors were stopped, and that is not yet in the areas.
+    outputs_due: bool,
+    /// Counts the responses of all transfers.
+    cycle: u64,
+    last_response: Option<Instant>,
+    window: Window,
+    /// While a guard is held: the newest response when it was taken.
+    held_since: Option<u64>,
+    statistics: Statistics,
+}
+
+#[derive(Debug)]
+enum Phase {
+    Idle,
+    Running,
+    Failed(Error),
+}
+
+/// The time after a response in which the program may answer it.
+#[derive(Debug, Default)]
+struct Window {
+    open: bool,
+    /// Threads that wait for the next response.
+    waiting: usize,
+    /// Threads that have waited for this one and have not dropped their guards.
+    reacting: usize,
+    /// Whether there was any such thread.
+    used: bool,
+}
+
+impl Shared {
+    /// Areas in the kit's default configuration.
+    pub(super) fn new(count: usize) -> Self {
+        let mut areas = vec![FishX1Transfer::default(); count];
+        for (id, area) in (0..).zip(&mut areas) {
+            area.state.id = id;
+        }
+        let mail = Mail {
+            phase: Phase::Idle,
+            transfer: 0,
+            began: None,
+            stop: None,
+            outgoing: areas.clone(),
+            incoming: Inputs::default(),
+            inputs_due: false,
+            outputs_due: false,
+            cycle: 0,
+            last_response: None,
+            window: Window::default(),
+            held_since: None,
+            statistics: Statistics::default(),
+        };
+        Self {
+            areas: Mutex::new(areas),
+            mail: Mutex::new(mail),
+            arrived: Condvar::new(),
+            attended: Condvar::new(),
+        }
+    }
+
+    // What the program's threads call.
+
+    /// Locks the areas and brings them up to date; tells the newest response in them.
+    pub(super) fn lock(&self) -> (MutexGuard<'_, Vec<FishX1Transfer>>, u64) {
+        let mut areas = self.areas.lock();
+        let mut mail = self.mail.lock();
+        mail.bring_up_to_date(&mut areas);
+        mail.held_since = Some(mail.cycle);
+        (areas, mail.cycle)
+    }
+
+    /// Takes what a guard leaves behind while it still holds the areas; `None` after a panic.
+    pub(super) fn release(&self, areas: Option<&[FishX1Transfer]>, reacts_to: Option<u64>) {
+        let mut mail = self.mail.lock();
+        mail.held_since = None;
+        match areas {
+            Some(areas) if mail.is_running() => mail.outgoing.copy_from_slice(areas),
+            Some(_) => {}
+            None => mail.ask_to_stop(Stop::ProgramPanicked),
+        }
+        if mail.window.open && reacts_to == Some(mail.cycle) {
+            mail.window.reacting -= 1;
+        }
+        if mail.stop.is_some() || mail.window.is_attended() {
+            self.attended.notify_one();
+        }
+    }
+
+    /// Waits for a response newer than `seen`, and tells which one it is.
+    pub(super) fn wait_cycle(&self, seen: u64, limit: Option<Duration>) -> Result<u64, Error> {
+        let deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
+        let mut mail = self.mail.lock();
+        mail.check_running()?;
+        if mail.window.open && mail.cycle > seen {
+            mail.window.reacting += 1;
+            mail.window.used = true;
+            return Ok(mail.cycle);
+        }
+        let (transfer, cycle) = (mail.transfer, mail.cycle);
+        mail.window.waiting += 1;
+        let goes_on = |mail: &Mail| mail.is_running() && mail.transfer == transfer;
+        while mail.cycle == cycle && goes_on(&mail) {
+            let timed_out = wait_until(&self.arrived, &mut mail, deadline);
+            if timed_out && mail.cycle == cycle && goes_on(&mail) {
+                mail.window.waiting -= 1;
+                return Err(Error::WaitTimedOut { limit: limit.unwrap_or_default() });
+            }
+        }
+        if mail.cycle == cycle || mail.transfer != transfer {
+            mail.check_running()?;
+            return Err(Error::NotStarted);
+        }
+        Ok(cycle + 1)
+    }
+
+    pub(super) fn ask_to_stop(&self, stop: Stop) {
+        self.mail.lock().ask_to_stop(stop);
+        self.attended.notify_one();
+    }
+
+    pub(super) fn is_running(&self) -> bool {
+        self.mail.lock().is_running()
+    }
+
+    pub(super) fn error(&self) -> Option<Error> {
+        match &self.mail.lock().phase {
+            Phase::Failed(error) => Some(error.clone()),
+            Phase::Idle | Phase::Running => None,
+        }
+    }
+
+    pub(super) fn statistics(&self) -> Statistics {
+        self.mail.lock().statistics
+    }
+
+    // What the handler and the transfer thread call.
+
+    /// Begins a transfer for which so many configurations were handed over.
+    pub(super) fn begin(&self, config_updates: u64) {
+        let mut areas = self.areas.lock();
+        let mut mail = self.mail.lock();
+        mail.phase = Phase::Running;
+        mail.transfer += 1;
+        mail.began = Some(Instant::now());
+        mail.stop = None;
+        mail.last_response = None;
+        mail.window = Window::default();
+        mail.statistics = Statistics { config_updates, ..Statistics::default() };
+        mail.bring_up_to_date(&mut areas);
+        mail.outgoing.copy_from_slice(&areas);
+    }
+
+    /// Hands in a response and opens the window for reactions to it.
+    pub(super) fn deliver(&self, inputs: &Inputs, config_updates: u64) {
+        let now = Instant::now();
+        let mut mail = self.mail.lock();
+        mail.incoming.clone_from(inputs);
+        mail.inputs_due = true;
+        mail.cycle += 1;
+        let previous = mail.last_response.replace(now);
+        mail.statistics.count_response(previous, now);
+        mail.statistics.config_updates += config_updates;
+        let reacting = std::mem::take(&mut mail.window.waiting);
+        mail.window = Window { open: true, waiting: 0, reacting, used: reacting > 0 };
+        drop(mail);
+        self.arrived.notify_all();
+    }
+
+    /// Holds the window open until all have reacted, it has lasted `length`, or a stop is asked
+    /// for; then takes the outputs for the next request into `areas`.
+    pub(super) fn hold_window(
+        &self,
+        length: Duration,
+        areas: &mut [FishX1Transfer],
+    ) -> Option<Stop> {
+        let mut mail = self.mail.lock();
+        let end = mail.last_response.and_then(|response| response.checked_add(length));
+        while mail.stop.is_none() && !mail.window.is_attended() {
+            if wait_until(&self.attended, &mut mail, end) {
+                break;
+            }
+        }
+        mail.close_window();
+        areas.copy_from_slice(&mail.outgoing);
+        mail.stop
+    }
+
+    /// Ends the transfer that left the machine with these outputs.
+    pub(super) fn finish(&self, result: Result<(), Error>, areas: &[FishX1Transfer]) {
+        let mut mail = self.mail.lock();
+        mail.outgoing.copy_from_slice(areas);
+        mail.outputs_due = true;
+        mail.window = Window::default();
+        mail.phase = match result {
+            Ok(()) => Phase::Idle,
+            Err(error) => Phase::Failed(error),
+        };
+        drop(mail);
+        self.arrived.notify_all();
+    }
+
+    /// Notes why a transfer could not begin.
+    pub(super) fn fail(&self, error: Error) {
+        self.mail.lock().phase = Phase::Failed(error);
+    }
+}
+
+impl Mail {
+    fn is_running(&self) -> bool {
+        matches!(self.phase, Phase::Running)
+    }
+
+    fn check_running(&self) -> Result<(), Error> {
+        match &self.phase {
+            Phase::Running => Ok(()),
+            Phase::Idle => Err(Error::NotStarted),
+            Phase::Failed(error) => Err(error.clone()),
+        }
+    }
+
+    /// The first reason is the one that counts.
+    fn ask_to_stop(&mut self, stop: Stop) {
+        self.stop.get_or_insert(stop);
+    }
+
+    /// Carries what has come in into the areas.
+    fn bring_up_to_date(&mut self, areas: &mut [FishX1Transfer]) {
+        if std::mem::take(&mut self.inputs_due) {
+            self.incoming.apply(areas);
+        }
+        if std::mem::take(&mut self.outputs_due) {
+            for (area, stopped) in areas.iter_mut().zip(&self.outgoing) {
+                area.output = stopped.output;
+            }
+        }
+        if let (Some(began), Some(master)) = (self.began, areas.first_mut()) {
+            master.timer.set_elapsed(began.elapsed());
+        }
+    }
+
+    fn close_window(&mut self) {
+        self.window.open = false;
+        let held_since_before = self.held_since.is_some_and(|cycle| cycle < self.cycle);
+        // A guard that waited for this response was taken after it.
+        let late = self.window.reacting + usize::from(held_since_before);
+        self.statistics.late_reactions += late as u64;
+    }
+}
+
+impl Window {
+    /// Whether threads have waited for this response and all have reacted.
+    fn is_attended(&self) -> bool {
+        self.used && self.reacting == 0
+    }
+}
+
+/// Waits for news, for ever without a deadline; tells whether the deadline came first.
+fn wait_until(news: &Condvar, mail: &mut MutexGuard<'_, Mail>, deadline: Option<Instant>) -> bool {
+    match deadline {
+        Some(deadline) => news.wait_until(mail, deadline).timed_out(),
+        None => {
+            news.wait(mail);
+            false
+        }
+    }
+}

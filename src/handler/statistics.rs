@@ -1,0 +1,62 @@
+//! Figures of a transfer.
+
+use std::time::{Duration, Instant};
+
+/// Figures of one transfer, from its beginning on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Statistics {
+    /// Responses that have come in.
+    pub cycles: u64,
+    /// Configurations that were handed over, those before the first exchange included.
+    pub config_updates: u64,
+    /// Guards that were still held when the reaction window ended, so that what they wrote went
+    /// out a request later. Counted are those of threads that waited for the response, and any
+    /// held since before it.
+    pub late_reactions: u64,
+    /// Time between the last two responses; 0 before there were two.
+    pub last_cycle: Duration,
+    /// The shortest time between two responses; 0 before there were two.
+    pub shortest_cycle: Duration,
+    /// The longest time between two responses; 0 before there were two.
+    pub longest_cycle: Duration,
+}
+
+impl Statistics {
+    /// Counts a response that came in `now`, after the `previous` one.
+    pub(super) fn count_response(&mut self, previous: Option<Instant>, now: Instant) {
+        self.cycles += 1;
+        let Some(previous) = previous else { return };
+        let cycle = now.saturating_duration_since(previous);
+        self.last_cycle = cycle;
+        self.longest_cycle = self.longest_cycle.max(cycle);
+        self.shortest_cycle = if self.cycles == 2 { cycle } else { self.shortest_cycle.min(cycle) };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cycles_are_the_times_between_responses() {
+        let ms = Duration::from_millis;
+        let start = Instant::now();
+        let mut statistics = Statistics::default();
+        statistics.count_response(None, start);
+        assert_eq!(statistics, Statistics { cycles: 1, ..Statistics::default() });
+        for (previous, now) in [(0, 10), (10, 40), (40, 47), (47, 57)] {
+            statistics.count_response(Some(start + ms(previous)), start + ms(now));
+        }
+        assert_eq!(
+            statistics,
+            Statistics {
+                cycles: 5,
+                last_cycle: ms(10),
+                shortest_cycle: ms(7),
+                longest_cycle: ms(30),
+                ..Statistics::default()
+            }
+        );
+    }
+}

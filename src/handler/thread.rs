@@ -1,0 +1,97 @@
+//! The transfer thread: cycles until it is stopped, and stops the motors whatever happens.
+
+use std::any::Any;
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::sync::Arc;
+use std::time::Duration;
+
+use log::{error, info};
+
+use super::shared::{Shared, Stop};
+use crate::{Error, Exchange, FishX1Transfer, TxtClient};
+
+pub(super) struct Cycler {
+    client: TxtClient,
+    exchange: Exchange,
+    /// What the next request tells.
+    areas: Vec<FishX1Transfer>,
+    shared: Arc<Shared>,
+    reaction_window: Duration,
+}
+
+impl Cycler {
+    /// A thread's work on a connection that is in online mode and has the areas' configuration.
+    pub(super) fn new(
+        client: TxtClient,
+        exchange: Exchange,
+        areas: Vec<FishX1Transfer>,
+        shared: Arc<Shared>,
+        reaction_window: Duration,
+    ) -> Self {
+        Self { client, exchange, areas, shared, reaction_window }
+    }
+
+    pub(super) fn run(mut self) {
+        // Nothing that a panic may have left half done is used afterwards but the connection,
+        // and the areas, of which only the outputs count, which are all set below.
+        let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
+            .unwrap_or_else(|panic| Err(Error::TransferThread { reason: panic_message(&*panic) }));
+        for area in &mut self.areas {
+            area.output.stop_motors();
+        }
+        let result = result.and_then(|stop| {
+            self.leave()?;
+            match stop {
+                Stop::Asked => Ok(()),
+                Stop::ProgramPanicked => Err(Error::ProgramPanicked),
+            }
+        });
+        match &result {
+            Ok(()) => info!("transfer ended"),
+            Err(Error::ProgramPanicked) => error!("transfer ended: {}", Error::ProgramPanicked),
+            Err(error) => {
+                error!("transfer ended: {error}");
+                self.abandon();
+            }
+        }
+        drop(self.client);
+        self.shared.finish(result, &self.areas);
+    }
+
+    fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
+        loop {
+            self.cycle()?;
+            if let Some(stop) = self.shared.hold_window(self.reaction_window, &mut self.areas) {
+                return Ok(stop);
+            }
+        }
+    }
+
+    fn cycle(&mut self) -> Result<(), Error> {
+        let config_updates = self.client.update_configs(&mut self.exchange, &self.areas)?;
+        let inputs = self.client.exchange(&mut self.exchange, &self.areas)?;
+        self.shared.deliver(inputs, config_updates);
+        Ok(())
+    }
+
+    /// Leaves a machine whose motors are to be stopped in good order.
+    fn leave(&mut self) -> Result<(), Error> {
+        self.cycle()?;
+        self.client.stop_online()
+    }
+
+    /// Stops the motors over a connection that may be of no use any more.
+    fn abandon(&mut self) {
+        let mut request = Vec::new();
+        // There are areas, so there is a request.
+        if self.exchange.request(&self.areas, &mut request).is_ok() {
+            self.client.abandon(&request);
+        }
+    }
+}
+
+fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().copied();
+    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("panic").to_owned()
+}
