@@ -1,4 +1,70 @@
 //! Control a fischertechnik ROBOTICS TXT controller from a PC.
+//!
+//! A background thread keeps a TX-compatible transfer area in step with the controller, about 100
+//! times a second. The program reads inputs from it and writes outputs into it:
+//!
+//! ```
+//! use ft_transfer_area::transfer_area::LOCAL_IO;
+//! use ft_transfer_area::{Error, TransferAreaComHandler};
+//!
+//! fn run(host: &str, port: u16) -> Result<(), Error> {
+//!     let mut handler = TransferAreaComHandler::builder(host).port(port).build()?;
+//!     handler.begin_transfer()?;
+//!     for _ in 0..100 {
+//!         let mut areas = handler.wait_cycle()?; // the inputs of the newest exchange
+//!         let pressed = areas[LOCAL_IO].input.uni[0] != 0; // I1
+//!         areas[LOCAL_IO].output.duty[0] = if pressed { 512 } else { 0 }; // M1
+//!     } // the guard is dropped, and the outputs leave with the next exchange
+//!     handler.end_transfer() // motors off
+//! }
+//!
+//! # #[cfg(feature = "simulator")]
+//! # fn main() -> Result<(), Error> {
+//! // The real one is at 192.168.7.2 (USB), port 65000; this one needs no controller.
+//! let txt = ft_transfer_area::simulator::SimulatedTxt::builder().start()?;
+//! run("127.0.0.1", txt.port())
+//! # }
+//! # #[cfg(not(feature = "simulator"))]
+//! # fn main() {}
+//! ```
+//!
+//! # Which part to use
+//!
+//! | to | use |
+//! |---|---|
+//! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
+//! | port a C program with a loop around `DoTransferCompressed` | [`TxtClient::do_transfer`] with an [`Exchange`] |
+//! | send single commands, without a transfer area | [`TxtClient`] |
+//! | drive the exchange over a connection of your own | [`Exchange`] |
+//! | look at the bytes | [`wire`] |
+//! | develop and test without a controller | `simulator` (feature `simulator`) |
+//!
+//! The crate is a port of the C-Programming Kit 4.1.6; searching this documentation for the kit's
+//! names finds their places here. Where the kit has a mistake, `docs/protocol.md` in the
+//! repository says what it is and what happens here instead.
+//!
+//! # Blocking
+//!
+//! Calls block, as in the kit: a control loop is a sequence of steps, and there is one connection
+//! whose pace the controller sets. Nothing blocks for ever; [`TimeLimits`] bound every step on the
+//! wire.
+//!
+//! # Errors and the machine
+//!
+//! Whatever comes over the network or from a caller's argument ends in an [`Error`], never in a
+//! panic. However a transfer ends, its motors are stopped as far as the connection still allows,
+//! and by the controller where it does not. A program that is killed loses its connection.
+//!
+//! # Logging
+//!
+//! Through the `log` crate. `error`: the transfer ended by an error. `info`: a transfer began or
+//! ended. The simulated TXT also uses `warn` for what a client does wrong, and `trace` for each
+//! exchange.
+//!
+//! # Dependencies
+//!
+//! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
+//! thread can wait on with a limit, `log` is above.
 
 mod client;
 mod error;
@@ -17,3 +83,8 @@ pub use handler::{
     TransferAreaGuard,
 };
 pub use transfer_area::FishX1Transfer;
+
+/// The README's programs are tested along with the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -8,6 +8,7 @@ use std::mem::{offset_of, size_of};
 use super::*;
 
 /// The size of the field that `_field` leads to.
+#[allow(dead_code, reason = "Rust 1.85 does not see that the constant below uses it")]
 const fn size_of_field<T, F>(_field: fn(&T) -> &F) -> usize {
     size_of::<F>()
 }
