@@ -1,5 +1,13 @@
 //! The tests that use the crate from outside, in one program so that they link once.
 
+mod bad_input;
+mod client;
 mod codec;
+mod configuration;
+mod lifecycle;
+mod motors_off;
+mod one_lock_one_exchange;
+mod reaction;
 mod recorded_sessions;
+mod support;
 mod vectors;

@@ -1,0 +1,273 @@
+//! Whatever a controller, a network or a caller does wrong ends in a typed error with a sentence
+//! that helps, and leaves the areas unchanged.
+
+use std::net::TcpListener;
+use std::time::Duration;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::transfer_area::{Timer, LOCAL_IO};
+use ft_transfer_area::wire::{ResponseId, MAX_EXTRA_SIZE};
+use ft_transfer_area::{
+    Error, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode,
+};
+
+use crate::support::{handler_for, unpaced, wait_until};
+
+/// The responses of a connection with one area: the handshake's, then the exchanges'.
+const RESPONSES: [(ResponseId, usize); 5] = [
+    (ResponseId::QueryStatus, 24),
+    (ResponseId::StartOnline, 4),
+    (ResponseId::UpdateConfig, 4),
+    (ResponseId::ExchangeDataCmpr, 17),
+    (ResponseId::ExchangeDataCmpr, 17),
+];
+
+/// The inputs change with the response in which a fault strikes, so that a response that is
+/// taken over in spite of it shows.
+fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
+    let handshake = 3;
+    unpaced()
+        .fault(Fault { response, kind })
+        .on_exchange(move |machine| {
+            let bad = machine.exchanges() + handshake >= response;
+            machine.controllers[0].uni = [if bad { 9999 } else { 1 }; 8];
+        })
+        .start()
+        .unwrap()
+}
+
+/// Runs a transfer until it fails, and checks what every failure has in common.
+fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
+    let limits = TimeLimits { read: Duration::from_secs(20), ..TimeLimits::default() };
+    let mut handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
+    let before = handler.lock()[LOCAL_IO];
+    let error = handler.begin_transfer().and_then(|()| loop {
+        handler.wait_cycle()?;
+    });
+    let error = error.unwrap_err();
+    assert_eq!(handler.wait_cycle().unwrap_err(), error, "the error stays");
+    assert_eq!(handler.update_config(), Err(error.clone()), "the error stays");
+    assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+    assert_eq!(handler.error(), Some(error.clone()), "the error stays");
+    let mut after = handler.lock()[LOCAL_IO];
+    assert!(after.input.uni.iter().all(|&value| value != 9999), "a bad response came through");
+    // Motors off is what the end of a transfer writes; all else is as it was.
+    if after.input.uni == [1; 8] {
+        after.input.uni = before.input.uni;
+    }
+    after.output.motor_ex_cmd_id = before.output.motor_ex_cmd_id;
+    after.timer = Timer::default();
+    assert_eq!(after, before);
+    wait_until(txt, "the closed connection", |machine| !machine.connected());
+    error
+}
+
+#[test]
+fn a_host_that_does_not_exist() {
+    // No part of a name has more than 63 characters, so nobody is asked for this one.
+    let host = "x".repeat(64);
+    let mut handler = TransferAreaComHandler::builder(host.as_str()).build().unwrap();
+    let error = handler.begin_transfer().unwrap_err();
+    assert!(matches!(&error, Error::HostNotFound { host: named, .. } if *named == host));
+    assert!(error.to_string().contains("192.168.7.2 for USB"), "{error}");
+}
+
+#[test]
+fn a_port_that_nobody_listens_on() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    drop(listener);
+    let mut handler =
+        TransferAreaComHandler::builder("127.0.0.1").port(address.port()).build().unwrap();
+    let error = handler.begin_transfer().unwrap_err();
+    assert_eq!(error, Error::ConnectionRefused { address: address.to_string() });
+    assert!(error.to_string().contains(&address.to_string()), "{error}");
+}
+
+#[test]
+fn a_connection_closed_before_and_inside_each_packet() {
+    for (response, (kind, size)) in (0..).zip(RESPONSES) {
+        for after in [0, 1, size - 1] {
+            let txt = faulty_txt(response, FaultKind::Close { after });
+            let command = kind.name().trim_end_matches(" response");
+            match failure_of(&txt, TransferMode::Compressed) {
+                Error::ConnectionClosed { command: during, received } => {
+                    assert_eq!(during, command);
+                    assert!(received <= after, "{received} bytes of {after}");
+                }
+                error => panic!("closed after {after} bytes of the {kind}: {error:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn a_connection_closed_after_each_packet() {
+    for response in 0..RESPONSES.len() - 1 {
+        let txt = faulty_txt(response as u64, FaultKind::Close { after: usize::MAX });
+        let (next, _) = RESPONSES[response + 1];
+        match failure_of(&txt, TransferMode::Compressed) {
+            Error::ConnectionClosed { command, received: 0 } => {
+                assert_eq!(command, next.name().trim_end_matches(" response"));
+            }
+            error => panic!("closed after response {response}: {error:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_wrong_id_in_each_packet() {
+    for (response, (kind, _)) in (0..).zip(RESPONSES) {
+        let txt = faulty_txt(response, FaultKind::WrongId);
+        match failure_of(&txt, TransferMode::Compressed) {
+            Error::WrongId { packet, expected, found } => {
+                assert_eq!((packet, expected), (kind.name(), kind.id()));
+                assert_ne!(found, expected);
+            }
+            error => panic!("wrong id in the {kind}: {error:?}"),
+        }
+    }
+}
+
+#[test]
+fn more_bytes_than_the_packet_has() {
+    for (response, (kind, _)) in (0..).zip(RESPONSES) {
+        let txt = faulty_txt(response, FaultKind::Surplus(5));
+        match failure_of(&txt, TransferMode::Compressed) {
+            Error::WrongSize { packet, expected, found } => {
+                assert_eq!((packet, found), (kind.name(), expected + 5));
+            }
+            // Bytes that come behind the packet are the start of the next one.
+            Error::WrongId { .. } => {}
+            error => panic!("surplus behind the {kind}: {error:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_firmware_below_4_1_6() {
+    let found = FirmwareVersion::new(4, 1, 5);
+    let txt = unpaced().firmware(found).start().unwrap();
+    let error = failure_of(&txt, TransferMode::Compressed);
+    assert_eq!(error, Error::FirmwareTooOld { found, required: FirmwareVersion::new(4, 1, 6) });
+    let message = error.to_string();
+    assert!(message.contains("4.1.5") && message.contains("4.1.6"), "{message}");
+}
+
+#[test]
+fn an_announced_size_above_the_limit() {
+    for announced in [MAX_EXTRA_SIZE as u32 + 1, 0x8000_0000, u32::MAX] {
+        let txt = faulty_txt(5, FaultKind::ExtraSize(announced));
+        let packet = ResponseId::ExchangeDataCmpr.name();
+        assert_eq!(
+            failure_of(&txt, TransferMode::Compressed),
+            Error::TooLarge { packet, announced, limit: MAX_EXTRA_SIZE }
+        );
+    }
+}
+
+#[test]
+fn compressed_data_that_ends_early() {
+    // The first exchange has the most to tell, so half of it is too little.
+    let txt = faulty_txt(3, FaultKind::CutData);
+    match failure_of(&txt, TransferMode::Compressed) {
+        Error::DataEndsEarly { expected: 52, found } => assert!(found < 52),
+        error => panic!("{error:?}"),
+    }
+}
+
+#[test]
+fn a_wrong_checksum() {
+    for response in [3, 4, 10] {
+        let txt = faulty_txt(response, FaultKind::WrongCrc);
+        match failure_of(&txt, TransferMode::Compressed) {
+            Error::WrongCrc { announced, computed } => assert_ne!(announced, computed),
+            error => panic!("{error:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_wrong_packet_in_the_simple_mode() {
+    let txt = faulty_txt(8, FaultKind::WrongId);
+    let packet = ResponseId::ExchangeData.name();
+    let error = failure_of(&txt, TransferMode::Simple);
+    assert!(matches!(error, Error::WrongId { packet: named, .. } if named == packet), "{error:?}");
+    let txt = faulty_txt(8, FaultKind::Close { after: 79 });
+    let error = failure_of(&txt, TransferMode::Simple);
+    assert!(matches!(error, Error::ConnectionClosed { .. }), "{error:?}");
+}
+
+#[test]
+fn bytes_that_arrive_one_at_a_time_are_no_error() {
+    let builder = (0..8).fold(unpaced(), |builder, response| {
+        builder.fault(Fault { response, kind: FaultKind::Dribble })
+    });
+    let txt = builder.start().unwrap();
+    txt.with_machine(|machine| machine.controllers[0].uni = [1, 22, 333, 4444, 5, 6, 7, 8]);
+    let mut handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    for _ in 0..10 {
+        let areas = handler.wait_cycle().unwrap();
+        assert_eq!(areas[LOCAL_IO].input.uni, [1, 22, 333, 4444, 5, 6, 7, 8]);
+    }
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_response_that_trickles_in_for_longer_than_the_limit() {
+    // Each piece comes well within the limit, all of them together do not.
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let server = std::thread::spawn(move || {
+        use std::io::Write;
+        let (mut stream, _) = listener.accept().unwrap();
+        let mut response = Vec::new();
+        ResponseId::QueryStatus.emit(&mut response);
+        response.resize(23, 0);
+        for byte in response.chunks(1).cycle() {
+            if stream.write_all(byte).is_err() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        }
+    });
+    let limits = TimeLimits { read: Duration::from_millis(100), ..TimeLimits::default() };
+    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).time_limits(limits);
+    let error = builder.build().unwrap().begin_transfer().unwrap_err();
+    assert!(matches!(error, Error::NoAnswer { received: 4..24, .. }), "{error:?}");
+    server.join().unwrap();
+}
+
+#[test]
+fn numbers_of_areas_that_there_can_not_be() {
+    for given in [0, 10, usize::MAX] {
+        let result = TransferAreaComHandler::builder("127.0.0.1").areas(given).build();
+        assert_eq!(result.unwrap_err(), Error::AreaCount { given });
+    }
+    for areas in 1..=9 {
+        let handler = TransferAreaComHandler::builder("127.0.0.1").areas(areas).build().unwrap();
+        assert_eq!(handler.lock().len(), areas);
+    }
+}
+
+#[test]
+fn beginning_twice_leaves_the_transfer_alone() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    assert_eq!(handler.begin_transfer(), Err(Error::AlreadyStarted));
+    handler.wait_cycle().unwrap();
+    assert_eq!(handler.error(), None);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn waiting_and_updating_before_the_beginning() {
+    let mut handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+    assert_eq!(handler.wait_cycle().unwrap_err(), Error::NotStarted);
+    assert_eq!(handler.wait_cycle_for(Duration::ZERO).unwrap_err(), Error::NotStarted);
+    assert_eq!(handler.update_config(), Err(Error::NotStarted));
+    assert_eq!(handler.end_transfer(), Ok(()));
+    assert_eq!(handler.lock()[..], [FishX1Transfer::default()]);
+}

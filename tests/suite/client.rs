@@ -1,0 +1,121 @@
+//! `TxtClient`: one blocking call per command.
+
+use std::time::Duration;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::transfer_area::Config;
+use ft_transfer_area::wire::{ExchangeData, UpdateConfig};
+use ft_transfer_area::{Error, Exchange, FishX1Transfer, TimeLimits, TransferMode, TxtClient};
+
+use crate::support::unpaced;
+
+fn client_of(txt: &SimulatedTxt) -> TxtClient {
+    TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap()
+}
+
+#[test]
+fn each_command_gets_its_answer() {
+    let txt = unpaced().start().unwrap();
+    txt.with_machine(|machine| machine.controllers[0].uni[3] = 42);
+    let mut client = client_of(&txt);
+    assert_eq!(client.query_status().unwrap().name(), "TX2013");
+    client.start_online().unwrap();
+    let mut config = Config::default();
+    config.motor[1] = 0;
+    client.update_config(&UpdateConfig { config_id: 1, extension_id: 0, config }).unwrap();
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].config), config);
+    let mut outputs = ExchangeData::default();
+    outputs.duty[2] = 256;
+    assert_eq!(client.exchange_data(&outputs).unwrap().uni[3], 42);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs), outputs);
+    client.stop_online().unwrap();
+    assert!(!txt.with_machine(|machine| machine.online()));
+}
+
+#[test]
+fn do_transfer_is_the_c_samples_cycle() {
+    for mode in [TransferMode::Compressed, TransferMode::Simple] {
+        let txt = unpaced().start().unwrap();
+        let mut client = client_of(&txt);
+        let mut exchange = Exchange::new(mode, client.query_status().unwrap().version);
+        let mut areas = [FishX1Transfer::default()];
+        client.start_online().unwrap();
+        for cycle in 0..20 {
+            areas[0].output.duty[0] = cycle;
+            areas[0].state.config_id = 1 + (cycle / 10) as u8;
+            txt.with_machine(|machine| machine.controllers[0].uni[0] = 100 + cycle);
+            client.do_transfer(&mut exchange, &mut areas).unwrap();
+            assert_eq!(areas[0].input.uni[0], 100 + cycle);
+            assert_eq!(txt.with_machine(|m| m.controllers[0].outputs.duty[0]), cycle);
+        }
+        assert_eq!(txt.with_machine(|machine| machine.controllers[0].config_id), 2);
+    }
+}
+
+#[test]
+fn commands_that_need_online_mode_are_refused_without_it() {
+    let txt = unpaced().start().unwrap();
+    let mut client = client_of(&txt);
+    let update = UpdateConfig { config_id: 1, extension_id: 0, config: Config::default() };
+    assert_eq!(client.update_config(&update), Err(Error::NotOnline { command: "UpdateConfig" }));
+    assert_eq!(
+        client.exchange_data(&ExchangeData::default()),
+        Err(Error::NotOnline { command: "ExchangeData" })
+    );
+    let mut exchange =
+        Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
+    assert_eq!(client.do_transfer(&mut exchange, &mut []), Err(Error::AreaCount { given: 0 }));
+    // The connection is as it was.
+    client.start_online().unwrap();
+    client.update_config(&update).unwrap();
+}
+
+#[test]
+fn after_an_error_every_call_returns_it() {
+    let fault = Fault { response: 1, kind: FaultKind::WrongId };
+    let txt = unpaced().fault(fault).start().unwrap();
+    let mut client = client_of(&txt);
+    client.query_status().unwrap();
+    let error = client.start_online().unwrap_err();
+    assert!(matches!(error, Error::WrongId { .. }), "{error:?}");
+    assert_eq!(client.query_status(), Err(error.clone()));
+    assert_eq!(client.exchange_data(&ExchangeData::default()), Err(error.clone()));
+    assert_eq!(client.stop_online(), Err(error));
+}
+
+#[test]
+fn limits_of_zero_and_for_ever_are_limits_like_others() {
+    let txt = unpaced().start().unwrap();
+    let limits = TimeLimits { connect: Duration::MAX, read: Duration::MAX, write: Duration::MAX };
+    let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
+    client.query_status().unwrap();
+    let silent = Fault { response: 0, kind: FaultKind::Silence };
+    let txt = unpaced().fault(silent).start().unwrap();
+    let limits = TimeLimits { read: Duration::ZERO, ..TimeLimits::default() };
+    let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
+    assert!(matches!(client.query_status(), Err(Error::NoAnswer { .. })));
+}
+
+#[test]
+fn an_exchange_allocates_nothing() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut client = client_of(&txt);
+    let mut exchange =
+        Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
+    let mut areas = [FishX1Transfer::default(); 2];
+    client.start_online().unwrap();
+    // The buffers grow with the first exchanges.
+    for duty in 0..3 {
+        areas[1].output.duty = [duty; 8];
+        client.do_transfer(&mut exchange, &mut areas).unwrap();
+    }
+    let allocations = allocation_counter::measure(|| {
+        for duty in 0..100 {
+            areas[0].output.duty = [duty; 8];
+            areas[1].output.duty = [duty; 8];
+            areas[0].state.config_id = duty as u8;
+            client.do_transfer(&mut exchange, &mut areas).unwrap();
+        }
+    });
+    assert_eq!(allocations.count_total, 0);
+}

@@ -1,0 +1,230 @@
+//! Beginning, waiting, ending, beginning again.
+
+use std::net::TcpListener;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1, REMOTE_IO_2};
+use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferMode};
+
+use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
+
+#[test]
+fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
+    let txt = unpaced().firmware(FirmwareVersion::new(4, 7, 0)).device_name("TXT on the desk");
+    let txt = txt.start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    assert_eq!((handler.version(), handler.device_name()), (None, None));
+    handler.begin_transfer().unwrap();
+    assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 7, 0)));
+    assert_eq!(handler.device_name().as_deref(), Some("TXT on the desk"));
+    for _ in 0..10 {
+        handler.wait_cycle().unwrap();
+    }
+    let statistics = handler.statistics();
+    assert!(statistics.cycles >= 10);
+    assert!(statistics.shortest_cycle > Duration::ZERO);
+    assert!(statistics.shortest_cycle <= statistics.last_cycle);
+    assert!(statistics.last_cycle <= statistics.longest_cycle);
+    handler.end_transfer().unwrap();
+    assert!(handler.statistics().cycles > statistics.cycles, "figures stay after the end");
+}
+
+#[test]
+fn inputs_of_all_extensions_reach_their_areas() {
+    let txt = unpaced().extensions(2).start().unwrap();
+    txt.with_machine(|machine| {
+        for (index, controller) in machine.controllers.iter_mut().enumerate() {
+            controller.uni[7] = 100 + index as i16;
+            controller.ir[2].left_x = -3 - index as i8;
+            controller.mic_log = 7 + index as u16;
+        }
+    });
+    let mut handler = handler_for(&txt).areas(3).build().unwrap();
+    handler.lock()[REMOTE_IO_2].output.duty[3] = 9;
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "the duty of extension 2", |m| m.controllers[2].outputs.duty[3] == 9);
+    let areas = handler.wait_cycle().unwrap();
+    for (index, area) in areas.iter().enumerate() {
+        assert_eq!(area.input.uni[7], 100 + index as i16);
+        assert_eq!(area.txt_inputs.ir_input[2].joy_left_x, -3 - index as i16);
+        assert_eq!(area.txt_inputs.ir_input[2].joy_left_x_to_left, 3 + index as u16);
+        assert_eq!(area.txt_inputs2.mic_log, 7 + index as u16);
+        assert_eq!(usize::from(area.state.id), index);
+    }
+    assert_eq!(areas[LOCAL_IO].state.io_slave_alive, [1, 1, 0, 0, 0, 0, 0, 0]);
+}
+
+#[test]
+fn extensions_beyond_the_areas_are_read_past() {
+    let txt = unpaced().extensions(8).start().unwrap();
+    txt.with_machine(|machine| machine.controllers[1].uni[0] = 1234);
+    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let areas = handler.wait_cycle().unwrap();
+    assert_eq!(areas[REMOTE_IO_1].input.uni[0], 1234);
+    assert_eq!(areas[LOCAL_IO].state.io_slave_alive, [1; 8]);
+}
+
+#[test]
+fn firmware_before_4_2_4_and_the_simple_mode_work_as_well() {
+    for (firmware, mode) in [
+        (FirmwareVersion::OLDEST_SUPPORTED, TransferMode::Compressed),
+        (FirmwareVersion::OLDEST_SUPPORTED, TransferMode::Simple),
+        (FirmwareVersion::new(4, 7, 0), TransferMode::Simple),
+    ] {
+        let txt = unpaced().firmware(firmware).start().unwrap();
+        txt.with_machine(|machine| machine.controllers[0].uni = [1, 2, 3, 4, 5, 6, 7, 8]);
+        let mut handler = handler_for(&txt).mode(mode).build().unwrap();
+        handler.lock()[LOCAL_IO].output.duty[7] = 512;
+        handler.begin_transfer().unwrap();
+        wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[7] == 512);
+        assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].input.uni, [1, 2, 3, 4, 5, 6, 7, 8]);
+        handler.end_transfer().unwrap();
+    }
+}
+
+#[test]
+fn the_timers_count_from_the_beginning_and_catch_up_after_a_pause() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    assert_eq!(handler.lock()[LOCAL_IO].timer.timer_1ms, 0);
+    let before = Instant::now();
+    handler.begin_transfer().unwrap();
+    let begun = Instant::now();
+    thread::sleep(Duration::from_millis(30));
+    let least = begun.elapsed().as_millis();
+    let timer = handler.lock()[LOCAL_IO].timer;
+    let most = before.elapsed().as_millis();
+    assert!((least..=most).contains(&timer.timer_1ms.into()), "{least} {timer:?} {most}");
+    assert_eq!(timer.timer_10ms, timer.timer_1ms / 10);
+    handler.end_transfer().unwrap();
+    handler.begin_transfer().unwrap();
+    let begun_again = before.elapsed().as_millis() as u16;
+    assert!(handler.lock()[LOCAL_IO].timer.timer_1ms < begun_again, "the timers begin anew");
+}
+
+#[test]
+fn finished_commands_set_their_flags_and_the_program_clears_them() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let mut areas = handler.wait_cycle().unwrap();
+    areas[LOCAL_IO].output.cnt_reset_cmd_id[2] += 1;
+    areas[LOCAL_IO].output.duty[0] = 512;
+    areas[LOCAL_IO].output.distance[0] = 20;
+    areas[LOCAL_IO].output.motor_ex_cmd_id[0] += 1;
+    drop(areas);
+    let mut reached = handler.wait_cycle().unwrap();
+    while reached[LOCAL_IO].input.motor_ex_reached[0] == 0 {
+        drop(reached);
+        reached = handler.wait_cycle_for(DEADLINE).unwrap();
+    }
+    let input = &mut reached[LOCAL_IO].input;
+    assert!(input.counter[0] >= 20, "reached too early: {}", input.counter[0]);
+    assert_eq!(input.cnt_resetted, [0, 0, 1, 0]);
+    assert_eq!(input.motor_ex_reached, [1, 0, 0, 0]);
+    assert_eq!((input.cnt_reset_cmd_id[2], input.motor_ex_cmd_id[0]), (1, 1));
+    input.cnt_resetted = [0; 4];
+    input.motor_ex_reached = [0; 4];
+    drop(reached);
+    for _ in 0..3 {
+        let areas = handler.wait_cycle().unwrap();
+        assert_eq!(areas[LOCAL_IO].input.cnt_resetted, [0; 4]);
+        assert_eq!(areas[LOCAL_IO].input.motor_ex_reached, [0; 4]);
+    }
+}
+
+#[test]
+fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
+    let txt = SimulatedTxt::builder().pace(Duration::from_millis(200)).start().unwrap();
+    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().unwrap();
+    let limit = Duration::from_millis(1);
+    let mut timed_out = false;
+    // A busy machine may let a whole cycle pass before the waiting begins.
+    while !timed_out {
+        timed_out = match handler.wait_cycle_for(limit) {
+            Ok(_) => false,
+            Err(error) => {
+                assert_eq!(error, Error::WaitTimedOut { limit });
+                true
+            }
+        };
+    }
+    handler.wait_cycle_for(Duration::MAX).unwrap();
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_thread_that_waits_learns_of_the_end() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let area = handler.transfer_area();
+    let waiting = thread::spawn(move || loop {
+        if let Err(error) = area.wait_cycle() {
+            return error;
+        }
+    });
+    handler.end_transfer().unwrap();
+    assert_eq!(waiting.join().unwrap(), Error::NotStarted);
+}
+
+#[test]
+fn a_controller_that_says_nothing_ends_every_wait_in_time() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let limits = TimeLimits { read: Duration::from_millis(50), ..TimeLimits::default() };
+    let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+        .port(listener.local_addr().unwrap().port())
+        .time_limits(limits)
+        .build()
+        .unwrap();
+    let error = handler.begin_transfer().unwrap_err();
+    let expected = Error::NoAnswer { command: "QueryStatus", limit: limits.read, received: 0 };
+    assert_eq!(error, expected);
+    assert_eq!(handler.wait_cycle().unwrap_err(), expected);
+}
+
+#[test]
+fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
+    let fault = Fault { response: 10, kind: FaultKind::Silence };
+    let txt = unpaced().fault(fault).start().unwrap();
+    let limits = TimeLimits { read: Duration::from_millis(50), ..TimeLimits::default() };
+    let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let error = loop {
+        if let Err(error) = handler.wait_cycle() {
+            break error;
+        }
+    };
+    let expected = Error::NoAnswer { command: "ExchangeDataCmpr", limit: limits.read, received: 0 };
+    assert_eq!(error, expected);
+    assert_eq!(handler.wait_cycle_for(DEADLINE).unwrap_err(), expected);
+    assert_eq!(handler.error(), Some(expected.clone()));
+    assert_eq!(handler.end_transfer(), Err(expected));
+}
+
+#[test]
+fn a_transfer_begins_again_after_its_end_and_after_an_error() {
+    // The compression starts afresh: with its old state the checksums would not fit.
+    let fault = Fault { response: 50, kind: FaultKind::WrongCrc };
+    let txt = unpaced().extensions(1).fault(fault).start().unwrap();
+    txt.with_machine(|machine| machine.controllers[1].uni = [1, 0, 333, 4, 0, 0, 0, 9]);
+    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    let mut failures = 0;
+    for round in 0..5 {
+        handler.begin_transfer().unwrap();
+        assert_eq!(handler.error(), None);
+        handler.lock()[LOCAL_IO].output.duty[4] = 100 + round;
+        let result = (0..60).try_for_each(|_| handler.wait_cycle().map(drop));
+        failures += usize::from(result.is_err());
+        assert_eq!(handler.lock()[REMOTE_IO_1].input.uni, [1, 0, 333, 4, 0, 0, 0, 9]);
+        assert_eq!(handler.end_transfer(), result);
+    }
+    assert_eq!(failures, 1, "the fault strikes once");
+    assert_eq!(txt.with_machine(|machine| machine.connections()), 5);
+    assert_eq!(handler.end_transfer(), Ok(()));
+}

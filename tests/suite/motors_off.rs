@@ -1,0 +1,176 @@
+//! However a transfer ends, its last exchange stops all motors.
+
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::thread;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
+use std::time::Duration;
+
+use crate::support::{handler_for, unpaced, wait_until, Record};
+
+/// A machine with running motors, one of them on a distance command.
+struct Running {
+    txt: SimulatedTxt,
+    record: Record,
+    handler: TransferAreaComHandler,
+}
+
+/// How manyeth response of a connection is the first exchange's.
+const FIRST_EXCHANGE: u64 = 3;
+
+impl Running {
+    fn start(fault: Option<FaultKind>) -> Self {
+        let record = Record::default();
+        let noted = record.clone();
+        let mut txt = unpaced().on_exchange(move |machine| noted.note(machine));
+        if let Some(kind) = fault {
+            txt = txt.fault(Fault { response: FIRST_EXCHANGE + 100, kind });
+        }
+        let txt = txt.start().unwrap();
+        let limits = TimeLimits { read: Duration::from_millis(500), ..TimeLimits::default() };
+        let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
+        let mut areas = handler.lock();
+        let output = &mut areas[LOCAL_IO].output;
+        output.duty = [512, 0, 0, 300, 0, 0, 100, 0];
+        output.distance = [30_000, 0, 0, 0];
+        output.master = [0, 1, 0, 0];
+        output.motor_ex_cmd_id = [5, 6, 7, 8];
+        drop(areas);
+        handler.begin_transfer().unwrap();
+        wait_until(&txt, "running motors", |machine| {
+            machine.controllers[0].outputs.duty == [512, 0, 0, 300, 0, 0, 100, 0]
+        });
+        Self { txt, record, handler }
+    }
+
+    /// Checks that the last exchange stopped the motors and that the controller is offline.
+    fn check_stopped(txt: &SimulatedTxt, record: &Record) {
+        wait_until(txt, "the end of online mode", |machine| !machine.online());
+        assert_eq!(
+            record.last(),
+            ExchangeData { motor_command_id: [6, 7, 8, 9], ..ExchangeData::default() }
+        );
+    }
+}
+
+#[test]
+fn end_transfer_stops_the_motors_and_the_area_says_so() {
+    let Running { txt, record, mut handler } = Running::start(None);
+    handler.end_transfer().unwrap();
+    Running::check_stopped(&txt, &record);
+    let output = handler.lock()[LOCAL_IO].output;
+    assert_eq!(output.duty, [0; 8]);
+    assert_eq!(output.motor_ex_cmd_id, [6, 7, 8, 9]);
+    assert_eq!((output.distance, output.master), ([0; 4], [0; 4]));
+}
+
+#[test]
+fn end_transfer_stops_the_motors_of_extensions_too() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    handler.lock()[1].output.duty[0] = 200;
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "a duty", |machine| machine.controllers[1].outputs.duty[0] == 200);
+    handler.end_transfer().unwrap();
+    assert_eq!(handler.lock()[1].output.duty[0], 0);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[1].outputs.duty[0]), 0);
+}
+
+#[test]
+fn dropping_the_handler_stops_the_motors() {
+    let Running { txt, record, handler } = Running::start(None);
+    drop(handler);
+    Running::check_stopped(&txt, &record);
+}
+
+#[test]
+fn a_panic_in_the_thread_that_owns_the_handler_stops_the_motors() {
+    let Running { txt, record, handler } = Running::start(None);
+    let area = handler.transfer_area();
+    let panicked = thread::spawn(move || {
+        let _handler = handler;
+        panic!("a program with a mistake");
+    });
+    panicked.join().unwrap_err();
+    Running::check_stopped(&txt, &record);
+    assert_eq!(area.wait_cycle().unwrap_err(), Error::ProgramPanicked);
+}
+
+#[test]
+fn a_panic_under_a_guard_stops_the_motors_and_lets_nothing_half_written_out() {
+    let Running { txt, record, mut handler } = Running::start(None);
+    let panicked = catch_unwind(AssertUnwindSafe(|| {
+        let mut areas = handler.lock();
+        areas[LOCAL_IO].output.distance[0] = 1;
+        panic!("before the command id is written");
+    }));
+    panicked.unwrap_err();
+    Running::check_stopped(&txt, &record);
+    assert!(record.outputs().iter().all(|outputs| outputs.distance[0] != 1));
+    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+}
+
+#[test]
+fn a_panic_in_another_thread_with_a_handle_stops_the_motors() {
+    let Running { txt, record, handler } = Running::start(None);
+    let area = handler.transfer_area();
+    let panicked = thread::spawn(move || {
+        let _area = area;
+        panic!("the thread that minded the motors is gone");
+    });
+    panicked.join().unwrap_err();
+    Running::check_stopped(&txt, &record);
+    while handler.error().is_none() {
+        assert!(handler.wait_cycle().is_err() || handler.error().is_none());
+    }
+    assert_eq!(handler.wait_cycle().unwrap_err(), Error::ProgramPanicked);
+}
+
+#[test]
+fn a_destructor_may_use_the_area_while_its_thread_unwinds() {
+    struct Brake<'a>(&'a TransferAreaComHandler);
+    impl Drop for Brake<'_> {
+        fn drop(&mut self) {
+            self.0.lock()[LOCAL_IO].output.duty = [1, 0, 0, 0, 0, 0, 0, 0];
+        }
+    }
+    let Running { txt, handler, .. } = Running::start(None);
+    let panicked = catch_unwind(AssertUnwindSafe(|| {
+        let _brake = Brake(&handler);
+        panic!("a program with a brake");
+    }));
+    panicked.unwrap_err();
+    wait_until(&txt, "the brake's duty", |machine| machine.controllers[0].outputs.duty[0] == 1);
+    assert!(handler.error().is_none());
+}
+
+#[test]
+fn a_response_that_is_wrong_stops_the_motors() {
+    for fault in [
+        FaultKind::WrongCrc,
+        FaultKind::WrongId,
+        FaultKind::CutData,
+        FaultKind::Surplus(3),
+        FaultKind::Silence,
+    ] {
+        println!("{fault:?}");
+        let Running { txt, record, mut handler } = Running::start(Some(fault));
+        wait_until(&txt, "a lost client", |machine| !machine.connected());
+        Running::check_stopped(&txt, &record);
+        handler.end_transfer().unwrap_err();
+        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+    }
+}
+
+#[test]
+fn a_connection_that_is_lost_leaves_no_motor_running() {
+    let Running { txt, mut handler, .. } = Running::start(Some(FaultKind::Close { after: 5 }));
+    wait_until(&txt, "a lost client", |machine| !machine.connected());
+    let outputs = txt.with_machine(|machine| machine.controllers[0].outputs);
+    assert_eq!(outputs.duty, [0; 8]);
+    assert!(matches!(handler.end_transfer(), Err(Error::ConnectionClosed { .. })));
+    assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+}

@@ -1,0 +1,44 @@
+//! What several tests need: a handler for a simulated TXT, and a record of what that saw.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+
+/// Longer than anything takes on a busy machine; only a test that fails waits so long.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
+
+/// A simulated TXT that answers as fast as it can and never closes an idle connection.
+pub(crate) fn unpaced() -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().pace(Duration::ZERO).idle_limit(Duration::from_secs(3600))
+}
+
+/// Settings for a handler of this simulated TXT.
+pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
+    TransferAreaComHandler::builder("127.0.0.1").port(txt.port())
+}
+
+/// Waits until the simulated machine is as it should be.
+pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
+    assert!(txt.wait_until(DEADLINE, condition), "{what} did not come about");
+}
+
+/// The master's outputs in every exchange that a simulated TXT saw.
+#[derive(Clone, Default)]
+pub(crate) struct Record(Arc<Mutex<Vec<ExchangeData>>>);
+
+impl Record {
+    pub(crate) fn note(&self, machine: &Machine) {
+        self.0.lock().unwrap().push(machine.controllers[0].outputs);
+    }
+
+    pub(crate) fn outputs(&self) -> Vec<ExchangeData> {
+        self.0.lock().unwrap().clone()
+    }
+
+    pub(crate) fn last(&self) -> ExchangeData {
+        *self.0.lock().unwrap().last().expect("no exchange was seen")
+    }
+}

@@ -1,0 +1,44 @@
+//! No failure leaves a thread behind. A program of its own, because threads are counted.
+#![cfg(target_os = "linux")]
+
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::TransferAreaComHandler;
+
+#[test]
+fn no_thread_is_left_after_an_end_or_a_failure() {
+    let before = thread_names();
+    let txt = (0..8).fold(SimulatedTxt::builder().pace(Duration::ZERO), |txt, response| {
+        txt.fault(Fault { response, kind: FaultKind::WrongId })
+    });
+    let txt = txt.start().unwrap();
+    let mut failures = 0;
+    for _ in 0..10 {
+        let mut handler =
+            TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+        let result = handler
+            .begin_transfer()
+            .and_then(|()| (0..20).try_for_each(|_| handler.wait_cycle().map(drop)));
+        failures += usize::from(result.is_err());
+        assert_eq!(handler.end_transfer(), result);
+    }
+    assert_eq!(failures, 8);
+    drop(txt);
+    // The operating system removes a thread from its list a moment after it was joined.
+    let deadline = Instant::now() + Duration::from_secs(10);
+    while thread_names() != before && Instant::now() < deadline {
+        std::thread::yield_now();
+    }
+    assert_eq!(thread_names(), before);
+}
+
+/// The names of all threads of this program.
+fn thread_names() -> Vec<String> {
+    let tasks = std::fs::read_dir("/proc/self/task").unwrap();
+    let mut names: Vec<String> = tasks
+        .filter_map(|task| std::fs::read_to_string(task.unwrap().path().join("comm")).ok())
+        .collect();
+    names.sort();
+    names
+}
