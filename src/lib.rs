@@ -2,6 +2,8 @@
 
 mod error;
 mod firmware;
+#[cfg(feature = "simulator")]
+pub mod simulator;
 pub mod transfer_area;
 pub mod wire;
 
