@@ -176,6 +176,27 @@ mod tests {
     }
 
     #[test]
+    fn stopping_forgets_all_commands_but_not_the_counters() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [512, 0, 0, 0, 0, 0, 0, 0],
+            distance: [2, 0, 0, 0],
+            motor_command_id: [1, 0, 0, 0],
+            counter_reset_id: [0, 1, 0, 0],
+            sound_command_id: 1,
+            ..Default::default()
+        };
+        let report = exchange(&mut controller, outputs, 2);
+        assert_eq!((report.motor_command_id[0], report.counter_reset_id[1]), (1, 1));
+        assert_eq!(report.sound_command_id, 1);
+        controller.stop();
+        let counter = [2, 0, 0, 0];
+        assert_eq!(controller.report(), ExchangeDataResponse { counter, ..Default::default() });
+        let outputs = ExchangeData { duty: outputs.duty, ..Default::default() };
+        assert_eq!(exchange(&mut controller, outputs, 1).counter, [4, 0, 0, 0]);
+    }
+
+    #[test]
     fn a_follower_turns_at_its_leaders_speed_and_both_finish_their_distance() {
         let mut controller = Controller::default();
         let outputs = ExchangeData {

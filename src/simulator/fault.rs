@@ -104,6 +104,12 @@ impl Delivery {
         }
         Self::undisturbed(bytes)
     }
+
+    /// What is sent, by the pieces that are sent on their own.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = &[u8]> {
+        let size = if self.dribble { 1 } else { self.bytes.len().max(1) };
+        self.bytes.chunks(size)
+    }
 }
 
 /// Cuts the compressed data of a response to its first half.
@@ -143,6 +149,13 @@ mod tests {
         assert_eq!(disturbed(FaultKind::Delay(delay)), Delivery { delay, ..usual.clone() });
         assert_eq!(disturbed(FaultKind::Dribble), Delivery { dribble: true, ..usual });
         assert_eq!(disturbed(FaultKind::Silence), Delivery::default());
+    }
+
+    #[test]
+    fn only_a_dribbled_response_leaves_byte_by_byte() {
+        assert!(disturbed(FaultKind::Dribble).pieces().eq(response().chunks(1)));
+        assert!(Delivery::undisturbed(response()).pieces().eq([&response()[..]]));
+        assert_eq!(disturbed(FaultKind::Silence).pieces().count(), 0);
     }
 
     #[test]

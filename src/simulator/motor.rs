@@ -140,6 +140,15 @@ mod tests {
     }
 
     #[test]
+    fn a_distance_begins_with_a_whole_pulse() {
+        let mut motor = Motor::default();
+        assert_eq!(turn(&mut motor, 128, 1), 0, "half a pulse");
+        motor.begin(1, 0, 1);
+        assert_eq!(turn(&mut motor, 128, 1), 0);
+        assert_eq!(turn(&mut motor, 128, 1), 1);
+    }
+
+    #[test]
     fn a_long_distance_is_not_signed() {
         let mut motor = Motor::default();
         motor.begin(1, 0, 65_535);

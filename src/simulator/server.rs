@@ -248,9 +248,8 @@ impl Connection<'_> {
     }
 
     fn deliver(&mut self, delivery: &Delivery) -> Result<(), End> {
-        let piece = if delivery.dribble { 1 } else { delivery.bytes.len().max(1) };
-        for bytes in delivery.bytes.chunks(piece) {
-            self.stream.write_all(bytes)?;
+        for piece in delivery.pieces() {
+            self.stream.write_all(piece)?;
             self.stream.flush()?;
         }
         if delivery.close {

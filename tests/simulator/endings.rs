@@ -126,7 +126,7 @@ fn dropping_does_not_wait_for_anybody() {
     assert_eq!(client.until_closed(), []);
 
     // Within the pause before a response.
-    let txt = SimulatedTxt::builder().pace(Duration::from_secs(3600)).start().unwrap();
+    let txt = unpaced().pace(Duration::from_secs(3600)).start().unwrap();
     let mut client = Client::online(&txt);
     client.exchange_compressed(&[[0; 27]], 0);
     client.send_compressed(&[[0; 27]], 0);

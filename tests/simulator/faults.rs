@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::wire::{CmprHeader, CommandId, ResponseId};
 
+use crate::unpaced;
 use crate::wire_client::Client;
 
 /// The response to the first exchange; the one before is StartOnline's.
@@ -13,11 +14,7 @@ const FIRST_EXCHANGE: u64 = 1;
 
 /// A simulated TXT with I1 at 1234 whose first exchange is disturbed.
 fn disturbed(kind: FaultKind) -> SimulatedTxt {
-    let txt = SimulatedTxt::builder()
-        .pace(Duration::ZERO)
-        .fault(Fault { response: FIRST_EXCHANGE, kind })
-        .start()
-        .unwrap();
+    let txt = unpaced().fault(Fault { response: FIRST_EXCHANGE, kind }).start().unwrap();
     txt.with_machine(|machine| machine.controllers[0].uni[0] = 1234);
     txt
 }
@@ -147,7 +144,7 @@ fn a_connection_closes_after_so_many_bytes() {
 #[test]
 fn faults_for_the_same_response_strike_one_connection_each() {
     let close = Fault { response: 0, kind: FaultKind::Close { after: 0 } };
-    let txt = SimulatedTxt::builder().fault(close).fault(close).start().unwrap();
+    let txt = unpaced().fault(close).fault(close).start().unwrap();
     for _ in 0..2 {
         let mut client = Client::connect(&txt);
         client.command(CommandId::QueryStatus);
