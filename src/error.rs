@@ -147,6 +147,12 @@ pub enum Error {
         /// What happened.
         reason: String,
     },
+    /// A simulated TXT could not be started: its port is taken, or the operating system refused
+    /// a socket or a thread.
+    SimulatorFailed {
+        /// What the operating system said.
+        reason: String,
+    },
 }
 
 impl fmt::Display for Error {
@@ -244,6 +250,11 @@ impl fmt::Display for Error {
             Self::TransferThread { reason } => {
                 write!(f, "the transfer thread failed: {reason}")
             }
+            Self::SimulatorFailed { reason } => write!(
+                f,
+                "the simulated TXT could not be started ({reason}); check that no other program \
+                 uses its port"
+            ),
         }
     }
 }

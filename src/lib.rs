@@ -71,6 +71,8 @@ mod error;
 mod exchange;
 mod firmware;
 mod handler;
+#[cfg(feature = "simulator")]
+pub mod simulator;
 pub mod transfer_area;
 pub mod wire;
 

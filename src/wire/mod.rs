@@ -1,7 +1,7 @@
 //! The bytes on the wire: ids, packets, compression and checksum.
 //!
 //! Nothing here does I/O or looks at a clock, and nothing panics on bytes that came from
-//! outside: `parse` checks id and size and returns an [`Error`](crate::Error). All integers are
+//! outside: `parse` checks id and size and returns an [`Error`]. All integers are
 //! little-endian. One file per packet kind; each packet is a plain struct with `parse`, a size
 //! and `emit`, which writes into a buffer.
 //!

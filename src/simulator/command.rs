@@ -1,0 +1,98 @@
+//! What commands there are, how long they are, and what is wrong with others.
+
+use std::fmt;
+
+use byteorder::{ByteOrder, LittleEndian};
+
+use crate::transfer_area::MAX_EXTENSIONS;
+use crate::wire::{CmprHeader, CommandId, ExchangeData, StartOnline, UpdateConfig, ID_LEN};
+use crate::Error;
+
+/// Why a client is not answered but cut off.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Misbehaviour {
+    /// No command has this id.
+    UnknownId(u32),
+    /// There is no answer to this command yet.
+    Unsupported(CommandId),
+    /// The command needs online mode.
+    NotOnline(CommandId),
+    /// More extensions than there can be.
+    Extensions(u16),
+    /// The packet can't be understood.
+    Packet(Error),
+}
+
+impl fmt::Display for Misbehaviour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownId(id) => write!(f, "no command has the id {id:#010x}"),
+            Self::Unsupported(command) => write!(f, "{command} is not simulated"),
+            Self::NotOnline(command) => write!(f, "{command} came before StartOnline"),
+            Self::Extensions(mask) => {
+                write!(f, "extension mask {mask:#06x} has more than {MAX_EXTENSIONS} bits")
+            }
+            Self::Packet(error) => error.fmt(f),
+        }
+    }
+}
+
+impl From<Error> for Misbehaviour {
+    fn from(error: Error) -> Self {
+        Self::Packet(error)
+    }
+}
+
+/// How many bytes the command that starts with these has, as far as they tell. More may turn out
+/// when so many are there.
+pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
+    let Some(id) = start.get(..ID_LEN) else { return Ok(ID_LEN) };
+    match command_id(id)? {
+        CommandId::QueryStatus | CommandId::StopOnline => Ok(ID_LEN),
+        CommandId::StartOnline => Ok(StartOnline::LEN),
+        CommandId::UpdateConfig => Ok(UpdateConfig::LEN),
+        CommandId::ExchangeData => Ok(ExchangeData::LEN),
+        CommandId::ExchangeDataCmpr => match start.get(..CmprHeader::LEN) {
+            None => Ok(CmprHeader::LEN),
+            Some(header) => {
+                let header = CmprHeader::parse_command(header)?;
+                Ok(CmprHeader::LEN + header.extra_size as usize)
+            }
+        },
+        // Refused, whatever follows.
+        CommandId::StartCameraOnline | CommandId::StopCameraOnline => Ok(ID_LEN),
+    }
+}
+
+/// Which command these bytes are, of which there are at least [`ID_LEN`].
+pub(super) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
+    let id = LittleEndian::read_u32(command);
+    CommandId::from_id(id).ok_or(Misbehaviour::UnknownId(id))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_of_a_command_is_told_by_its_start() {
+        let mut command = Vec::new();
+        CmprHeader { extra_size: 9, ..CmprHeader::default() }.emit_command(&mut command);
+        for (there, size) in [(0, 4), (3, 4), (4, 16), (15, 16), (16, 25)] {
+            assert_eq!(command_size(&command[..there]), Ok(size));
+        }
+        let update = CommandId::UpdateConfig.id().to_le_bytes();
+        assert_eq!(command_size(&update), Ok(UpdateConfig::LEN));
+    }
+
+    #[test]
+    fn what_is_no_command_has_no_size() {
+        assert_eq!(command_size(&[0; 4]), Err(Misbehaviour::UnknownId(0)));
+        let mut command = Vec::new();
+        CmprHeader { extra_size: 4097, ..CmprHeader::default() }.emit_command(&mut command);
+        assert!(matches!(
+            command_size(&command),
+            Err(Misbehaviour::Packet(Error::TooLarge { announced: 4097, .. }))
+        ));
+    }
+}

@@ -1,0 +1,238 @@
+//! One controller of the simulated machine.
+
+use std::mem;
+
+use super::motor::Motor;
+use super::sound::Sound;
+use crate::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
+use crate::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
+
+/// The master or one extension: what its inputs report and what its outputs were told.
+///
+/// The inputs may be set at any time and keep their value, except that motors move
+/// [`counter`](Self::counter) and [`counter_input`](Self::counter_input) on.
+#[derive(Clone, Debug, Default)]
+pub struct Controller {
+    /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
+    /// simulator does not convert it.
+    pub uni: [i16; 8],
+    /// The levels of C1 to C4, 0 or 1. Each pulse of a motor toggles its counter's.
+    pub counter_input: [i16; 4],
+    /// The pulses that C1 to C4 have counted. Wraps from 32767 to −32768. It outlasts the
+    /// connection.
+    pub counter: [i16; 4],
+    /// What the infrared remotes send: any of them, then the four switch settings.
+    pub ir: [IrRemote; 5],
+    /// Loudness, linear. Reported from firmware 4.2.4 on, by the compressed exchange.
+    pub mic_lin: u16,
+    /// Loudness, logarithmic. Reported from firmware 4.2.4 on, by the compressed exchange.
+    pub mic_log: u16,
+    /// The outputs as received last; all 0 after StopOnline or when the client is lost.
+    pub outputs: ExchangeData,
+    /// The configuration that was accepted last; the default before the first.
+    pub config: Config,
+    /// The id of that configuration; 0 before the first one after StartOnline.
+    pub config_id: i16,
+    motors: [Motor; IZ_MOTOR],
+    sound: Sound,
+    /// Ids of the counter resets that were done before this exchange.
+    finished_resets: [u16; IZ_COUNTER],
+    /// Ids of the counter resets as of this exchange, which the next one reports.
+    latest_resets: [u16; IZ_COUNTER],
+}
+
+impl Controller {
+    /// Id of the sound command that plays, `None` when it is quiet.
+    pub fn playing_sound(&self) -> Option<u16> {
+        self.sound.playing_id()
+    }
+
+    /// Stops motors and sounds and forgets all commands.
+    pub(super) fn stop(&mut self) {
+        self.outputs = ExchangeData::default();
+        self.motors = Default::default();
+        self.sound = Sound::default();
+        self.finished_resets = [0; IZ_COUNTER];
+        self.latest_resets = [0; IZ_COUNTER];
+    }
+
+    /// Takes over outputs. A command is new when its id is not the one received before.
+    pub(super) fn take_over(&mut self, outputs: ExchangeData) {
+        let before = mem::replace(&mut self.outputs, outputs);
+        for index in 0..IZ_MOTOR {
+            let id = outputs.motor_command_id[index];
+            if id != before.motor_command_id[index] {
+                self.begin_motor(index, id);
+            }
+        }
+        for index in 0..IZ_COUNTER {
+            if outputs.counter_reset_id[index] != before.counter_reset_id[index] {
+                self.counter[index] = 0;
+            }
+        }
+        let id = outputs.sound_command_id;
+        if id != before.sound_command_id {
+            self.sound.begin(id, outputs.sound_index, outputs.sound_repeat);
+        }
+    }
+
+    fn begin_motor(&mut self, index: usize, id: u16) {
+        let motor = &mut self.motors[index];
+        motor.begin(id, self.outputs.master[index], self.outputs.distance[index]);
+        if motor.has_distance() {
+            self.counter[index] = 0;
+        }
+    }
+
+    /// Lets so many µs pass.
+    pub(super) fn move_on(&mut self, micros: u64) {
+        self.finished_resets = self.latest_resets;
+        self.latest_resets = self.outputs.counter_reset_id;
+        for index in 0..IZ_MOTOR {
+            let speed = self.speed(index);
+            let pulses = self.motors[index].turn(speed, micros);
+            // The lowest bits are what a counter of 16 bits keeps.
+            self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
+            self.counter_input[index] ^= (pulses & 1) as i16;
+        }
+        self.sound.play(micros);
+    }
+
+    /// The speed of a motor as a duty: its leader's when it follows one, but only while it is
+    /// switched on itself.
+    fn speed(&self, index: usize) -> u16 {
+        match (self.duty(index), self.motors[index].leader()) {
+            (1.., Some(leader)) => self.duty(leader),
+            (own, _) => own,
+        }
+    }
+
+    /// The duty of a motor in either direction, 0..=512.
+    fn duty(&self, index: usize) -> u16 {
+        let [forward, backward] = [2 * index, 2 * index + 1]
+            .map(|output| self.outputs.duty[output].clamp(0, DUTY_MAX).unsigned_abs());
+        forward.abs_diff(backward)
+    }
+
+    /// The inputs and what is done, as they are reported.
+    pub(super) fn report(&self) -> ExchangeDataResponse {
+        ExchangeDataResponse {
+            uni: self.uni,
+            counter_input: self.counter_input,
+            counter: self.counter,
+            counter_reset_id: self.finished_resets,
+            motor_command_id: self.motors.each_ref().map(Motor::finished_id),
+            sound_command_id: self.sound.finished_id(),
+            ir: self.ir,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: u64 = 10_000;
+
+    /// Exchanges so often and gives the last report.
+    fn exchange(
+        controller: &mut Controller,
+        outputs: ExchangeData,
+        times: u32,
+    ) -> ExchangeDataResponse {
+        for _ in 0..times {
+            controller.take_over(outputs);
+            controller.move_on(STEP);
+        }
+        controller.report()
+    }
+
+    #[test]
+    fn either_direction_counts_up_and_pulses_toggle_the_input() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData { duty: [512, 0, 0, 256, 0, 0, 0, 0], ..Default::default() };
+        let report = exchange(&mut controller, outputs, 5);
+        assert_eq!(report.counter, [10, 5, 0, 0]);
+        assert_eq!(report.counter_input, [0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_counter_wraps() {
+        let mut controller = Controller::default();
+        controller.counter[0] = i16::MAX;
+        let outputs = ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() };
+        assert_eq!(exchange(&mut controller, outputs, 1).counter[0], i16::MIN + 1);
+    }
+
+    #[test]
+    fn a_counter_reset_is_reported_one_exchange_later() {
+        let mut controller = Controller { counter: [5; 4], ..Controller::default() };
+        let outputs = ExchangeData { counter_reset_id: [0, 9, 0, 0], ..Default::default() };
+        let report = exchange(&mut controller, outputs, 1);
+        assert_eq!((report.counter, report.counter_reset_id), ([5, 0, 5, 5], [0; 4]));
+        controller.counter[1] = 3;
+        let report = exchange(&mut controller, outputs, 1);
+        assert_eq!((report.counter, report.counter_reset_id), ([5, 3, 5, 5], [0, 9, 0, 0]));
+    }
+
+    #[test]
+    fn stopping_forgets_all_commands_but_not_the_counters() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [512, 0, 0, 0, 0, 0, 0, 0],
+            distance: [2, 0, 0, 0],
+            motor_command_id: [1, 0, 0, 0],
+            counter_reset_id: [0, 1, 0, 0],
+            sound_command_id: 1,
+            ..Default::default()
+        };
+        let report = exchange(&mut controller, outputs, 2);
+        assert_eq!((report.motor_command_id[0], report.counter_reset_id[1]), (1, 1));
+        assert_eq!(report.sound_command_id, 1);
+        controller.stop();
+        let counter = [2, 0, 0, 0];
+        assert_eq!(controller.report(), ExchangeDataResponse { counter, ..Default::default() });
+        let outputs = ExchangeData { duty: outputs.duty, ..Default::default() };
+        assert_eq!(exchange(&mut controller, outputs, 1).counter, [4, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_follower_turns_at_its_leaders_speed_and_both_finish_their_distance() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [256, 0, 0, 512, 0, 0, 0, 0],
+            master: [0, 1, 0, 0],
+            distance: [10, 20, 0, 0],
+            motor_command_id: [1, 1, 0, 0],
+            ..Default::default()
+        };
+        let report = exchange(&mut controller, outputs, 9);
+        assert_eq!((report.counter, report.motor_command_id), ([9, 9, 0, 0], [0; 4]));
+        let report = exchange(&mut controller, outputs, 1);
+        assert_eq!((report.counter, report.motor_command_id), ([10, 10, 0, 0], [1, 0, 0, 0]));
+        let report = exchange(&mut controller, outputs, 50);
+        assert_eq!((report.counter, report.motor_command_id), ([10, 20, 0, 0], [1, 1, 0, 0]));
+    }
+
+    #[test]
+    fn a_follower_that_is_switched_off_stands_still() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [512, 0, 0, 0, 0, 0, 0, 0],
+            master: [0, 1, 0, 0],
+            motor_command_id: [0, 1, 0, 0],
+            ..Default::default()
+        };
+        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 0, 0, 0]);
+    }
+
+    #[test]
+    fn duty_out_of_range_is_the_nearest_in_range() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [i16::MAX, 0, 0, i16::MAX, i16::MIN, 0, 0, 0],
+            ..Default::default()
+        };
+        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 20, 0, 0]);
+    }
+}

@@ -1,0 +1,214 @@
+//! Ordered faults, and how they disturb the bytes of a response.
+
+use std::time::Duration;
+
+use byteorder::{ByteOrder, LittleEndian};
+
+use crate::wire::{CmprHeader, ResponseId, ID_LEN};
+
+/// Where the fields that faults disturb lie in a compressed exchange's response.
+mod field {
+    use std::ops::Range;
+
+    pub(super) const EXTRA_SIZE: Range<usize> = 4..8;
+    pub(super) const CRC: Range<usize> = 8..12;
+}
+
+/// What [`FaultKind::Surplus`] sends behind a response.
+const SURPLUS_BYTE: u8 = 0xA5;
+
+/// A fault that the simulated TXT commits on order.
+///
+/// Each strikes once in the simulator's life. Of several for the same response the first strikes
+/// on the first connection that gets so far, the second on the next, and so on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Which response of a connection is disturbed, counted from 0, usually QueryStatus's.
+    pub response: u64,
+    /// What happens to it.
+    pub kind: FaultKind,
+}
+
+/// What happens to a response.
+///
+/// [`WrongCrc`](Self::WrongCrc), [`ExtraSize`](Self::ExtraSize) and [`CutData`](Self::CutData)
+/// disturb a compressed exchange; any other response they leave as it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FaultKind {
+    /// It leaves so much later than it should.
+    Delay(Duration),
+    /// It is not sent; the connection stays open and the next command is answered.
+    Silence,
+    /// Each byte is sent on its own.
+    Dribble,
+    /// Its id is not that of any response.
+    WrongId,
+    /// The announced checksum is not that of the words.
+    WrongCrc,
+    /// It announces so many bytes of compressed data, whatever follows.
+    ExtraSize(u32),
+    /// Only the first half of the compressed data, rounded down, is announced and sent; the
+    /// checksum stays as it was.
+    CutData,
+    /// So many bytes follow that belong to no packet.
+    Surplus(usize),
+    /// The connection is closed within the response or around it.
+    Close {
+        /// How many bytes are sent before: 0 none, the response's length or more all of it.
+        after: usize,
+    },
+}
+
+/// How a response leaves.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Delivery {
+    /// The time to wait beyond the usual.
+    pub(super) delay: Duration,
+    /// What is sent.
+    pub(super) bytes: Vec<u8>,
+    /// Whether each byte is sent on its own.
+    pub(super) dribble: bool,
+    /// Whether the connection is closed afterwards.
+    pub(super) close: bool,
+}
+
+impl Delivery {
+    /// A response that leaves as it is.
+    pub(super) fn undisturbed(bytes: Vec<u8>) -> Self {
+        Self { bytes, ..Self::default() }
+    }
+
+    /// A response that this fault disturbs.
+    pub(super) fn disturbed(mut bytes: Vec<u8>, kind: FaultKind) -> Self {
+        match kind {
+            FaultKind::Delay(delay) => return Self { delay, bytes, ..Self::default() },
+            FaultKind::Dribble => return Self { dribble: true, bytes, ..Self::default() },
+            FaultKind::Close { after } => {
+                bytes.truncate(after);
+                return Self { close: true, bytes, ..Self::default() };
+            }
+            FaultKind::Silence => bytes.clear(),
+            FaultKind::WrongId => bytes.iter_mut().take(ID_LEN).for_each(|byte| *byte = !*byte),
+            FaultKind::Surplus(count) => bytes.resize(bytes.len() + count, SURPLUS_BYTE),
+            _ if ResponseId::ExchangeDataCmpr.check(&bytes).is_err() => {
+                log::warn!("the fault {kind:?} leaves a response without compressed data alone");
+            }
+            FaultKind::WrongCrc => {
+                bytes[field::CRC].iter_mut().for_each(|byte| *byte = !*byte);
+            }
+            FaultKind::ExtraSize(size) => {
+                LittleEndian::write_u32(&mut bytes[field::EXTRA_SIZE], size);
+            }
+            FaultKind::CutData => cut_data(&mut bytes),
+        }
+        Self::undisturbed(bytes)
+    }
+
+    /// What is sent, by the pieces that are sent on their own.
+    pub(super) fn pieces(&self) -> impl Iterator<Item = &[u8]> {
+        let size = if self.dribble { 1 } else { self.bytes.len().max(1) };
+        self.bytes.chunks(size)
+    }
+}
+
+/// Cuts the compressed data of a response to its first half.
+fn cut_data(response: &mut Vec<u8>) {
+    let half = (response.len() - CmprHeader::LEN) / 2;
+    response.truncate(CmprHeader::LEN + half);
+    // Compressed data is a few hundred bytes.
+    LittleEndian::write_u32(&mut response[field::EXTRA_SIZE], half as u32);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: CmprHeader =
+        CmprHeader { extra_size: 5, crc: 0x0102_0304, active_extensions: 0x81 };
+
+    fn response() -> Vec<u8> {
+        let mut out = Vec::new();
+        HEADER.emit_response(&mut out);
+        out.extend([1, 2, 3, 4, 5]);
+        out
+    }
+
+    fn disturbed(kind: FaultKind) -> Delivery {
+        Delivery::disturbed(response(), kind)
+    }
+
+    fn header(delivery: &Delivery) -> CmprHeader {
+        CmprHeader::parse_response(&delivery.bytes[..CmprHeader::LEN]).unwrap()
+    }
+
+    #[test]
+    fn faults_of_time_leave_the_bytes_alone() {
+        let usual = Delivery::undisturbed(response());
+        let delay = Duration::from_secs(3);
+        assert_eq!(disturbed(FaultKind::Delay(delay)), Delivery { delay, ..usual.clone() });
+        assert_eq!(disturbed(FaultKind::Dribble), Delivery { dribble: true, ..usual });
+        assert_eq!(disturbed(FaultKind::Silence), Delivery::default());
+    }
+
+    #[test]
+    fn only_a_dribbled_response_leaves_byte_by_byte() {
+        assert!(disturbed(FaultKind::Dribble).pieces().eq(response().chunks(1)));
+        assert!(Delivery::undisturbed(response()).pieces().eq([&response()[..]]));
+        assert_eq!(disturbed(FaultKind::Silence).pieces().count(), 0);
+    }
+
+    #[test]
+    fn a_wrong_id_is_no_packets() {
+        let delivery = disturbed(FaultKind::WrongId);
+        let id = LittleEndian::read_u32(&delivery.bytes);
+        assert_eq!(ResponseId::from_id(id), None);
+        assert_eq!(delivery.bytes[ID_LEN..], response()[ID_LEN..]);
+    }
+
+    #[test]
+    fn a_wrong_crc_or_size_leaves_the_rest_alone() {
+        let delivery = disturbed(FaultKind::WrongCrc);
+        assert_eq!(header(&delivery), CmprHeader { crc: !HEADER.crc, ..HEADER });
+        assert_eq!(delivery.bytes[16..], response()[16..]);
+        let delivery = disturbed(FaultKind::ExtraSize(4000));
+        assert_eq!(header(&delivery), CmprHeader { extra_size: 4000, ..HEADER });
+        assert_eq!(delivery.bytes[16..], response()[16..]);
+    }
+
+    #[test]
+    fn cut_data_is_announced_as_it_is_sent() {
+        let delivery = disturbed(FaultKind::CutData);
+        assert_eq!(header(&delivery), CmprHeader { extra_size: 2, ..HEADER });
+        assert_eq!(delivery.bytes[16..], [1, 2]);
+        let delivery = Delivery::disturbed(response()[..17].to_vec(), FaultKind::CutData);
+        assert_eq!(header(&delivery), CmprHeader { extra_size: 0, ..HEADER });
+        assert_eq!(delivery.bytes.len(), CmprHeader::LEN);
+    }
+
+    #[test]
+    fn surplus_bytes_follow_the_response() {
+        let delivery = disturbed(FaultKind::Surplus(3));
+        assert_eq!(delivery.bytes[..21], response());
+        assert_eq!(delivery.bytes[21..], [SURPLUS_BYTE; 3]);
+    }
+
+    #[test]
+    fn a_connection_closes_after_so_many_bytes() {
+        for (after, sent) in [(0, 0), (7, 7), (21, 21), (1000, 21)] {
+            let delivery = disturbed(FaultKind::Close { after });
+            assert!(delivery.close);
+            assert_eq!(delivery.bytes, response()[..sent]);
+        }
+    }
+
+    #[test]
+    fn faults_of_compression_leave_other_responses_alone() {
+        let mut response = Vec::new();
+        ResponseId::StartOnline.emit(&mut response);
+        for kind in [FaultKind::WrongCrc, FaultKind::ExtraSize(9), FaultKind::CutData] {
+            let delivery = Delivery::disturbed(response.clone(), kind);
+            assert_eq!(delivery, Delivery::undisturbed(response.clone()));
+        }
+    }
+}

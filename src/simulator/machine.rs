@@ -1,0 +1,214 @@
+//! The simulated machine: the master and its extensions.
+
+use std::collections::VecDeque;
+
+use super::controller::Controller;
+use crate::transfer_area::{Config, MAX_EXTENSIONS};
+use crate::wire::{CommandId, ExchangeData};
+
+/// How many commands are remembered.
+const COMMANDS_KEPT: usize = 1000;
+
+/// The simulated machine: the master and its extensions, and what has happened to them.
+///
+/// It moves on by one step per exchange, never by the clock, so that a program which is slow or
+/// waits in a debugger sees the same machine.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    /// The master first, then the extensions; as many as were asked for when it was built.
+    pub controllers: Vec<Controller>,
+    /// Which extensions can be reached; the first is at 0. At the start these are all that there
+    /// are. Beyond them the value means nothing.
+    ///
+    /// An extension that is cut off takes part in no exchange, its outputs are 0 and its motors
+    /// stand still.
+    pub alive: [bool; MAX_EXTENSIONS],
+    exchanges: u64,
+    connections: u64,
+    connected: bool,
+    online: bool,
+    commands: VecDeque<CommandId>,
+}
+
+impl Machine {
+    /// A master with so many extensions, all of them alive.
+    pub(super) fn new(extensions: usize) -> Self {
+        let mut alive = [false; MAX_EXTENSIONS];
+        alive.iter_mut().take(extensions).for_each(|alive| *alive = true);
+        Self {
+            controllers: vec![Controller::default(); 1 + extensions],
+            alive,
+            exchanges: 0,
+            connections: 0,
+            connected: false,
+            online: false,
+            commands: VecDeque::new(),
+        }
+    }
+
+    /// How many exchanges have been answered since the start. In a script this is the number of
+    /// those before the present one.
+    pub fn exchanges(&self) -> u64 {
+        self.exchanges
+    }
+
+    /// How many main connections have been accepted since the start.
+    pub fn connections(&self) -> u64 {
+        self.connections
+    }
+
+    /// Whether a client is connected at present.
+    pub fn connected(&self) -> bool {
+        self.connected
+    }
+
+    /// Whether the controller is in online mode.
+    pub fn online(&self) -> bool {
+        self.online
+    }
+
+    /// The newest 1000 commands since the start, the oldest first, without the exchanges.
+    pub fn commands(&self) -> impl DoubleEndedIterator<Item = CommandId> + '_ {
+        self.commands.iter().copied()
+    }
+
+    /// Remembers a command that came in.
+    pub(super) fn note_command(&mut self, command: CommandId) {
+        if matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
+            return;
+        }
+        if self.commands.len() == COMMANDS_KEPT {
+            self.commands.pop_front();
+        }
+        self.commands.push_back(command);
+    }
+
+    /// Counts an answered exchange.
+    pub(super) fn note_exchange(&mut self) {
+        self.exchanges += 1;
+    }
+
+    /// A client has connected.
+    pub(super) fn client_came(&mut self) {
+        self.connections += 1;
+        self.connected = true;
+    }
+
+    /// The client is gone, whether it said StopOnline or not.
+    pub(super) fn client_left(&mut self) {
+        self.connected = false;
+        self.stop_online();
+    }
+
+    /// Begins online mode: everything stands still and the next configuration is taken.
+    pub(super) fn start_online(&mut self) {
+        self.stop_online();
+        for controller in &mut self.controllers {
+            controller.config_id = 0;
+        }
+        self.online = true;
+    }
+
+    /// Ends online mode: everything stands still.
+    pub(super) fn stop_online(&mut self) {
+        self.online = false;
+        self.controllers.iter_mut().for_each(Controller::stop);
+    }
+
+    /// Takes over a configuration, unless its id is the last one's or there is no such controller.
+    pub(super) fn configure(&mut self, index: i16, config_id: i16, config: Config) {
+        let controller = usize::try_from(index).ok().and_then(|i| self.controllers.get_mut(i));
+        if let Some(controller) = controller.filter(|known| known.config_id != config_id) {
+            controller.config_id = config_id;
+            controller.config = config;
+        }
+    }
+
+    /// Gives outputs to the controller with this index (0 the master), if it can be reached.
+    pub(super) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
+        if self.reaches(index) {
+            self.controllers[index].take_over(outputs);
+        }
+    }
+
+    /// Lets so many µs pass in the machine.
+    pub(super) fn move_on(&mut self, micros: u64) {
+        for index in 0..self.controllers.len() {
+            if self.reaches(index) {
+                self.controllers[index].move_on(micros);
+            } else {
+                self.controllers[index].stop();
+            }
+        }
+    }
+
+    /// The extensions that can be reached, a bit each.
+    pub(super) fn alive_mask(&self) -> u16 {
+        (0..MAX_EXTENSIONS)
+            .filter(|extension| self.reaches(extension + 1))
+            .fold(0, |mask, extension| mask | 1 << extension)
+    }
+
+    /// The controllers that take part in an exchange, the master first.
+    pub(super) fn reachable(&self) -> impl Iterator<Item = &Controller> {
+        let indexed = self.controllers.iter().enumerate();
+        indexed.filter(|(index, _)| self.reaches(*index)).map(|(_, controller)| controller)
+    }
+
+    fn reaches(&self, index: usize) -> bool {
+        let alive = index.checked_sub(1).map_or(Some(&true), |extension| self.alive.get(extension));
+        index < self.controllers.len() && alive == Some(&true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: u64 = 10_000;
+
+    #[test]
+    fn an_extension_that_is_cut_off_stands_still() {
+        let mut machine = Machine::new(2);
+        let outputs = ExchangeData { duty: [512; 8], ..Default::default() };
+        machine.take_over(2, outputs);
+        machine.alive[1] = false;
+        machine.move_on(STEP);
+        assert_eq!(machine.controllers[2].outputs, ExchangeData::default());
+        machine.take_over(2, outputs);
+        assert_eq!(machine.controllers[2].outputs, ExchangeData::default());
+        assert_eq!((machine.alive_mask(), machine.reachable().count()), (0b01, 2));
+        machine.alive = [true; 8];
+        assert_eq!((machine.alive_mask(), machine.reachable().count()), (0b11, 3));
+    }
+
+    #[test]
+    fn a_configuration_is_taken_once_per_id() {
+        let mut machine = Machine::new(0);
+        let [first, second] = [2, 3].map(|mode| {
+            let mut config = Config::default();
+            config.uni[0].mode = mode;
+            config
+        });
+        machine.configure(0, 1, first);
+        machine.configure(0, 1, second);
+        machine.configure(1, 2, second);
+        machine.configure(-1, 2, second);
+        assert_eq!(machine.controllers[0].config, first);
+        machine.start_online();
+        machine.configure(0, 1, second);
+        assert_eq!(machine.controllers[0].config, second);
+    }
+
+    #[test]
+    fn the_newest_thousand_commands_are_kept() {
+        let mut machine = Machine::new(0);
+        machine.note_command(CommandId::QueryStatus);
+        for _ in 0..1000 {
+            machine.note_command(CommandId::ExchangeData);
+            machine.note_command(CommandId::UpdateConfig);
+        }
+        assert_eq!(machine.commands().count(), 1000);
+        assert!(machine.commands().all(|command| command == CommandId::UpdateConfig));
+    }
+}

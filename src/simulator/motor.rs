@@ -1,0 +1,189 @@
+//! The model of one motor with its encoder.
+
+use crate::transfer_area::{DUTY_MAX, IZ_MOTOR};
+
+/// Pulses per second at full duty.
+const FULL_SPEED: u64 = 200;
+
+/// One pulse, in the unit of [`Motor::part`]: duty × pulses per second × µs.
+const PULSE: u64 = DUTY_MAX as u64 * 1_000_000;
+
+/// One motor and what it has been told to do.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Motor {
+    goal: Goal,
+    /// Index of the motor whose speed is followed.
+    leader: Option<usize>,
+    /// Pulses by which the leader still has to be passed, or let go ahead when negative.
+    lead: i64,
+    /// How far the encoder has turned since the last pulse, less than [`PULSE`].
+    part: u64,
+    /// Id of the last command that is done.
+    finished_id: u16,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+enum Goal {
+    /// Turn as long as there is duty.
+    #[default]
+    Endless,
+    /// Turn so many more pulses; then the command with this id is done.
+    Distance { left: u16, id: u16 },
+    /// The distance is done: stand still until the next command.
+    Reached,
+}
+
+impl Motor {
+    /// Begins a command. The caller resets the counter when it [has a distance](Self::has_distance).
+    pub(super) fn begin(&mut self, id: u16, master: i16, distance: u16) {
+        let master = usize::try_from(master).unwrap_or(0);
+        let injects_error = (IZ_MOTOR + 1..=2 * IZ_MOTOR).contains(&master);
+        *self = Self { part: self.part, finished_id: self.finished_id, ..Self::default() };
+        if (1..=2 * IZ_MOTOR).contains(&master) {
+            self.leader = Some((master - 1) % IZ_MOTOR);
+        }
+        if injects_error {
+            // The same 16 bits, signed.
+            self.lead = i64::from(distance as i16);
+        } else if distance > 0 {
+            self.goal = Goal::Distance { left: distance, id };
+            self.part = 0;
+        } else if self.leader.is_none() {
+            self.finished_id = id;
+        }
+    }
+
+    /// Whether the motor is on its way to the end of a distance.
+    pub(super) fn has_distance(&self) -> bool {
+        matches!(self.goal, Goal::Distance { .. })
+    }
+
+    /// Index of the motor whose speed is followed.
+    pub(super) fn leader(&self) -> Option<usize> {
+        self.leader
+    }
+
+    /// Id of the last command that is done.
+    pub(super) fn finished_id(&self) -> u16 {
+        self.finished_id
+    }
+
+    /// Turns with `duty` (0..=512) for so many µs; how many pulses that gives.
+    pub(super) fn turn(&mut self, duty: u16, micros: u64) -> u64 {
+        if matches!(self.goal, Goal::Reached) {
+            return 0;
+        }
+        let turned = (u64::from(duty) * FULL_SPEED).saturating_mul(micros);
+        self.part = self.part.saturating_add(turned);
+        let pulses = self.part / PULSE;
+        self.part %= PULSE;
+        let pulses = self.catch_up(pulses);
+        self.finish(pulses)
+    }
+
+    /// Makes up for the lead: twice the pulses while it is ahead, none while it is behind.
+    fn catch_up(&mut self, pulses: u64) -> u64 {
+        let extra = self.lead.unsigned_abs().min(pulses);
+        if self.lead < 0 {
+            self.lead = self.lead.saturating_add_unsigned(extra);
+            pulses - extra
+        } else {
+            self.lead = self.lead.saturating_sub_unsigned(extra);
+            pulses + extra
+        }
+    }
+
+    /// Stops at the end of the distance; how many of the pulses are made until then.
+    fn finish(&mut self, pulses: u64) -> u64 {
+        let Goal::Distance { left, id } = self.goal else { return pulses };
+        match u16::try_from(pulses).ok().and_then(|pulses| left.checked_sub(pulses)) {
+            Some(left) if left > 0 => {
+                self.goal = Goal::Distance { left, id };
+                pulses
+            }
+            _ => {
+                self.goal = Goal::Reached;
+                self.finished_id = id;
+                u64::from(left)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: u64 = 10_000;
+
+    fn turn(motor: &mut Motor, duty: u16, steps: u64) -> u64 {
+        (0..steps).map(|_| motor.turn(duty, STEP)).sum()
+    }
+
+    #[test]
+    fn duty_gives_pulses_in_proportion() {
+        for (duty, pulses) in [(512, 200), (256, 100), (1, 0), (0, 0)] {
+            assert_eq!(turn(&mut Motor::default(), duty, 100), pulses, "duty {duty}");
+        }
+        assert_eq!(turn(&mut Motor::default(), 1, 256), 1, "fractions accumulate");
+    }
+
+    #[test]
+    fn a_distance_ends_exactly_and_only_then_is_its_id_done() {
+        let mut motor = Motor::default();
+        motor.begin(7, 0, 5);
+        assert_eq!((turn(&mut motor, 512, 2), motor.finished_id()), (4, 0));
+        assert_eq!((turn(&mut motor, 512, 1), motor.finished_id()), (1, 7));
+        assert_eq!(turn(&mut motor, 512, 10), 0);
+        motor.begin(8, 0, 0);
+        assert_eq!((turn(&mut motor, 512, 1), motor.finished_id()), (2, 8));
+    }
+
+    #[test]
+    fn a_distance_begins_with_a_whole_pulse() {
+        let mut motor = Motor::default();
+        assert_eq!(turn(&mut motor, 128, 1), 0, "half a pulse");
+        motor.begin(1, 0, 1);
+        assert_eq!(turn(&mut motor, 128, 1), 0);
+        assert_eq!(turn(&mut motor, 128, 1), 1);
+    }
+
+    #[test]
+    fn a_long_distance_is_not_signed() {
+        let mut motor = Motor::default();
+        motor.begin(1, 0, 65_535);
+        assert_eq!(motor.turn(512, 1_000_000_000), 65_535);
+        assert_eq!(motor.finished_id(), 1);
+    }
+
+    #[test]
+    fn following_without_a_distance_has_no_end() {
+        for master in 1..=8 {
+            let mut motor = Motor::default();
+            motor.begin(1, master, 0);
+            assert_eq!(motor.leader(), Some([0, 1, 2, 3][(master as usize - 1) % 4]));
+            turn(&mut motor, 512, 1000);
+            assert_eq!(motor.finished_id(), 0);
+        }
+    }
+
+    #[test]
+    fn an_injected_error_is_made_up_for_once() {
+        let mut motor = Motor::default();
+        motor.begin(1, 5, 6);
+        assert_eq!(turn(&mut motor, 512, 100), 206);
+        motor.begin(2, 5, (-6_i16) as u16);
+        assert_eq!(turn(&mut motor, 512, 1), 0);
+        assert_eq!(turn(&mut motor, 512, 99), 194);
+        assert!(!motor.has_distance());
+    }
+
+    #[test]
+    fn a_master_that_does_not_exist_is_none() {
+        for master in [-1, 9, i16::MIN, i16::MAX] {
+            let mut motor = Motor::default();
+            motor.begin(1, master, 0);
+            assert_eq!((motor.leader(), motor.finished_id()), (None, 1));
+        }
+    }
+}

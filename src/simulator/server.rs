@@ -1,0 +1,267 @@
+//! The thread and the sockets of a simulated TXT.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex};
+
+use super::command::{command_id, command_size, Misbehaviour};
+use super::fault::{Delivery, Fault, FaultKind};
+use super::machine::Machine;
+use super::session::{Script, Session, Settings};
+use crate::wire::CommandId;
+
+/// How often a thread that waits for its socket looks whether it should end.
+const POLL: Duration = Duration::from_millis(5);
+
+/// How long a client may leave a response unread before it is cut off. The buffers of the
+/// operating system hold hundreds of responses, so this is a client that never reads.
+const WRITE_LIMIT: Duration = Duration::from_secs(1);
+
+/// What the server's thread and its owner have in common.
+pub(super) struct Shared {
+    machine: Mutex<Machine>,
+    /// The machine may have changed.
+    changed: Condvar,
+    stopping: Mutex<bool>,
+    stopped: Condvar,
+}
+
+impl Shared {
+    pub(super) fn new(machine: Machine) -> Self {
+        Self {
+            machine: Mutex::new(machine),
+            changed: Condvar::new(),
+            stopping: Mutex::new(false),
+            stopped: Condvar::new(),
+        }
+    }
+
+    /// Looks at or changes the machine.
+    pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
+        let result = f(&mut self.machine.lock());
+        self.changed.notify_all();
+        result
+    }
+
+    /// Waits until the condition holds, at most so long; whether it does.
+    pub(super) fn wait_until(
+        &self,
+        limit: Duration,
+        mut condition: impl FnMut(&Machine) -> bool,
+    ) -> bool {
+        let mut machine = self.machine.lock();
+        let waited =
+            self.changed.wait_while_for(&mut machine, |machine| !condition(machine), limit);
+        !waited.timed_out() || condition(&machine)
+    }
+
+    /// Tells the thread to end.
+    pub(super) fn stop(&self) {
+        *self.stopping.lock() = true;
+        self.stopped.notify_all();
+    }
+
+    /// Lets so much time pass, but no more when the thread should end.
+    fn rest(&self, time: Duration) -> Result<(), End> {
+        let mut stopping = self.stopping.lock();
+        self.stopped.wait_while_for(&mut stopping, |stopping| !*stopping, time);
+        if *stopping {
+            return Err(End::Stopped);
+        }
+        Ok(())
+    }
+}
+
+/// Serves one client after another.
+pub(super) struct Server {
+    pub(super) listener: TcpListener,
+    pub(super) shared: Arc<Shared>,
+    pub(super) settings: Settings,
+    pub(super) pace: Duration,
+    pub(super) idle_limit: Duration,
+    /// Those that have not struck yet.
+    pub(super) faults: Vec<Fault>,
+    pub(super) script: Script,
+}
+
+impl Server {
+    /// Serves clients until the thread should end.
+    pub(super) fn run(mut self) {
+        while let Ok(stream) = self.accept() {
+            self.shared.with_machine(Machine::client_came);
+            let end = self.serve(stream);
+            self.shared.with_machine(Machine::client_left);
+            match end {
+                Ok(()) | Err(End::Stopped) => {}
+                Err(End::Misbehaved(what)) => log::warn!("the client is cut off: {what}"),
+                Err(End::Idle) => log::warn!("the client is cut off: it sent no command"),
+                Err(End::Left) => log::info!("the client has left"),
+                Err(End::Fault) => log::info!("the connection is closed, as was ordered"),
+                Err(End::Broken(error)) => log::info!("the connection broke: {error}"),
+            }
+        }
+    }
+
+    /// Waits for a client.
+    fn accept(&self) -> Result<TcpStream, End> {
+        loop {
+            match self.listener.accept() {
+                Ok((stream, client)) => {
+                    log::info!("{client} connects");
+                    return Ok(stream);
+                }
+                Err(error) if is_due_to_waiting(&error) => {}
+                // A client that has left again, or too many open files: the next one may do.
+                Err(error) => log::warn!("a client could not be accepted: {error}"),
+            }
+            self.shared.rest(POLL)?;
+        }
+    }
+
+    fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
+        // Some systems hand the listener's mode on.
+        stream.set_nonblocking(false)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(POLL))?;
+        stream.set_write_timeout(Some(WRITE_LIMIT))?;
+        let session = Session::new(self.settings.clone());
+        let mut connection =
+            Connection { server: self, stream, session, responses: 0, last_exchange: None };
+        loop {
+            connection.serve_command()?;
+        }
+    }
+
+    /// The fault for this response, which then has struck.
+    fn take_fault(&mut self, response: u64) -> Option<FaultKind> {
+        let index = self.faults.iter().position(|fault| fault.response == response)?;
+        Some(self.faults.remove(index).kind)
+    }
+}
+
+/// Why a connection ends.
+enum End {
+    /// The thread should end.
+    Stopped,
+    /// The client closed it.
+    Left,
+    /// No command came in time.
+    Idle,
+    /// It was ordered.
+    Fault,
+    Misbehaved(Misbehaviour),
+    Broken(io::Error),
+}
+
+impl From<io::Error> for End {
+    fn from(error: io::Error) -> Self {
+        Self::Broken(error)
+    }
+}
+
+impl From<Misbehaviour> for End {
+    fn from(what: Misbehaviour) -> Self {
+        Self::Misbehaved(what)
+    }
+}
+
+struct Connection<'a> {
+    server: &'a mut Server,
+    stream: TcpStream,
+    session: Session,
+    /// How many responses there were, sent or not.
+    responses: u64,
+    /// When the last exchange response left.
+    last_exchange: Option<Instant>,
+}
+
+impl Connection<'_> {
+    /// Reads a command, carries it out and sends the response.
+    fn serve_command(&mut self) -> Result<(), End> {
+        let command = self.read_command()?;
+        let id = command_id(&command)?;
+        let is_exchange = matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr);
+        if is_exchange {
+            // Before the machine moves on, so that the response has what is true when it leaves.
+            self.keep_pace()?;
+        }
+        let delivery = self.carry_out(&command)?;
+        self.server.shared.rest(delivery.delay)?;
+        if is_exchange {
+            self.last_exchange = Some(Instant::now());
+        }
+        self.deliver(&delivery)
+    }
+
+    fn read_command(&mut self) -> Result<Vec<u8>, End> {
+        let begin = Instant::now();
+        let mut command = Vec::new();
+        loop {
+            let read = command.len();
+            let size = command_size(&command)?;
+            if read == size {
+                return Ok(command);
+            }
+            command.resize(size, 0);
+            self.read(&mut command[read..], begin)?;
+        }
+    }
+
+    /// Fills the buffer, at most until the idle limit.
+    fn read(&mut self, mut buffer: &mut [u8], begin: Instant) -> Result<(), End> {
+        while !buffer.is_empty() {
+            match self.stream.read(buffer) {
+                Ok(0) => return Err(End::Left),
+                Ok(count) => buffer = &mut buffer[count..],
+                Err(error) if is_due_to_waiting(&error) => {}
+                Err(error) => return Err(error.into()),
+            }
+            self.server.shared.rest(Duration::ZERO)?;
+            if !buffer.is_empty() && begin.elapsed() >= self.server.idle_limit {
+                return Err(End::Idle);
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until the next exchange response may leave.
+    fn keep_pace(&self) -> Result<(), End> {
+        let passed = self.last_exchange.map_or(Duration::MAX, |last| last.elapsed());
+        self.server.shared.rest(self.server.pace.saturating_sub(passed))
+    }
+
+    /// Carries out a command; how its response leaves.
+    fn carry_out(&mut self, command: &[u8]) -> Result<Delivery, End> {
+        let Server { shared, script, .. } = &mut *self.server;
+        let mut response = Vec::new();
+        shared
+            .with_machine(|machine| self.session.answer(command, machine, script, &mut response))?;
+        let fault = self.server.take_fault(self.responses);
+        self.responses += 1;
+        Ok(match fault {
+            Some(kind) => Delivery::disturbed(response, kind),
+            None => Delivery::undisturbed(response),
+        })
+    }
+
+    fn deliver(&mut self, delivery: &Delivery) -> Result<(), End> {
+        for piece in delivery.pieces() {
+            self.stream.write_all(piece)?;
+            self.stream.flush()?;
+        }
+        if delivery.close {
+            return Err(End::Fault);
+        }
+        Ok(())
+    }
+}
+
+/// Whether nothing has come in yet, or a signal came instead.
+fn is_due_to_waiting(error: &io::Error) -> bool {
+    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
+
+    matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
+}

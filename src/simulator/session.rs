@@ -1,0 +1,291 @@
+//! One connection's protocol: bytes of commands to bytes of responses, without I/O or a clock.
+
+use super::command::{command_id, Misbehaviour};
+use super::machine::Machine;
+use super::words::{self, COMMAND_WORDS};
+use crate::transfer_area::MAX_EXTENSIONS;
+use crate::wire::{
+    CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
+    StartOnline, UpdateConfig,
+};
+use crate::FirmwareVersion;
+
+/// What is called for each exchange.
+pub(super) type Script = Box<dyn FnMut(&mut Machine) + Send>;
+
+/// What all connections of a simulated TXT have in common.
+#[derive(Clone, Debug)]
+pub(super) struct Settings {
+    /// Name of the controller, filled up with NUL.
+    pub(super) device_name: [u8; 16],
+    /// Version of its firmware.
+    pub(super) firmware: FirmwareVersion,
+    /// Machine time of one exchange in µs.
+    pub(super) step: u64,
+}
+
+/// One connection's state.
+#[derive(Debug)]
+pub(super) struct Session {
+    settings: Settings,
+    expander: Expander,
+    compressor: Compressor,
+    /// Kept to be used again.
+    words: Vec<u16>,
+}
+
+impl Session {
+    /// A connection that has just been made.
+    pub(super) fn new(settings: Settings) -> Self {
+        Self {
+            settings,
+            expander: Expander::new(),
+            compressor: Compressor::new(),
+            words: Vec::new(),
+        }
+    }
+
+    /// Carries out one whole command and appends the response to `out`.
+    pub(super) fn answer(
+        &mut self,
+        command: &[u8],
+        machine: &mut Machine,
+        script: &mut Script,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Misbehaviour> {
+        let id = command_id(command)?;
+        machine.note_command(id);
+        let needs_online =
+            !matches!(id, CommandId::QueryStatus | CommandId::StartOnline | CommandId::StopOnline);
+        if needs_online && !machine.online() {
+            return Err(Misbehaviour::NotOnline(id));
+        }
+        match id {
+            CommandId::QueryStatus => self.query_status(out),
+            CommandId::StartOnline => self.start_online(command, machine, out)?,
+            CommandId::UpdateConfig => update_config(command, machine, out)?,
+            CommandId::ExchangeData => self.exchange(command, machine, script, out)?,
+            CommandId::ExchangeDataCmpr => {
+                self.exchange_compressed(command, machine, script, out)?;
+            }
+            CommandId::StopOnline => stop_online(machine, out),
+            CommandId::StartCameraOnline | CommandId::StopCameraOnline => {
+                return Err(Misbehaviour::Unsupported(id));
+            }
+        }
+        Ok(())
+    }
+
+    fn query_status(&self, out: &mut Vec<u8>) {
+        let Settings { device_name, firmware: version, .. } = self.settings;
+        QueryStatusResponse { device_name, version }.emit(out);
+    }
+
+    fn start_online(
+        &mut self,
+        command: &[u8],
+        machine: &mut Machine,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Misbehaviour> {
+        StartOnline::parse(command)?;
+        self.expander = Expander::new();
+        self.compressor = Compressor::new();
+        machine.start_online();
+        log::info!("online mode begins");
+        ResponseId::StartOnline.emit(out);
+        Ok(())
+    }
+
+    fn exchange(
+        &mut self,
+        command: &[u8],
+        machine: &mut Machine,
+        script: &mut Script,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Misbehaviour> {
+        machine.take_over(0, ExchangeData::parse(command)?);
+        self.pass_time(machine, script);
+        if let Some(master) = machine.reachable().next() {
+            master.report().emit(out);
+        }
+        machine.note_exchange();
+        Ok(())
+    }
+
+    fn exchange_compressed(
+        &mut self,
+        command: &[u8],
+        machine: &mut Machine,
+        script: &mut Script,
+        out: &mut Vec<u8>,
+    ) -> Result<(), Misbehaviour> {
+        self.take_over(command, machine)?;
+        self.pass_time(machine, script);
+        self.report(machine, out);
+        machine.note_exchange();
+        Ok(())
+    }
+
+    /// Hands the outputs of a compressed exchange to the controllers they are for.
+    fn take_over(&mut self, command: &[u8], machine: &mut Machine) -> Result<(), Misbehaviour> {
+        let (header, data) = command.split_at(CmprHeader::LEN.min(command.len()));
+        let CmprHeader { crc, active_extensions: mask, .. } = CmprHeader::parse_command(header)?;
+        if mask >> MAX_EXTENSIONS != 0 {
+            return Err(Misbehaviour::Extensions(mask));
+        }
+        let areas = 1 + mask.count_ones() as usize;
+        let words = self.expander.expand(data, areas * COMMAND_WORDS, crc)?;
+        let extensions = (0..MAX_EXTENSIONS).filter(|extension| mask >> extension & 1 != 0);
+        let controllers = std::iter::once(0).chain(extensions.map(|extension| extension + 1));
+        for (controller, area) in controllers.zip(words.chunks_exact(COMMAND_WORDS)) {
+            machine.take_over(controller, words::outputs(area));
+        }
+        Ok(())
+    }
+
+    fn pass_time(&self, machine: &mut Machine, script: &mut Script) {
+        machine.move_on(self.settings.step);
+        script(machine);
+        log::trace!("exchange {} takes place", machine.exchanges());
+    }
+
+    /// Appends the response of a compressed exchange.
+    fn report(&mut self, machine: &Machine, out: &mut Vec<u8>) {
+        self.words.clear();
+        for controller in machine.reachable() {
+            words::push_inputs(&controller.report(), &mut self.words);
+            if self.settings.firmware >= FirmwareVersion::WITH_MICROPHONE {
+                self.words.extend([controller.mic_lin, controller.mic_log]);
+            }
+        }
+        let mut data = Vec::new();
+        let crc = self.compressor.compress(&self.words, &mut data);
+        // At most 1053 bytes.
+        let extra_size = data.len() as u32;
+        let header = CmprHeader { extra_size, crc, active_extensions: machine.alive_mask() };
+        header.emit_response(out);
+        out.extend_from_slice(&data);
+    }
+}
+
+fn update_config(
+    command: &[u8],
+    machine: &mut Machine,
+    out: &mut Vec<u8>,
+) -> Result<(), Misbehaviour> {
+    let UpdateConfig { config_id, extension_id, config } = UpdateConfig::parse(command)?;
+    machine.configure(extension_id, config_id, config);
+    ResponseId::UpdateConfig.emit(out);
+    Ok(())
+}
+
+fn stop_online(machine: &mut Machine, out: &mut Vec<u8>) {
+    machine.stop_online();
+    log::info!("online mode ends");
+    ResponseId::StopOnline.emit(out);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+
+    fn session() -> Session {
+        let firmware = FirmwareVersion::new(4, 6, 6);
+        Session::new(Settings { device_name: *b"ROBOTICS TXT 001", firmware, step: 10_000 })
+    }
+
+    fn answer(
+        session: &mut Session,
+        machine: &mut Machine,
+        command: &[u8],
+    ) -> Result<Vec<u8>, Misbehaviour> {
+        let mut out = Vec::new();
+        let mut script: Script = Box::new(|_| {});
+        session.answer(command, machine, &mut script, &mut out)?;
+        Ok(out)
+    }
+
+    /// A compressed exchange of these words, from a fresh compression.
+    fn compressed(words: &[u16], mask: u16) -> Vec<u8> {
+        let (mut data, mut command) = (Vec::new(), Vec::new());
+        let crc = Compressor::new().compress(words, &mut data);
+        let extra_size = data.len() as u32;
+        CmprHeader { extra_size, crc, active_extensions: mask }.emit_command(&mut command);
+        command.extend(data);
+        command
+    }
+
+    #[test]
+    fn outputs_go_to_the_extensions_in_the_mask() {
+        let (mut session, mut machine) = (session(), Machine::new(3));
+        machine.start_online();
+        // Extension 8 does not exist, which moves nobody else's words.
+        let words: Vec<u16> = (1..=4).flat_map(|area| [area; COMMAND_WORDS]).collect();
+        answer(&mut session, &mut machine, &compressed(&words, 0b1000_0110)).unwrap();
+        let sound_of = |index: usize| machine.controllers[index].outputs.sound_index;
+        assert_eq!([0, 1, 2, 3].map(sound_of), [1, 0, 2, 3]);
+    }
+
+    #[test]
+    fn the_microphone_is_reported_from_firmware_4_2_4_on() {
+        for (patch, with_microphone) in [(3, false), (4, true)] {
+            let mut session = session();
+            session.settings.firmware = FirmwareVersion::new(4, 2, patch);
+            let mut machine = Machine::new(1);
+            machine.start_online();
+            machine.controllers[0].mic_lin = 7;
+            machine.controllers[1].mic_log = 9;
+            let response = answer(&mut session, &mut machine, &compressed(&[0; 54], 1)).unwrap();
+            let header = CmprHeader::parse_response(&response[..16]).unwrap();
+            assert_eq!(header.active_extensions, 1);
+            let count = if with_microphone { 104 } else { 100 };
+            let mut expander = Expander::new();
+            let words = expander.expand(&response[16..], count, header.crc).unwrap();
+            if with_microphone {
+                assert_eq!((&words[50..52], &words[102..]), (&[7, 0][..], &[0, 9][..]));
+            }
+        }
+    }
+
+    #[test]
+    fn commands_out_of_place_are_not_answered() {
+        let (mut session, mut machine) = (session(), Machine::new(0));
+        let early = answer(&mut session, &mut machine, &compressed(&[0; 27], 0));
+        assert_eq!(early, Err(Misbehaviour::NotOnline(CommandId::ExchangeDataCmpr)));
+        machine.start_online();
+        let camera = CommandId::StopCameraOnline.id().to_le_bytes();
+        let camera = answer(&mut session, &mut machine, &camera);
+        assert_eq!(camera, Err(Misbehaviour::Unsupported(CommandId::StopCameraOnline)));
+        let ninth = answer(&mut session, &mut machine, &compressed(&[0; 54], 1 << 8));
+        assert_eq!(ninth, Err(Misbehaviour::Extensions(1 << 8)));
+        assert_eq!(machine.exchanges(), 0);
+    }
+
+    #[test]
+    fn an_exchange_with_a_wrong_checksum_changes_nothing() {
+        let (mut session, mut machine) = (session(), Machine::new(0));
+        machine.start_online();
+        let mut command = compressed(&[1; 27], 0);
+        command[8] ^= 1;
+        assert!(matches!(
+            answer(&mut session, &mut machine, &command),
+            Err(Misbehaviour::Packet(Error::WrongCrc { .. }))
+        ));
+        assert_eq!(machine.controllers[0].outputs, ExchangeData::default());
+    }
+
+    #[test]
+    fn starting_online_resets_the_compression_both_ways() {
+        let (mut session, mut machine) = (session(), Machine::new(0));
+        let mut start = Vec::new();
+        StartOnline::new().emit(&mut start);
+        let [first, second] = [(); 2].map(|()| {
+            answer(&mut session, &mut machine, &start).unwrap();
+            machine.controllers[0].uni[0] = 5;
+            answer(&mut session, &mut machine, &compressed(&[3; 27], 0)).unwrap()
+        });
+        assert_eq!(first, second);
+        assert_eq!(machine.controllers[0].outputs.sound_index, 3);
+    }
+}

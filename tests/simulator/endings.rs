@@ -1,0 +1,144 @@
+//! How connections end, and the simulated TXT itself.
+
+use std::io::Read;
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId};
+use ft_transfer_area::Error;
+
+use crate::unpaced;
+use crate::wire_client::{Client, LIMIT};
+
+/// Whether the next client is served.
+fn assert_serves(txt: &SimulatedTxt) {
+    let mut client = Client::online(txt);
+    assert_eq!(client.exchange_compressed(&[[0; 27]], 0).mask, 0);
+}
+
+#[test]
+fn a_wrong_checksum_ends_the_connection() {
+    let txt = unpaced().start().unwrap();
+    let mut client = Client::online(&txt);
+    client.exchange_compressed(&[[1; 27]], 0);
+    let mut command = Vec::new();
+    // The 27 words are told as unchanged: 01, 11, 1111, then 8 bits for 27 - 20.
+    let header = CmprHeader { extra_size: 2, crc: 0x1234_5678, active_extensions: 0 };
+    header.emit_command(&mut command);
+    command.extend([0xFD, 0x07]);
+    client.send(&command);
+    assert_eq!(client.until_closed(), []);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online() && !machine.connected()));
+    assert_serves(&txt);
+}
+
+#[test]
+fn an_exchange_or_config_before_online_mode_ends_the_connection() {
+    let txt = unpaced().start().unwrap();
+    let mut exchange = Vec::new();
+    ExchangeData::default().emit(&mut exchange);
+    let mut update = CommandId::UpdateConfig.id().to_le_bytes().to_vec();
+    update.resize(96, 0);
+    for command in [exchange, update] {
+        let mut client = Client::connect(&txt);
+        client.send(&command);
+        assert_eq!(client.until_closed(), []);
+    }
+    assert_eq!(txt.with_machine(|machine| machine.exchanges()), 0);
+    assert_serves(&txt);
+}
+
+#[test]
+fn garbage_ends_the_connection_and_the_next_client_is_served() {
+    let txt = unpaced().start().unwrap();
+    let mut oversized = Vec::new();
+    CmprHeader { extra_size: u32::MAX, ..CmprHeader::default() }.emit_command(&mut oversized);
+    let camera = CommandId::StartCameraOnline.id().to_le_bytes();
+    for garbage in [b"GET / HTTP/1.1\r\n\r\n".as_slice(), &oversized, &camera] {
+        let mut client = Client::online(&txt);
+        client.send(garbage);
+        assert_eq!(client.until_closed(), []);
+    }
+    assert_serves(&txt);
+}
+
+#[test]
+fn a_connection_without_commands_is_closed() {
+    let idle_limit = Duration::from_millis(30);
+    let txt = unpaced().idle_limit(idle_limit).start().unwrap();
+    let begin = Instant::now();
+    assert_eq!(Client::connect(&txt).until_closed(), []);
+    assert!(begin.elapsed() >= idle_limit);
+    assert!(txt.wait_until(LIMIT, |machine| machine.connections() == 1 && !machine.connected()));
+}
+
+#[test]
+fn a_lost_client_and_stop_online_stop_the_outputs() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let stopped = |machine: &Machine| {
+        machine.controllers.iter().all(|controller| {
+            controller.outputs == ExchangeData::default() && controller.playing_sound().is_none()
+        })
+    };
+    for says_goodbye in [false, true] {
+        let mut client = Client::online(&txt);
+        client.exchange_compressed(&[[1; 27], [1; 27]], 1);
+        assert!(!txt.with_machine(|machine| stopped(machine)));
+        if says_goodbye {
+            client.command(CommandId::StopOnline);
+            ResponseId::StopOnline.check(&client.receive(4)).unwrap();
+            assert!(txt.with_machine(|machine| stopped(machine) && !machine.online()));
+        }
+        drop(client);
+        assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+        assert!(txt.with_machine(|machine| stopped(machine) && !machine.online()));
+    }
+}
+
+#[test]
+fn waiting_in_vain_ends_at_the_limit() {
+    let txt = unpaced().start().unwrap();
+    let limit = Duration::from_millis(20);
+    let begin = Instant::now();
+    assert!(!txt.wait_until(limit, |machine| machine.connected()));
+    assert!(begin.elapsed() >= limit);
+}
+
+/// Drops the simulated TXT and fails when that takes longer than the limit.
+fn assert_drops(txt: SimulatedTxt) {
+    let (done, is_done) = mpsc::channel();
+    thread::spawn(move || {
+        drop(txt);
+        done.send(()).unwrap();
+    });
+    is_done.recv_timeout(LIMIT).expect("dropping hangs");
+}
+
+#[test]
+fn dropping_does_not_wait_for_anybody() {
+    assert_drops(unpaced().start().unwrap());
+
+    let txt = unpaced().start().unwrap();
+    let mut client = Client::online(&txt);
+    assert_drops(txt);
+    assert_eq!(client.until_closed(), []);
+
+    // Within the pause before a response.
+    let txt = unpaced().pace(Duration::from_secs(3600)).start().unwrap();
+    let mut client = Client::online(&txt);
+    client.exchange_compressed(&[[0; 27]], 0);
+    client.send_compressed(&[[0; 27]], 0);
+    assert_drops(txt);
+    assert_eq!(client.stream.read(&mut [0]).unwrap_or(0), 0);
+}
+
+#[test]
+fn what_can_not_be_started_is_an_error() {
+    let error = SimulatedTxt::builder().extensions(9).start().unwrap_err();
+    assert_eq!(error, Error::AreaCount { given: 10 });
+    let txt = unpaced().start().unwrap();
+    let error = SimulatedTxt::builder().port(txt.port()).start().unwrap_err();
+    assert!(matches!(error, Error::SimulatorFailed { .. }));
+}

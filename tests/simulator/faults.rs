@@ -1,0 +1,158 @@
+//! Every fault that can be ordered, as a client sees it.
+
+use std::io::Read;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::wire::{CmprHeader, CommandId, ResponseId};
+
+use crate::unpaced;
+use crate::wire_client::Client;
+
+/// The response to the first exchange; the one before is StartOnline's.
+const FIRST_EXCHANGE: u64 = 1;
+
+/// A simulated TXT with I1 at 1234 whose first exchange is disturbed.
+fn disturbed(kind: FaultKind) -> SimulatedTxt {
+    let txt = unpaced().fault(Fault { response: FIRST_EXCHANGE, kind }).start().unwrap();
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1234);
+    txt
+}
+
+/// A client that has begun an exchange.
+fn begin_exchange(txt: &SimulatedTxt) -> Client {
+    let mut client = Client::online(txt);
+    client.send_compressed(&[[0; 27]], 0);
+    client
+}
+
+/// The response to the first exchange as it is without a fault.
+fn usual() -> Vec<u8> {
+    let txt = disturbed(FaultKind::Dribble);
+    assert_eq!(begin_exchange(&txt).receive_compressed().words[0], 1234);
+    let mut client = begin_exchange(&txt);
+    let mut response = client.receive(CmprHeader::LEN);
+    let size = CmprHeader::parse_response(&response).unwrap().extra_size as usize;
+    response.extend(client.receive(size));
+    response
+}
+
+/// Whether the next connection's first exchange is undisturbed.
+fn assert_struck_once(txt: &SimulatedTxt, client: Client) {
+    drop(client);
+    assert_eq!(begin_exchange(txt).receive_compressed().words[0], 1234);
+}
+
+#[test]
+fn a_delay_is_at_least_as_long_as_ordered() {
+    let delay = Duration::from_millis(60);
+    let txt = disturbed(FaultKind::Delay(delay));
+    let begin = Instant::now();
+    let mut client = begin_exchange(&txt);
+    assert_eq!(client.receive_compressed().words[0], 1234);
+    assert!(begin.elapsed() >= delay);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn silence_skips_one_response() {
+    let txt = disturbed(FaultKind::Silence);
+    let mut client = begin_exchange(&txt);
+    client.command(CommandId::QueryStatus);
+    ResponseId::QueryStatus.check(&client.receive(24)).unwrap();
+    assert_eq!(txt.with_machine(|machine| machine.exchanges()), 1);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn a_dribbled_response_is_whole() {
+    let txt = disturbed(FaultKind::Dribble);
+    let mut client = begin_exchange(&txt);
+    assert_eq!(client.receive_compressed().words[0], 1234);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn a_wrong_id_belongs_to_no_response() {
+    let txt = disturbed(FaultKind::WrongId);
+    let mut client = begin_exchange(&txt);
+    let id: [u8; 4] = client.receive(4).try_into().unwrap();
+    assert_eq!(ResponseId::from_id(u32::from_le_bytes(id)), None);
+    assert_eq!(client.receive(usual().len() - 4), usual()[4..]);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn a_wrong_crc_is_the_only_difference() {
+    let txt = disturbed(FaultKind::WrongCrc);
+    let mut client = begin_exchange(&txt);
+    let response = client.receive(usual().len());
+    assert_eq!(response[..8], usual()[..8]);
+    assert_ne!(response[8..12], usual()[8..12]);
+    assert_eq!(response[12..], usual()[12..]);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn an_extra_size_is_announced_as_ordered() {
+    let txt = disturbed(FaultKind::ExtraSize(u32::MAX));
+    let mut client = begin_exchange(&txt);
+    let response = client.receive(usual().len());
+    assert_eq!(response[4..8], [0xFF; 4]);
+    assert_eq!(response[8..], usual()[8..]);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn cut_data_is_half_as_long() {
+    let txt = disturbed(FaultKind::CutData);
+    let mut client = begin_exchange(&txt);
+    let whole = usual();
+    let half = (whole.len() - CmprHeader::LEN) / 2;
+    let header = CmprHeader::parse_response(&client.receive(CmprHeader::LEN)).unwrap();
+    assert_eq!(header.extra_size as usize, half);
+    assert_eq!(header.crc.to_le_bytes(), whole[8..12]);
+    assert_eq!(client.receive(half), whole[CmprHeader::LEN..][..half]);
+    client.command(CommandId::QueryStatus);
+    ResponseId::QueryStatus.check(&client.receive(24)).unwrap();
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn surplus_bytes_come_before_the_next_response() {
+    let txt = disturbed(FaultKind::Surplus(5));
+    let mut client = begin_exchange(&txt);
+    assert_eq!(client.receive_compressed().words[0], 1234);
+    client.receive(5);
+    client.command(CommandId::QueryStatus);
+    ResponseId::QueryStatus.check(&client.receive(24)).unwrap();
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn a_connection_closes_after_so_many_bytes() {
+    let whole = usual();
+    for (after, sent) in [(0, 0), (1, 1), (16, 16), (whole.len(), whole.len()), (9999, whole.len())]
+    {
+        let txt = disturbed(FaultKind::Close { after });
+        let mut client = begin_exchange(&txt);
+        assert_eq!(client.until_closed(), whole[..sent]);
+        assert_struck_once(&txt, client);
+    }
+}
+
+#[test]
+fn faults_for_the_same_response_strike_one_connection_each() {
+    let close = Fault { response: 0, kind: FaultKind::Close { after: 0 } };
+    let txt = unpaced().fault(close).fault(close).start().unwrap();
+    for _ in 0..2 {
+        let mut client = Client::connect(&txt);
+        client.command(CommandId::QueryStatus);
+        assert_eq!(client.until_closed(), []);
+    }
+    let mut client = Client::connect(&txt);
+    client.command(CommandId::QueryStatus);
+    let mut response = Vec::new();
+    (&client.stream).take(24).read_to_end(&mut response).unwrap();
+    ResponseId::QueryStatus.check(&response).unwrap();
+}
