@@ -19,9 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 
 use ft_transfer_area::simulator::SimulatedTxt;
-use ft_transfer_area::transfer_area::{
-    InputMode, UniConfig, DUTY_MAX, LOCAL_IO, NO_ULTRASONIC, REMOTE_IO_1,
-};
+use ft_transfer_area::transfer_area::{InputMode, UniConfig, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::{TransferAreaComHandler, PORT};
 
 const USAGE: &str = "usage: motor_on_off_switch [--seconds N] [HOST]";
@@ -120,9 +118,11 @@ fn simulated_txt() -> Result<SimulatedTxt, ft_transfer_area::Error> {
         .extensions(1)
         .on_exchange(|machine| {
             let pressed = machine.exchanges() / EXCHANGES_PER_CHANGE % 2 == 1;
+            // Something comes nearer, from 60 cm to 11 cm, and again.
+            let distance = 60 - (machine.exchanges() % 50) as i16;
             for controller in &mut machine.controllers {
                 controller.uni[0] = i16::from(pressed);
-                controller.uni[1] = NO_ULTRASONIC;
+                controller.uni[1] = distance;
             }
         })
         .start()

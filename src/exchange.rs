@@ -20,6 +20,10 @@ pub enum TransferMode {
     Simple,
 }
 
+/// Words per area in a compressed request.
+const REQUEST_WORDS: usize = 27;
+/// The most compressed bytes of a request: 18 bits for each word.
+const MAX_REQUEST_DATA: usize = (MAX_AREAS * REQUEST_WORDS * 18).div_ceil(8);
 /// Words per area in a compressed response of firmware before 4.2.4.
 const RESPONSE_WORDS: usize = 50;
 /// Words per area in a compressed response from firmware 4.2.4 on, with the microphone.
@@ -85,8 +89,8 @@ impl Exchange {
             expander: Expander::new(),
             sent_config_ids: [None; MAX_AREAS],
             inputs: Inputs::default(),
-            words: Vec::new(),
-            data: Vec::new(),
+            words: Vec::with_capacity(MAX_AREAS * RESPONSE_WORDS_WITH_MICROPHONE),
+            data: Vec::with_capacity(MAX_REQUEST_DATA),
         }
     }
 
@@ -147,7 +151,7 @@ impl Exchange {
         }
         self.data.clear();
         let crc = self.compressor.compress(&self.words, &mut self.data);
-        // 9 areas of 27 words are some hundred bytes.
+        // At most MAX_REQUEST_DATA.
         let extra_size = self.data.len() as u32;
         CmprHeader { extra_size, crc, active_extensions }.emit_command(out);
         out.extend_from_slice(&self.data);

@@ -158,7 +158,6 @@ impl Drop for TransferArea {
 /// [`LOCAL_IO`](crate::transfer_area::LOCAL_IO) and the extensions behind it.
 ///
 /// Dropping it lets what was written go out with the next request, all of it or nothing.
-#[must_use = "the areas are locked only as long as the guard lives"]
 pub struct TransferAreaGuard<'a> {
     shared: &'a Shared,
     areas: MutexGuard<'a, Vec<FishX1Transfer>>,

@@ -22,14 +22,18 @@ const RESPONSES: [(ResponseId, usize); 5] = [
     (ResponseId::ExchangeDataCmpr, 17),
 ];
 
-/// The inputs change with the response in which a fault strikes, so that a response that is
-/// taken over in spite of it shows.
+/// How many responses come before the first exchange's.
+const HANDSHAKE: u64 = 3;
+
+/// The inputs change with the first response that must not come through, so that it shows when
+/// it does.
 fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
-    let handshake = 3;
+    let whole = kind == FaultKind::Close { after: usize::MAX };
+    let first_bad = response + u64::from(whole);
     unpaced()
         .fault(Fault { response, kind })
         .on_exchange(move |machine| {
-            let bad = machine.exchanges() + handshake >= response;
+            let bad = HANDSHAKE + machine.exchanges() >= first_bad;
             machine.controllers[0].uni = [if bad { 9999 } else { 1 }; 8];
         })
         .start()
@@ -41,10 +45,14 @@ fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
     let limits = TimeLimits { read: Duration::from_secs(20), ..TimeLimits::default() };
     let mut handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
     let before = handler.lock()[LOCAL_IO];
-    let error = handler.begin_transfer().and_then(|()| loop {
-        handler.wait_cycle()?;
-    });
-    let error = error.unwrap_err();
+    let error = match handler.begin_transfer() {
+        Ok(()) => loop {
+            if let Err(error) = handler.wait_cycle() {
+                break error;
+            }
+        },
+        Err(error) => error,
+    };
     assert_eq!(handler.wait_cycle().unwrap_err(), error, "the error stays");
     assert_eq!(handler.update_config(), Err(error.clone()), "the error stays");
     assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");

@@ -2,6 +2,7 @@
 //!
 //! Windows and paces are so wide here that a busy machine can't break the promise.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -15,13 +16,16 @@ use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
 /// How many input changes a program answers.
 const CHANGES: usize = 200;
 
-/// A simulated TXT that changes I1 and I2 with every response, and notes for how many of them the
-/// next request did not answer with the same duty on O1 and O3.
+/// A simulated TXT that changes I1 and I2 with every response, and notes how the next request
+/// answers with O1 and O3.
 struct Examiner {
     txt: SimulatedTxt,
-    /// What the response told, and what the next request answered.
-    answers: Arc<Mutex<Vec<(i16, [i16; 2])>>>,
+    /// In the order of the requests; before the first one, no response has told anything but 0.
+    answers: Arc<Mutex<Vec<Answer>>>,
 }
+
+/// What a response told on both inputs, and the two outputs of the next request.
+type Answer = (i16, [i16; 2]);
 
 impl Examiner {
     fn start(builder: SimulatedTxtBuilder) -> Self {
@@ -39,24 +43,28 @@ impl Examiner {
     }
 
     /// Checks the answers to the first changes; the first request comes before any.
-    fn check(&self, outputs: &[usize]) {
+    fn check(&self) {
         let answers = self.answers.lock().unwrap();
         assert!(answers.len() > CHANGES);
         for (asked, answer) in &answers[1..=CHANGES] {
-            for &output in outputs {
-                assert_eq!(answer[output], *asked, "an input was not answered at once");
-            }
+            assert_eq!(answer[0], *asked, "an input was not answered at once");
         }
     }
 }
 
-/// Answers one input by one output in so many cycles.
-fn answer_waiting(area: &TransferArea, index: usize) -> Result<(), Error> {
-    for _ in 0..CHANGES {
-        let mut areas = area.wait_cycle()?;
-        areas[LOCAL_IO].output.duty[2 * index] = areas[LOCAL_IO].input.uni[index];
-    }
+/// Waits for a response and answers one of its inputs by one output.
+fn answer_once(area: &TransferArea, index: usize) -> Result<(), Error> {
+    let mut areas = area.wait_cycle()?;
+    areas[LOCAL_IO].output.duty[2 * index] = areas[LOCAL_IO].input.uni[index];
     Ok(())
+}
+
+/// Answers all changes of the first input, and waits until the last answer is out.
+fn answer_all(examiner: &Examiner, area: &TransferArea) {
+    for _ in 0..CHANGES {
+        answer_once(area, 0).unwrap();
+    }
+    wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
 }
 
 #[test]
@@ -64,27 +72,44 @@ fn a_waiting_program_answers_every_input_change_in_the_very_next_request() {
     let examiner = Examiner::start(SimulatedTxt::builder().idle_limit(2 * DEADLINE));
     let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
-    answer_waiting(&handler.transfer_area(), 0).unwrap();
-    wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
+    answer_all(&examiner, &handler.transfer_area());
     assert_eq!(handler.statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
-    examiner.check(&[0]);
+    examiner.check();
 }
 
 #[test]
 fn the_request_waits_for_all_threads_that_waited_for_the_response() {
-    let examiner = Examiner::start(unpaced());
+    const TOGETHER: usize = 20;
+    let pace = Duration::from_millis(100);
+    let examiner = Examiner::start(SimulatedTxt::builder().pace(pace));
     let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
-    // Both must be waiting before the first response, so the first thread begins the transfer
-    // when the second one is ready to wait.
-    let second = handler.transfer_area();
-    thread::scope(|scope| {
-        handler.begin_transfer().unwrap();
-        let second = scope.spawn(move || answer_waiting(&second, 1));
-        answer_waiting(&handler.transfer_area(), 0).unwrap();
-        second.join().unwrap().unwrap();
+    handler.begin_transfer().unwrap();
+    let stop = AtomicBool::new(false);
+    let both_since = thread::scope(|scope| {
+        for index in 0..2 {
+            let (area, stop) = (handler.transfer_area(), &stop);
+            scope.spawn(move || {
+                while !stop.load(Ordering::Relaxed) {
+                    answer_once(&area, index).unwrap();
+                }
+            });
+        }
+        // The threads may come to their first response at different times.
+        let is_answered = |(asked, answer): &Answer| *asked > 0 && *answer == [*asked; 2];
+        let mut both_since = None;
+        wait_until(&examiner.txt, "answers of both", |_| {
+            let answers = examiner.answers.lock().unwrap();
+            both_since = answers.iter().position(is_answered);
+            both_since.is_some_and(|first| answers.len() >= first + TOGETHER)
+        });
+        stop.store(true, Ordering::Relaxed);
+        both_since.unwrap()
     });
     handler.end_transfer().unwrap();
+    for (asked, answer) in &examiner.answers.lock().unwrap()[both_since..][..TOGETHER] {
+        assert_eq!(*answer, [*asked; 2], "an input was not answered by both at once");
+    }
 }
 
 #[test]
@@ -100,7 +125,7 @@ fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
         thread::sleep(Duration::from_millis(1));
     }
     handler.end_transfer().unwrap();
-    examiner.check(&[0]);
+    examiner.check();
 }
 
 #[test]
@@ -110,9 +135,9 @@ fn a_program_that_comes_late_joins_the_window_while_it_is_open() {
     handler.begin_transfer().unwrap();
     // Nobody waits for the first response, so its window is open for long.
     wait_until(&examiner.txt, "the first response", |machine| machine.exchanges() == 1);
-    answer_waiting(&handler.transfer_area(), 0).unwrap();
+    answer_all(&examiner, &handler.transfer_area());
     handler.end_transfer().unwrap();
-    examiner.check(&[0]);
+    examiner.check();
 }
 
 #[test]
