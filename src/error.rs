@@ -183,8 +183,8 @@ impl fmt::Display for Error {
             ),
             Self::ConnectionRefused { address } => write!(
                 f,
-                "nothing listens at {address}; check that this is the TXT's address and that its \
-                 start screen shows no running program from another PC"
+                "nothing listens at {address}; check that this is the address of the TXT and that it \
+                 has finished starting"
             ),
             Self::ConnectTimedOut { address, limit } => write!(
                 f,
