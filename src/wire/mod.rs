@@ -8,6 +8,7 @@
 //! Source: the seed document's sections on the commands, and `docs/protocol.md` for what it
 //! leaves out.
 
+mod camera;
 mod compression;
 mod crc;
 mod exchange_data;
@@ -17,6 +18,7 @@ mod query_status;
 mod start_online;
 mod update_config;
 
+pub use camera::{CameraFrameHeader, StartCameraOnline, CAMERA_FRAME_ACKNOWLEDGE};
 pub use compression::{Compressor, Expander};
 pub use crc::crc_of_words;
 pub use exchange_data::{ExchangeData, ExchangeDataResponse, IrRemote};
