@@ -8,7 +8,7 @@ use crate::exchange::check_area_count;
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, QueryStatusResponse, ResponseId,
-    StartOnline, UpdateConfig, ID_LEN, MAX_EXTRA_SIZE,
+    StartCameraOnline, StartOnline, UpdateConfig, ID_LEN, MAX_EXTRA_SIZE,
 };
 use crate::{Error, Exchange, Inputs};
 
@@ -43,7 +43,7 @@ impl Default for TimeLimits {
 }
 
 /// The shortest limit that the operating system takes for one.
-const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
+pub(crate) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
 
 /// How long a failing connection may take to say its last words.
 const FAREWELL_LIMIT: Duration = Duration::from_millis(500);
@@ -226,6 +226,35 @@ impl TxtClient {
         exchange.receive(&self.response[..size]).map_err(|error| self.broken(error))
     }
 
+    /// Starts the camera server on the controller, which takes 1 to 2 s after the response. Its
+    /// frames come over a connection of their own, each behind a
+    /// [`CameraFrameHeader`](crate::wire::CameraFrameHeader).
+    /// Blocks until the response.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotOnline`] before [`start_online`](Self::start_online), and any error of talking
+    /// to the controller.
+    #[doc(alias = "ftIF2013CommandId_StartCameraOnline")]
+    pub fn start_camera_online(&mut self, start: &StartCameraOnline) -> Result<(), Error> {
+        let command = CommandId::StartCameraOnline;
+        self.online(command)?;
+        self.command(command, |out| start.emit(out), no_values)
+    }
+
+    /// Stops the camera server. Blocks until the response.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotOnline`] before [`start_online`](Self::start_online), and any error of talking
+    /// to the controller.
+    #[doc(alias = "ftIF2013CommandId_StopCameraOnline")]
+    pub fn stop_camera_online(&mut self) -> Result<(), Error> {
+        let command = CommandId::StopCameraOnline;
+        self.online(command)?;
+        self.command(command, |out| command.emit(out), no_values)
+    }
+
     /// Ends online mode; the controller stops its motors. Blocks until the response.
     ///
     /// # Errors
@@ -301,7 +330,7 @@ impl TxtClient {
         let result = self
             .stream
             .write_all(&self.request)
-            .map_err(|error| io_error(command, &error, 0))
+            .map_err(|error| io_error(command.name(), &error, 0))
             .and_then(|()| self.read_response(command));
         result.map_err(|error| self.broken(error))
     }
@@ -335,7 +364,7 @@ impl TxtClient {
                     ErrorKind::WouldBlock | ErrorKind::TimedOut => {
                         return Err(self.no_answer(command, received));
                     }
-                    _ => return Err(io_error(command, &error, received)),
+                    _ => return Err(io_error(command.name(), &error, received)),
                 },
             };
         };
@@ -352,7 +381,7 @@ impl TxtClient {
     fn set_read_limit(&self, command: CommandId, limit: Duration) -> Result<(), Error> {
         self.stream
             .set_read_timeout(Some(limit.max(SHORTEST_LIMIT)))
-            .map_err(|error| io_error(command, &error, 0))
+            .map_err(|error| io_error(command.name(), &error, 0))
     }
 
     fn no_answer(&self, command: CommandId, received: usize) -> Error {
@@ -390,7 +419,8 @@ fn no_values(_response: &[u8]) -> Result<(), Error> {
     Ok(())
 }
 
-fn connect_stream(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
+/// Connects to the first of the host's addresses that answers within the limit.
+pub(crate) fn connect_stream(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
     let not_found = |reason: String| Error::HostNotFound { host: host.to_owned(), reason };
     let addresses = (host, port).to_socket_addrs().map_err(|error| not_found(error.to_string()))?;
     let mut failure = not_found("it has no address".to_owned());
@@ -410,8 +440,8 @@ fn connect_stream(host: &str, port: u16, limit: Duration) -> Result<TcpStream, E
     Err(failure)
 }
 
-fn io_error(command: CommandId, error: &std::io::Error, received: usize) -> Error {
-    let command = command.name();
+/// The error for a command during which the connection failed, when so many bytes had come in.
+pub(crate) fn io_error(command: &'static str, error: &std::io::Error, received: usize) -> Error {
     match error.kind() {
         ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
             Error::ConnectionClosed { command, received }

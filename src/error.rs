@@ -138,6 +138,26 @@ pub enum Error {
         required: FirmwareVersion,
     },
 
+    /// `start_camera` was called while the camera is started, which goes on undisturbed.
+    CameraAlreadyStarted,
+    /// A camera option is 0 that has to be 1 at least. Nothing was started.
+    CameraOption {
+        /// Name of the option.
+        option: &'static str,
+    },
+    /// The camera announces a frame of an implausible size.
+    FrameSize {
+        /// The announced number of bytes.
+        announced: i32,
+        /// The limit that was set.
+        limit: usize,
+    },
+    /// A frame is no picture that can be mended or decoded. The next one may be.
+    BadPicture {
+        /// What is wrong with it.
+        reason: String,
+    },
+
     /// A thread of the program panicked with the transfer area in its hands; the motors were
     /// stopped and the transfer ended.
     ProgramPanicked,
@@ -242,6 +262,20 @@ impl fmt::Display for Error {
                 "the controller has firmware {found}, but at least {required} is needed; update \
                  it with ROBOPro or from an SD card"
             ),
+            Self::CameraAlreadyStarted => {
+                write!(f, "the camera is started already; call stop_camera first")
+            }
+            Self::CameraOption { option } => {
+                write!(f, "the camera's {option} is 0, but has to be 1 at least")
+            }
+            Self::FrameSize { announced, limit } => write!(
+                f,
+                "the camera announces a frame of {announced} bytes, but 1 to {limit} are \
+                 plausible; check that the other side is a TXT, or allow larger frames"
+            ),
+            Self::BadPicture { reason } => {
+                write!(f, "the camera's frame is no usable picture: {reason}")
+            }
             Self::ProgramPanicked => write!(
                 f,
                 "a thread of the program panicked while it used the transfer area; the motors \

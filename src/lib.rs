@@ -37,6 +37,7 @@
 //! | send single commands, without a transfer area | [`TxtClient`] |
 //! | drive the exchange over a connection of your own | [`Exchange`] |
 //! | look at the bytes | [`wire`] |
+//! | see through the camera | [`TransferAreaComHandler::start_camera`] |
 //! | develop and test without a controller | `simulator` (feature `simulator`) |
 //!
 //! The crate is a port of the C-Programming Kit 4.1.6; searching this documentation for the kit's
@@ -57,15 +58,17 @@
 //!
 //! # Logging
 //!
-//! Through the `log` crate. `error`: the transfer ended by an error. `info`: a transfer began or
-//! ended. The simulated TXT also uses `warn` for what a client does wrong, and `trace` for each
+//! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the camera's stream
+//! did. `info`: a transfer began, a transfer or stream ended. The simulated TXT also uses `warn` for what a client does wrong, and `trace` for each
 //! exchange.
 //!
 //! # Dependencies
 //!
 //! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
-//! thread can wait on with a limit, `log` is above.
+//! thread can wait on with a limit, `crossbeam-channel` hands over camera frames, `jpeg-decoder`
+//! decodes them, `log` is above.
 
+mod camera;
 mod client;
 mod error;
 mod exchange;
@@ -76,6 +79,7 @@ pub mod simulator;
 pub mod transfer_area;
 pub mod wire;
 
+pub use camera::{CameraFrame, CameraOptions, CameraStatistics, Picture, PowerLine};
 pub use client::{TimeLimits, TxtClient, PORT};
 pub use error::Error;
 pub use exchange::{Exchange, Inputs, TransferMode};

@@ -11,6 +11,8 @@ use crate::{Error, TimeLimits, TransferMode, PORT};
 pub(super) struct Settings {
     pub(super) host: String,
     pub(super) port: u16,
+    /// `None` for the port behind the main connection's.
+    pub(super) camera_port: Option<u16>,
     pub(super) areas: usize,
     pub(super) mode: TransferMode,
     pub(super) limits: TimeLimits,
@@ -45,6 +47,7 @@ impl TransferAreaComHandlerBuilder {
             settings: Settings {
                 host,
                 port: PORT,
+                camera_port: None,
                 areas: 1,
                 mode: TransferMode::default(),
                 limits: TimeLimits::default(),
@@ -56,6 +59,12 @@ impl TransferAreaComHandlerBuilder {
     /// The port of the main connection. Default [`PORT`], 65000.
     pub fn port(mut self, port: u16) -> Self {
         self.settings.port = port;
+        self
+    }
+
+    /// The port of the camera's frames. Default the one behind the main connection's, 65001.
+    pub fn camera_port(mut self, port: u16) -> Self {
+        self.settings.camera_port = Some(port);
         self
     }
 

@@ -2,6 +2,7 @@
 
 mod area;
 mod builder;
+mod camera;
 mod shared;
 mod statistics;
 mod thread;
@@ -16,6 +17,7 @@ pub use area::{TransferArea, TransferAreaGuard};
 pub use builder::TransferAreaComHandlerBuilder;
 pub use statistics::Statistics;
 
+use crate::camera::CameraStream;
 use crate::wire::QueryStatusResponse;
 use crate::{Error, Exchange, FirmwareVersion, TxtClient};
 use builder::Settings;
@@ -69,6 +71,10 @@ pub struct TransferAreaComHandler {
     area: TransferArea,
     status: Option<QueryStatusResponse>,
     thread: Option<JoinHandle<()>>,
+    /// The present or the last stream of the camera.
+    camera: Option<CameraStream>,
+    /// Whether the controller's camera server runs, as far as this transfer has started it.
+    camera_server_started: bool,
 }
 
 impl TransferAreaComHandler {
@@ -81,7 +87,14 @@ impl TransferAreaComHandler {
 
     fn new(settings: Settings) -> Self {
         let area = TransferArea::new(settings.areas);
-        Self { settings, area, status: None, thread: None }
+        Self {
+            settings,
+            area,
+            status: None,
+            thread: None,
+            camera: None,
+            camera_server_started: false,
+        }
     }
 
     /// Connects, checks the firmware, begins online mode, hands over the configuration of all
@@ -101,7 +114,7 @@ impl TransferAreaComHandler {
         if self.area.shared().is_running() {
             return Err(Error::AlreadyStarted);
         }
-        self.join_thread();
+        self.join_threads();
         let result = self.try_begin();
         if let Err(error) = &result {
             self.area.shared().fail(error.clone());
@@ -147,15 +160,19 @@ impl TransferAreaComHandler {
     #[doc(alias = "EndTransfer")]
     pub fn end_transfer(&mut self) -> Result<(), Error> {
         self.area.shared().ask_to_stop(Stop::Asked);
-        self.join_thread();
+        self.join_threads();
         self.error().map_or(Ok(()), Err)
     }
 
-    fn join_thread(&mut self) {
+    fn join_threads(&mut self) {
         if let Some(thread) = self.thread.take() {
             // The thread catches its own panics, so there is nothing to learn here.
             let _ = thread.join();
         }
+        if let Some(camera) = &mut self.camera {
+            camera.join();
+        }
+        self.camera_server_started = false;
     }
 
     /// Locks the areas. See [`TransferArea::lock`].

@@ -7,11 +7,14 @@
 //! when they drop a guard, and inputs out of it when they lock. Whoever takes both locks takes the
 //! areas first.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::Statistics;
+use crate::camera::CameraControl;
+use crate::wire::StartCameraOnline;
 use crate::{Error, FishX1Transfer, Inputs};
 
 /// Why a transfer stops that nothing is wrong with on the wire.
@@ -23,11 +26,18 @@ pub(super) enum Stop {
     ProgramPanicked,
 }
 
+/// A command that the transfer thread sends between two exchanges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Errand {
+    StartCamera(StartCameraOnline),
+    StopCamera,
+}
+
 #[derive(Debug)]
 pub(super) struct Shared {
     areas: Mutex<Vec<FishX1Transfer>>,
     mail: Mutex<Mail>,
-    /// A response has come in, or the transfer has ended.
+    /// A response has come in, an errand is done, or the transfer has ended.
     arrived: Condvar,
     /// All who waited for the response have reacted, or a stop is asked for.
     attended: Condvar,
@@ -54,6 +64,9 @@ struct Mail {
     window: Window,
     /// While a guard is held: the newest response when it was taken.
     held_since: Option<u64>,
+    errand: Option<Errand>,
+    /// The stream of frames that ends with the transfer.
+    camera: Option<Arc<CameraControl>>,
     statistics: Statistics,
 }
 
@@ -96,6 +109,8 @@ impl Shared {
             last_response: None,
             window: Window::default(),
             held_since: None,
+            errand: None,
+            camera: None,
             statistics: Statistics::default(),
         };
         Self {
@@ -161,6 +176,26 @@ impl Shared {
         Ok(cycle + 1)
     }
 
+    /// Has the transfer thread send a command, and waits until that is done.
+    pub(super) fn run_errand(&self, errand: Errand) -> Result<(), Error> {
+        let mut mail = self.mail.lock();
+        mail.check_running()?;
+        mail.errand = Some(errand);
+        while mail.errand.is_some() && mail.is_running() {
+            self.arrived.wait(&mut mail);
+        }
+        mail.check_running()
+    }
+
+    /// Has this stream end with the transfer; at once, when that has ended already.
+    pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
+        let mut mail = self.mail.lock();
+        if !mail.is_running() {
+            camera.stop();
+        }
+        mail.camera = Some(camera);
+    }
+
     pub(super) fn ask_to_stop(&self, stop: Stop) {
         self.mail.lock().ask_to_stop(stop);
         self.attended.notify_one();
@@ -168,6 +203,11 @@ impl Shared {
 
     pub(super) fn is_running(&self) -> bool {
         self.mail.lock().is_running()
+    }
+
+    /// Errs with why no transfer is running.
+    pub(super) fn check_running(&self) -> Result<(), Error> {
+        self.mail.lock().check_running()
     }
 
     pub(super) fn error(&self) -> Option<Error> {
@@ -233,12 +273,26 @@ impl Shared {
         mail.stop
     }
 
+    /// The command to send now.
+    pub(super) fn errand(&self) -> Option<Errand> {
+        self.mail.lock().errand
+    }
+
+    pub(super) fn errand_is_done(&self) {
+        self.mail.lock().errand = None;
+        self.arrived.notify_all();
+    }
+
     /// Ends the transfer that left the machine with these outputs.
     pub(super) fn finish(&self, result: Result<(), Error>, areas: &[FishX1Transfer]) {
         let mut mail = self.mail.lock();
         mail.outgoing.copy_from_slice(areas);
         mail.outputs_due = true;
         mail.window = Window::default();
+        mail.errand = None;
+        if let Some(camera) = mail.camera.take() {
+            camera.stop();
+        }
         mail.phase = match result {
             Ok(()) => Phase::Idle,
             Err(error) => Phase::Failed(error),

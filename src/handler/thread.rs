@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use log::{error, info};
 
-use super::shared::{Shared, Stop};
+use super::shared::{Errand, Shared, Stop};
 use crate::{Error, Exchange, FishX1Transfer, TxtClient};
 
 pub(super) struct Cycler {
@@ -17,6 +17,8 @@ pub(super) struct Cycler {
     areas: Vec<FishX1Transfer>,
     shared: Arc<Shared>,
     reaction_window: Duration,
+    /// Whether the controller's camera server is started.
+    camera_started: bool,
 }
 
 impl Cycler {
@@ -28,7 +30,7 @@ impl Cycler {
         shared: Arc<Shared>,
         reaction_window: Duration,
     ) -> Self {
-        Self { client, exchange, areas, shared, reaction_window }
+        Self { client, exchange, areas, shared, reaction_window, camera_started: false }
     }
 
     pub(super) fn run(mut self) {
@@ -60,6 +62,7 @@ impl Cycler {
 
     fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
         loop {
+            self.run_errand()?;
             self.cycle()?;
             if let Some(stop) = self.shared.hold_window(self.reaction_window, &mut self.areas) {
                 return Ok(stop);
@@ -74,9 +77,29 @@ impl Cycler {
         Ok(())
     }
 
+    /// Sends the command that the program wants to have sent.
+    fn run_errand(&mut self) -> Result<(), Error> {
+        match self.shared.errand() {
+            Some(Errand::StartCamera(start)) => {
+                self.client.start_camera_online(&start)?;
+                self.camera_started = true;
+            }
+            Some(Errand::StopCamera) => {
+                self.client.stop_camera_online()?;
+                self.camera_started = false;
+            }
+            None => return Ok(()),
+        }
+        self.shared.errand_is_done();
+        Ok(())
+    }
+
     /// Leaves a machine whose motors are to be stopped in good order.
     fn leave(&mut self) -> Result<(), Error> {
         self.cycle()?;
+        if self.camera_started {
+            self.client.stop_camera_online()?;
+        }
         self.client.stop_online()
     }
 

@@ -7,6 +7,7 @@ mod configuration;
 mod lifecycle;
 mod motors_off;
 mod one_lock_one_exchange;
+mod pictures;
 mod reaction;
 mod recorded_sessions;
 mod support;
