@@ -1,6 +1,8 @@
 //! The tests that use the crate from outside, in one program so that they link once.
 
 mod bad_input;
+mod camera;
+mod camera_bad_input;
 mod client;
 mod codec;
 mod configuration;

@@ -1,0 +1,199 @@
+//! Camera frames come in on a channel while the transfer runs.
+
+use std::time::Duration;
+
+use crossbeam_channel::Receiver;
+use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::wire::StartCameraOnline;
+use ft_transfer_area::{
+    CameraFrame, CameraOptions, CameraStatistics, Error, PowerLine, TransferAreaComHandler,
+};
+
+use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
+
+/// A transfer with a simulated TXT whose camera starts at once.
+fn begin(txt: SimulatedTxtBuilder) -> (SimulatedTxt, TransferAreaComHandler) {
+    let txt = txt.camera_start_up(Duration::ZERO).start().unwrap();
+    let mut handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
+    handler.begin_transfer().unwrap();
+    (txt, handler)
+}
+
+fn receive(frames: &Receiver<CameraFrame>) -> CameraFrame {
+    frames.recv_timeout(DEADLINE).expect("no frame came in")
+}
+
+/// Waits until so many frames have come in, read or not.
+fn wait_for_frames(handler: &TransferAreaComHandler, count: u64) -> CameraStatistics {
+    loop {
+        let statistics = handler.camera_statistics();
+        if statistics.frames >= count {
+            return statistics;
+        }
+        assert_eq!(handler.camera_error(), None);
+        drop(handler.wait_cycle_for(DEADLINE).unwrap());
+    }
+}
+
+fn check_end(frames: &Receiver<CameraFrame>) {
+    while frames.recv_timeout(DEADLINE).is_ok() {}
+    let end = frames.recv_timeout(DEADLINE);
+    assert_eq!(end, Err(crossbeam_channel::RecvTimeoutError::Disconnected));
+}
+
+#[test]
+fn frames_come_in_and_decode_while_the_exchange_goes_on() {
+    let (txt, mut handler) = begin(unpaced().camera_tables(false));
+    let options =
+        CameraOptions { framerate: 60, power_line: PowerLine::Hz60, ..CameraOptions::default() };
+    let frames = handler.start_camera(options).unwrap();
+    assert_eq!(
+        txt.with_machine(|machine| machine.camera()),
+        Some(StartCameraOnline {
+            width: 320,
+            height: 240,
+            framerate: 60,
+            power_line_frequency: 60
+        })
+    );
+    let cycles = handler.statistics().cycles;
+    let mut last: Option<CameraFrame> = None;
+    for _ in 0..20 {
+        let frame = receive(&frames);
+        assert_eq!((frame.width, frame.height, frame.size_raw), (320, 240, 320 * 240 * 2));
+        assert!(frame.frames_ready >= 1);
+        let rgb = frame.to_rgb().unwrap();
+        assert_eq!((rgb.width, rgb.height), (320, 240));
+        if let Some(last) = last {
+            assert!(frame.sequence > last.sequence && frame.arrived > last.arrived);
+            assert_ne!(rgb, last.to_rgb().unwrap(), "the picture moves");
+        }
+        last = Some(frame);
+    }
+    assert!(handler.statistics().cycles > cycles + 20, "the exchange stood still");
+    handler.stop_camera().unwrap();
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_consumer_that_keeps_up_gets_every_frame() {
+    let (_txt, mut handler) = begin(SimulatedTxt::builder());
+    // More room than the default, because a busy machine may keep the consumer waiting.
+    let options =
+        CameraOptions { width: 640, height: 480, channel_frames: 50, ..CameraOptions::default() };
+    let frames = handler.start_camera(options).unwrap();
+    for sequence in 0..30 {
+        let frame = receive(&frames);
+        assert_eq!(frame.sequence, sequence);
+        assert_eq!(frame.to_yuv422().unwrap().data.len(), 640 * 480 * 2);
+    }
+    assert_eq!(handler.camera_statistics().dropped, 0);
+}
+
+#[test]
+fn a_slow_consumer_gets_one_of_the_newest_frames() {
+    let (_txt, mut handler) = begin(unpaced());
+    let options = CameraOptions { framerate: 200, ..CameraOptions::default() };
+    let frames = handler.start_camera(options).unwrap();
+    let mut received = 0;
+    for round in 1..5 {
+        let before = wait_for_frames(&handler, 20 * round).frames;
+        let frame = receive(&frames);
+        received += 1;
+        // Numbers begin with 0, so the newest of the two in the channel is `before` − 1.
+        assert!(frame.sequence + 2 >= before, "frame {} of {before}", frame.sequence);
+    }
+    handler.stop_camera().unwrap();
+    received += frames.iter().count() as u64;
+    let statistics = handler.camera_statistics();
+    assert_eq!(statistics.frames, received + statistics.dropped, "each frame is counted");
+}
+
+#[test]
+fn the_server_may_take_its_time_to_start() {
+    let txt = unpaced().camera_start_up(Duration::from_millis(300)).start().unwrap();
+    let mut handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    assert_eq!(receive(&frames).sequence, 0);
+}
+
+#[test]
+fn a_camera_may_deliver_another_size() {
+    let (_txt, mut handler) = begin(unpaced());
+    let options = CameraOptions { width: 1280, height: 960, ..CameraOptions::default() };
+    let frames = handler.start_camera(options).unwrap();
+    let frame = receive(&frames);
+    assert_eq!((frame.width, frame.height), (1280, 720));
+}
+
+#[test]
+fn stopping_ends_the_channel_and_the_camera_starts_again() {
+    let (txt, mut handler) = begin(unpaced());
+    for _ in 0..3 {
+        let frames = handler.start_camera(CameraOptions::default()).unwrap();
+        receive(&frames);
+        handler.stop_camera().unwrap();
+        check_end(&frames);
+        assert_eq!(handler.camera_error(), None);
+        assert_eq!(txt.with_machine(|machine| machine.camera()), None);
+    }
+    handler.stop_camera().unwrap();
+    handler.wait_cycle().unwrap();
+}
+
+#[test]
+fn the_camera_stops_with_the_transfer() {
+    let (txt, mut handler) = begin(unpaced());
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    receive(&frames);
+    handler.lock()[LOCAL_IO].output.duty[0] = 1;
+    handler.end_transfer().unwrap();
+    check_end(&frames);
+    assert_eq!(txt.with_machine(|machine| machine.camera()), None);
+    assert_eq!(handler.camera_error(), None);
+    assert!(handler.camera_statistics().frames >= 1, "figures stay after the end");
+    assert_eq!(handler.stop_camera(), Ok(()));
+
+    handler.begin_transfer().unwrap();
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    receive(&frames);
+    drop(handler);
+    check_end(&frames);
+}
+
+#[test]
+fn the_camera_stops_when_the_controller_goes_away() {
+    let (txt, mut handler) = begin(unpaced());
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    receive(&frames);
+    drop(txt);
+    check_end(&frames);
+    while handler.wait_cycle().is_ok() {}
+    handler.end_transfer().unwrap_err();
+}
+
+#[test]
+fn calls_at_the_wrong_time_err_and_change_nothing() {
+    let (txt, mut handler) = begin(unpaced());
+    assert_eq!(handler.stop_camera(), Ok(()), "it was never started");
+    for (option, options) in [
+        ("width", CameraOptions { width: 0, ..CameraOptions::default() }),
+        ("height", CameraOptions { height: 0, ..CameraOptions::default() }),
+        ("framerate", CameraOptions { framerate: 0, ..CameraOptions::default() }),
+        ("channel_frames", CameraOptions { channel_frames: 0, ..CameraOptions::default() }),
+    ] {
+        let error = handler.start_camera(options).unwrap_err();
+        assert_eq!(error, Error::CameraOption { option });
+        assert_eq!(txt.with_machine(|machine| machine.camera()), None);
+    }
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    let again = handler.start_camera(CameraOptions::default()).unwrap_err();
+    assert_eq!(again, Error::CameraAlreadyStarted);
+    receive(&frames);
+    handler.end_transfer().unwrap();
+    let late = handler.start_camera(CameraOptions::default()).unwrap_err();
+    assert_eq!(late, Error::NotStarted);
+    wait_until(&txt, "the end", |machine| !machine.connected());
+}

@@ -1,0 +1,143 @@
+//! Camera servers that misbehave: the reason is at the end of the channel, the transfer goes on.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::thread;
+use std::time::Duration;
+
+use crossbeam_channel::RecvTimeoutError;
+use ft_transfer_area::wire::CameraFrameHeader;
+use ft_transfer_area::{CameraOptions, Error};
+
+use crate::support::{handler_for, unpaced, DEADLINE};
+
+const HEADER: CameraFrameHeader = CameraFrameHeader {
+    frames_ready: 1,
+    width: 320,
+    height: 240,
+    size_raw: 153_600,
+    size_compressed: 1000,
+};
+
+/// What the errors of the stream name.
+const REQUEST: &str = "the request for a camera frame";
+
+fn header(size_compressed: i32) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    CameraFrameHeader { size_compressed, ..HEADER }.emit(&mut bytes);
+    bytes
+}
+
+/// Streams from a camera server that sends these bytes to its first client and then does `then`;
+/// returns how many frames came and why the stream ended.
+fn stream_from(
+    bytes: Vec<u8>,
+    then: impl FnOnce(TcpStream) + Send + 'static,
+) -> (usize, Option<Error>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let server = thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        stream.write_all(&bytes).unwrap();
+        then(stream);
+    });
+    let result = stream_at(port);
+    server.join().unwrap();
+    result
+}
+
+fn stream_at(port: u16) -> (usize, Option<Error>) {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).camera_port(port).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let options = CameraOptions {
+        start_limit: Duration::from_millis(300),
+        frame_limit: Duration::from_millis(300),
+        ..CameraOptions::default()
+    };
+    let frames = handler.start_camera(options).unwrap();
+    let mut count = 0;
+    let end = loop {
+        match frames.recv_timeout(DEADLINE) {
+            Ok(_) => count += 1,
+            Err(end) => break end,
+        }
+    };
+    assert_eq!(end, RecvTimeoutError::Disconnected);
+    let error = handler.camera_error();
+    // The transfer is unharmed, and the camera may be started again.
+    handler.wait_cycle().unwrap();
+    drop(handler.start_camera(options).unwrap());
+    handler.end_transfer().unwrap();
+    (count, error)
+}
+
+/// Leaves the connection open and quiet until the client closes it.
+fn stay(mut stream: TcpStream) {
+    let _ = stream.read_to_end(&mut Vec::new());
+}
+
+#[test]
+fn a_port_that_refuses_for_ever() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    drop(listener);
+    let (count, error) = stream_at(address.port());
+    let address = address.to_string();
+    assert_eq!((count, error), (0, Some(Error::ConnectionRefused { address })));
+}
+
+#[test]
+fn a_header_with_a_wrong_id() {
+    let mut bytes = header(1000);
+    bytes[3] ^= 1;
+    let (count, error) = stream_from(bytes, stay);
+    assert_eq!(count, 0);
+    let (packet, expected) = ("camera frame", CameraFrameHeader::ID);
+    let found = expected ^ 0x0100_0000;
+    assert_eq!(error, Some(Error::WrongId { packet, expected, found }));
+}
+
+#[test]
+fn a_header_with_an_implausible_size() {
+    let limit = CameraOptions::default().max_frame_size;
+    for announced in [0, -1, i32::MIN, i32::MAX, 16 * 1024 * 1024 + 1] {
+        let (count, error) = stream_from(header(announced), stay);
+        assert_eq!((count, error), (0, Some(Error::FrameSize { announced, limit })));
+    }
+}
+
+#[test]
+fn a_stream_closed_inside_a_header_or_a_frame() {
+    let mut frame = header(1000);
+    frame.resize(CameraFrameHeader::LEN + 1000, 0);
+    for received in [1, 19, 20, 500, 1019] {
+        let (count, error) = stream_from(frame[..received].to_vec(), drop);
+        let command = REQUEST;
+        assert_eq!((count, error), (0, Some(Error::ConnectionClosed { command, received })));
+    }
+}
+
+#[test]
+fn a_stream_closed_between_two_frames() {
+    let mut frame = header(1000);
+    frame.resize(CameraFrameHeader::LEN + 1000, 0);
+    let (count, error) = stream_from(frame, |mut stream| stream.read_exact(&mut [0; 4]).unwrap());
+    assert_eq!(count, 1);
+    assert_eq!(error, Some(Error::ConnectionClosed { command: REQUEST, received: 0 }));
+}
+
+#[test]
+fn a_stream_that_stalls() {
+    let limit = Duration::from_millis(300);
+    for received in [0, 10, 20, 800] {
+        let mut bytes = header(1000);
+        bytes.resize(CameraFrameHeader::LEN + 1000, 0);
+        bytes.truncate(received);
+        let (count, error) = stream_from(bytes, stay);
+        assert_eq!(
+            (count, error),
+            (0, Some(Error::NoAnswer { command: REQUEST, limit, received }))
+        );
+    }
+}
