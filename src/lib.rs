@@ -64,7 +64,8 @@
 //! # Dependencies
 //!
 //! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
-//! thread can wait on with a limit, `log` is above.
+//! thread can wait on with a limit, `log` is above. `jpeg-encoder` encodes what the simulated camera
+//! sees, with the feature `simulator` only.
 
 mod client;
 mod error;
