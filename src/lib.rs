@@ -66,7 +66,8 @@
 //!
 //! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
 //! thread can wait on with a limit, `crossbeam-channel` hands over camera frames, `jpeg-decoder`
-//! decodes them, `log` is above.
+//! decodes them, and `log` takes the lines above. With the feature `simulator` only, `jpeg-encoder`
+//! encodes what the simulated camera sees.
 
 mod camera;
 mod client;

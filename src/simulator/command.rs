@@ -5,7 +5,9 @@ use std::fmt;
 use byteorder::{ByteOrder, LittleEndian};
 
 use crate::transfer_area::MAX_EXTENSIONS;
-use crate::wire::{CmprHeader, CommandId, ExchangeData, StartOnline, UpdateConfig, ID_LEN};
+use crate::wire::{
+    CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
+};
 use crate::Error;
 
 /// Why a client is not answered but cut off.
@@ -13,8 +15,6 @@ use crate::Error;
 pub(super) enum Misbehaviour {
     /// No command has this id.
     UnknownId(u32),
-    /// There is no answer to this command yet.
-    Unsupported(CommandId),
     /// The command needs online mode.
     NotOnline(CommandId),
     /// More extensions than there can be.
@@ -27,7 +27,6 @@ impl fmt::Display for Misbehaviour {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownId(id) => write!(f, "no command has the id {id:#010x}"),
-            Self::Unsupported(command) => write!(f, "{command} is not simulated"),
             Self::NotOnline(command) => write!(f, "{command} came before StartOnline"),
             Self::Extensions(mask) => {
                 write!(f, "extension mask {mask:#06x} has more than {MAX_EXTENSIONS} bits")
@@ -48,9 +47,10 @@ impl From<Error> for Misbehaviour {
 pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
     let Some(id) = start.get(..ID_LEN) else { return Ok(ID_LEN) };
     match command_id(id)? {
-        CommandId::QueryStatus | CommandId::StopOnline => Ok(ID_LEN),
+        CommandId::QueryStatus | CommandId::StopOnline | CommandId::StopCameraOnline => Ok(ID_LEN),
         CommandId::StartOnline => Ok(StartOnline::LEN),
         CommandId::UpdateConfig => Ok(UpdateConfig::LEN),
+        CommandId::StartCameraOnline => Ok(StartCameraOnline::LEN),
         CommandId::ExchangeData => Ok(ExchangeData::LEN),
         CommandId::ExchangeDataCmpr => match start.get(..CmprHeader::LEN) {
             None => Ok(CmprHeader::LEN),
@@ -59,8 +59,6 @@ pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
                 Ok(CmprHeader::LEN + header.extra_size as usize)
             }
         },
-        // Refused, whatever follows.
-        CommandId::StartCameraOnline | CommandId::StopCameraOnline => Ok(ID_LEN),
     }
 }
 

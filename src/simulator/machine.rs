@@ -2,9 +2,10 @@
 
 use std::collections::VecDeque;
 
+use super::camera::{Camera, CameraRun};
 use super::controller::Controller;
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
-use crate::wire::{CommandId, ExchangeData};
+use crate::wire::{CommandId, ExchangeData, StartCameraOnline};
 
 /// How many commands are remembered.
 const COMMANDS_KEPT: usize = 1000;
@@ -12,7 +13,7 @@ const COMMANDS_KEPT: usize = 1000;
 /// The simulated machine: the master and its extensions, and what has happened to them.
 ///
 /// It moves on by one step per exchange, never by the clock, so that a program which is slow or
-/// waits in a debugger sees the same machine.
+/// waits in a debugger sees the same machine. Only the camera goes by the clock.
 #[derive(Clone, Debug)]
 pub struct Machine {
     /// The master first, then the extensions; as many as were asked for when it was built.
@@ -28,6 +29,7 @@ pub struct Machine {
     connected: bool,
     online: bool,
     commands: VecDeque<CommandId>,
+    camera: Camera,
 }
 
 impl Machine {
@@ -43,6 +45,7 @@ impl Machine {
             connected: false,
             online: false,
             commands: VecDeque::new(),
+            camera: Camera::default(),
         }
     }
 
@@ -70,6 +73,22 @@ impl Machine {
     /// The newest 1000 commands since the start, the oldest first, without the exchanges.
     pub fn commands(&self) -> impl DoubleEndedIterator<Item = CommandId> + '_ {
         self.commands.iter().copied()
+    }
+
+    /// What the camera was started with, as it was asked for; `None` while it is not started. It
+    /// is started from StartCameraOnline on, before its server serves.
+    pub fn camera(&self) -> Option<StartCameraOnline> {
+        self.camera.run().map(|run| run.settings)
+    }
+
+    /// How many camera frames have been sent since the start. One that is on its way counts.
+    pub fn camera_frames(&self) -> u64 {
+        self.camera.frames
+    }
+
+    /// How many acknowledges of camera frames have come in since the start.
+    pub fn camera_acknowledges(&self) -> u64 {
+        self.camera.acknowledges
     }
 
     /// Remembers a command that came in.
@@ -109,10 +128,36 @@ impl Machine {
         self.online = true;
     }
 
-    /// Ends online mode: everything stands still.
+    /// Ends online mode: everything stands still, the camera is off.
     pub(super) fn stop_online(&mut self) {
         self.online = false;
+        self.camera.stop();
         self.controllers.iter_mut().for_each(Controller::stop);
+    }
+
+    /// Starts the camera, in place of an earlier start.
+    pub(super) fn start_camera(&mut self, settings: StartCameraOnline) {
+        self.camera.start(settings);
+    }
+
+    /// Ends what the camera was started for, if it was.
+    pub(super) fn stop_camera(&mut self) {
+        self.camera.stop();
+    }
+
+    /// The start of the camera that holds at present.
+    pub(super) fn camera_run(&self) -> Option<CameraRun> {
+        self.camera.run()
+    }
+
+    /// Counts a camera frame.
+    pub(super) fn note_camera_frame(&mut self) {
+        self.camera.frames += 1;
+    }
+
+    /// Counts an acknowledge of a camera frame.
+    pub(super) fn note_camera_acknowledge(&mut self) {
+        self.camera.acknowledges += 1;
     }
 
     /// Takes over a configuration, unless its id is the last one's or there is no such controller.

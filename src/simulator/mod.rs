@@ -1,11 +1,12 @@
 //! A simulated TXT controller in process, for programs and tests without a controller.
 //!
 //! [`SimulatedTxt`] listens on 127.0.0.1 and speaks the controller's side of the protocol on its
-//! main connection: QueryStatus, StartOnline, UpdateConfig, both exchanges and StopOnline. It
-//! serves one client after another. Behind it stands a small [`Machine`]: motors turn their duty
-//! into counter pulses, finish distances and follow each other, counters are reset, sounds take
-//! their time. A program sets its inputs and looks at its outputs, and orders
-//! [faults](Fault) to see what a client makes of them.
+//! main connection: QueryStatus, StartOnline, UpdateConfig, both exchanges, StopOnline, and the
+//! camera's start and stop. It serves one client after another. Behind it stands a small
+//! [`Machine`]: motors turn their duty into counter pulses, finish distances and follow each other,
+//! counters are reset, sounds take their time. A program sets its inputs and looks at its outputs,
+//! and orders [faults](Fault) to see what a client makes of them. A second connection has the
+//! frames of a camera.
 //!
 //! ```
 //! use std::io::{Read, Write};
@@ -45,8 +46,45 @@
 //! * A sound takes a second per repeat; index 0 is done at once, repeat 0 never.
 //! * StopOnline and a lost client set all outputs to 0, stop motors and sounds and forget all
 //!   commands, as StartOnline does. The counters stay.
-//! * Whoever sends garbage, a wrong checksum, or an exchange before StartOnline is disconnected.
+//! * Whoever sends garbage, a wrong checksum, or an exchange or a camera command before StartOnline
+//!   is disconnected.
+//!
+//! # The camera
+//!
+//! StartCameraOnline is answered at once, and the camera serves on its [own
+//! port](SimulatedTxt::camera_port) when its [start-up
+//! time](SimulatedTxtBuilder::camera_start_up) has passed. Before that, and while the camera is
+//! off, a connection is accepted and closed at once; the real controller refuses it.
+//! StopCameraOnline, a new StartCameraOnline, StartOnline, StopOnline and the loss of the main
+//! client end a camera connection, wherever in a frame it is. One client is served at a time;
+//! others wait.
+//!
+//! * Frames are produced at the rate that was asked for, from when the client connected, by the
+//!   clock; a rate below 1 is 15 per second. Each shows its number, counted from 0.
+//! * What is sent next is always the newest frame, once it is newer than the last one and that is
+//!   acknowledged. `frames_ready` is how many were produced since then, 1 for a client that keeps
+//!   up.
+//! * They have the size that was asked for, 1..=4096 in each direction, except that 1280×960 is
+//!   delivered as 1280×720. With any other size the camera does not start.
+//! * A frame is a baseline JPEG, 4:2:2, with no EOI marker and 40 bytes of garbage behind it. In
+//!   frames with odd numbers the garbage has the marker bytes FF C0, FF DA and FF D3.
+//! * Anything else where the acknowledge is due ends the camera connection.
+//!
+//! The picture is a test card: colour bars (grey, yellow, cyan, green, magenta, red, blue,
+//! black), a white bar that crosses them from left to right in 64 frames, the lowest 16 bits of
+//! the frame's number in decimal digits where there is room for them, and the same in 16 blocks
+//! along the bottom edge: white is 1, the most significant bit is on the left. In a picture of at
+//! least 16×16 pixels a program finds bit *i* from the left (*i* = 0..=15), in integers, at
+//!
+//! ```text
+//! x = i * width / 16 + width / 32
+//! y = height - 1 - height / 16
+//! ```
+//!
+//! where luma or green of 128 or more is white.
 
+mod builder;
+mod camera;
 mod command;
 mod controller;
 mod fault;
@@ -56,51 +94,39 @@ mod motor;
 mod replay;
 mod server;
 mod session;
+mod shared;
 mod sound;
 mod words;
 
 use std::fmt;
-use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::net::SocketAddr;
 use std::sync::Arc;
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
+pub use builder::SimulatedTxtBuilder;
 pub use controller::Controller;
 pub use fault::{Fault, FaultKind};
 pub use machine::Machine;
 
-use crate::transfer_area::MAX_EXTENSIONS;
-use crate::{Error, FirmwareVersion};
-use server::{Server, Shared};
-use session::{Script, Settings};
-
-/// The machine time of an exchange without pace.
-const UNPACED_STEP: Duration = Duration::from_millis(10);
+use shared::Shared;
 
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.
 ///
-/// Dropping it closes the connections and waits for its thread, which takes a few milliseconds,
-/// and about a second at worst, with a client that does not read. A
-/// [script](SimulatedTxtBuilder::on_exchange) is waited for.
+/// Dropping it closes the connections and waits for its threads, which takes a few milliseconds,
+/// and about a second at worst, with a client that does not read responses. A
+/// [script](SimulatedTxtBuilder::on_exchange) and the encoder of a camera picture are waited for.
 pub struct SimulatedTxt {
     address: SocketAddr,
+    camera_port: u16,
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl SimulatedTxt {
     /// A simulated TXT to be set up and [started](SimulatedTxtBuilder::start).
     pub fn builder() -> SimulatedTxtBuilder {
-        SimulatedTxtBuilder {
-            extensions: 0,
-            firmware: FirmwareVersion::new(4, 6, 6),
-            device_name: String::from("TX2013"),
-            pace: Duration::from_millis(10),
-            idle_limit: Duration::from_secs(5),
-            faults: Vec::new(),
-            script: Box::new(|_| {}),
-            port: 0,
-        }
+        SimulatedTxtBuilder::new()
     }
 
     /// 127.0.0.1 and the port of the main connection.
@@ -111,6 +137,11 @@ impl SimulatedTxt {
     /// The port of the main connection.
     pub fn port(&self) -> u16 {
         self.address.port()
+    }
+
+    /// The port of the camera connection, on 127.0.0.1 too.
+    pub fn camera_port(&self) -> u16 {
+        self.camera_port
     }
 
     /// Looks at or changes the simulated machine between two exchanges.
@@ -133,141 +164,19 @@ impl SimulatedTxt {
 impl Drop for SimulatedTxt {
     fn drop(&mut self) {
         self.shared.stop();
-        if let Some(Err(_)) = self.thread.take().map(JoinHandle::join) {
-            log::error!("the simulated TXT ended by a panic, perhaps of its script");
+        for thread in self.threads.drain(..) {
+            if thread.join().is_err() {
+                log::error!("the simulated TXT ended by a panic, perhaps of its script");
+            }
         }
     }
 }
 
 impl fmt::Debug for SimulatedTxt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SimulatedTxt").field("address", &self.address).finish_non_exhaustive()
-    }
-}
-
-/// How a simulated TXT is to be.
-#[must_use = "nothing is simulated before `start`"]
-pub struct SimulatedTxtBuilder {
-    extensions: usize,
-    firmware: FirmwareVersion,
-    device_name: String,
-    pace: Duration,
-    idle_limit: Duration,
-    faults: Vec<Fault>,
-    script: Script,
-    port: u16,
-}
-
-impl SimulatedTxtBuilder {
-    /// The number of extensions, 0..=8, all alive at the start. The default is 0.
-    pub fn extensions(mut self, extensions: usize) -> Self {
-        self.extensions = extensions;
-        self
-    }
-
-    /// The firmware version that is reported. It decides whether the compressed exchange carries
-    /// the microphone values. The default is 4.6.6.
-    pub fn firmware(mut self, firmware: FirmwareVersion) -> Self {
-        self.firmware = firmware;
-        self
-    }
-
-    /// The name that is reported, cut at 16 bytes. The default is `TX2013`.
-    pub fn device_name(mut self, device_name: &str) -> Self {
-        device_name.clone_into(&mut self.device_name);
-        self
-    }
-
-    /// How long after the previous exchange response the next one leaves, and the step by which
-    /// the machine moves on. With [`Duration::ZERO`] it leaves at once, and the step is 10 ms.
-    /// The default is 10 ms.
-    pub fn pace(mut self, pace: Duration) -> Self {
-        self.pace = pace;
-        self
-    }
-
-    /// How long a connection may be without commands before it is closed. The default is 5 s.
-    pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
-        self.idle_limit = idle_limit;
-        self
-    }
-
-    /// Orders a fault, in addition to those ordered before.
-    pub fn fault(mut self, fault: Fault) -> Self {
-        self.faults.push(fault);
-        self
-    }
-
-    /// Sets a script, in place of an earlier one.
-    ///
-    /// It is called for each exchange, after the machine has taken over the outputs and moved on
-    /// and before the response is built, so it may set any input. The machine is locked, so the
-    /// script must not call [`SimulatedTxt::with_machine`]. When it panics, the simulated TXT
-    /// closes its connection and answers no more.
-    pub fn on_exchange(mut self, script: impl FnMut(&mut Machine) + Send + 'static) -> Self {
-        self.script = Box::new(script);
-        self
-    }
-
-    /// The port of the main connection, 0 for one that is free. The default is 0.
-    pub fn port(mut self, port: u16) -> Self {
-        self.port = port;
-        self
-    }
-
-    /// Starts to listen on 127.0.0.1. Does not block.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::AreaCount`] when there are more than 8 extensions, [`Error::SimulatorFailed`]
-    /// when the port is taken or the operating system refuses a socket or a thread.
-    pub fn start(self) -> Result<SimulatedTxt, Error> {
-        if self.extensions > MAX_EXTENSIONS {
-            return Err(Error::AreaCount { given: self.extensions.saturating_add(1) });
-        }
-        self.listen().map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
-    }
-
-    fn listen(self) -> std::io::Result<SimulatedTxt> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, self.port))?;
-        listener.set_nonblocking(true)?;
-        let address = listener.local_addr()?;
-        let shared = Arc::new(Shared::new(Machine::new(self.extensions)));
-        let server = Server {
-            listener,
-            shared: Arc::clone(&shared),
-            settings: self.settings(),
-            pace: self.pace,
-            idle_limit: self.idle_limit,
-            faults: self.faults,
-            script: self.script,
-        };
-        let thread = thread::Builder::new()
-            .name(String::from("simulated-txt"))
-            .spawn(move || server.run())?;
-        Ok(SimulatedTxt { address, shared, thread: Some(thread) })
-    }
-
-    fn settings(&self) -> Settings {
-        let mut device_name = [0; 16];
-        for (byte, given) in device_name.iter_mut().zip(self.device_name.bytes()) {
-            *byte = given;
-        }
-        let step = if self.pace.is_zero() { UNPACED_STEP } else { self.pace };
-        // Half a million years are enough.
-        let step = u64::try_from(step.as_micros()).unwrap_or(u64::MAX);
-        Settings { device_name, firmware: self.firmware, step }
-    }
-}
-
-impl fmt::Debug for SimulatedTxtBuilder {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("SimulatedTxtBuilder")
-            .field("extensions", &self.extensions)
-            .field("firmware", &self.firmware)
-            .field("device_name", &self.device_name)
-            .field("pace", &self.pace)
-            .field("faults", &self.faults)
+        f.debug_struct("SimulatedTxt")
+            .field("address", &self.address)
+            .field("camera_port", &self.camera_port)
             .finish_non_exhaustive()
     }
 }

@@ -1,79 +1,20 @@
-//! The thread and the sockets of a simulated TXT.
+//! The thread of the main connection and its sockets.
 
 use std::io::{self, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use parking_lot::{Condvar, Mutex};
-
 use super::command::{command_id, command_size, Misbehaviour};
 use super::fault::{Delivery, Fault, FaultKind};
 use super::machine::Machine;
 use super::session::{Script, Session, Settings};
+use super::shared::{is_due_to_waiting, Shared, Stopped};
 use crate::wire::CommandId;
-
-/// How often a thread that waits for its socket looks whether it should end.
-const POLL: Duration = Duration::from_millis(5);
 
 /// How long a client may leave a response unread before it is cut off. The buffers of the
 /// operating system hold hundreds of responses, so this is a client that never reads.
 const WRITE_LIMIT: Duration = Duration::from_secs(1);
-
-/// What the server's thread and its owner have in common.
-pub(super) struct Shared {
-    machine: Mutex<Machine>,
-    /// The machine may have changed.
-    changed: Condvar,
-    stopping: Mutex<bool>,
-    stopped: Condvar,
-}
-
-impl Shared {
-    pub(super) fn new(machine: Machine) -> Self {
-        Self {
-            machine: Mutex::new(machine),
-            changed: Condvar::new(),
-            stopping: Mutex::new(false),
-            stopped: Condvar::new(),
-        }
-    }
-
-    /// Looks at or changes the machine.
-    pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
-        let result = f(&mut self.machine.lock());
-        self.changed.notify_all();
-        result
-    }
-
-    /// Waits until the condition holds, at most so long; whether it does.
-    pub(super) fn wait_until(
-        &self,
-        limit: Duration,
-        mut condition: impl FnMut(&Machine) -> bool,
-    ) -> bool {
-        let mut machine = self.machine.lock();
-        let waited =
-            self.changed.wait_while_for(&mut machine, |machine| !condition(machine), limit);
-        !waited.timed_out() || condition(&machine)
-    }
-
-    /// Tells the thread to end.
-    pub(super) fn stop(&self) {
-        *self.stopping.lock() = true;
-        self.stopped.notify_all();
-    }
-
-    /// Lets so much time pass, but no more when the thread should end.
-    fn rest(&self, time: Duration) -> Result<(), End> {
-        let mut stopping = self.stopping.lock();
-        self.stopped.wait_while_for(&mut stopping, |stopping| !*stopping, time);
-        if *stopping {
-            return Err(End::Stopped);
-        }
-        Ok(())
-    }
-}
 
 /// Serves one client after another.
 pub(super) struct Server {
@@ -90,7 +31,7 @@ pub(super) struct Server {
 impl Server {
     /// Serves clients until the thread should end.
     pub(super) fn run(mut self) {
-        while let Ok(stream) = self.accept() {
+        while let Ok(stream) = self.shared.accept(&self.listener) {
             self.shared.with_machine(Machine::client_came);
             let end = self.serve(stream);
             self.shared.with_machine(Machine::client_left);
@@ -105,27 +46,7 @@ impl Server {
         }
     }
 
-    /// Waits for a client.
-    fn accept(&self) -> Result<TcpStream, End> {
-        loop {
-            match self.listener.accept() {
-                Ok((stream, client)) => {
-                    log::info!("{client} connects");
-                    return Ok(stream);
-                }
-                Err(error) if is_due_to_waiting(&error) => {}
-                // A client that has left again, or too many open files: the next one may do.
-                Err(error) => log::warn!("a client could not be accepted: {error}"),
-            }
-            self.shared.rest(POLL)?;
-        }
-    }
-
     fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
-        // Some systems hand the listener's mode on.
-        stream.set_nonblocking(false)?;
-        stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(POLL))?;
         stream.set_write_timeout(Some(WRITE_LIMIT))?;
         let session = Session::new(self.settings.clone());
         let mut connection =
@@ -142,6 +63,13 @@ impl Server {
     }
 }
 
+impl Drop for Server {
+    /// A script that panics ends the camera too.
+    fn drop(&mut self) {
+        self.shared.stop();
+    }
+}
+
 /// Why a connection ends.
 enum End {
     /// The thread should end.
@@ -154,6 +82,12 @@ enum End {
     Fault,
     Misbehaved(Misbehaviour),
     Broken(io::Error),
+}
+
+impl From<Stopped> for End {
+    fn from(Stopped: Stopped) -> Self {
+        Self::Stopped
+    }
 }
 
 impl From<io::Error> for End {
@@ -230,7 +164,7 @@ impl Connection<'_> {
     /// Waits until the next exchange response may leave.
     fn keep_pace(&self) -> Result<(), End> {
         let passed = self.last_exchange.map_or(Duration::MAX, |last| last.elapsed());
-        self.server.shared.rest(self.server.pace.saturating_sub(passed))
+        Ok(self.server.shared.rest(self.server.pace.saturating_sub(passed))?)
     }
 
     /// Carries out a command; how its response leaves.
@@ -257,11 +191,4 @@ impl Connection<'_> {
         }
         Ok(())
     }
-}
-
-/// Whether nothing has come in yet, or a signal came instead.
-fn is_due_to_waiting(error: &io::Error) -> bool {
-    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
-
-    matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
 }

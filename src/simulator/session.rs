@@ -6,7 +6,7 @@ use super::words::{self, COMMAND_WORDS};
 use crate::transfer_area::MAX_EXTENSIONS;
 use crate::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
-    StartOnline, UpdateConfig,
+    StartCameraOnline, StartOnline, UpdateConfig,
 };
 use crate::FirmwareVersion;
 
@@ -69,9 +69,8 @@ impl Session {
                 self.exchange_compressed(command, machine, script, out)?;
             }
             CommandId::StopOnline => stop_online(machine, out),
-            CommandId::StartCameraOnline | CommandId::StopCameraOnline => {
-                return Err(Misbehaviour::Unsupported(id));
-            }
+            CommandId::StartCameraOnline => start_camera(command, machine, out)?,
+            CommandId::StopCameraOnline => stop_camera(machine, out),
         }
         Ok(())
     }
@@ -185,6 +184,23 @@ fn stop_online(machine: &mut Machine, out: &mut Vec<u8>) {
     ResponseId::StopOnline.emit(out);
 }
 
+fn start_camera(
+    command: &[u8],
+    machine: &mut Machine,
+    out: &mut Vec<u8>,
+) -> Result<(), Misbehaviour> {
+    let asked_for = StartCameraOnline::parse(command)?;
+    machine.start_camera(asked_for);
+    ResponseId::StartCameraOnline.emit(out);
+    Ok(())
+}
+
+fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
+    machine.stop_camera();
+    log::info!("the camera stops");
+    ResponseId::StopCameraOnline.emit(out);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,10 +269,10 @@ mod tests {
         let (mut session, mut machine) = (session(), Machine::new(0));
         let early = answer(&mut session, &mut machine, &compressed(&[0; 27], 0));
         assert_eq!(early, Err(Misbehaviour::NotOnline(CommandId::ExchangeDataCmpr)));
-        machine.start_online();
         let camera = CommandId::StopCameraOnline.id().to_le_bytes();
         let camera = answer(&mut session, &mut machine, &camera);
-        assert_eq!(camera, Err(Misbehaviour::Unsupported(CommandId::StopCameraOnline)));
+        assert_eq!(camera, Err(Misbehaviour::NotOnline(CommandId::StopCameraOnline)));
+        machine.start_online();
         let ninth = answer(&mut session, &mut machine, &compressed(&[0; 54], 1 << 8));
         assert_eq!(ninth, Err(Misbehaviour::Extensions(1 << 8)));
         assert_eq!(machine.exchanges(), 0);

@@ -35,18 +35,21 @@ fn a_wrong_checksum_ends_the_connection() {
 }
 
 #[test]
-fn an_exchange_or_config_before_online_mode_ends_the_connection() {
+fn what_needs_online_mode_ends_the_connection_before_it() {
     let txt = unpaced().start().unwrap();
     let mut exchange = Vec::new();
     ExchangeData::default().emit(&mut exchange);
     let mut update = CommandId::UpdateConfig.id().to_le_bytes().to_vec();
     update.resize(96, 0);
-    for command in [exchange, update] {
+    let mut start_camera = CommandId::StartCameraOnline.id().to_le_bytes().to_vec();
+    start_camera.resize(20, 1);
+    let stop_camera = CommandId::StopCameraOnline.id().to_le_bytes().to_vec();
+    for command in [exchange, update, start_camera, stop_camera] {
         let mut client = Client::connect(&txt);
         client.send(&command);
         assert_eq!(client.until_closed(), []);
     }
-    assert_eq!(txt.with_machine(|machine| machine.exchanges()), 0);
+    assert_eq!(txt.with_machine(|machine| (machine.exchanges(), machine.camera())), (0, None));
     assert_serves(&txt);
 }
 
@@ -55,8 +58,7 @@ fn garbage_ends_the_connection_and_the_next_client_is_served() {
     let txt = unpaced().start().unwrap();
     let mut oversized = Vec::new();
     CmprHeader { extra_size: u32::MAX, ..CmprHeader::default() }.emit_command(&mut oversized);
-    let camera = CommandId::StartCameraOnline.id().to_le_bytes();
-    for garbage in [b"GET / HTTP/1.1\r\n\r\n".as_slice(), &oversized, &camera] {
+    for garbage in [b"GET / HTTP/1.1\r\n\r\n".as_slice(), &oversized] {
         let mut client = Client::online(&txt);
         client.send(garbage);
         assert_eq!(client.until_closed(), []);
@@ -107,7 +109,7 @@ fn waiting_in_vain_ends_at_the_limit() {
 }
 
 /// Drops the simulated TXT and fails when that takes longer than the limit.
-fn assert_drops(txt: SimulatedTxt) {
+pub(crate) fn assert_drops(txt: SimulatedTxt) {
     let (done, is_done) = mpsc::channel();
     thread::spawn(move || {
         drop(txt);
@@ -139,6 +141,10 @@ fn what_can_not_be_started_is_an_error() {
     let error = SimulatedTxt::builder().extensions(9).start().unwrap_err();
     assert_eq!(error, Error::AreaCount { given: 10 });
     let txt = unpaced().start().unwrap();
-    let error = SimulatedTxt::builder().port(txt.port()).start().unwrap_err();
-    assert!(matches!(error, Error::SimulatorFailed { .. }));
+    for builder in [
+        SimulatedTxt::builder().port(txt.port()).camera_port(0),
+        SimulatedTxt::builder().camera_port(txt.camera_port()),
+    ] {
+        assert!(matches!(builder.start().unwrap_err(), Error::SimulatorFailed { .. }));
+    }
 }

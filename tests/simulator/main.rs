@@ -1,5 +1,8 @@
 //! The simulated TXT over a real socket, with packets made by hand.
 
+mod camera;
+mod camera_client;
+mod camera_endings;
 mod endings;
 mod exchange;
 mod faults;

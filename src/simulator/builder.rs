@@ -1,0 +1,239 @@
+//! How a simulated TXT is set up and started.
+
+use std::fmt;
+use std::io;
+use std::net::{Ipv4Addr, TcpListener};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use super::camera::{CameraServer, CameraSettings};
+use super::fault::Fault;
+use super::machine::Machine;
+use super::server::Server;
+use super::session::{Script, Settings};
+use super::shared::Shared;
+use super::SimulatedTxt;
+use crate::transfer_area::MAX_EXTENSIONS;
+use crate::{Error, FirmwareVersion};
+
+/// The machine time of an exchange without pace.
+const UNPACED_STEP: Duration = Duration::from_millis(10);
+
+/// How a simulated TXT is to be.
+#[must_use = "nothing is simulated before `start`"]
+pub struct SimulatedTxtBuilder {
+    extensions: usize,
+    firmware: FirmwareVersion,
+    device_name: String,
+    pace: Duration,
+    idle_limit: Duration,
+    faults: Vec<Fault>,
+    script: Script,
+    port: u16,
+    camera_port: Option<u16>,
+    camera: CameraSettings,
+}
+
+impl SimulatedTxtBuilder {
+    /// The defaults.
+    pub(super) fn new() -> Self {
+        Self {
+            extensions: 0,
+            firmware: FirmwareVersion::new(4, 6, 6),
+            device_name: String::from("TX2013"),
+            pace: Duration::from_millis(10),
+            idle_limit: Duration::from_secs(5),
+            faults: Vec::new(),
+            script: Box::new(|_| {}),
+            port: 0,
+            camera_port: None,
+            camera: CameraSettings {
+                start_up: Duration::from_millis(1500),
+                tables: true,
+                stall_after: None,
+            },
+        }
+    }
+
+    /// The number of extensions, 0..=8, all alive at the start. The default is 0.
+    pub fn extensions(mut self, extensions: usize) -> Self {
+        self.extensions = extensions;
+        self
+    }
+
+    /// The firmware version that is reported. It decides whether the compressed exchange carries
+    /// the microphone values. The default is 4.6.6.
+    pub fn firmware(mut self, firmware: FirmwareVersion) -> Self {
+        self.firmware = firmware;
+        self
+    }
+
+    /// The name that is reported, cut at 16 bytes. The default is `TX2013`.
+    pub fn device_name(mut self, device_name: &str) -> Self {
+        device_name.clone_into(&mut self.device_name);
+        self
+    }
+
+    /// How long after the previous exchange response the next one leaves, and the step by which
+    /// the machine moves on. With [`Duration::ZERO`] it leaves at once, and the step is 10 ms.
+    /// The default is 10 ms.
+    pub fn pace(mut self, pace: Duration) -> Self {
+        self.pace = pace;
+        self
+    }
+
+    /// How long a connection may be without commands before it is closed. The default is 5 s.
+    pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
+        self.idle_limit = idle_limit;
+        self
+    }
+
+    /// Orders a fault, in addition to those ordered before.
+    pub fn fault(mut self, fault: Fault) -> Self {
+        self.faults.push(fault);
+        self
+    }
+
+    /// Sets a script, in place of an earlier one.
+    ///
+    /// It is called for each exchange, after the machine has taken over the outputs and moved on
+    /// and before the response is built, so it may set any input. The machine is locked, so the
+    /// script must not call [`SimulatedTxt::with_machine`]. When it panics, the simulated TXT
+    /// closes its connections and answers no more.
+    pub fn on_exchange(mut self, script: impl FnMut(&mut Machine) + Send + 'static) -> Self {
+        self.script = Box::new(script);
+        self
+    }
+
+    /// The port of the main connection, 0 for one that is free. The default is 0.
+    pub fn port(mut self, port: u16) -> Self {
+        self.port = port;
+        self
+    }
+
+    /// The port of the camera connection, 0 for one that is free. The default is the one behind
+    /// [`port`](Self::port), or one that is free when no such port was given.
+    pub fn camera_port(mut self, port: u16) -> Self {
+        self.camera_port = Some(port);
+        self
+    }
+
+    /// How long after StartCameraOnline the camera serves, by the clock. The default is 1.5 s.
+    pub fn camera_start_up(mut self, start_up: Duration) -> Self {
+        self.camera.start_up = start_up;
+        self
+    }
+
+    /// Whether the camera's frames have their Huffman tables (DHT), which are those of Annex K of
+    /// the JPEG standard. USB cameras often leave them out. The default is `true`.
+    pub fn camera_tables(mut self, tables: bool) -> Self {
+        self.camera.tables = tables;
+        self
+    }
+
+    /// After how many frames each camera connection falls silent, without being closed. By default
+    /// none does.
+    pub fn camera_stall_after(mut self, frames: u64) -> Self {
+        self.camera.stall_after = Some(frames);
+        self
+    }
+
+    /// Starts to listen on 127.0.0.1, on both ports. Does not block.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::AreaCount`] when there are more than 8 extensions, [`Error::SimulatorFailed`]
+    /// when a port is taken or the operating system refuses a socket or a thread.
+    pub fn start(self) -> Result<SimulatedTxt, Error> {
+        if self.extensions > MAX_EXTENSIONS {
+            return Err(Error::AreaCount { given: self.extensions.saturating_add(1) });
+        }
+        self.listen().map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
+    }
+
+    fn listen(self) -> io::Result<SimulatedTxt> {
+        let listener = listen_on(self.port)?;
+        let camera_listener = listen_on(self.camera_port_to_use())?;
+        let mut txt = SimulatedTxt {
+            address: listener.local_addr()?,
+            camera_port: camera_listener.local_addr()?.port(),
+            shared: Arc::new(Shared::new(Machine::new(self.extensions))),
+            threads: Vec::new(),
+        };
+        let camera = CameraServer {
+            listener: camera_listener,
+            shared: Arc::clone(&txt.shared),
+            settings: self.camera,
+        };
+        let server = Server {
+            listener,
+            shared: Arc::clone(&txt.shared),
+            settings: self.settings(),
+            pace: self.pace,
+            idle_limit: self.idle_limit,
+            faults: self.faults,
+            script: self.script,
+        };
+        // When the second can't be spawned, dropping `txt` ends the first.
+        txt.threads.push(spawn("simulated-txt", move || server.run())?);
+        txt.threads.push(spawn("simulated-camera", move || camera.run())?);
+        Ok(txt)
+    }
+
+    fn camera_port_to_use(&self) -> u16 {
+        let behind = if self.port == 0 { None } else { self.port.checked_add(1) };
+        self.camera_port.or(behind).unwrap_or(0)
+    }
+
+    fn settings(&self) -> Settings {
+        let mut device_name = [0; 16];
+        for (byte, given) in device_name.iter_mut().zip(self.device_name.bytes()) {
+            *byte = given;
+        }
+        let step = if self.pace.is_zero() { UNPACED_STEP } else { self.pace };
+        // Half a million years are enough.
+        let step = u64::try_from(step.as_micros()).unwrap_or(u64::MAX);
+        Settings { device_name, firmware: self.firmware, step }
+    }
+}
+
+fn listen_on(port: u16) -> io::Result<TcpListener> {
+    let in_context =
+        |error: io::Error| io::Error::new(error.kind(), format!("port {port}: {error}"));
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(in_context)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> io::Result<JoinHandle<()>> {
+    thread::Builder::new().name(String::from(name)).spawn(run)
+}
+
+impl fmt::Debug for SimulatedTxtBuilder {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SimulatedTxtBuilder")
+            .field("extensions", &self.extensions)
+            .field("firmware", &self.firmware)
+            .field("device_name", &self.device_name)
+            .field("pace", &self.pace)
+            .field("faults", &self.faults)
+            .field("camera", &self.camera)
+            .finish_non_exhaustive()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_camera_has_the_port_behind_the_main_one_or_its_own() {
+        let builder = SimulatedTxtBuilder::new;
+        assert_eq!(builder().camera_port_to_use(), 0);
+        assert_eq!(builder().port(65_000).camera_port_to_use(), 65_001);
+        assert_eq!(builder().port(u16::MAX).camera_port_to_use(), 0);
+        assert_eq!(builder().port(65_000).camera_port(0).camera_port_to_use(), 0);
+        assert_eq!(builder().camera_port(7).camera_port_to_use(), 7);
+    }
+}

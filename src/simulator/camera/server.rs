@@ -1,0 +1,257 @@
+//! The thread of the camera connection and its sockets.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::frame::frame;
+use super::test_card::TestCard;
+use super::{CameraRun, Format};
+use crate::simulator::machine::Machine;
+use crate::simulator::shared::{is_due_to_waiting, Shared, Stopped, POLL};
+use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
+
+/// How the camera behaves, whatever is asked for.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::simulator) struct CameraSettings {
+    /// How long the server takes from the command until it serves.
+    pub(in crate::simulator) start_up: Duration,
+    /// Whether the frames have their Huffman tables.
+    pub(in crate::simulator) tables: bool,
+    /// After how many frames a connection falls silent.
+    pub(in crate::simulator) stall_after: Option<u64>,
+}
+
+/// Serves one camera client after another while the camera is started.
+pub(in crate::simulator) struct CameraServer {
+    pub(in crate::simulator) listener: TcpListener,
+    pub(in crate::simulator) shared: Arc<Shared>,
+    pub(in crate::simulator) settings: CameraSettings,
+}
+
+impl CameraServer {
+    /// Serves clients until the thread should end.
+    pub(in crate::simulator) fn run(self) {
+        while let Ok(stream) = self.shared.accept(&self.listener) {
+            let Some(run) = self.ready() else {
+                log::info!("the camera does not serve: the connection is closed");
+                continue;
+            };
+            match self.serve(stream, run) {
+                Ok(()) | Err(End::Stopped) => {}
+                Err(End::Off) => log::info!("the camera was stopped: its connection is closed"),
+                Err(End::Left) => log::info!("the camera's client has left"),
+                Err(End::WrongAcknowledge(id)) => {
+                    log::warn!("the camera's client is cut off: {id:02X?} acknowledges no frame");
+                }
+                Err(End::Broken(error)) => log::info!("the camera connection broke: {error}"),
+            }
+        }
+    }
+
+    /// What the camera was started for, when it has been long enough.
+    fn ready(&self) -> Option<CameraRun> {
+        let run = self.shared.look(Machine::camera_run);
+        run.filter(|run| run.since.elapsed() >= self.settings.start_up)
+    }
+
+    fn serve(&self, stream: TcpStream, run: CameraRun) -> Result<(), End> {
+        stream.set_write_timeout(Some(POLL))?;
+        let begin = Instant::now();
+        let mut connection = Connection { server: self, stream, run, begin, sent: 0, next: 0 };
+        loop {
+            connection.send_frame()?;
+            connection.read_acknowledge()?;
+        }
+    }
+}
+
+/// Why a camera connection ends.
+enum End {
+    /// The thread should end.
+    Stopped,
+    /// The camera was stopped, or started anew.
+    Off,
+    /// The client closed it.
+    Left,
+    /// The client sent something else where an acknowledge was due.
+    WrongAcknowledge([u8; 4]),
+    Broken(io::Error),
+}
+
+impl From<Stopped> for End {
+    fn from(Stopped: Stopped) -> Self {
+        Self::Stopped
+    }
+}
+
+impl From<io::Error> for End {
+    fn from(error: io::Error) -> Self {
+        Self::Broken(error)
+    }
+}
+
+struct Connection<'a> {
+    server: &'a CameraServer,
+    stream: TcpStream,
+    run: CameraRun,
+    /// When the first frame was produced.
+    begin: Instant,
+    /// How many frames were sent.
+    sent: u64,
+    /// The number behind that of the frame sent last.
+    next: u64,
+}
+
+impl Connection<'_> {
+    /// Sends the newest frame, when there is one that is newer than the last.
+    fn send_frame(&mut self) -> Result<(), End> {
+        if self.server.settings.stall_after == Some(self.sent) {
+            return self.fall_silent();
+        }
+        let number = self.next_frame()?;
+        let frames_ready = number - self.next + 1;
+        let bytes = self.packet(number, frames_ready)?;
+        // Before the client can have read it.
+        self.server.shared.with_machine(Machine::note_camera_frame);
+        self.write(&bytes)?;
+        log::trace!("camera frame {number} is sent, {frames_ready} were ready");
+        self.sent += 1;
+        self.next = number + 1;
+        Ok(())
+    }
+
+    /// Waits until there is a new frame; the number of the newest.
+    fn next_frame(&self) -> Result<u64, End> {
+        let due = self.run.format.due(self.next);
+        loop {
+            let wait = due.saturating_sub(self.begin.elapsed());
+            self.rest(wait.min(POLL))?;
+            let newest = self.run.format.newest(self.begin.elapsed());
+            if newest >= self.next {
+                return Ok(newest);
+            }
+        }
+    }
+
+    /// The frame with this number, and its header before it.
+    fn packet(&self, number: u64, frames_ready: u64) -> Result<Vec<u8>, End> {
+        let Format { width, height, .. } = self.run.format;
+        let card = TestCard::new(width, height, number);
+        let frame = frame(card, number, self.server.settings.tables).map_err(io::Error::other)?;
+        let header = CameraFrameHeader {
+            frames_ready: i32::try_from(frames_ready).unwrap_or(i32::MAX),
+            // Both are at most 4096, so all that follows from them fits.
+            width: width as i16,
+            height: height as i16,
+            size_raw: i32::from(width) * i32::from(height) * 2,
+            size_compressed: frame.len() as i32,
+        };
+        let mut packet = Vec::with_capacity(CameraFrameHeader::LEN + frame.len());
+        header.emit(&mut packet);
+        packet.extend(frame);
+        Ok(packet)
+    }
+
+    /// Reads the acknowledge of the frame.
+    fn read_acknowledge(&mut self) -> Result<(), End> {
+        let mut id = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
+        let mut read = 0;
+        while read < id.len() {
+            read += self.read(&mut id[read..])?;
+        }
+        if id != CAMERA_FRAME_ACKNOWLEDGE {
+            return Err(End::WrongAcknowledge(id));
+        }
+        self.server.shared.with_machine(Machine::note_camera_acknowledge);
+        Ok(())
+    }
+
+    /// Sends nothing any more, until the connection ends.
+    fn fall_silent(&mut self) -> Result<(), End> {
+        log::info!("the camera falls silent, as was ordered");
+        loop {
+            self.read(&mut [0; 64])?;
+        }
+    }
+
+    /// Reads some bytes, at least one.
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, End> {
+        loop {
+            self.rest(Duration::ZERO)?;
+            match self.stream.read(buffer) {
+                Ok(0) => return Err(End::Left),
+                Ok(count) => return Ok(count),
+                Err(error) if is_due_to_waiting(&error) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+
+    /// Writes all bytes, as slowly as the client reads them.
+    fn write(&mut self, mut bytes: &[u8]) -> Result<(), End> {
+        while !bytes.is_empty() {
+            self.rest(Duration::ZERO)?;
+            match self.stream.write(bytes) {
+                Ok(0) => return Err(End::Left),
+                Ok(count) => bytes = &bytes[count..],
+                Err(error) if is_due_to_waiting(&error) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets so much time pass, if the connection may go on.
+    fn rest(&self, time: Duration) -> Result<(), End> {
+        self.server.shared.rest(time)?;
+        if self.server.shared.look(Machine::camera_run) == Some(self.run) {
+            Ok(())
+        } else {
+            Err(End::Off)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+    use std::thread;
+
+    use super::*;
+    use crate::wire::StartCameraOnline;
+
+    /// Far more than the sockets hold.
+    const TOO_MUCH: usize = 1 << 26;
+
+    /// How writing to a client that never reads ends, when this happens.
+    fn write_until(event: impl FnOnce(&Shared)) -> End {
+        let mut machine = Machine::new(0);
+        let asked_for =
+            StartCameraOnline { width: 16, height: 16, framerate: 15, power_line_frequency: 50 };
+        machine.start_camera(asked_for);
+        let run = machine.camera_run().unwrap();
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let _client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        stream.set_write_timeout(Some(POLL)).unwrap();
+        let settings = CameraSettings { start_up: POLL, tables: true, stall_after: None };
+        let shared = Arc::new(Shared::new(machine));
+        let server = CameraServer { listener, shared: Arc::clone(&shared), settings };
+        let begin = Instant::now();
+        let mut connection = Connection { server: &server, stream, run, begin, sent: 0, next: 0 };
+        thread::scope(|scope| {
+            let writing = scope.spawn(|| connection.write(&vec![0; TOO_MUCH]));
+            event(&shared);
+            writing.join().unwrap().unwrap_err()
+        })
+    }
+
+    #[test]
+    fn a_client_that_never_reads_holds_nobody_up() {
+        assert!(matches!(write_until(Shared::stop), End::Stopped));
+        let stop = |shared: &Shared| shared.with_machine(Machine::stop_camera);
+        assert!(matches!(write_until(stop), End::Off));
+    }
+}

@@ -1,0 +1,108 @@
+//! What the threads of a simulated TXT and its owner have in common.
+
+use std::io;
+use std::net::{TcpListener, TcpStream};
+use std::time::Duration;
+
+use parking_lot::{Condvar, Mutex};
+
+use super::machine::Machine;
+
+/// How often a thread that waits for its socket looks whether it should end.
+pub(super) const POLL: Duration = Duration::from_millis(5);
+
+/// The simulated TXT is being dropped, and its threads should end.
+#[derive(Debug)]
+pub(super) struct Stopped;
+
+/// What the threads and their owner have in common.
+pub(super) struct Shared {
+    machine: Mutex<Machine>,
+    /// The machine may have changed.
+    changed: Condvar,
+    stopping: Mutex<bool>,
+    stopped: Condvar,
+}
+
+impl Shared {
+    pub(super) fn new(machine: Machine) -> Self {
+        Self {
+            machine: Mutex::new(machine),
+            changed: Condvar::new(),
+            stopping: Mutex::new(false),
+            stopped: Condvar::new(),
+        }
+    }
+
+    /// Looks at or changes the machine.
+    pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
+        let result = f(&mut self.machine.lock());
+        self.changed.notify_all();
+        result
+    }
+
+    /// Looks at the machine, which wakes nobody that waits for a change.
+    pub(super) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
+        f(&self.machine.lock())
+    }
+
+    /// Waits until the condition holds, at most so long; whether it does.
+    pub(super) fn wait_until(
+        &self,
+        limit: Duration,
+        mut condition: impl FnMut(&Machine) -> bool,
+    ) -> bool {
+        let mut machine = self.machine.lock();
+        let waited =
+            self.changed.wait_while_for(&mut machine, |machine| !condition(machine), limit);
+        !waited.timed_out() || condition(&machine)
+    }
+
+    /// Tells the threads to end.
+    pub(super) fn stop(&self) {
+        *self.stopping.lock() = true;
+        self.stopped.notify_all();
+    }
+
+    /// Lets so much time pass, but no more when the thread should end.
+    pub(super) fn rest(&self, time: Duration) -> Result<(), Stopped> {
+        let mut stopping = self.stopping.lock();
+        self.stopped.wait_while_for(&mut stopping, |stopping| !*stopping, time);
+        if *stopping {
+            return Err(Stopped);
+        }
+        Ok(())
+    }
+
+    /// Waits for a client of a listener that does not block.
+    ///
+    /// Reading from the connection gives up after [`POLL`].
+    pub(super) fn accept(&self, listener: &TcpListener) -> Result<TcpStream, Stopped> {
+        loop {
+            match accept(listener) {
+                Ok(stream) => return Ok(stream),
+                Err(error) if is_due_to_waiting(&error) => {}
+                // A client that has left again, or too many open files: the next one may do.
+                Err(error) => log::warn!("a client could not be accepted: {error}"),
+            }
+            self.rest(POLL)?;
+        }
+    }
+}
+
+fn accept(listener: &TcpListener) -> io::Result<TcpStream> {
+    let (stream, client) = listener.accept()?;
+    // Some systems hand the listener's mode on.
+    stream.set_nonblocking(false)?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(POLL))?;
+    log::info!("{client} connects");
+    Ok(stream)
+}
+
+/// Whether nothing has come in yet, or a signal came instead.
+pub(super) fn is_due_to_waiting(error: &io::Error) -> bool {
+    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
+
+    matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
+}

@@ -1,0 +1,163 @@
+//! When the simulated camera serves, and how it ends.
+
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::wire::{CommandId, ResponseId};
+
+use crate::camera::with_camera;
+use crate::camera_client::{settings, CameraClient};
+use crate::endings::assert_drops;
+use crate::unpaced;
+use crate::wire_client::{Client, LIMIT};
+
+/// Whether a camera client gets nothing but a closed connection.
+fn assert_closed(txt: &SimulatedTxt) {
+    assert_eq!(CameraClient::connect(txt).until_closed(), 0);
+}
+
+#[test]
+fn nothing_is_served_before_the_camera_is_started_and_after_it_is_stopped() {
+    let txt = with_camera().start().unwrap();
+    assert_closed(&txt);
+    let mut main = Client::online(&txt);
+    assert_closed(&txt);
+    main.stop_camera();
+    assert_closed(&txt);
+    main.start_camera(settings(160, 120, 15));
+    CameraClient::connect(&txt).receive();
+    main.stop_camera();
+    assert_closed(&txt);
+    assert_eq!(txt.with_machine(|machine| machine.camera_frames()), 1);
+}
+
+#[test]
+fn nothing_is_served_before_the_start_up_time_has_passed() {
+    let start_up = Duration::from_millis(200);
+    let txt = unpaced().camera_start_up(start_up).start().unwrap();
+    let mut main = Client::online(&txt);
+    let begin = Instant::now();
+    main.start_camera(settings(160, 120, 15));
+    assert!(txt.with_machine(|machine| machine.camera().is_some()));
+    // Connects until it is served.
+    loop {
+        let mut camera = CameraClient::connect(&txt);
+        if matches!(camera.stream.peek(&mut [0]), Ok(1..)) {
+            camera.receive();
+            break;
+        }
+        assert!(begin.elapsed() < LIMIT, "the camera does not start");
+    }
+    assert!(begin.elapsed() >= start_up);
+
+    let txt = unpaced().camera_start_up(Duration::from_secs(3600)).start().unwrap();
+    let mut main = Client::online(&txt);
+    main.start_camera(settings(160, 120, 15));
+    assert_closed(&txt);
+}
+
+#[test]
+fn whatever_stops_the_camera_ends_its_connection() {
+    let stop_online = |mut main: Client| {
+        main.command(CommandId::StopOnline);
+        ResponseId::StopOnline.check(&main.receive(4)).unwrap();
+    };
+    let ends: [fn(Client); 5] = [
+        |mut main| main.stop_camera(),
+        stop_online,
+        |mut main| main.start_online(),
+        |mut main| main.start_camera(settings(0, 0, 0)),
+        drop,
+    ];
+    for end in ends {
+        let txt = with_camera().start().unwrap();
+        let mut main = Client::online(&txt);
+        main.start_camera(settings(160, 120, 15));
+        let mut camera = CameraClient::connect(&txt);
+        camera.receive();
+        end(main);
+        assert_eq!(camera.until_closed(), 0);
+        assert!(txt.wait_until(LIMIT, |machine| machine.camera().is_none()));
+        assert_closed(&txt);
+    }
+}
+
+#[test]
+fn starting_anew_ends_the_connection_and_serves_the_next() {
+    let txt = with_camera().start().unwrap();
+    let mut main = Client::online(&txt);
+    main.start_camera(settings(160, 120, 15));
+    let mut camera = CameraClient::connect(&txt);
+    camera.receive();
+    main.start_camera(settings(160, 120, 15));
+    assert_eq!(camera.until_closed(), 0);
+    main.start_camera(settings(320, 240, 15));
+    assert_eq!(CameraClient::connect(&txt).receive().header.width, 320);
+}
+
+#[test]
+fn a_wrong_acknowledge_ends_the_camera_connection_and_no_other() {
+    let txt = with_camera().start().unwrap();
+    let mut main = Client::online(&txt);
+    main.start_camera(settings(160, 120, 15));
+    let mut camera = CameraClient::connect(&txt);
+    camera.receive();
+    camera.stream.write_all(&[0xBA, 0x9F, 0xA0, 0xAC]).unwrap();
+    assert_eq!(camera.until_closed(), 0);
+    assert_eq!(txt.with_machine(|machine| machine.camera_acknowledges()), 0);
+    main.exchange_compressed(&[[0; 27]], 0);
+    CameraClient::connect(&txt).receive();
+}
+
+#[test]
+fn a_stalled_camera_is_silent_and_open_until_it_is_stopped() {
+    let txt = with_camera().camera_stall_after(2).start().unwrap();
+    let mut main = Client::online(&txt);
+    main.start_camera(settings(160, 120, 200));
+    // Every connection has its two frames.
+    for connections in 1..=2 {
+        let mut camera = CameraClient::connect(&txt);
+        for _ in 0..2 {
+            camera.receive();
+            camera.acknowledge();
+        }
+        let acknowledged = |machine: &Machine| machine.camera_acknowledges() == 2 * connections;
+        assert!(txt.wait_until(LIMIT, acknowledged));
+        camera.stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+        let silence = camera.stream.peek(&mut [0]).unwrap_err().kind();
+        // Which of the two depends on the system.
+        assert!(matches!(silence, std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut));
+        camera.stream.set_read_timeout(Some(LIMIT)).unwrap();
+        if connections == 2 {
+            main.stop_camera();
+            assert_eq!(camera.until_closed(), 0);
+        }
+    }
+}
+
+#[test]
+fn a_script_that_panics_ends_the_camera_too() {
+    let txt = with_camera().on_exchange(|_| panic!("as the test wants it")).start().unwrap();
+    let mut main = Client::online(&txt);
+    main.start_camera(settings(160, 120, 15));
+    let mut camera = CameraClient::connect(&txt);
+    camera.receive();
+    main.send_compressed(&[[0; 27]], 0);
+    assert_eq!(main.until_closed(), []);
+    assert_eq!(camera.until_closed(), 0);
+}
+
+#[test]
+fn dropping_does_not_wait_for_the_cameras_client() {
+    // One that has to acknowledge, and one that gets nothing.
+    for (stall_after, frames) in [(9, 1), (0, 0)] {
+        let txt = with_camera().camera_stall_after(stall_after).start().unwrap();
+        let mut main = Client::online(&txt);
+        main.start_camera(settings(160, 120, 15));
+        let camera = CameraClient::connect(&txt);
+        assert!(txt.wait_until(LIMIT, |machine| machine.camera_frames() == frames));
+        assert_drops(txt);
+        drop(camera);
+    }
+}
