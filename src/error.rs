@@ -16,7 +16,7 @@ use crate::FirmwareVersion;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Error {
-    /// A number of transfer areas outside 1..=9. Nothing was connected.
+    /// A number of transfer areas outside 1..=9. Nothing was sent.
     AreaCount {
         /// How many areas were asked for.
         given: usize,
@@ -194,7 +194,11 @@ impl fmt::Display for Error {
                 write!(f, "{command} needs the controller in online mode; call start_online first")
             }
             Self::WaitTimedOut { limit } => {
-                write!(f, "no exchange came in within {limit:?}")
+                write!(
+                    f,
+                    "no exchange came in within {limit:?}; the transfer goes on, so wait again or \
+                     allow more time"
+                )
             }
             Self::HostNotFound { host, reason } => write!(
                 f,
@@ -248,14 +252,14 @@ impl fmt::Display for Error {
             ),
             Self::DataEndsEarly { expected, found } => write!(
                 f,
-                "the compressed data of the exchange ends after {found} of {expected} words; the \
-                 connection is disturbed or the firmware unknown to this crate"
+                "the compressed data of the exchange ends after {found} of {expected} words; check \
+                 that the controller's firmware is one that this crate knows, and begin again"
             ),
             Self::WrongCrc { announced, computed } => write!(
                 f,
                 "the exchange's checksum is {computed:#010x} instead of the announced \
-                 {announced:#010x}; the connection is disturbed or the firmware unknown to this \
-                 crate"
+                 {announced:#010x}; check that the controller's firmware is one that this crate \
+                 knows, and begin again"
             ),
             Self::FirmwareTooOld { found, required } => write!(
                 f,

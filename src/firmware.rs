@@ -5,7 +5,7 @@ use std::fmt;
 /// A firmware version of the TXT, such as 4.1.6.
 ///
 /// The controller reports it as one number with a byte per part: `0x0401_0600` is 4.1.6
-/// (seed document, section QueryStatus). Versions compare in the order of their release.
+/// (the kit's document, section QueryStatus). Versions compare in the order of their release.
 ///
 /// ```
 /// use ft_transfer_area::FirmwareVersion;

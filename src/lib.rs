@@ -47,8 +47,8 @@
 //! # Blocking
 //!
 //! Calls block, as in the kit: a control loop is a sequence of steps, and there is one connection
-//! whose pace the controller sets. Nothing blocks for ever; [`TimeLimits`] bound every step on the
-//! wire.
+//! whose pace the controller sets. [`TimeLimits`] bound every step on the wire, so nothing waits
+//! for a controller for ever.
 //!
 //! # Errors and the machine
 //!

@@ -77,8 +77,9 @@ impl TransferArea {
     /// dropped theirs, the request leaves at once. A call within the window returns the response
     /// that opened it, unless this handle has returned it before.
     ///
-    /// Blocks until a response comes in or the transfer ends, so at most as long as the time
-    /// limits of the transfer allow.
+    /// Blocks until a response comes in or the transfer ends, so at most as long as the transfer's
+    /// time limits and its reaction window allow; then as long as another thread holds a guard. A
+    /// thread that holds a guard itself waits for ever.
     ///
     /// # Errors
     ///
@@ -107,7 +108,7 @@ impl TransferArea {
     }
 
     fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
-        let (areas, cycle) = self.shared.lock();
+        let (areas, cycle) = self.shared.lock(reacts_to);
         let panicking = PanicCheck::new();
         TransferAreaGuard { shared: &self.shared, areas, cycle, reacts_to, panicking }
     }
@@ -115,7 +116,7 @@ impl TransferArea {
     /// Waits until the controller has the configuration that the areas hold now.
     ///
     /// A configuration goes out by itself when its `config_id` changes; this only waits for it.
-    /// Blocks for two responses.
+    /// Blocks for two responses, as [`wait_cycle`](Self::wait_cycle) does for one.
     ///
     /// # Errors
     ///

@@ -93,7 +93,8 @@ impl TransferAreaComHandlerBuilder {
     /// in it. Default 5 ms; zero sends at once, and an answer goes out a request later.
     ///
     /// The controller sends a response 10 ms after its previous one, so a window well below that
-    /// costs no cycle rate. Threads in `wait_cycle` that are done sooner end it sooner.
+    /// costs no cycle rate; a longer one slows the cycle down, and one of some seconds makes the
+    /// controller close the connection. Threads in `wait_cycle` that are done sooner end it sooner.
     pub fn reaction_window(mut self, window: Duration) -> Self {
         self.settings.reaction_window = window;
         self

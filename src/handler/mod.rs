@@ -41,9 +41,9 @@ use thread::Cycler;
 ///   out before the next exchange.
 /// - Only responses that are right in every respect reach the areas.
 /// - Ending or dropping the handler, an error, or a panic in a thread that uses the area end
-///   with a last exchange that stops all motors, as far as the connection still allows. Where
-///   that can't reach the controller, it stops them itself because the connection is lost.
-///   Thereafter the areas' outputs are as that exchange sent them.
+///   with a last exchange that stops all motors, as far as the connection still allows. A
+///   controller that it can't reach stops them because it has lost the connection. Thereafter
+///   the areas' outputs are as that exchange sent them.
 ///
 /// ```no_run
 /// use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
@@ -101,8 +101,12 @@ impl TransferAreaComHandler {
     /// areas and starts the thread that exchanges.
     ///
     /// Blocks until the controller has answered all this, for each answer at most as long as the
-    /// time limits allow. Timers and statistics begin anew. Outputs that were set before go out
-    /// with the first exchange.
+    /// time limits allow. Timers and statistics begin anew.
+    ///
+    /// What the areas' last guard left goes out with the first exchange, motors' duties included;
+    /// after an earlier transfer these are 0. The ids of commands go on from where they were, so a
+    /// controller that has forgotten them resets counters and plays the sound once more that were
+    /// asked for last.
     ///
     /// # Errors
     ///
@@ -126,18 +130,18 @@ impl TransferAreaComHandler {
         let Settings { host, port, limits, .. } = &self.settings;
         let mut client = TxtClient::connect(host, *port, *limits)?;
         let status = client.query_status()?;
+        self.status = Some(status);
         let (found, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
         if found < required {
             return Err(Error::FirmwareTooOld { found, required });
         }
         info!("{} with firmware {found} at {host}:{port}", status.name());
-        self.status = Some(status);
         client.start_online()?;
         let mut exchange = Exchange::new(self.settings.mode, found);
-        let areas = self.area.lock().to_vec();
-        let config_updates = client.update_configs(&mut exchange, &areas)?;
-
+        // Without the areas' lock, which a thread of the program may hold for long.
         let shared = Arc::clone(self.area.shared());
+        let areas = shared.outgoing();
+        let config_updates = client.update_configs(&mut exchange, &areas)?;
         shared.begin(config_updates);
         let cycler = Cycler::new(client, exchange, areas, shared, self.settings.reaction_window);
         let thread = std::thread::Builder::new()
@@ -214,13 +218,13 @@ impl TransferAreaComHandler {
         self.area.clone()
     }
 
-    /// The firmware version of the controller, from the first `begin_transfer` that reached it.
+    /// The firmware version of the controller that `begin_transfer` has last reached.
     #[doc(alias = "GetVersion")]
     pub fn version(&self) -> Option<FirmwareVersion> {
         self.status.map(|status| status.version)
     }
 
-    /// The name of the controller, from the first `begin_transfer` that reached it.
+    /// The name of the controller that `begin_transfer` has last reached.
     #[doc(alias = "m_devicename")]
     pub fn device_name(&self) -> Option<String> {
         self.status.map(|status| status.name())

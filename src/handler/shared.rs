@@ -45,7 +45,9 @@ pub(super) struct Shared {
 
 #[derive(Debug)]
 struct Mail {
-    phase: Phase,
+    running: bool,
+    /// The error that ended the last transfer, unless that ended well.
+    last_error: Option<Error>,
     /// Counts the transfers, so that a thread that waits knows its own.
     transfer: u64,
     /// When the transfer began; the timers go on after its end.
@@ -62,19 +64,12 @@ struct Mail {
     cycle: u64,
     last_response: Option<Instant>,
     window: Window,
-    /// While a guard is held: the newest response when it was taken.
-    held_since: Option<u64>,
+    /// While a guard is held: the response that it waited for, if it did.
+    held: Option<Option<u64>>,
     errand: Option<Errand>,
     /// The stream of frames that ends with the transfer.
     camera: Option<Arc<CameraControl>>,
     statistics: Statistics,
-}
-
-#[derive(Debug)]
-enum Phase {
-    Idle,
-    Running,
-    Failed(Error),
 }
 
 /// The time after a response in which the program may answer it.
@@ -97,7 +92,8 @@ impl Shared {
             area.state.id = id;
         }
         let mail = Mail {
-            phase: Phase::Idle,
+            running: false,
+            last_error: None,
             transfer: 0,
             began: None,
             stop: None,
@@ -108,7 +104,7 @@ impl Shared {
             cycle: 0,
             last_response: None,
             window: Window::default(),
-            held_since: None,
+            held: None,
             errand: None,
             camera: None,
             statistics: Statistics::default(),
@@ -123,22 +119,25 @@ impl Shared {
 
     // What the program's threads call.
 
-    /// Locks the areas and brings them up to date; tells the newest response in them.
-    pub(super) fn lock(&self) -> (MutexGuard<'_, Vec<FishX1Transfer>>, u64) {
+    /// Locks the areas and brings them up to date; tells the newest response in them. The thread
+    /// may have waited for one.
+    pub(super) fn lock(
+        &self,
+        reacts_to: Option<u64>,
+    ) -> (MutexGuard<'_, Vec<FishX1Transfer>>, u64) {
         let mut areas = self.areas.lock();
         let mut mail = self.mail.lock();
         mail.bring_up_to_date(&mut areas);
-        mail.held_since = Some(mail.cycle);
+        mail.held = Some(reacts_to);
         (areas, mail.cycle)
     }
 
     /// Takes what a guard leaves behind while it still holds the areas; `None` after a panic.
     pub(super) fn release(&self, areas: Option<&[FishX1Transfer]>, reacts_to: Option<u64>) {
         let mut mail = self.mail.lock();
-        mail.held_since = None;
+        mail.held = None;
         match areas {
-            Some(areas) if mail.is_running() => mail.outgoing.copy_from_slice(areas),
-            Some(_) => {}
+            Some(areas) => mail.take_out(areas),
             None => mail.ask_to_stop(Stop::ProgramPanicked),
         }
         if mail.window.open && reacts_to == Some(mail.cycle) {
@@ -161,7 +160,7 @@ impl Shared {
         }
         let (transfer, cycle) = (mail.transfer, mail.cycle);
         mail.window.waiting += 1;
-        let goes_on = |mail: &Mail| mail.is_running() && mail.transfer == transfer;
+        let goes_on = |mail: &Mail| mail.running && mail.transfer == transfer;
         while mail.cycle == cycle && goes_on(&mail) {
             let timed_out = wait_until(&self.arrived, &mut mail, deadline);
             if timed_out && mail.cycle == cycle && goes_on(&mail) {
@@ -170,8 +169,8 @@ impl Shared {
             }
         }
         if mail.cycle == cycle || mail.transfer != transfer {
-            mail.check_running()?;
-            return Err(Error::NotStarted);
+            // Another transfer may have begun meanwhile, so look at the end of the last one.
+            return Err(mail.last_error.clone().unwrap_or(Error::NotStarted));
         }
         Ok(cycle + 1)
     }
@@ -181,7 +180,7 @@ impl Shared {
         let mut mail = self.mail.lock();
         mail.check_running()?;
         mail.errand = Some(errand);
-        while mail.errand.is_some() && mail.is_running() {
+        while mail.errand.is_some() && mail.running {
             self.arrived.wait(&mut mail);
         }
         mail.check_running()
@@ -190,7 +189,7 @@ impl Shared {
     /// Has this stream end with the transfer; at once, when that has ended already.
     pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
         let mut mail = self.mail.lock();
-        if !mail.is_running() {
+        if !mail.running {
             camera.stop();
         }
         mail.camera = Some(camera);
@@ -202,7 +201,7 @@ impl Shared {
     }
 
     pub(super) fn is_running(&self) -> bool {
-        self.mail.lock().is_running()
+        self.mail.lock().running
     }
 
     /// Errs with why no transfer is running.
@@ -211,10 +210,8 @@ impl Shared {
     }
 
     pub(super) fn error(&self) -> Option<Error> {
-        match &self.mail.lock().phase {
-            Phase::Failed(error) => Some(error.clone()),
-            Phase::Idle | Phase::Running => None,
-        }
+        let mail = self.mail.lock();
+        mail.last_error.clone().filter(|_| !mail.running)
     }
 
     pub(super) fn statistics(&self) -> Statistics {
@@ -223,19 +220,21 @@ impl Shared {
 
     // What the handler and the transfer thread call.
 
+    /// The areas as the last guard left them.
+    pub(super) fn outgoing(&self) -> Vec<FishX1Transfer> {
+        self.mail.lock().outgoing.clone()
+    }
+
     /// Begins a transfer for which so many configurations were handed over.
     pub(super) fn begin(&self, config_updates: u64) {
-        let mut areas = self.areas.lock();
         let mut mail = self.mail.lock();
-        mail.phase = Phase::Running;
+        mail.running = true;
         mail.transfer += 1;
         mail.began = Some(Instant::now());
         mail.stop = None;
         mail.last_response = None;
         mail.window = Window::default();
         mail.statistics = Statistics { config_updates, ..Statistics::default() };
-        mail.bring_up_to_date(&mut areas);
-        mail.outgoing.copy_from_slice(&areas);
     }
 
     /// Hands in a response and opens the window for reactions to it.
@@ -265,10 +264,11 @@ impl Shared {
         let end = mail.last_response.and_then(|response| response.checked_add(length));
         while mail.stop.is_none() && !mail.window.is_attended() {
             if wait_until(&self.attended, &mut mail, end) {
+                mail.count_late();
                 break;
             }
         }
-        mail.close_window();
+        mail.window.open = false;
         areas.copy_from_slice(&mail.outgoing);
         mail.stop
     }
@@ -286,43 +286,53 @@ impl Shared {
     /// Ends the transfer that left the machine with these outputs.
     pub(super) fn finish(&self, result: Result<(), Error>, areas: &[FishX1Transfer]) {
         let mut mail = self.mail.lock();
-        mail.outgoing.copy_from_slice(areas);
-        mail.outputs_due = true;
-        mail.window = Window::default();
-        mail.errand = None;
-        if let Some(camera) = mail.camera.take() {
-            camera.stop();
+        for (outgoing, area) in mail.outgoing.iter_mut().zip(areas) {
+            outgoing.output = area.output;
         }
-        mail.phase = match result {
-            Ok(()) => Phase::Idle,
-            Err(error) => Phase::Failed(error),
-        };
+        mail.outputs_due = true;
+        mail.end(result.err());
         drop(mail);
         self.arrived.notify_all();
     }
 
     /// Notes why a transfer could not begin.
     pub(super) fn fail(&self, error: Error) {
-        self.mail.lock().phase = Phase::Failed(error);
+        self.mail.lock().end(Some(error));
+        self.arrived.notify_all();
     }
 }
 
 impl Mail {
-    fn is_running(&self) -> bool {
-        matches!(self.phase, Phase::Running)
+    fn check_running(&self) -> Result<(), Error> {
+        if self.running {
+            return Ok(());
+        }
+        Err(self.last_error.clone().unwrap_or(Error::NotStarted))
     }
 
-    fn check_running(&self) -> Result<(), Error> {
-        match &self.phase {
-            Phase::Running => Ok(()),
-            Phase::Idle => Err(Error::NotStarted),
-            Phase::Failed(error) => Err(error.clone()),
+    /// Leaves nobody waiting, neither the program nor the camera.
+    fn end(&mut self, error: Option<Error>) {
+        self.running = false;
+        self.last_error = error;
+        self.window = Window::default();
+        self.errand = None;
+        if let Some(camera) = self.camera.take() {
+            camera.stop();
         }
     }
 
     /// The first reason is the one that counts.
     fn ask_to_stop(&mut self, stop: Stop) {
         self.stop.get_or_insert(stop);
+    }
+
+    /// Takes the areas as a guard leaves them.
+    fn take_out(&mut self, areas: &[FishX1Transfer]) {
+        for (outgoing, area) in self.outgoing.iter_mut().zip(areas) {
+            // A guard from before the motors were stopped has not seen that.
+            let output = if self.outputs_due { outgoing.output } else { area.output };
+            *outgoing = FishX1Transfer { output, ..*area };
+        }
     }
 
     /// Carries what has come in into the areas.
@@ -340,12 +350,12 @@ impl Mail {
         }
     }
 
-    fn close_window(&mut self) {
-        self.window.open = false;
-        let held_since_before = self.held_since.is_some_and(|cycle| cycle < self.cycle);
-        // A guard that waited for this response was taken after it.
-        let late = self.window.reacting + usize::from(held_since_before);
-        self.statistics.late_reactions += late as u64;
+    /// Counts the guards that are still held at the window's end.
+    fn count_late(&mut self) {
+        let waited = self.window.reacting as u64;
+        // Another guard is one that did not wait, or waited for an older response.
+        let another = self.held.is_some_and(|reacts_to| reacts_to != Some(self.cycle));
+        self.statistics.late_reactions += waited + u64::from(another);
     }
 }
 

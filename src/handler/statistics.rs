@@ -10,9 +10,8 @@ pub struct Statistics {
     pub cycles: u64,
     /// Configurations that were handed over, those before the first exchange included.
     pub config_updates: u64,
-    /// Guards that were still held when the reaction window ended, so that what they wrote went
-    /// out a request later. Counted are those of threads that waited for the response, and any
-    /// held since before it.
+    /// Guards that were still held, or waited for, when a reaction window ended, so that what they
+    /// wrote went out a request later. A guard that is held for longer counts in each window.
     pub late_reactions: u64,
     /// Time between the last two responses; 0 before there were two.
     pub last_cycle: Duration,

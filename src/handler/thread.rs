@@ -48,16 +48,17 @@ impl Cycler {
                 Stop::ProgramPanicked => Err(Error::ProgramPanicked),
             }
         });
-        match &result {
-            Ok(()) => info!("transfer ended"),
-            Err(Error::ProgramPanicked) => error!("transfer ended: {}", Error::ProgramPanicked),
-            Err(error) => {
-                error!("transfer ended: {error}");
-                self.abandon();
-            }
+        // The motors are stopped already when it was the program that panicked.
+        if !matches!(result, Ok(()) | Err(Error::ProgramPanicked)) {
+            self.abandon();
         }
         drop(self.client);
-        self.shared.finish(result, &self.areas);
+        self.shared.finish(result.clone(), &self.areas);
+        // Last, because a logger may panic too.
+        match result {
+            Ok(()) => info!("the transfer has ended"),
+            Err(error) => error!("the transfer has ended: {error}"),
+        }
     }
 
     fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
@@ -117,4 +118,36 @@ fn panic_message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     text.unwrap_or("panic").to_owned()
+}
+
+#[cfg(all(test, feature = "simulator"))]
+mod tests {
+    use super::*;
+    use crate::simulator::SimulatedTxt;
+    use crate::wire::CommandId;
+    use crate::{TimeLimits, TransferMode};
+
+    #[test]
+    fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_told() {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        let mut client =
+            TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap();
+        let exchange =
+            Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
+        client.start_online().unwrap();
+        let shared = Arc::new(Shared::new(1));
+        shared.begin(0);
+        // Another number of areas than the program has makes the thread panic.
+        let areas = vec![FishX1Transfer::default(); 2];
+        Cycler::new(client, exchange, areas, Arc::clone(&shared), Duration::ZERO).run();
+
+        assert!(matches!(shared.error(), Some(Error::TransferThread { .. })));
+        assert!(!shared.is_running());
+        let limit = Duration::from_secs(30);
+        assert!(txt.wait_until(limit, |machine| !machine.connected()));
+        txt.with_machine(|machine| {
+            assert_eq!(machine.exchanges(), 2, "the last one stops the motors");
+            assert_eq!(machine.commands().last(), Some(CommandId::StopOnline));
+        });
+    }
 }

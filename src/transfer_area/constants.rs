@@ -76,7 +76,7 @@ pub const NO_ULTRASONIC: i16 = 4096;
 
 /// Index in [`TxtInputs::ir_input`](super::TxtInputs::ir_input): any remote, whatever its DIP switches.
 ///
-/// The kit's header, the controller and the other clients have it so; the seed document's text
+/// The kit's header, the controller and the other clients have it so; the kit's document
 /// says that index 4 is the one for any switch setting, which is a mistake there.
 pub const IR_RECEIVER_IDX_ALL_DATA: usize = 0;
 /// Index in [`TxtInputs::ir_input`](super::TxtInputs::ir_input): the remote with DIP switches off, off.

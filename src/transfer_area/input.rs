@@ -112,7 +112,7 @@ pub struct TxtInputs {
     #[doc(alias = "u16TxtVB")]
     pub txt_vb: u16,
     /// The infrared remotes, by [`IR_RECEIVER_IDX_ALL_DATA`](super::IR_RECEIVER_IDX_ALL_DATA) and
-    /// its neighbours. The order is the wire's; the seed document's text describes another one.
+    /// its neighbours. The order is the wire's; the kit's document describes another one.
     #[doc(alias = "sIrInput")]
     #[doc(alias = "m_ir")]
     pub ir_input: [IrInput; IZ_IR_RECEIVER + 1],

@@ -5,7 +5,7 @@
 //! little-endian. One file per packet kind; each packet is a plain struct with `parse`, a size
 //! and `emit`, which writes into a buffer.
 //!
-//! Source: the seed document's sections on the commands, and `docs/protocol.md` for what it
+//! Source: the sections of the kit's document on the commands, and `docs/protocol.md` for what it
 //! leaves out.
 
 mod camera;

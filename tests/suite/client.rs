@@ -1,11 +1,16 @@
 //! `TxtClient`: one blocking call per command.
 
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
-use ft_transfer_area::wire::{ExchangeData, UpdateConfig};
-use ft_transfer_area::{Error, Exchange, FishX1Transfer, TimeLimits, TransferMode, TxtClient};
+use ft_transfer_area::wire::{ExchangeData, QueryStatusResponse, ResponseId, UpdateConfig};
+use ft_transfer_area::{
+    Error, Exchange, FirmwareVersion, FishX1Transfer, TimeLimits, TransferMode, TxtClient,
+};
 
 use crate::support::unpaced;
 
@@ -64,10 +69,18 @@ fn commands_that_need_online_mode_are_refused_without_it() {
     );
     let mut exchange =
         Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
-    assert_eq!(client.do_transfer(&mut exchange, &mut []), Err(Error::AreaCount { given: 0 }));
-    // The connection is as it was.
+    let mut areas = [FishX1Transfer::default()];
+    areas[0].config.motor = [0; 4];
+    let refused = Err(Error::NotOnline { command: "ExchangeDataCmpr" });
+    assert_eq!(client.do_transfer(&mut exchange, &mut areas), refused);
+
+    // The connection and the exchange are as they were.
     client.start_online().unwrap();
-    client.update_config(&update).unwrap();
+    assert_eq!(client.do_transfer(&mut exchange, &mut []), Err(Error::AreaCount { given: 0 }));
+    client.do_transfer(&mut exchange, &mut areas).unwrap();
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.motor), [0; 4]);
+    client.stop_online().unwrap();
+    assert_eq!(client.do_transfer(&mut exchange, &mut areas), refused);
 }
 
 #[test]
@@ -117,4 +130,55 @@ fn an_exchange_allocates_nothing() {
         }
     });
     assert_eq!(allocations.count_total, 0);
+}
+
+/// A listener whose one client is served by `serve`, in a thread that is to be joined.
+fn controller(serve: impl FnOnce(TcpStream) + Send + 'static) -> (u16, JoinHandle<()>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    (port, thread::spawn(move || serve(listener.accept().unwrap().0)))
+}
+
+#[test]
+fn a_command_is_sent_in_one_piece() {
+    let (port, server) = controller(|mut stream| {
+        let mut buffer = [0; 1000];
+        for (size, response) in [(68, ResponseId::StartOnline), (96, ResponseId::UpdateConfig)] {
+            assert_eq!(stream.read(&mut buffer).unwrap(), size);
+            let mut bytes = Vec::new();
+            response.emit(&mut bytes);
+            stream.write_all(&bytes).unwrap();
+        }
+    });
+    let mut client = TxtClient::connect("127.0.0.1", port, TimeLimits::default()).unwrap();
+    client.start_online().unwrap();
+    let update = UpdateConfig { config_id: 1, extension_id: 0, config: Config::default() };
+    client.update_config(&update).unwrap();
+    server.join().unwrap();
+}
+
+#[test]
+fn a_response_in_pieces_leaves_the_next_one_its_whole_time() {
+    let limit = Duration::from_secs(3);
+    let (port, server) = controller(move |mut stream| {
+        let mut response = Vec::new();
+        QueryStatusResponse { device_name: [b'x'; 16], version: FirmwareVersion::new(4, 7, 0) }
+            .emit(&mut response);
+        let (first_piece, second_piece) = response.split_at(10);
+        let mut command = [0; 4];
+        stream.read_exact(&mut command).unwrap();
+        // When the first piece comes, three tenths of the limit are left.
+        thread::sleep(limit * 7 / 10);
+        stream.write_all(first_piece).unwrap();
+        thread::sleep(limit / 10);
+        stream.write_all(second_piece).unwrap();
+        stream.read_exact(&mut command).unwrap();
+        thread::sleep(limit * 6 / 10);
+        stream.write_all(&response).unwrap();
+    });
+    let limits = TimeLimits { read: limit, ..TimeLimits::default() };
+    let mut client = TxtClient::connect("127.0.0.1", port, limits).unwrap();
+    client.query_status().unwrap();
+    client.query_status().unwrap();
+    server.join().unwrap();
 }

@@ -1,9 +1,9 @@
 //! The configuration follows the area.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::Error;
 
@@ -28,31 +28,32 @@ fn all_areas_are_configured_before_the_first_exchange() {
 
 #[test]
 fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
-    let ultrasonic = UniConfig::analog(InputMode::Ultrasonic);
-    let in_order = Arc::new(AtomicBool::new(false));
+    // Of each exchange, the duty and the mode of I1 that the controller had then.
+    let seen = Arc::new(Mutex::new(Vec::new()));
     let txt = unpaced().on_exchange({
-        let in_order = Arc::clone(&in_order);
+        let seen = Arc::clone(&seen);
         move |machine| {
             let controller = &machine.controllers[0];
-            if controller.outputs.duty[0] == 1 {
-                in_order.store(controller.config.uni[1] == ultrasonic, Ordering::Relaxed);
-            }
+            seen.lock().unwrap().push((controller.outputs.duty[0], controller.config.uni[0].mode));
         }
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap();
-
-    let mut areas = handler.lock();
-    areas[LOCAL_IO].config.uni[1] = ultrasonic;
-    areas[LOCAL_IO].state.config_id += 1;
-    areas[LOCAL_IO].output.duty[0] = 1;
-    drop(areas);
-    wait_until(&txt, "the duty", |machine| machine.controllers[0].outputs.duty[0] == 1);
-    handler.update_config().unwrap();
-    assert!(in_order.load(Ordering::Relaxed), "the outputs came before the configuration");
-    assert_eq!(handler.statistics().config_updates, 2);
+    for number in 2..50 {
+        let mut areas = handler.lock();
+        areas[LOCAL_IO].config.uni[0].mode = number;
+        areas[LOCAL_IO].state.config_id += 1;
+        areas[LOCAL_IO].output.duty[0] = number.into();
+        drop(areas);
+        wait_until(&txt, "the duty", |machine| {
+            machine.controllers[0].outputs.duty[0] == i16::from(number)
+        });
+    }
+    for (duty, mode) in seen.lock().unwrap().iter().filter(|(duty, _)| *duty != 0) {
+        assert_eq!(*duty, i16::from(*mode), "the outputs came before the configuration");
+    }
+    assert_eq!(handler.statistics().config_updates, 49);
     handler.end_transfer().unwrap();
 }
 

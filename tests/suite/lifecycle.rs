@@ -28,7 +28,15 @@ fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
     assert!(statistics.shortest_cycle <= statistics.last_cycle);
     assert!(statistics.last_cycle <= statistics.longest_cycle);
     handler.end_transfer().unwrap();
-    assert!(handler.statistics().cycles > statistics.cycles, "figures stay after the end");
+    let ended = handler.statistics();
+    assert!(ended.cycles > statistics.cycles, "figures stay after the end");
+    thread::sleep(Duration::from_millis(20));
+    handler.begin_transfer().unwrap();
+    let first = handler.wait_cycle().unwrap();
+    let statistics = handler.statistics();
+    // Under a guard at most two more responses come in.
+    assert!(statistics.cycles < ended.cycles, "figures begin anew");
+    drop(first);
 }
 
 #[test]
@@ -61,10 +69,14 @@ fn extensions_beyond_the_areas_are_read_past() {
     let txt = unpaced().extensions(8).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1234);
     let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    handler.lock()[REMOTE_IO_1].output.duty[6] = 8;
     handler.begin_transfer().unwrap();
+    wait_until(&txt, "the duty of extension 1", |m| m.controllers[1].outputs.duty[6] == 8);
     let areas = handler.wait_cycle().unwrap();
     assert_eq!(areas[REMOTE_IO_1].input.uni[0], 1234);
     assert_eq!(areas[LOCAL_IO].state.io_slave_alive, [1; 8]);
+    drop(areas);
+    handler.end_transfer().unwrap();
 }
 
 #[test]
@@ -100,9 +112,11 @@ fn the_timers_count_from_the_beginning_and_catch_up_after_a_pause() {
     assert!((least..=most).contains(&timer.timer_1ms.into()), "{least} {timer:?} {most}");
     assert_eq!(timer.timer_10ms, timer.timer_1ms / 10);
     handler.end_transfer().unwrap();
+    let before_again = Instant::now();
     handler.begin_transfer().unwrap();
-    let begun_again = before.elapsed().as_millis() as u16;
-    assert!(handler.lock()[LOCAL_IO].timer.timer_1ms < begun_again, "the timers begin anew");
+    let timer = handler.lock()[LOCAL_IO].timer;
+    let most = before_again.elapsed().as_millis();
+    assert!(u128::from(timer.timer_1ms) <= most, "the timers begin anew");
 }
 
 #[test]
@@ -159,6 +173,39 @@ fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
 }
 
 #[test]
+fn a_thread_that_has_given_up_waiting_holds_nothing_up() {
+    let pace = Duration::from_millis(200);
+    let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
+    let mut handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let mut given_up = 0;
+    while given_up < 3 {
+        handler.wait_cycle().unwrap();
+        given_up += u32::from(handler.wait_cycle_for(Duration::from_millis(1)).is_err());
+    }
+    // Were one of them still expected, its window would have lasted up to the end.
+    assert_eq!(handler.statistics().late_reactions, 0);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn beginning_and_ending_do_not_wait_for_a_guard() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    let area = handler.transfer_area();
+    let mut areas = area.lock();
+    handler.begin_transfer().unwrap();
+    areas[LOCAL_IO].output.duty[0] = 100;
+    handler.end_transfer().unwrap();
+    drop(areas);
+    // The guard is older than the stop of the motors, which its outputs must not undo.
+    assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 0);
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().unwrap();
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
+}
+
+#[test]
 fn a_thread_that_waits_learns_of_the_end() {
     let txt = unpaced().start().unwrap();
     let mut handler = handler_for(&txt).build().unwrap();
@@ -192,7 +239,7 @@ fn a_controller_that_says_nothing_ends_every_wait_in_time() {
 fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
     let fault = Fault { response: 10, kind: FaultKind::Silence };
     let txt = unpaced().fault(fault).start().unwrap();
-    let limits = TimeLimits { read: Duration::from_millis(50), ..TimeLimits::default() };
+    let limits = TimeLimits { read: Duration::from_secs(2), ..TimeLimits::default() };
     let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {

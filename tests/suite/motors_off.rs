@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
 
 use crate::support::{handler_for, unpaced, wait_until, Record};
@@ -22,6 +22,7 @@ struct Running {
 const FIRST_EXCHANGE: u64 = 3;
 
 impl Running {
+    /// The fault strikes some exchanges later.
     fn start(fault: Option<FaultKind>) -> Self {
         let record = Record::default();
         let noted = record.clone();
@@ -30,7 +31,8 @@ impl Running {
             txt = txt.fault(Fault { response: FIRST_EXCHANGE + 100, kind });
         }
         let txt = txt.start().unwrap();
-        let limits = TimeLimits { read: Duration::from_millis(500), ..TimeLimits::default() };
+        // Of use for a controller that falls silent, long enough for a busy machine.
+        let limits = TimeLimits { read: Duration::from_secs(3), ..TimeLimits::default() };
         let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
         let mut areas = handler.lock();
         let output = &mut areas[LOCAL_IO].output;
@@ -40,15 +42,16 @@ impl Running {
         output.motor_ex_cmd_id = [5, 6, 7, 8];
         drop(areas);
         handler.begin_transfer().unwrap();
-        wait_until(&txt, "running motors", |machine| {
-            machine.controllers[0].outputs.duty == [512, 0, 0, 300, 0, 0, 100, 0]
-        });
+        wait_until(&txt, "an exchange", |machine| machine.exchanges() > 0);
+        assert_eq!(record.outputs()[0].duty, [512, 0, 0, 300, 0, 0, 100, 0]);
         Self { txt, record, handler }
     }
 
     /// Checks that the last exchange stopped the motors and that the controller is offline.
     fn check_stopped(txt: &SimulatedTxt, record: &Record) {
         wait_until(txt, "the end of online mode", |machine| !machine.online());
+        let last = txt.with_machine(|machine| machine.commands().last());
+        assert_eq!(last, Some(CommandId::StopOnline));
         assert_eq!(
             record.last(),
             ExchangeData { motor_command_id: [6, 7, 8, 9], ..ExchangeData::default() }
@@ -152,6 +155,8 @@ fn a_response_that_is_wrong_stops_the_motors() {
         FaultKind::WrongId,
         FaultKind::CutData,
         FaultKind::Surplus(3),
+        // So much that the connection would be reset if it were closed without reading it.
+        FaultKind::Surplus(60_000),
         FaultKind::Silence,
     ] {
         println!("{fault:?}");

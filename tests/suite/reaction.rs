@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{Error, TransferArea};
+use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler, TransferAreaGuard};
 
 use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
 
@@ -53,10 +53,11 @@ impl Examiner {
 }
 
 /// Waits for a response and answers one of its inputs by one output.
-fn answer_once(area: &TransferArea, index: usize) -> Result<(), Error> {
+fn answer_once(area: &TransferArea, index: usize) -> Result<i16, Error> {
     let mut areas = area.wait_cycle()?;
-    areas[LOCAL_IO].output.duty[2 * index] = areas[LOCAL_IO].input.uni[index];
-    Ok(())
+    let asked = areas[LOCAL_IO].input.uni[index];
+    areas[LOCAL_IO].output.duty[2 * index] = asked;
+    Ok(asked)
 }
 
 /// Answers all changes of the first input, and waits until the last answer is out.
@@ -81,51 +82,92 @@ fn a_waiting_program_answers_every_input_change_in_the_very_next_request() {
 #[test]
 fn the_request_waits_for_all_threads_that_waited_for_the_response() {
     const TOGETHER: usize = 20;
-    let pace = Duration::from_millis(100);
+    let pace = Duration::from_millis(20);
     let examiner = Examiner::start(SimulatedTxt::builder().pace(pace));
     let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     let stop = AtomicBool::new(false);
-    let both_since = thread::scope(|scope| {
-        for index in 0..2 {
+    // What each thread was asked. One may come too late for a response, and then gets the next.
+    let asked: Vec<Vec<i16>> = thread::scope(|scope| {
+        let threads = [0, 1].map(|index| {
             let (area, stop) = (handler.transfer_area(), &stop);
             scope.spawn(move || {
+                let mut asked = Vec::new();
                 while !stop.load(Ordering::Relaxed) {
-                    answer_once(&area, index).unwrap();
+                    asked.push(answer_once(&area, index).unwrap());
                 }
-            });
-        }
-        // The threads may come to their first response at different times.
-        let is_answered = |(asked, answer): &Answer| *asked > 0 && *answer == [*asked; 2];
-        let mut both_since = None;
+                asked
+            })
+        });
         wait_until(&examiner.txt, "answers of both", |_| {
             let answers = examiner.answers.lock().unwrap();
-            both_since = answers.iter().position(is_answered);
-            both_since.is_some_and(|first| answers.len() >= first + TOGETHER)
+            answers.iter().filter(|(asked, answer)| *answer == [*asked; 2]).count() > TOGETHER
         });
         stop.store(true, Ordering::Relaxed);
-        both_since.unwrap()
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    // The last answers may be overtaken by the end.
+    wait_until(&examiner.txt, "the last answers", |_| {
+        let answers = examiner.answers.lock().unwrap();
+        asked.iter().flatten().all(|asked| answers.iter().any(|answer| answer.0 == *asked))
     });
     handler.end_transfer().unwrap();
-    for (asked, answer) in &examiner.answers.lock().unwrap()[both_since..][..TOGETHER] {
-        assert_eq!(*answer, [*asked; 2], "an input was not answered by both at once");
+    let answers = examiner.answers.lock().unwrap();
+    for (index, asked) in asked.iter().enumerate() {
+        for asked in asked {
+            let (_, answer) = answers.iter().find(|answer| answer.0 == *asked).unwrap();
+            assert_eq!(answer[index], *asked, "an input was not answered at once");
+        }
     }
 }
 
 #[test]
 fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
     let examiner = Examiner::start(unpaced());
-    let window = Duration::from_millis(100);
-    let mut handler = handler_for(&examiner.txt).reaction_window(window).build().unwrap();
+    let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
-    while examiner.txt.with_machine(|machine| machine.exchanges()) <= CHANGES as u64 {
-        let mut areas = handler.lock();
-        areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
-        drop(areas);
-        thread::sleep(Duration::from_millis(1));
+    let window = handler.transfer_area();
+    let mut asked = 0;
+    for _ in 0..CHANGES {
+        asked = poll_until_asked(&handler, asked);
+        // What was written is out of the program's hands now, so the window may end; nobody wants
+        // to wait for that two hundred times.
+        drop(window.wait_cycle().unwrap());
     }
+    wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
     handler.end_transfer().unwrap();
     examiner.check();
+}
+
+#[test]
+fn a_window_in_which_nobody_waits_ends_by_itself() {
+    let examiner = Examiner::start(unpaced());
+    let window = Duration::from_millis(500);
+    let mut handler = handler_for(&examiner.txt).reaction_window(window).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let mut asked = 0;
+    for _ in 0..5 {
+        asked = poll_until_asked(&handler, asked);
+    }
+    wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > 5);
+    handler.end_transfer().unwrap();
+    for (asked, answer) in &examiner.answers.lock().unwrap()[1..=5] {
+        assert_eq!(answer[0], *asked, "an input was not answered at once");
+    }
+}
+
+/// Polls until another input than the last one is there, and answers it.
+fn poll_until_asked(handler: &TransferAreaComHandler, last: i16) -> i16 {
+    loop {
+        let mut areas = handler.lock();
+        let asked = areas[LOCAL_IO].input.uni[0];
+        areas[LOCAL_IO].output.duty[0] = asked;
+        drop(areas);
+        if asked != last {
+            return asked;
+        }
+        thread::yield_now();
+    }
 }
 
 #[test]
@@ -152,19 +194,62 @@ fn without_a_window_requests_leave_at_once() {
     handler.end_transfer().unwrap();
 }
 
-#[test]
-fn a_guard_held_longer_than_the_window_is_counted_and_its_outputs_follow_later() {
-    let txt = unpaced().start().unwrap();
-    let window = Duration::from_millis(1);
-    let mut handler = handler_for(&txt).reaction_window(window).build().unwrap();
-    handler.begin_transfer().unwrap();
-    let mut areas = handler.wait_cycle().unwrap();
+/// Holds a guard over the end of a window and checks what becomes of what it wrote.
+fn check_late<'a>(
+    handler: &'a TransferAreaComHandler,
+    txt: &SimulatedTxt,
+    take: impl FnOnce(&'a TransferAreaComHandler) -> TransferAreaGuard<'a>,
+) {
+    let mut areas = take(handler);
     areas[LOCAL_IO].output.duty[0] = 300;
     let begin = txt.with_machine(|machine| machine.exchanges());
-    wait_until(&txt, "two more exchanges", |machine| machine.exchanges() >= begin + 2);
+    wait_until(txt, "two more exchanges", |machine| machine.exchanges() >= begin + 2);
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
     assert!(handler.statistics().late_reactions >= 1);
     drop(areas);
-    wait_until(&txt, "the late duty", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    wait_until(txt, "the late duty", |machine| machine.controllers[0].outputs.duty[0] == 300);
+}
+
+#[test]
+fn a_guard_held_longer_than_the_window_is_counted_and_its_outputs_follow_later() {
+    let txt = unpaced().start().unwrap();
+    for waiting in [false, true] {
+        let window = Duration::from_millis(1);
+        let mut handler = handler_for(&txt).reaction_window(window).build().unwrap();
+        handler.begin_transfer().unwrap();
+        check_late(&handler, &txt, |handler| {
+            if waiting {
+                handler.wait_cycle().unwrap()
+            } else {
+                handler.lock()
+            }
+        });
+        handler.end_transfer().unwrap();
+    }
+}
+
+#[test]
+fn a_thread_that_waits_for_the_lock_longer_than_the_window_is_counted() {
+    let pace = Duration::from_millis(200);
+    let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
+    let mut handler = handler_for(&txt).reaction_window(pace / 2).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let second = handler.transfer_area();
+    thread::scope(|scope| {
+        let areas = handler.wait_cycle().unwrap();
+        let first_cycle = handler.statistics().cycles;
+        scope.spawn(move || second.wait_cycle().map(drop).unwrap());
+        // The held guard is late once in each window up to the present one, the thread once.
+        loop {
+            let now = handler.statistics();
+            let windows = now.cycles - first_cycle + 1;
+            assert!(windows < 100, "the waiting thread is not counted");
+            if now.late_reactions > windows {
+                break;
+            }
+            thread::sleep(Duration::from_millis(1));
+        }
+        drop(areas);
+    });
     handler.end_transfer().unwrap();
 }

@@ -1,9 +1,12 @@
 //! One exchange cycle without I/O: areas to request bytes, response bytes to inputs.
 
-use crate::transfer_area::{FishX1Transfer, IrInput, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+mod inputs;
+
+pub use inputs::Inputs;
+
+use crate::transfer_area::{FishX1Transfer, MAX_AREAS};
 use crate::wire::{
-    CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander, IrRemote,
-    UpdateConfig,
+    CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander, UpdateConfig,
 };
 use crate::{Error, FirmwareVersion};
 
@@ -141,7 +144,7 @@ impl Exchange {
 
     fn compressed_request(&mut self, areas: &[FishX1Transfer], out: &mut Vec<u8>) {
         let extensions = areas.len() - 1;
-        let active_extensions = self.inputs.alive & ((1 << extensions) - 1);
+        let active_extensions = self.inputs.alive() & ((1 << extensions) - 1);
         self.words.clear();
         push_outputs(&mut self.words, &areas[0]);
         for (index, area) in areas[1..].iter().enumerate() {
@@ -166,8 +169,7 @@ impl Exchange {
     pub fn receive(&mut self, response: &[u8]) -> Result<&Inputs, Error> {
         match self.mode {
             TransferMode::Simple => {
-                let data = ExchangeDataResponse::parse(response)?;
-                self.inputs.take_in(0, AreaInputs { data, microphone: None });
+                self.inputs.take_simple(ExchangeDataResponse::parse(response)?);
             }
             TransferMode::Compressed => self.compressed_response(response)?,
         }
@@ -186,13 +188,7 @@ impl Exchange {
         }
         let areas = 1 + header.active_extensions.count_ones() as usize;
         self.expand(data, areas, header.crc)?;
-        self.inputs.alive = header.active_extensions;
-        let extensions = (1..=u16::BITS as usize)
-            .filter(|extension| header.active_extensions & 1 << (extension - 1) != 0);
-        let indices = std::iter::once(0).chain(extensions);
-        for (index, words) in indices.zip(self.words.chunks_exact(self.word_count)) {
-            self.inputs.take_in(index, AreaInputs::from_words(words));
-        }
+        self.inputs.take_compressed(header.active_extensions, &self.words, self.word_count);
         Ok(())
     }
 
@@ -237,147 +233,6 @@ pub(crate) fn check_area_count(given: usize) -> Result<(), Error> {
     }
 }
 
-/// What the responses of one transfer have told so far.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Inputs {
-    /// By area; `None` for an extension that has never taken part.
-    areas: [Option<AreaInputs>; MAX_AREAS],
-    /// Which extensions took part in the last response, bit 0 the first.
-    alive: u16,
-}
-
-/// What a response tells of one area.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct AreaInputs {
-    data: ExchangeDataResponse,
-    /// Linear and logarithmic loudness, where the firmware sends them.
-    microphone: Option<[u16; 2]>,
-}
-
-impl Inputs {
-    /// Which extensions took part in the last response: bit 0 the first, bit 7 the eighth.
-    pub fn alive(&self) -> u16 {
-        self.alive
-    }
-
-    /// Writes the inputs into the areas that took part, and which extensions are alive into the
-    /// first one's `io_slave_alive`.
-    ///
-    /// A counter reset or motor command whose id has just come back as done sets the area's
-    /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) or
-    /// [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) when it is the newest
-    /// one that the area's output part asks for. Applying the same inputs again changes nothing
-    /// but flags that the program has cleared since, which stay cleared.
-    pub fn apply(&self, areas: &mut [FishX1Transfer]) {
-        for (area, inputs) in areas.iter_mut().zip(&self.areas) {
-            if let Some(inputs) = inputs {
-                inputs.apply(area);
-            }
-        }
-        if let Some(master) = areas.first_mut() {
-            for (extension, alive) in master.state.io_slave_alive.iter_mut().enumerate() {
-                *alive = u8::from(self.alive & 1 << extension != 0);
-            }
-        }
-    }
-
-    fn take_in(&mut self, index: usize, inputs: AreaInputs) {
-        // There are bits for more extensions than there can be areas.
-        if let Some(area) = self.areas.get_mut(index) {
-            *area = Some(inputs);
-        }
-    }
-}
-
-impl AreaInputs {
-    /// Reads one area's part of a compressed response, 50 or 52 words.
-    fn from_words(words: &[u16]) -> Self {
-        let mut words = words.iter().copied();
-        let mut next = || words.next().unwrap_or_default();
-        let mut data = ExchangeDataResponse::default();
-        data.uni.fill_with(|| next() as i16);
-        data.counter_input.fill_with(|| next() as i16);
-        data.counter.fill_with(|| next() as i16);
-        data.counter_reset_id.fill_with(&mut next);
-        data.motor_command_id.fill_with(&mut next);
-        data.sound_command_id = next();
-        data.ir.fill_with(|| IrRemote {
-            left_x: next() as i8,
-            left_y: next() as i8,
-            right_x: next() as i8,
-            right_y: next() as i8,
-            bits: next() as u8,
-        });
-        let microphone =
-            (words.len() == 2).then(|| std::array::from_fn(|_| words.next().unwrap_or_default()));
-        Self { data, microphone }
-    }
-
-    fn apply(&self, area: &mut FishX1Transfer) {
-        let input = &mut area.input;
-        input.uni = self.data.uni;
-        input.cnt_in = self.data.counter_input;
-        input.counter = self.data.counter;
-        for i in 0..IZ_COUNTER {
-            if note_done(&mut input.cnt_reset_cmd_id[i], self.data.counter_reset_id[i])
-                && input.cnt_reset_cmd_id[i] == area.output.cnt_reset_cmd_id[i]
-            {
-                input.cnt_resetted[i] = 1;
-            }
-        }
-        for i in 0..IZ_MOTOR {
-            if note_done(&mut input.motor_ex_cmd_id[i], self.data.motor_command_id[i])
-                && input.motor_ex_cmd_id[i] == area.output.motor_ex_cmd_id[i]
-            {
-                input.motor_ex_reached[i] = 1;
-            }
-        }
-        area.txt_inputs.sound_cmd_id = self.data.sound_command_id;
-        area.txt_inputs.ir_input = self.data.ir.map(ir_input);
-        if let Some([lin, log]) = self.microphone {
-            area.txt_inputs2.mic_lin = lin;
-            area.txt_inputs2.mic_log = log;
-        }
-    }
-}
-
-/// Remembers the id of the last command that is done, and says whether it is news.
-fn note_done(remembered: &mut u16, done: u16) -> bool {
-    std::mem::replace(remembered, done) != done
-}
-
-/// The transfer area's form of a remote: both halves of each axis beside its value.
-fn ir_input(remote: IrRemote) -> IrInput {
-    let axis = |value: i8| {
-        let magnitude = u16::from(value.unsigned_abs());
-        let (negative, positive) = if value < 0 { (magnitude, 0) } else { (0, magnitude) };
-        (i16::from(value), negative, positive)
-    };
-    let bit = |index: u8| u16::from(remote.bits >> index & 1);
-    let (joy_left_x, joy_left_x_to_left, joy_left_x_to_right) = axis(remote.left_x);
-    let (joy_left_y, joy_left_y_to_backwards, joy_left_y_to_forward) = axis(remote.left_y);
-    let (joy_right_x, joy_right_x_to_left, joy_right_x_to_right) = axis(remote.right_x);
-    let (joy_right_y, joy_right_y_to_backwards, joy_right_y_to_forward) = axis(remote.right_y);
-    IrInput {
-        joy_left_x,
-        joy_left_x_to_left,
-        joy_left_x_to_right,
-        joy_left_y,
-        joy_left_y_to_forward,
-        joy_left_y_to_backwards,
-        joy_right_x,
-        joy_right_x_to_left,
-        joy_right_x_to_right,
-        joy_right_y,
-        joy_right_y_to_forward,
-        joy_right_y_to_backwards,
-        button_on: bit(0),
-        button_off: bit(1),
-        dip_switch_1: bit(2),
-        dip_switch_2: bit(3),
-    }
-}
-
 /// What an area's output part says.
 fn outputs(area: &FishX1Transfer) -> ExchangeData {
     ExchangeData {
@@ -401,4 +256,79 @@ fn push_outputs(words: &mut Vec<u16>, area: &FishX1Transfer) {
     words.extend(outputs.motor_command_id);
     words.extend(outputs.counter_reset_id);
     words.extend([outputs.sound_command_id, outputs.sound_index, outputs.sound_repeat]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const OLD: FirmwareVersion = FirmwareVersion::OLDEST_SUPPORTED;
+    const NEW: FirmwareVersion = FirmwareVersion::WITH_MICROPHONE;
+
+    /// A response with these words, by a controller in this state.
+    fn response(compressor: &mut Compressor, words: &[u16]) -> Vec<u8> {
+        let mut data = Vec::new();
+        let crc = compressor.compress(words, &mut data);
+        let mut response = Vec::new();
+        let extra_size = data.len() as u32;
+        CmprHeader { extra_size, crc, active_extensions: 0 }.emit_response(&mut response);
+        response.extend(data);
+        response
+    }
+
+    #[test]
+    fn the_first_response_settles_the_number_of_words() {
+        for (firmware, count, other) in [(OLD, 52, 50), (NEW, 50, 52), (OLD, 50, 52), (NEW, 52, 50)]
+        {
+            let mut exchange = Exchange::new(TransferMode::Compressed, firmware);
+            let mut controller = Compressor::new();
+            let mut area = [FishX1Transfer::default()];
+            for value in 1..4 {
+                let response = response(&mut controller, &vec![value; count]);
+                exchange.receive(&response).unwrap().apply(&mut area);
+                assert_eq!(area[0].input.uni[7], value as i16);
+                let microphone = if count == 52 { value } else { 0 };
+                assert_eq!(area[0].txt_inputs2.mic_log, microphone);
+            }
+            let response = response(&mut controller, &vec![9; other]);
+            let result = exchange.receive(&response).cloned();
+            assert!(matches!(result, Err(Error::WrongCrc { .. } | Error::DataEndsEarly { .. })));
+            exchange.inputs().apply(&mut area);
+            assert_eq!(area[0].input.uni[7], 3, "a wrong response changes nothing");
+        }
+    }
+
+    #[test]
+    fn a_size_that_the_packet_does_not_have_is_an_error() {
+        let whole = response(&mut Compressor::new(), &[1; 52]);
+        for found in [whole.len() - 1, whole.len() + 1, 15, 3, 0] {
+            let mut bytes = whole.clone();
+            bytes.resize(found, 0);
+            let mut exchange = Exchange::new(TransferMode::Compressed, NEW);
+            let result = exchange.receive(&bytes).cloned();
+            assert!(matches!(result, Err(Error::WrongSize { found: size, .. }) if size == found));
+        }
+    }
+
+    #[test]
+    fn a_configuration_is_due_at_first_and_when_its_id_changes() {
+        let mut exchange = Exchange::new(TransferMode::Compressed, NEW);
+        let mut areas = [FishX1Transfer::default(); 2];
+        let mut due = |areas: &[FishX1Transfer]| {
+            exchange.next_update_config(areas).map(|update| (update.extension_id, update.config_id))
+        };
+        assert_eq!((due(&areas), due(&areas), due(&areas)), (Some((0, 1)), Some((1, 1)), None));
+        areas[1].state.config_id = 0;
+        assert_eq!((due(&areas), due(&areas)), (Some((1, 0)), None));
+    }
+
+    #[test]
+    fn numbers_of_areas_that_there_can_not_be_are_an_error() {
+        for given in [0, 10] {
+            let areas = vec![FishX1Transfer::default(); given];
+            let mut exchange = Exchange::new(TransferMode::Simple, NEW);
+            let result = exchange.request(&areas, &mut Vec::new());
+            assert_eq!(result, Err(Error::AreaCount { given }));
+        }
+    }
 }

@@ -1,8 +1,13 @@
 //! One blocking call per command, no transfer area and no thread.
 
+mod connect;
+
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, TcpStream, ToSocketAddrs};
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
+
+pub use connect::TimeLimits;
+pub(crate) use connect::{connect_stream, io_error, SHORTEST_LIMIT};
 
 use crate::exchange::check_area_count;
 use crate::transfer_area::FishX1Transfer;
@@ -14,36 +19,6 @@ use crate::{Error, Exchange, Inputs};
 
 /// Port of the controller's main connection.
 pub const PORT: u16 = 65000;
-
-/// How long the steps of talking to the controller may take.
-///
-/// Limits under a millisecond count as one millisecond.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimeLimits {
-    /// For making the connection to each address of the host. Default 5 s.
-    ///
-    /// Finding the addresses of a host name is up to the operating system and not limited here;
-    /// a numeric address needs no finding.
-    pub connect: Duration,
-    /// For the whole response to a command. Default 2 s; the controller answers an exchange
-    /// after 10 ms, 40 ms at most.
-    pub read: Duration,
-    /// For handing a command to the operating system. Default 2 s.
-    pub write: Duration,
-}
-
-impl Default for TimeLimits {
-    fn default() -> Self {
-        Self {
-            connect: Duration::from_secs(5),
-            read: Duration::from_secs(2),
-            write: Duration::from_secs(2),
-        }
-    }
-}
-
-/// The shortest limit that the operating system takes for one.
-pub(crate) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
 
 /// How long a failing connection may take to say its last words.
 const FAREWELL_LIMIT: Duration = Duration::from_millis(500);
@@ -193,6 +168,8 @@ impl TxtClient {
         exchange: &mut Exchange,
         areas: &mut [FishX1Transfer],
     ) -> Result<(), Error> {
+        // Before a configuration counts as sent.
+        self.online(exchange.command())?;
         check_area_count(areas.len())?;
         self.update_configs(exchange, areas)?;
         self.exchange(exchange, areas)?.apply(areas);
@@ -270,7 +247,7 @@ impl TxtClient {
 
     /// Leaves a connection on which something went wrong: sends this request and StopOnline
     /// whatever came before, so that the controller hears it if it can hear anything. Errors are
-    /// of no interest any more. Blocks for at most a second.
+    /// of no interest any more. Blocks for half a second at most for each direction.
     pub(crate) fn abandon(&mut self, last_request: &[u8]) {
         let deadline = Instant::now() + FAREWELL_LIMIT;
         let mut farewell = last_request.to_vec();
@@ -417,35 +394,4 @@ fn response_size(command: CommandId, start: &[u8]) -> Result<Option<usize>, Erro
 /// What there is to read in a response that is its id alone, which was checked on the way in.
 fn no_values(_response: &[u8]) -> Result<(), Error> {
     Ok(())
-}
-
-/// Connects to the first of the host's addresses that answers within the limit.
-pub(crate) fn connect_stream(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
-    let not_found = |reason: String| Error::HostNotFound { host: host.to_owned(), reason };
-    let addresses = (host, port).to_socket_addrs().map_err(|error| not_found(error.to_string()))?;
-    let mut failure = not_found("it has no address".to_owned());
-    for address in addresses {
-        match TcpStream::connect_timeout(&address, limit) {
-            Ok(stream) => return Ok(stream),
-            Err(error) => {
-                let address = address.to_string();
-                failure = match error.kind() {
-                    ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
-                    ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
-                    _ => Error::ConnectFailed { address, reason: error.to_string() },
-                };
-            }
-        }
-    }
-    Err(failure)
-}
-
-/// The error for a command during which the connection failed, when so many bytes had come in.
-pub(crate) fn io_error(command: &'static str, error: &std::io::Error, received: usize) -> Error {
-    match error.kind() {
-        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
-            Error::ConnectionClosed { command, received }
-        }
-        kind => Error::Io { command, kind, reason: error.to_string() },
-    }
 }

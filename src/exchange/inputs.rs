@@ -1,0 +1,227 @@
+//! What responses tell, and how it gets into the areas.
+
+use crate::transfer_area::{FishX1Transfer, IrInput, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+use crate::wire::{ExchangeDataResponse, IrRemote};
+
+/// What the responses of one transfer have told so far.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// By area; `None` for an extension that has never taken part.
+    areas: [Option<AreaInputs>; MAX_AREAS],
+    /// Which extensions took part in the last response, bit 0 the first.
+    alive: u16,
+}
+
+/// What a response tells of one area.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct AreaInputs {
+    data: ExchangeDataResponse,
+    /// Linear and logarithmic loudness, where the firmware sends them.
+    microphone: Option<[u16; 2]>,
+}
+
+impl Inputs {
+    /// Which extensions took part in the last response: bit 0 the first, bit 7 the eighth.
+    pub fn alive(&self) -> u16 {
+        self.alive
+    }
+
+    /// Writes the newest inputs of each area that has ever taken part into it, and which extensions
+    /// are alive into the first one's `io_slave_alive`.
+    ///
+    /// A counter reset or motor command whose id has just come back as done sets the area's
+    /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) or
+    /// [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) when it is the newest
+    /// one that the area's output part asks for. Applying the same inputs again changes nothing;
+    /// flags that the program has cleared since stay cleared.
+    pub fn apply(&self, areas: &mut [FishX1Transfer]) {
+        for (area, inputs) in areas.iter_mut().zip(&self.areas) {
+            if let Some(inputs) = inputs {
+                inputs.apply(area);
+            }
+        }
+        if let Some(master) = areas.first_mut() {
+            for (extension, alive) in master.state.io_slave_alive.iter_mut().enumerate() {
+                *alive = u8::from(self.alive & 1 << extension != 0);
+            }
+        }
+    }
+
+    /// Takes in a response of the simple exchange.
+    pub(super) fn take_simple(&mut self, data: ExchangeDataResponse) {
+        self.areas[0] = Some(AreaInputs { data, microphone: None });
+    }
+
+    /// Takes in a compressed response: so many words for the master and each active extension.
+    pub(super) fn take_compressed(
+        &mut self,
+        active_extensions: u16,
+        words: &[u16],
+        words_per_area: usize,
+    ) {
+        self.alive = active_extensions;
+        let takes_part = |area: &usize| *area == 0 || active_extensions & 1 << (area - 1) != 0;
+        let indices = (0..=u16::BITS as usize).filter(takes_part);
+        for (index, words) in indices.zip(words.chunks_exact(words_per_area)) {
+            // There are bits for more extensions than there can be areas.
+            if let Some(area) = self.areas.get_mut(index) {
+                *area = Some(AreaInputs::from_words(words));
+            }
+        }
+    }
+}
+
+impl AreaInputs {
+    /// Reads one area's part of a compressed response, 50 or 52 words.
+    fn from_words(words: &[u16]) -> Self {
+        let mut words = words.iter().copied();
+        let mut next = || words.next().unwrap_or_default();
+        let mut data = ExchangeDataResponse::default();
+        data.uni.fill_with(|| next() as i16);
+        data.counter_input.fill_with(|| next() as i16);
+        data.counter.fill_with(|| next() as i16);
+        data.counter_reset_id.fill_with(&mut next);
+        data.motor_command_id.fill_with(&mut next);
+        data.sound_command_id = next();
+        data.ir.fill_with(|| IrRemote {
+            left_x: next() as i8,
+            left_y: next() as i8,
+            right_x: next() as i8,
+            right_y: next() as i8,
+            bits: next() as u8,
+        });
+        let microphone =
+            (words.len() == 2).then(|| std::array::from_fn(|_| words.next().unwrap_or_default()));
+        Self { data, microphone }
+    }
+
+    fn apply(&self, area: &mut FishX1Transfer) {
+        let input = &mut area.input;
+        input.uni = self.data.uni;
+        input.cnt_in = self.data.counter_input;
+        input.counter = self.data.counter;
+        for i in 0..IZ_COUNTER {
+            if note_done(&mut input.cnt_reset_cmd_id[i], self.data.counter_reset_id[i])
+                && input.cnt_reset_cmd_id[i] == area.output.cnt_reset_cmd_id[i]
+            {
+                input.cnt_resetted[i] = 1;
+            }
+        }
+        for i in 0..IZ_MOTOR {
+            if note_done(&mut input.motor_ex_cmd_id[i], self.data.motor_command_id[i])
+                && input.motor_ex_cmd_id[i] == area.output.motor_ex_cmd_id[i]
+            {
+                input.motor_ex_reached[i] = 1;
+            }
+        }
+        area.txt_inputs.sound_cmd_id = self.data.sound_command_id;
+        area.txt_inputs.ir_input = self.data.ir.map(ir_input);
+        if let Some([lin, log]) = self.microphone {
+            area.txt_inputs2.mic_lin = lin;
+            area.txt_inputs2.mic_log = log;
+        }
+    }
+}
+
+/// Remembers the id of the last command that is done, and says whether it is news.
+fn note_done(remembered: &mut u16, done: u16) -> bool {
+    std::mem::replace(remembered, done) != done
+}
+
+/// The transfer area's form of a remote: both halves of each axis beside its value.
+fn ir_input(remote: IrRemote) -> IrInput {
+    let axis = |value: i8| {
+        let magnitude = u16::from(value.unsigned_abs());
+        let (negative, positive) = if value < 0 { (magnitude, 0) } else { (0, magnitude) };
+        (i16::from(value), negative, positive)
+    };
+    let bit = |index: u8| u16::from(remote.bits >> index & 1);
+    let (joy_left_x, joy_left_x_to_left, joy_left_x_to_right) = axis(remote.left_x);
+    let (joy_left_y, joy_left_y_to_backwards, joy_left_y_to_forward) = axis(remote.left_y);
+    let (joy_right_x, joy_right_x_to_left, joy_right_x_to_right) = axis(remote.right_x);
+    let (joy_right_y, joy_right_y_to_backwards, joy_right_y_to_forward) = axis(remote.right_y);
+    IrInput {
+        joy_left_x,
+        joy_left_x_to_left,
+        joy_left_x_to_right,
+        joy_left_y,
+        joy_left_y_to_forward,
+        joy_left_y_to_backwards,
+        joy_right_x,
+        joy_right_x_to_left,
+        joy_right_x_to_right,
+        joy_right_y,
+        joy_right_y_to_forward,
+        joy_right_y_to_backwards,
+        button_on: bit(0),
+        button_off: bit(1),
+        dip_switch_1: bit(2),
+        dip_switch_2: bit(3),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Applies a response in which the first counter reset and motor command come back as done.
+    fn apply(area: &mut FishX1Transfer, counter_reset_id: u16, motor_command_id: u16) {
+        let mut inputs = Inputs::default();
+        inputs.take_simple(ExchangeDataResponse {
+            counter_reset_id: [counter_reset_id, 0, 0, 0],
+            motor_command_id: [motor_command_id, 0, 0, 0],
+            ..ExchangeDataResponse::default()
+        });
+        inputs.apply(std::slice::from_mut(area));
+    }
+
+    fn flags(area: &FishX1Transfer) -> (u16, u16) {
+        (area.input.cnt_resetted[0], area.input.motor_ex_reached[0])
+    }
+
+    #[test]
+    fn flags_are_set_once_by_the_id_that_was_asked_for() {
+        let mut area = FishX1Transfer::default();
+        area.output.cnt_reset_cmd_id[0] = 2;
+        area.output.motor_ex_cmd_id[0] = 3;
+        apply(&mut area, 0, 0);
+        assert_eq!(flags(&area), (0, 0), "nothing is done yet");
+        apply(&mut area, 1, 2);
+        assert_eq!(flags(&area), (0, 0), "older commands are done");
+        assert_eq!((area.input.cnt_reset_cmd_id[0], area.input.motor_ex_cmd_id[0]), (1, 2));
+        apply(&mut area, 2, 3);
+        assert_eq!(flags(&area), (1, 1));
+        area.input.cnt_resetted[0] = 0;
+        area.input.motor_ex_reached[0] = 0;
+        apply(&mut area, 2, 3);
+        assert_eq!(flags(&area), (0, 0), "the program has cleared them");
+    }
+
+    #[test]
+    fn words_go_to_the_areas_that_the_mask_names() {
+        let words: Vec<u16> = [10, 20, 30].iter().flat_map(|&word| [word; 50]).collect();
+        let mut inputs = Inputs::default();
+        // Extensions 2 and 8.
+        inputs.take_compressed(0b1000_0010, &words, 50);
+        let mut areas = [FishX1Transfer::default(); MAX_AREAS];
+        inputs.apply(&mut areas);
+        let uni: Vec<i16> = areas.iter().map(|area| area.input.uni[7]).collect();
+        assert_eq!(uni, [10, 0, 20, 0, 0, 0, 0, 0, 30]);
+        assert_eq!(areas[0].state.io_slave_alive, [0, 1, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(areas[2].txt_inputs.ir_input[4].joy_left_x, 20);
+        // An extension that is gone keeps its last inputs.
+        inputs.take_compressed(0, &words[..50], 50);
+        inputs.apply(&mut areas);
+        assert_eq!(areas[2].input.uni[7], 20);
+        assert_eq!(areas[0].state.io_slave_alive, [0; 8]);
+    }
+
+    #[test]
+    fn a_mask_beyond_extension_8_is_read_past() {
+        let mut inputs = Inputs::default();
+        inputs.take_compressed(u16::MAX, &[1; 17 * 52], 52);
+        let mut areas = [FishX1Transfer::default(); MAX_AREAS];
+        inputs.apply(&mut areas);
+        assert!(areas.iter().all(|area| area.txt_inputs2.mic_log == 1));
+    }
+}
