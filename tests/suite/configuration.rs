@@ -53,6 +53,8 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
     for (duty, mode) in seen.lock().unwrap().iter().filter(|(duty, _)| *duty != 0) {
         assert_eq!(*duty, i16::from(*mode), "the outputs came before the configuration");
     }
+    // The exchange that the machine has just seen may not have come back yet.
+    handler.update_config().unwrap();
     assert_eq!(handler.statistics().config_updates, 49);
     handler.end_transfer().unwrap();
 }
