@@ -25,6 +25,7 @@ const UNPACED_STEP: Duration = Duration::from_millis(10);
 pub struct SimulatedTxtBuilder {
     extensions: usize,
     firmware: FirmwareVersion,
+    microphone: Option<bool>,
     device_name: String,
     pace: Duration,
     idle_limit: Duration,
@@ -41,6 +42,7 @@ impl SimulatedTxtBuilder {
         Self {
             extensions: 0,
             firmware: FirmwareVersion::new(4, 6, 6),
+            microphone: None,
             device_name: String::from("TX2013"),
             pace: Duration::from_millis(10),
             idle_limit: Duration::from_secs(5),
@@ -63,9 +65,19 @@ impl SimulatedTxtBuilder {
     }
 
     /// The firmware version that is reported. It decides whether the compressed exchange carries
-    /// the microphone values. The default is 4.6.6.
+    /// the microphone values, unless [`microphone`](Self::microphone) does. The default is 4.6.6.
     pub fn firmware(mut self, firmware: FirmwareVersion) -> Self {
         self.firmware = firmware;
+        self
+    }
+
+    /// Whether the compressed responses carry the two microphone values of each controller. By
+    /// default they do from firmware 4.2.4 on.
+    ///
+    /// This is for tests of a client: a response does not say how many values it holds, so a
+    /// client meets a firmware whose version promises another number than it sends.
+    pub fn microphone(mut self, microphone: bool) -> Self {
+        self.microphone = Some(microphone);
         self
     }
 
@@ -194,7 +206,9 @@ impl SimulatedTxtBuilder {
         let step = if self.pace.is_zero() { UNPACED_STEP } else { self.pace };
         // Half a million years are enough.
         let step = u64::try_from(step.as_micros()).unwrap_or(u64::MAX);
-        Settings { device_name, firmware: self.firmware, step }
+        let promised = self.firmware >= FirmwareVersion::WITH_MICROPHONE;
+        let microphone = self.microphone.unwrap_or(promised);
+        Settings { device_name, firmware: self.firmware, microphone, step }
     }
 }
 
@@ -215,6 +229,7 @@ impl fmt::Debug for SimulatedTxtBuilder {
         f.debug_struct("SimulatedTxtBuilder")
             .field("extensions", &self.extensions)
             .field("firmware", &self.firmware)
+            .field("microphone", &self.microphone)
             .field("device_name", &self.device_name)
             .field("pace", &self.pace)
             .field("faults", &self.faults)
@@ -235,5 +250,16 @@ mod tests {
         assert_eq!(builder().port(u16::MAX).camera_port_to_use(), 0);
         assert_eq!(builder().port(65_000).camera_port(0).camera_port_to_use(), 0);
         assert_eq!(builder().camera_port(7).camera_port_to_use(), 7);
+    }
+
+    #[test]
+    fn the_microphone_is_as_the_firmware_promises_or_as_asked_for() {
+        for (patch, promised) in [(3, false), (4, true)] {
+            let builder = || SimulatedTxtBuilder::new().firmware(FirmwareVersion::new(4, 2, patch));
+            assert_eq!(builder().settings().microphone, promised);
+            for asked_for in [false, true] {
+                assert_eq!(builder().microphone(asked_for).settings().microphone, asked_for);
+            }
+        }
     }
 }

@@ -68,6 +68,39 @@ pub(super) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
     CommandId::from_id(id).ok_or(Misbehaviour::UnknownId(id))
 }
 
+/// What is there behind a command before its response has left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ahead {
+    /// No whole command.
+    Nothing,
+    /// What a client says on a connection that it gives up: StopOnline, perhaps behind a last
+    /// exchange.
+    Farewell,
+    /// Another command.
+    Command(CommandId),
+}
+
+/// What these bytes are, with which a command may start.
+pub(super) fn ahead(bytes: &[u8]) -> Ahead {
+    let Some((first, rest)) = split_command(bytes) else { return Ahead::Nothing };
+    let last = match first {
+        CommandId::ExchangeData | CommandId::ExchangeDataCmpr => {
+            split_command(rest).map(|(second, _)| second)
+        }
+        first => Some(first),
+    };
+    match last {
+        Some(CommandId::StopOnline) => Ahead::Farewell,
+        _ => Ahead::Command(first),
+    }
+}
+
+/// The command that these bytes start with, if it is whole, and what follows it.
+fn split_command(bytes: &[u8]) -> Option<(CommandId, &[u8])> {
+    let (command, rest) = bytes.split_at_checked(command_size(bytes).ok()?)?;
+    Some((command_id(command).ok()?, rest))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -81,6 +114,29 @@ mod tests {
         }
         let update = CommandId::UpdateConfig.id().to_le_bytes();
         assert_eq!(command_size(&update), Ok(UpdateConfig::LEN));
+    }
+
+    #[test]
+    fn a_farewell_is_told_from_other_commands() {
+        let id = |command: CommandId| command.id().to_le_bytes().to_vec();
+        let (mut exchange, mut compressed) = (Vec::new(), Vec::new());
+        ExchangeData::default().emit(&mut exchange);
+        CmprHeader { extra_size: 2, ..CmprHeader::default() }.emit_command(&mut compressed);
+        compressed.extend([0; 2]);
+        let (query, stop) = (id(CommandId::QueryStatus), id(CommandId::StopOnline));
+        assert_eq!(ahead(&stop), Ahead::Farewell);
+        assert_eq!(ahead(&query), Ahead::Command(CommandId::QueryStatus));
+        assert_eq!(ahead(&[query, stop.clone()].concat()), Ahead::Command(CommandId::QueryStatus));
+        for (last, id) in
+            [(exchange, CommandId::ExchangeData), (compressed, CommandId::ExchangeDataCmpr)]
+        {
+            assert_eq!(ahead(&last[..last.len() - 1]), Ahead::Nothing);
+            assert_eq!(ahead(&last), Ahead::Command(id));
+            assert_eq!(ahead(&[&last[..], &stop].concat()), Ahead::Farewell);
+            assert_eq!(ahead(&[&last[..], &last, &stop].concat()), Ahead::Command(id));
+        }
+        assert_eq!(ahead(&[]), Ahead::Nothing);
+        assert_eq!(ahead(&[0; 100]), Ahead::Nothing);
     }
 
     #[test]

@@ -14,6 +14,9 @@ mod field {
     pub(super) const CRC: Range<usize> = 8..12;
 }
 
+/// The most bytes that [`FaultKind::Surplus`] sends.
+const MAX_SURPLUS: usize = 64 * 1024;
+
 /// What [`FaultKind::Surplus`] sends behind a response.
 const SURPLUS_BYTE: u8 = 0xA5;
 
@@ -51,7 +54,7 @@ pub enum FaultKind {
     /// Only the first half of the compressed data, rounded down, is announced and sent; the
     /// checksum stays as it was.
     CutData,
-    /// So many bytes follow that belong to no packet.
+    /// So many bytes follow that belong to no packet, at most 65536.
     Surplus(usize),
     /// The connection is closed within the response or around it.
     Close {
@@ -90,7 +93,9 @@ impl Delivery {
             }
             FaultKind::Silence => bytes.clear(),
             FaultKind::WrongId => bytes.iter_mut().take(ID_LEN).for_each(|byte| *byte = !*byte),
-            FaultKind::Surplus(count) => bytes.resize(bytes.len() + count, SURPLUS_BYTE),
+            FaultKind::Surplus(count) => {
+                bytes.resize(bytes.len() + count.min(MAX_SURPLUS), SURPLUS_BYTE);
+            }
             _ if ResponseId::ExchangeDataCmpr.check(&bytes).is_err() => {
                 log::warn!("the fault {kind:?} leaves a response without compressed data alone");
             }
@@ -191,6 +196,8 @@ mod tests {
         let delivery = disturbed(FaultKind::Surplus(3));
         assert_eq!(delivery.bytes[..21], response());
         assert_eq!(delivery.bytes[21..], [SURPLUS_BYTE; 3]);
+        let delivery = disturbed(FaultKind::Surplus(usize::MAX));
+        assert_eq!(delivery.bytes.len(), 21 + MAX_SURPLUS);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use super::camera::{Camera, CameraRun};
 use super::controller::Controller;
+use super::oddity::{Oddities, Oddity};
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
 use crate::wire::{CommandId, ExchangeData, StartCameraOnline};
 
@@ -29,6 +30,7 @@ pub struct Machine {
     connected: bool,
     online: bool,
     commands: VecDeque<CommandId>,
+    oddities: Oddities,
     camera: Camera,
 }
 
@@ -45,6 +47,7 @@ impl Machine {
             connected: false,
             online: false,
             commands: VecDeque::new(),
+            oddities: Oddities::default(),
             camera: Camera::default(),
         }
     }
@@ -75,6 +78,22 @@ impl Machine {
         self.commands.iter().copied()
     }
 
+    /// What clients did that a correct client does not do, a sentence each, though the simulated
+    /// TXT went on: the newest 100 since the start, the oldest first. Each is logged as a warning.
+    ///
+    /// Each kind is told once from one StartOnline to the next:
+    ///
+    /// * an exchange before the first UpdateConfig for the master, or for an extension in it,
+    /// * an exchange with an extension that the compressed response before did not have,
+    /// * a duty outside 0..=512,
+    /// * both duties of a pair of outputs that is configured as a motor, other than 0,
+    /// * whole bytes of compressed data behind the last word,
+    /// * a command that was there before the response to the previous one left. The farewell on a
+    ///   broken connection, StopOnline right behind a last exchange or alone, is not odd.
+    pub fn oddities(&self) -> impl DoubleEndedIterator<Item = &str> {
+        self.oddities.sentences()
+    }
+
     /// What the camera was started with, as it was asked for; `None` while it is not started. It
     /// is started from StartCameraOnline on, before its server serves.
     pub fn camera(&self) -> Option<StartCameraOnline> {
@@ -100,6 +119,26 @@ impl Machine {
             self.commands.pop_front();
         }
         self.commands.push_back(command);
+    }
+
+    /// Remembers what a correct client does not do.
+    pub(super) fn note_oddity(&mut self, oddity: &Oddity) {
+        self.oddities.note(oddity);
+    }
+
+    /// An exchange with these extensions came in.
+    pub(super) fn note_mask(&mut self, mask: u16) {
+        self.oddities.check_mask(mask);
+    }
+
+    /// A response tells which extensions can be reached.
+    pub(super) fn note_offer(&mut self) {
+        self.oddities.offer(self.alive_mask());
+    }
+
+    /// The client may not heed the latest exchange response.
+    pub(super) fn doubt_offer(&mut self) {
+        self.oddities.doubt_offer();
     }
 
     /// Counts an answered exchange.
@@ -131,6 +170,7 @@ impl Machine {
     /// Ends online mode: everything stands still, the camera is off.
     pub(super) fn stop_online(&mut self) {
         self.online = false;
+        self.oddities.begin_session();
         self.camera.stop();
         self.controllers.iter_mut().for_each(Controller::stop);
     }
@@ -162,7 +202,9 @@ impl Machine {
 
     /// Takes over a configuration, unless its id is the last one's or there is no such controller.
     pub(super) fn configure(&mut self, index: i16, config_id: i16, config: Config) {
-        let controller = usize::try_from(index).ok().and_then(|i| self.controllers.get_mut(i));
+        let Ok(index) = usize::try_from(index) else { return };
+        self.oddities.configured(index);
+        let controller = self.controllers.get_mut(index);
         if let Some(controller) = controller.filter(|known| known.config_id != config_id) {
             controller.config_id = config_id;
             controller.config = config;
@@ -171,6 +213,8 @@ impl Machine {
 
     /// Gives outputs to the controller with this index (0 the master), if it can be reached.
     pub(super) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
+        let config = self.controllers.get(index).map(|controller| &controller.config);
+        self.oddities.check_outputs(index, &outputs, config);
         if self.reaches(index) {
             self.controllers[index].take_over(outputs);
         }

@@ -46,8 +46,16 @@
 //! * A sound takes a second per repeat; index 0 is done at once, repeat 0 never.
 //! * StopOnline and a lost client set all outputs to 0, stop motors and sounds and forget all
 //!   commands, as StartOnline does. The counters stay.
+//! * After StartOnline the configuration id of every controller is 0, so the next configuration is
+//!   taken over whichever other id it has.
 //! * Whoever sends garbage, a wrong checksum, or an exchange or a camera command before StartOnline
 //!   is disconnected.
+//! * Whoever does what can be understood, but what a correct client does not do, is answered, and
+//!   the machine's [oddities](Machine::oddities) tell of it.
+//!
+//! Some of this is assumed, because no description of the protocol tells: that StartOnline forgets
+//! the configuration ids and the ids of finished commands that are echoed, and that a motor command
+//! with an injected error is never done. A program should not rely on it.
 //!
 //! # The camera
 //!
@@ -90,6 +98,7 @@ mod controller;
 mod fault;
 mod machine;
 mod motor;
+mod oddity;
 #[cfg(test)]
 mod replay;
 mod server;

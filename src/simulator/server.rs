@@ -5,16 +5,20 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::command::{command_id, command_size, Misbehaviour};
+use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
 use super::fault::{Delivery, Fault, FaultKind};
 use super::machine::Machine;
+use super::oddity::Oddity;
 use super::session::{Script, Session, Settings};
 use super::shared::{is_due_to_waiting, Shared, Stopped};
-use crate::wire::CommandId;
+use crate::wire::{CmprHeader, CommandId, ID_LEN, MAX_EXTRA_SIZE};
 
 /// How long a client may leave a response unread before it is cut off. The buffers of the
 /// operating system hold hundreds of responses, so this is a client that never reads.
 const WRITE_LIMIT: Duration = Duration::from_secs(1);
+
+/// How much is looked at behind a command: the longest farewell.
+const FAREWELL_LEN: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + ID_LEN;
 
 /// Serves one client after another.
 pub(super) struct Server {
@@ -122,8 +126,9 @@ impl Connection<'_> {
             // Before the machine moves on, so that the response has what is true when it leaves.
             self.keep_pace()?;
         }
-        let delivery = self.carry_out(&command)?;
+        let delivery = self.carry_out(&command, is_exchange)?;
         self.server.shared.rest(delivery.delay)?;
+        self.look_ahead(is_exchange)?;
         if is_exchange {
             self.last_exchange = Some(Instant::now());
         }
@@ -168,17 +173,41 @@ impl Connection<'_> {
     }
 
     /// Carries out a command; how its response leaves.
-    fn carry_out(&mut self, command: &[u8]) -> Result<Delivery, End> {
+    fn carry_out(&mut self, command: &[u8], is_exchange: bool) -> Result<Delivery, End> {
         let Server { shared, script, .. } = &mut *self.server;
         let mut response = Vec::new();
         shared
             .with_machine(|machine| self.session.answer(command, machine, script, &mut response))?;
         let fault = self.server.take_fault(self.responses);
         self.responses += 1;
+        if fault.is_some() && is_exchange {
+            self.server.shared.with_machine(Machine::doubt_offer);
+        }
         Ok(match fault {
             Some(kind) => Delivery::disturbed(response, kind),
             None => Delivery::undisturbed(response),
         })
+    }
+
+    /// Notices a command that is there before the response has left.
+    fn look_ahead(&mut self, is_exchange: bool) -> Result<(), End> {
+        let mut bytes = [0; FAREWELL_LEN];
+        self.stream.set_nonblocking(true)?;
+        // An error, too, tells that there is nothing; sending will meet it again.
+        let count = self.stream.peek(&mut bytes).unwrap_or(0);
+        self.stream.set_nonblocking(false)?;
+        match ahead(&bytes[..count]) {
+            Ahead::Command(command) => {
+                let oddity = Oddity::SentAhead(command);
+                self.server.shared.with_machine(|machine| machine.note_oddity(&oddity));
+            }
+            // It was made without regard to this response.
+            Ahead::Farewell if is_exchange => {
+                self.server.shared.with_machine(Machine::doubt_offer);
+            }
+            Ahead::Farewell | Ahead::Nothing => {}
+        }
+        Ok(())
     }
 
     fn deliver(&mut self, delivery: &Delivery) -> Result<(), End> {

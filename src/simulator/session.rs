@@ -2,6 +2,7 @@
 
 use super::command::{command_id, Misbehaviour};
 use super::machine::Machine;
+use super::oddity::Oddity;
 use super::words::{self, COMMAND_WORDS};
 use crate::transfer_area::MAX_EXTENSIONS;
 use crate::wire::{
@@ -20,6 +21,8 @@ pub(super) struct Settings {
     pub(super) device_name: [u8; 16],
     /// Version of its firmware.
     pub(super) firmware: FirmwareVersion,
+    /// Whether a compressed response has the microphone's words.
+    pub(super) microphone: bool,
     /// Machine time of one exchange in µs.
     pub(super) step: u64,
 }
@@ -102,7 +105,9 @@ impl Session {
         script: &mut Script,
         out: &mut Vec<u8>,
     ) -> Result<(), Misbehaviour> {
-        machine.take_over(0, ExchangeData::parse(command)?);
+        let outputs = ExchangeData::parse(command)?;
+        machine.note_mask(0);
+        machine.take_over(0, outputs);
         self.pass_time(machine, script);
         if let Some(master) = machine.reachable().next() {
             master.report().emit(out);
@@ -121,6 +126,7 @@ impl Session {
         self.take_over(command, machine)?;
         self.pass_time(machine, script);
         self.report(machine, out);
+        machine.note_offer();
         machine.note_exchange();
         Ok(())
     }
@@ -133,7 +139,12 @@ impl Session {
             return Err(Misbehaviour::Extensions(mask));
         }
         let areas = 1 + mask.count_ones() as usize;
-        let words = self.expander.expand(data, areas * COMMAND_WORDS, crc)?;
+        let count = areas * COMMAND_WORDS;
+        if has_surplus(&self.expander, data, count, crc) {
+            machine.note_oddity(&Oddity::SurplusData);
+        }
+        let words = self.expander.expand(data, count, crc)?;
+        machine.note_mask(mask);
         let extensions = (0..MAX_EXTENSIONS).filter(|extension| mask >> extension & 1 != 0);
         let controllers = std::iter::once(0).chain(extensions.map(|extension| extension + 1));
         for (controller, area) in controllers.zip(words.chunks_exact(COMMAND_WORDS)) {
@@ -153,7 +164,7 @@ impl Session {
         self.words.clear();
         for controller in machine.reachable() {
             words::push_inputs(&controller.report(), &mut self.words);
-            if self.settings.firmware >= FirmwareVersion::WITH_MICROPHONE {
+            if self.settings.microphone {
                 self.words.extend([controller.mic_lin, controller.mic_log]);
             }
         }
@@ -165,6 +176,12 @@ impl Session {
         header.emit_response(out);
         out.extend_from_slice(&data);
     }
+}
+
+/// Whether the words are all there without the last byte. Without bits that are needed they
+/// are not.
+fn has_surplus(expander: &Expander, data: &[u8], count: usize, crc: u32) -> bool {
+    data.split_last().is_some_and(|(_, needed)| expander.clone().expand(needed, count, crc).is_ok())
 }
 
 fn update_config(
@@ -204,11 +221,17 @@ fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transfer_area::Config;
     use crate::Error;
 
     fn session() -> Session {
         let firmware = FirmwareVersion::new(4, 6, 6);
-        Session::new(Settings { device_name: *b"ROBOTICS TXT 001", firmware, step: 10_000 })
+        let device_name = *b"ROBOTICS TXT 001";
+        Session::new(Settings { device_name, firmware, microphone: true, step: 10_000 })
+    }
+
+    fn oddities(machine: &Machine) -> Vec<&str> {
+        machine.oddities().collect()
     }
 
     fn answer(
@@ -244,10 +267,10 @@ mod tests {
     }
 
     #[test]
-    fn the_microphone_is_reported_from_firmware_4_2_4_on() {
-        for (patch, with_microphone) in [(3, false), (4, true)] {
+    fn the_microphone_is_reported_by_every_controller_or_none() {
+        for with_microphone in [false, true] {
             let mut session = session();
-            session.settings.firmware = FirmwareVersion::new(4, 2, patch);
+            session.settings.microphone = with_microphone;
             let mut machine = Machine::new(1);
             machine.start_online();
             machine.controllers[0].mic_lin = 7;
@@ -289,6 +312,35 @@ mod tests {
             Err(Misbehaviour::Packet(Error::WrongCrc { .. }))
         ));
         assert_eq!(machine.controllers[0].outputs, ExchangeData::default());
+    }
+
+    #[test]
+    fn whole_bytes_behind_the_last_word_are_odd_but_not_spare_bits() {
+        for surplus in 0..3 {
+            let (mut session, mut machine) = (session(), Machine::new(0));
+            machine.start_online();
+            machine.configure(0, 1, Config::default());
+            // One word and 26 unchanged ones are 34 bits, which leaves 6 to spare.
+            let mut words = [0; COMMAND_WORDS];
+            words[0] = 512;
+            let mut command = compressed(&words, 0);
+            command[4] += surplus;
+            command.extend(vec![0; usize::from(surplus)]);
+            answer(&mut session, &mut machine, &command).unwrap();
+            assert_eq!(machine.controllers[0].outputs.duty[0], 512);
+            let odd = if surplus == 0 { vec![] } else { vec![Oddity::SurplusData.to_string()] };
+            assert_eq!(oddities(&machine), odd);
+        }
+    }
+
+    #[test]
+    fn an_exchange_that_is_not_answered_is_not_looked_at() {
+        let (mut session, mut machine) = (session(), Machine::new(0));
+        machine.start_online();
+        let mut command = compressed(&[u16::MAX; 54], 1);
+        command[8] ^= 1;
+        answer(&mut session, &mut machine, &command).unwrap_err();
+        assert!(oddities(&machine).is_empty());
     }
 
     #[test]

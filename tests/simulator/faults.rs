@@ -130,6 +130,17 @@ fn surplus_bytes_come_before_the_next_response() {
 }
 
 #[test]
+fn surplus_bytes_have_an_end() {
+    let txt = disturbed(FaultKind::Surplus(usize::MAX));
+    let mut client = begin_exchange(&txt);
+    assert_eq!(client.receive_compressed().words[0], 1234);
+    client.receive(65_536);
+    client.command(CommandId::QueryStatus);
+    ResponseId::QueryStatus.check(&client.receive(24)).unwrap();
+    assert_struck_once(&txt, client);
+}
+
+#[test]
 fn a_connection_closes_after_so_many_bytes() {
     let whole = usual();
     for (after, sent) in [(0, 0), (1, 1), (16, 16), (whole.len(), whole.len()), (9999, whole.len())]

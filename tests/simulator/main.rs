@@ -6,6 +6,8 @@ mod camera_endings;
 mod endings;
 mod exchange;
 mod faults;
+mod microphone;
+mod oddities;
 mod wire_client;
 
 use std::time::Duration;

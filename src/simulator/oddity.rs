@@ -1,0 +1,278 @@
+//! What a correct client does not do, though the simulated TXT goes on.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::mem::{self, Discriminant};
+
+use crate::transfer_area::{Config, DUTY_MAX};
+use crate::wire::{CommandId, ExchangeData};
+
+/// How many sentences are remembered.
+const SENTENCES_KEPT: usize = 100;
+
+/// Something that a correct client does not do. Controllers are told by index, the master is 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Oddity {
+    /// An exchange came before this controller's configuration.
+    NotConfigured { controller: usize },
+    /// An exchange had extensions that the response before had not.
+    NotOffered { mask: u16, offered: u16 },
+    /// A duty that no output can have.
+    Duty { controller: usize, output: usize, duty: i16 },
+    /// A motor was to turn both ways.
+    BothWays { controller: usize, motor: usize, duty: [i16; 2] },
+    /// Compressed data went on behind the last word.
+    SurplusData,
+    /// A command came before the response to the one before.
+    SentAhead(CommandId),
+}
+
+impl fmt::Display for Oddity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotConfigured { controller } => {
+                write!(f, "an exchange came before any UpdateConfig for {}", Name(*controller))
+            }
+            Self::NotOffered { mask, offered } => write!(
+                f,
+                "an exchange had extension mask {mask:#06x}, though the response before allowed \
+                 {offered:#06x} only"
+            ),
+            Self::Duty { controller, output, duty } => {
+                let (name, number) = (Name(*controller), output + 1);
+                write!(f, "O{number} of {name} got duty {duty}, which is not 0..={DUTY_MAX}")
+            }
+            Self::BothWays { controller, motor, duty: [forward, backward] } => {
+                let (name, number) = (Name(*controller), motor + 1);
+                write!(f, "M{number} of {name} got duty {forward} and {backward} at a time")
+            }
+            Self::SurplusData => {
+                f.write_str("an exchange had whole bytes of data behind the last word")
+            }
+            Self::SentAhead(command) => {
+                write!(f, "{command} came before the response to the command before it")
+            }
+        }
+    }
+}
+
+/// What a controller is called in a sentence.
+struct Name(usize);
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => f.write_str("the master"),
+            extension => write!(f, "extension {extension}"),
+        }
+    }
+}
+
+/// The oddities so far, and what it takes to notice them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Oddities {
+    sentences: VecDeque<String>,
+    /// The kinds that this online session has had.
+    noted: Vec<Discriminant<Oddity>>,
+    /// The controllers that were configured in this online session, a bit each.
+    configured: u16,
+    /// The extensions that the next request may have.
+    offered: u16,
+    /// Those that the last request might have had.
+    offered_before: u16,
+}
+
+impl Oddities {
+    /// The sentences, the oldest first.
+    pub(super) fn sentences(&self) -> impl DoubleEndedIterator<Item = &str> {
+        self.sentences.iter().map(String::as_str)
+    }
+
+    /// Remembers an oddity, if it is the first of its kind in this online session.
+    pub(super) fn note(&mut self, oddity: &Oddity) {
+        let kind = mem::discriminant(oddity);
+        if self.noted.contains(&kind) {
+            return;
+        }
+        self.noted.push(kind);
+        log::warn!("the client is odd: {oddity}");
+        if self.sentences.len() == SENTENCES_KEPT {
+            self.sentences.pop_front();
+        }
+        self.sentences.push_back(oddity.to_string());
+    }
+
+    /// Begins an online session, of which nothing is known.
+    pub(super) fn begin_session(&mut self) {
+        *self = Self { sentences: mem::take(&mut self.sentences), ..Self::default() };
+    }
+
+    /// An UpdateConfig came, whether it was heeded or not.
+    pub(super) fn configured(&mut self, controller: usize) {
+        // Others than these are in no exchange.
+        if controller < u16::BITS as usize {
+            self.configured |= 1 << controller;
+        }
+    }
+
+    /// The extensions that a response had.
+    pub(super) fn offer(&mut self, mask: u16) {
+        self.offered_before = mem::replace(&mut self.offered, mask);
+    }
+
+    /// The client may not heed the response. Then its farewell has the extensions of the one
+    /// before.
+    pub(super) fn doubt_offer(&mut self) {
+        self.offered |= self.offered_before;
+    }
+
+    /// Looks at the extensions in an exchange, at most 8.
+    pub(super) fn check_mask(&mut self, mask: u16) {
+        let missing = (1 | mask << 1) & !self.configured;
+        if missing != 0 {
+            let controller = missing.trailing_zeros() as usize;
+            self.note(&Oddity::NotConfigured { controller });
+        }
+        let offered = self.offered;
+        if mask & !offered != 0 {
+            self.note(&Oddity::NotOffered { mask, offered });
+        }
+    }
+
+    /// Looks at the outputs for a controller; without `config` there is no such controller.
+    pub(super) fn check_outputs(
+        &mut self,
+        controller: usize,
+        outputs: &ExchangeData,
+        config: Option<&Config>,
+    ) {
+        for (output, &duty) in outputs.duty.iter().enumerate() {
+            if !(0..=DUTY_MAX).contains(&duty) {
+                self.note(&Oddity::Duty { controller, output, duty });
+            }
+        }
+        let Some(config) = config else { return };
+        for (motor, pair) in outputs.duty.chunks_exact(2).enumerate() {
+            let duty = [pair[0], pair[1]];
+            if config.motor[motor] == 1 && !duty.contains(&0) {
+                self.note(&Oddity::BothWays { controller, motor, duty });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sentences(oddities: &Oddities) -> Vec<&str> {
+        oddities.sentences().collect()
+    }
+
+    /// An online session in which so many controllers are configured.
+    fn session(configured: usize) -> Oddities {
+        let mut oddities = Oddities::default();
+        oddities.begin_session();
+        (0..configured).for_each(|controller| oddities.configured(controller));
+        oddities
+    }
+
+    fn duty(duty: [i16; 8]) -> ExchangeData {
+        ExchangeData { duty, ..ExchangeData::default() }
+    }
+
+    #[test]
+    fn every_controller_in_an_exchange_needs_a_configuration() {
+        let mut oddities = session(2);
+        oddities.configured(usize::MAX);
+        oddities.offer(0b11);
+        oddities.check_mask(0b01);
+        assert_eq!(oddities.sentences().count(), 0);
+        oddities.check_mask(0b10);
+        let sentence = "an exchange came before any UpdateConfig for extension 2";
+        assert_eq!(sentences(&oddities), [sentence]);
+        oddities.begin_session();
+        oddities.check_mask(0);
+        let second = "an exchange came before any UpdateConfig for the master";
+        assert_eq!(sentences(&oddities), [sentence, second]);
+    }
+
+    #[test]
+    fn an_exchange_has_only_extensions_of_the_response_before() {
+        let mut oddities = session(9);
+        oddities.check_mask(0);
+        oddities.offer(0b11);
+        oddities.check_mask(0b11);
+        oddities.offer(0b10);
+        oddities.check_mask(0b10);
+        assert_eq!(oddities.sentences().count(), 0);
+        oddities.check_mask(0b11);
+        let sentence = "an exchange had extension mask 0x0003, though the response before allowed \
+                        0x0002 only";
+        assert_eq!(sentences(&oddities), [sentence]);
+    }
+
+    #[test]
+    fn the_first_exchange_of_a_session_has_no_extensions() {
+        let mut oddities = session(9);
+        oddities.offer(0xFF);
+        oddities.begin_session();
+        (0..9).for_each(|controller| oddities.configured(controller));
+        oddities.check_mask(1);
+        assert_eq!(oddities.sentences().count(), 1);
+    }
+
+    #[test]
+    fn a_response_that_may_not_be_heeded_leaves_what_the_one_before_allowed() {
+        let mut oddities = session(9);
+        oddities.offer(0b01);
+        oddities.offer(0b10);
+        oddities.doubt_offer();
+        oddities.check_mask(0b01);
+        oddities.check_mask(0b10);
+        assert_eq!(oddities.sentences().count(), 0);
+        oddities.offer(0b10);
+        oddities.check_mask(0b01);
+        assert_eq!(oddities.sentences().count(), 1);
+    }
+
+    #[test]
+    fn a_duty_has_its_range() {
+        for (odd, sentence) in [
+            (-1, "O2 of extension 3 got duty -1, which is not 0..=512"),
+            (513, "O2 of extension 3 got duty 513, which is not 0..=512"),
+        ] {
+            let mut oddities = session(9);
+            oddities.check_outputs(3, &duty([0, 512, 1, 0, 0, 0, 0, 0]), Some(&Config::default()));
+            assert_eq!(oddities.sentences().count(), 0);
+            oddities.check_outputs(3, &duty([0, odd, 0, 0, 0, 0, 0, 0]), None);
+            assert_eq!(sentences(&oddities), [sentence]);
+        }
+    }
+
+    #[test]
+    fn only_single_outputs_are_on_both_at_a_time() {
+        let mut oddities = session(9);
+        let config = Config { motor: [1, 0, 1, 1], ..Config::default() };
+        oddities.check_outputs(0, &duty([1, 0, 2, 3, 0, 4, 0, 0]), Some(&config));
+        assert_eq!(oddities.sentences().count(), 0);
+        oddities.check_outputs(0, &duty([0, 0, 0, 0, 0, 0, 5, 6]), Some(&config));
+        assert_eq!(sentences(&oddities), ["M4 of the master got duty 5 and 6 at a time"]);
+    }
+
+    #[test]
+    fn each_kind_is_noted_once_in_a_session_and_the_newest_hundred_are_kept() {
+        let mut oddities = session(0);
+        for session in 0..101 {
+            oddities.begin_session();
+            for duty in [-1 - session, -1000] {
+                oddities.note(&Oddity::Duty { controller: 0, output: 0, duty });
+            }
+        }
+        assert_eq!(oddities.sentences().count(), 100);
+        let first = oddities.sentences().next().unwrap();
+        assert!(first.contains("duty -2,"), "{first}");
+        oddities.note(&Oddity::SurplusData);
+        assert_eq!(oddities.sentences().next_back().unwrap(), Oddity::SurplusData.to_string());
+    }
+}

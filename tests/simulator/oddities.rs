@@ -1,0 +1,198 @@
+//! What the simulated TXT notices, and what a correct client does without being noticed.
+
+use std::time::Duration;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, Machine, SimulatedTxt};
+use ft_transfer_area::transfer_area::Config;
+use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId};
+use ft_transfer_area::{TimeLimits, TransferAreaComHandler, TransferMode};
+
+use crate::unpaced;
+use crate::wire_client::{Client, LIMIT};
+
+fn oddities(txt: &SimulatedTxt) -> Vec<String> {
+    txt.with_machine(|machine| machine.oddities().map(String::from).collect())
+}
+
+/// Whether there is one oddity, and its sentence has this in it.
+fn assert_odd(txt: &SimulatedTxt, part: &str) {
+    let found = oddities(txt);
+    assert!(found.len() == 1 && found[0].contains(part), "{found:?}");
+}
+
+/// A client in online mode that has configured the master and one extension.
+fn configured(txt: &SimulatedTxt) -> Client {
+    let mut client = Client::online(txt);
+    client.update_config(1, 0, Config::default());
+    client.update_config(1, 1, Config::default());
+    client
+}
+
+fn with_duty(duty: [i16; 8]) -> ExchangeData {
+    ExchangeData { duty, ..ExchangeData::default() }
+}
+
+#[test]
+fn an_exchange_without_configuration_is_odd_once_per_session() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut client = Client::online(&txt);
+    client.exchange(&ExchangeData::default());
+    client.exchange_compressed(&[[0; 27]], 0);
+    assert_odd(&txt, "before any UpdateConfig for the master");
+    client.start_online();
+    client.update_config(1, 0, Config::default());
+    client.exchange_compressed(&[[0; 27]], 0);
+    assert_eq!(oddities(&txt).len(), 1);
+    client.exchange_compressed(&[[0; 27]; 2], 1);
+    assert_eq!(oddities(&txt)[1], "an exchange came before any UpdateConfig for extension 1");
+}
+
+#[test]
+fn an_extension_that_was_not_reported_is_odd() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut client = configured(&txt);
+    client.exchange_compressed(&[[0; 27]; 2], 1);
+    assert_odd(&txt, "extension mask 0x0001");
+
+    drop(client);
+    let mut client = configured(&txt);
+    client.exchange_compressed(&[[0; 27]], 0);
+    txt.with_machine(|machine| machine.alive[0] = false);
+    client.exchange_compressed(&[[0; 27]; 2], 1);
+    assert_eq!(oddities(&txt).len(), 1);
+    client.exchange_compressed(&[[0; 27]; 2], 1);
+    assert_eq!(oddities(&txt).len(), 2);
+}
+
+#[test]
+fn duties_out_of_place_are_odd() {
+    for (duty, part) in [(-1, "duty -1"), (513, "duty 513")] {
+        let txt = unpaced().start().unwrap();
+        configured(&txt).exchange(&with_duty([0, 0, 0, duty, 0, 0, 0, 0]));
+        assert_odd(&txt, part);
+    }
+    let txt = unpaced().start().unwrap();
+    let mut client = configured(&txt);
+    let both = with_duty([0, 0, 512, 1, 0, 0, 0, 0]);
+    client.update_config(2, 0, Config { motor: [1, 0, 1, 1], ..Config::default() });
+    client.exchange(&both);
+    assert_eq!(oddities(&txt), [""; 0]);
+    client.update_config(3, 0, Config::default());
+    client.exchange(&both);
+    assert_odd(&txt, "M2 of the master got duty 512 and 1");
+}
+
+#[test]
+fn data_behind_the_last_word_is_odd() {
+    let txt = unpaced().start().unwrap();
+    let mut client = configured(&txt);
+    let mut command = Vec::new();
+    // The 27 words are told as unchanged: 01, 11, 1111, then 8 bits for 27 - 20.
+    let header = CmprHeader { extra_size: 3, crc: 0x4049_3A53, active_extensions: 0 };
+    header.emit_command(&mut command);
+    command.extend([0xFD, 0x07, 0x00]);
+    client.send(&command);
+    client.receive_compressed();
+    assert_odd(&txt, "behind the last word");
+}
+
+#[test]
+fn a_command_ahead_of_a_response_is_odd_but_not_a_farewell() {
+    let mut exchange = Vec::new();
+    ExchangeData::default().emit(&mut exchange);
+    let stop = CommandId::StopOnline.id().to_le_bytes();
+    let query = CommandId::QueryStatus.id().to_le_bytes();
+    // The delay is for the second command to be there.
+    let delay = FaultKind::Delay(Duration::from_millis(50));
+    for (behind, odd) in [
+        ([&exchange[..], &stop].concat(), None),
+        (stop.to_vec(), None),
+        (exchange.clone(), Some("ExchangeData")),
+        (query.to_vec(), Some("QueryStatus")),
+    ] {
+        let txt = unpaced().fault(Fault { response: 3, kind: delay }).start().unwrap();
+        let mut client = configured(&txt);
+        client.send(&[&exchange[..], &behind].concat());
+        client.receive(80);
+        match odd {
+            None => assert_eq!(oddities(&txt), [""; 0]),
+            Some(command) => assert_odd(&txt, &format!("{command} came before the response")),
+        }
+    }
+}
+
+/// A handler for two areas that gives an answer up after 150 ms.
+fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
+    let limits = TimeLimits { read: Duration::from_millis(150), ..TimeLimits::default() };
+    TransferAreaComHandler::builder("127.0.0.1")
+        .port(txt.port())
+        .areas(2)
+        .time_limits(limits)
+        .build()
+        .unwrap()
+}
+
+/// The extension comes and goes all the time.
+fn flicker(machine: &mut Machine) {
+    machine.alive[0] = machine.exchanges() % 3 != 0;
+}
+
+#[test]
+fn this_crates_client_is_not_odd() {
+    for mode in [TransferMode::Compressed, TransferMode::Simple] {
+        let txt = unpaced().extensions(1).on_exchange(flicker).start().unwrap();
+        let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+            .port(txt.port())
+            .areas(2)
+            .mode(mode)
+            .build()
+            .unwrap();
+        for _ in 0..2 {
+            handler.begin_transfer().unwrap();
+            for cycle in 0..20 {
+                let mut areas = handler.wait_cycle().unwrap();
+                areas[0].output.duty[cycle % 8] = 512;
+                areas[0].output.duty[(cycle % 8) ^ 1] = 0;
+                areas[1].state.config_id += 1;
+            }
+            handler.end_transfer().unwrap();
+        }
+        assert_eq!(oddities(&txt), [""; 0]);
+    }
+}
+
+#[test]
+fn this_crates_farewell_is_not_odd() {
+    let kinds = [
+        FaultKind::Delay(Duration::from_millis(250)),
+        FaultKind::Silence,
+        FaultKind::WrongId,
+        FaultKind::WrongCrc,
+        FaultKind::Surplus(3),
+    ];
+    for kind in kinds {
+        for response in 6..9 {
+            let fault = Fault { response, kind };
+            let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
+            let mut handler = hasty_handler(&txt);
+            handler.begin_transfer().unwrap();
+            while handler.wait_cycle().is_ok() {}
+            assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+            assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
+            let said = txt.with_machine(|machine| machine.commands().next_back());
+            assert_eq!(said, Some(CommandId::StopOnline), "{kind:?} {response}");
+        }
+    }
+}
+
+#[test]
+fn oddities_outlast_the_client() {
+    let txt = unpaced().start().unwrap();
+    let mut client = Client::online(&txt);
+    client.exchange(&ExchangeData::default());
+    client.command(CommandId::StopOnline);
+    ResponseId::StopOnline.check(&client.receive(4)).unwrap();
+    drop(client);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert_eq!(oddities(&txt).len(), 1);
+}
