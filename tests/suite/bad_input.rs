@@ -11,7 +11,7 @@ use ft_transfer_area::{
     Error, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode,
 };
 
-use crate::support::{handler_for, unpaced, wait_until};
+use crate::support::{check_client, handler_for, unpaced, wait_until};
 
 /// The responses of a connection with one area: the handshake's, then the exchanges'.
 const RESPONSES: [(ResponseId, usize); 5] = [
@@ -67,6 +67,7 @@ fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
     after.timer = Timer::default();
     assert_eq!(after, before);
     wait_until(txt, "the closed connection", |machine| !machine.connected());
+    check_client(txt);
     error
 }
 

@@ -8,7 +8,7 @@ use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1, REMOTE_IO_2};
 use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferMode};
 
-use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
+use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
 #[test]
 fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
@@ -77,6 +77,46 @@ fn extensions_beyond_the_areas_are_read_past() {
     assert_eq!(areas[LOCAL_IO].state.io_slave_alive, [1; 8]);
     drop(areas);
     handler.end_transfer().unwrap();
+    check_client(&txt);
+}
+
+#[test]
+fn extensions_come_and_go() {
+    let txt = unpaced().extensions(3).start().unwrap();
+    let mut handler = handler_for(&txt).areas(4).build().unwrap();
+    handler.begin_transfer().unwrap();
+    for round in 1..50 {
+        let alive = [round & 1 != 0, round & 2 != 0, round & 4 != 0];
+        txt.with_machine(|machine| {
+            machine.alive[..3].copy_from_slice(&alive);
+            for (index, controller) in machine.controllers.iter_mut().enumerate() {
+                controller.uni = [round * 10 + index as i16; 8];
+            }
+        });
+        let mut areas = handler.lock();
+        for (index, area) in areas.iter_mut().enumerate() {
+            area.output.duty = [0, round, 0, 0, 0, 0, index as i16, 0];
+        }
+        drop(areas);
+        // Outputs of an extension that has just come go out in the exchange after it.
+        for _ in 0..4 {
+            handler.wait_cycle().unwrap();
+        }
+        let areas = handler.wait_cycle().unwrap();
+        let controllers = txt.with_machine(|machine| machine.controllers.clone());
+        for index in 0..4 {
+            if index > 0 {
+                let told = areas[LOCAL_IO].state.io_slave_alive[index - 1];
+                assert_eq!(told, u8::from(alive[index - 1]));
+            }
+            if index == 0 || alive[index - 1] {
+                assert_eq!(areas[index].input.uni, [round * 10 + index as i16; 8]);
+                assert_eq!(controllers[index].outputs.duty, areas[index].output.duty);
+            }
+        }
+    }
+    handler.end_transfer().unwrap();
+    check_client(&txt);
 }
 
 #[test]
@@ -93,6 +133,23 @@ fn firmware_before_4_2_4_and_the_simple_mode_work_as_well() {
         handler.begin_transfer().unwrap();
         wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[7] == 512);
         assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].input.uni, [1, 2, 3, 4, 5, 6, 7, 8]);
+        handler.end_transfer().unwrap();
+    }
+}
+
+#[test]
+fn the_checksum_tells_how_many_words_a_response_has() {
+    for (firmware, microphone) in
+        [(FirmwareVersion::OLDEST_SUPPORTED, true), (FirmwareVersion::new(4, 7, 0), false)]
+    {
+        let txt = unpaced().extensions(1).firmware(firmware).microphone(microphone);
+        let txt = txt.start().unwrap();
+        txt.with_machine(|machine| machine.controllers[1].uni[0] = 77);
+        let mut handler = handler_for(&txt).areas(2).build().unwrap();
+        handler.begin_transfer().unwrap();
+        for _ in 0..5 {
+            assert_eq!(handler.wait_cycle().unwrap()[REMOTE_IO_1].input.uni[0], 77);
+        }
         handler.end_transfer().unwrap();
     }
 }
@@ -274,4 +331,5 @@ fn a_transfer_begins_again_after_its_end_and_after_an_error() {
     assert_eq!(failures, 1, "the fault strikes once");
     assert_eq!(txt.with_machine(|machine| machine.connections()), 5);
     assert_eq!(handler.end_transfer(), Ok(()));
+    check_client(&txt);
 }

@@ -9,7 +9,7 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
 
-use crate::support::{handler_for, unpaced, wait_until, Record};
+use crate::support::{check_client, handler_for, unpaced, wait_until, Record};
 
 /// A machine with running motors, one of them on a distance command.
 struct Running {
@@ -52,6 +52,7 @@ impl Running {
         wait_until(txt, "the end of online mode", |machine| !machine.online());
         let last = txt.with_machine(|machine| machine.commands().last());
         assert_eq!(last, Some(CommandId::StopOnline));
+        check_client(txt);
         assert_eq!(
             record.last(),
             ExchangeData { motor_command_id: [6, 7, 8, 9], ..ExchangeData::default() }

@@ -25,6 +25,13 @@ pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&
     assert!(txt.wait_until(DEADLINE, condition), "{what} did not come about");
 }
 
+/// Checks that our side has done nothing that a correct client does not do.
+pub(crate) fn check_client(txt: &SimulatedTxt) {
+    let oddities: Vec<String> =
+        txt.with_machine(|machine| machine.oddities().map(str::to_owned).collect());
+    assert!(oddities.is_empty(), "{oddities:?}");
+}
+
 /// The master's outputs in every exchange that a simulated TXT saw.
 #[derive(Clone, Default)]
 pub(crate) struct Record(Arc<Mutex<Vec<ExchangeData>>>);
