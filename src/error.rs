@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::time::Duration;
 
-use crate::FirmwareVersion;
+use crate::firmware::FirmwareVersion;
 
 /// What can go wrong between a program and its controller.
 ///

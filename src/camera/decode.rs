@@ -2,7 +2,7 @@
 
 use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 
-use crate::Error;
+use crate::error::Error;
 
 /// The most memory that a decoded picture may take: 21 million pixels.
 const MAX_DECODED_SIZE: usize = 64 << 20;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use super::decode::{decode_rgb, decode_yuv422, Picture};
 use super::repair::repair;
-use crate::Error;
+use crate::error::Error;
 
 /// A frame of the camera, as it came over the wire.
 ///

@@ -13,8 +13,8 @@ pub use decode::Picture;
 pub use frame::CameraFrame;
 pub(crate) use stream::{CameraControl, CameraStream};
 
+use crate::error::Error;
 use crate::wire::StartCameraOnline;
-use crate::Error;
 
 /// Frequency of the mains behind the lamps, so that the picture does not flicker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

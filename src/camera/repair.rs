@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use super::bits::{fill_bytes, BitReader};
 use super::huffman::{HuffmanTable, STANDARD_TABLES};
-use crate::Error;
+use crate::error::Error;
 
 mod marker {
     pub(super) const SOI: u8 = 0xD8;

@@ -13,8 +13,8 @@ use parking_lot::{Condvar, Mutex};
 
 use super::{CameraFrame, CameraOptions, CameraStatistics};
 use crate::client::{connect_stream, io_error, SHORTEST_LIMIT};
+use crate::error::Error;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
-use crate::Error;
 
 /// How long to wait before connecting to a server that does not listen yet is tried again.
 const RETRY: Duration = Duration::from_millis(50);

@@ -4,7 +4,7 @@ use std::io::ErrorKind;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-use crate::Error;
+use crate::error::Error;
 
 /// How long the steps of talking to the controller may take.
 ///

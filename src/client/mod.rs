@@ -9,13 +9,13 @@ use std::time::{Duration, Instant};
 pub use connect::TimeLimits;
 pub(crate) use connect::{connect_stream, io_error, SHORTEST_LIMIT};
 
-use crate::exchange::check_area_count;
+use crate::error::Error;
+use crate::exchange::{check_area_count, Exchange, Inputs};
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, QueryStatusResponse, ResponseId,
     StartCameraOnline, StartOnline, UpdateConfig, ID_LEN, MAX_EXTRA_SIZE,
 };
-use crate::{Error, Exchange, Inputs};
 
 /// Port of the controller's main connection.
 pub const PORT: u16 = 65000;

@@ -4,11 +4,12 @@ mod inputs;
 
 pub use inputs::Inputs;
 
+use crate::error::Error;
+use crate::firmware::FirmwareVersion;
 use crate::transfer_area::{FishX1Transfer, MAX_AREAS};
 use crate::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander, UpdateConfig,
 };
-use crate::{Error, FirmwareVersion};
 
 /// How outputs and inputs travel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -10,7 +10,8 @@ use parking_lot::MutexGuard;
 
 use super::shared::{Shared, Stop};
 use super::Statistics;
-use crate::{Error, FishX1Transfer};
+use crate::error::Error;
+use crate::transfer_area::FishX1Transfer;
 
 /// A handle to the areas of a [`TransferAreaComHandler`](super::TransferAreaComHandler), for
 /// other threads than the one that owns it.

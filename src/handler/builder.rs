@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use super::TransferAreaComHandler;
-use crate::exchange::check_area_count;
-use crate::{Error, TimeLimits, TransferMode, PORT};
+use crate::client::{TimeLimits, PORT};
+use crate::error::Error;
+use crate::exchange::{check_area_count, TransferMode};
 
 /// What a handler needs to know. The defaults are the kit's, where it has one.
 #[derive(Clone, Debug)]

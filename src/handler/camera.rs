@@ -6,8 +6,8 @@ use crossbeam_channel::Receiver;
 
 use super::shared::Errand;
 use super::TransferAreaComHandler;
-use crate::camera::CameraStream;
-use crate::{CameraFrame, CameraOptions, CameraStatistics, Error};
+use crate::camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream};
+use crate::error::Error;
 
 impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.

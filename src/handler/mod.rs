@@ -18,8 +18,11 @@ pub use builder::TransferAreaComHandlerBuilder;
 pub use statistics::Statistics;
 
 use crate::camera::CameraStream;
+use crate::client::TxtClient;
+use crate::error::Error;
+use crate::exchange::Exchange;
+use crate::firmware::FirmwareVersion;
 use crate::wire::QueryStatusResponse;
-use crate::{Error, Exchange, FirmwareVersion, TxtClient};
 use builder::Settings;
 use shared::Stop;
 use thread::Cycler;

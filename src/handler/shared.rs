@@ -14,8 +14,10 @@ use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::Statistics;
 use crate::camera::CameraControl;
+use crate::error::Error;
+use crate::exchange::Inputs;
+use crate::transfer_area::FishX1Transfer;
 use crate::wire::StartCameraOnline;
-use crate::{Error, FishX1Transfer, Inputs};
 
 /// Why a transfer stops that nothing is wrong with on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

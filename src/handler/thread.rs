@@ -8,7 +8,10 @@ use std::time::Duration;
 use log::{error, info};
 
 use super::shared::{Errand, Shared, Stop};
-use crate::{Error, Exchange, FishX1Transfer, TxtClient};
+use crate::client::TxtClient;
+use crate::error::Error;
+use crate::exchange::Exchange;
+use crate::transfer_area::FishX1Transfer;
 
 pub(super) struct Cycler {
     client: TxtClient,
@@ -123,9 +126,10 @@ fn panic_message(panic: &(dyn Any + Send)) -> String {
 #[cfg(all(test, feature = "simulator"))]
 mod tests {
     use super::*;
+    use crate::client::TimeLimits;
+    use crate::exchange::TransferMode;
     use crate::simulator::SimulatedTxt;
     use crate::wire::CommandId;
-    use crate::{TimeLimits, TransferMode};
 
     #[test]
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_told() {

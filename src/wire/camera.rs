@@ -3,7 +3,7 @@
 use byteorder::{ByteOrder, LittleEndian};
 
 use super::{check, push_values, CommandId, ID_LEN};
-use crate::Error;
+use crate::error::Error;
 
 /// The command that starts the camera server, which takes 1 to 2 seconds.
 #[doc(alias = "ftIF2013Command_StartCameraOnline")]

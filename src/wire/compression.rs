@@ -5,7 +5,7 @@
 //! into bytes from the lowest bit up; `docs/protocol.md` has the table.
 
 use super::crc_of_words;
-use crate::Error;
+use crate::error::Error;
 
 /// Two-bit codes; the value is what is written, lowest bit first.
 mod code {

@@ -3,7 +3,7 @@
 use byteorder::{ByteOrder, LittleEndian};
 
 use super::{check, push_values, push_words, CommandId, ResponseId};
-use crate::Error;
+use crate::error::Error;
 
 /// Where the fields of the command lie.
 mod field {

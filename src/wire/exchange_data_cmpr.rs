@@ -3,7 +3,7 @@
 use byteorder::{ByteOrder, LittleEndian};
 
 use super::{check, push_words, CommandId, ResponseId};
-use crate::Error;
+use crate::error::Error;
 
 /// The most compressed bytes that a packet may announce, as in the kit.
 ///

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{check_id, ID_LEN};
-use crate::Error;
+use crate::error::Error;
 
 /// Makes an enum of packet kinds: their ids and their names in messages.
 macro_rules! ids {

@@ -30,7 +30,7 @@ pub use update_config::UpdateConfig;
 
 use byteorder::{ByteOrder, LittleEndian};
 
-use crate::Error;
+use crate::error::Error;
 
 /// Size of an id, and so of a packet that consists of nothing else.
 pub const ID_LEN: usize = 4;

@@ -3,7 +3,8 @@
 use byteorder::{ByteOrder, LittleEndian};
 
 use super::{check, ResponseId};
-use crate::{Error, FirmwareVersion};
+use crate::error::Error;
+use crate::firmware::FirmwareVersion;
 
 mod field {
     use std::ops::{Range, RangeFrom};

@@ -1,7 +1,7 @@
 //! StartOnline: begins online mode.
 
 use super::{check, CommandId, ID_LEN};
-use crate::Error;
+use crate::error::Error;
 
 /// The command that begins online mode and resets the compression on the controller.
 #[doc(alias = "ftIF2013Command_StartOnline")]

@@ -3,8 +3,8 @@
 use byteorder::{ByteOrder, LittleEndian};
 
 use super::{check, push_values, CommandId};
+use crate::error::Error;
 use crate::transfer_area::{Config, CounterConfig, UniConfig};
-use crate::Error;
 
 mod field {
     use std::ops::{Range, RangeFrom};
