@@ -10,6 +10,7 @@ use std::time::Duration;
 use divan::Bencher;
 use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::wire::{CmprHeader, Compressor};
 use ft_transfer_area::{
     Exchange, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode,
     TxtClient,
@@ -19,10 +20,10 @@ fn main() {
     divan::main();
 }
 
-/// Makes a request in which all outputs of so many areas have changed.
+/// Makes a request in which the duties of so many areas have changed.
 #[divan::bench(args = [1, 9])]
 fn request(bencher: Bencher, count: usize) {
-    let mut exchange = Exchange::new(TransferMode::Compressed, FirmwareVersion::new(4, 6, 6));
+    let mut exchange = exchange_with(count);
     let mut areas = vec![FishX1Transfer::default(); count];
     let mut request = Vec::new();
     let mut duty = 0;
@@ -33,6 +34,23 @@ fn request(bencher: Bencher, count: usize) {
         }
         exchange.request(black_box(&areas), &mut request)
     });
+}
+
+/// Takes in a response in which the universal inputs of so many areas have changed.
+#[divan::bench(args = [1, 9])]
+fn receive(bencher: Bencher, count: usize) {
+    let mut areas = vec![FishX1Transfer::default(); count];
+    let mut controller = Compressor::new();
+    let mut exchange = Exchange::new(TransferMode::Compressed, FIRMWARE);
+    let mut value = 0;
+    bencher
+        .with_inputs(|| {
+            value = (value + 1) % 5000;
+            response(&mut controller, count, value)
+        })
+        .bench_local_values(|response| {
+            exchange.receive(&response).expect("it is right").apply(black_box(&mut areas));
+        });
 }
 
 /// A whole cycle by the client, without a thread and without the controller's 10 ms.
@@ -72,6 +90,29 @@ fn lock(bencher: Bencher, count: usize) {
         .build()
         .expect("1 to 9 areas are right");
     bencher.bench_local(|| handler.lock()[LOCAL_IO].input.uni[0]);
+}
+
+const FIRMWARE: FirmwareVersion = FirmwareVersion::new(4, 6, 6);
+
+/// An exchange that has seen so many areas take part.
+fn exchange_with(count: usize) -> Exchange {
+    let mut exchange = Exchange::new(TransferMode::Compressed, FIRMWARE);
+    exchange.receive(&response(&mut Compressor::new(), count, 0)).expect("it is right");
+    exchange
+}
+
+/// A response of so many areas whose universal inputs have this value.
+fn response(controller: &mut Compressor, count: usize, value: u16) -> Vec<u8> {
+    let mut area = [0; 52];
+    area[..8].fill(value);
+    let mut data = Vec::new();
+    let crc = controller.compress(&area.repeat(count), &mut data);
+    let extra_size = u32::try_from(data.len()).expect("some hundred bytes");
+    let active_extensions = (1 << (count - 1)) - 1;
+    let mut response = Vec::new();
+    CmprHeader { extra_size, crc, active_extensions }.emit_response(&mut response);
+    response.extend(data);
+    response
 }
 
 fn unpaced(extensions: usize) -> SimulatedTxt {

@@ -87,9 +87,12 @@ fn undo_doubling(row: &[u8], plane: usize, halved: &mut Vec<u8>) {
         let edge = if index + 1 == count { doubled(2 * index + 1) } else { None };
         left = edge.unwrap_or_else(|| {
             let mut candidates = possible(left, index);
-            let fallback = (*candidates.start()).clamp(0, 255);
+            let first = (*candidates.start()).clamp(0, 255);
+            if candidates.start() >= candidates.end() {
+                return first;
+            }
             let fits = |&c: &i32| index + 1 == count || !possible(c, index + 1).is_empty();
-            candidates.find(fits).unwrap_or(fallback)
+            candidates.find(fits).unwrap_or(first)
         });
         halved.push(left as u8);
     }
