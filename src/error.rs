@@ -1,5 +1,6 @@
 //! The one error type of the crate.
 
+use std::any::Any;
 use std::fmt;
 use std::io;
 use std::time::Duration;
@@ -140,10 +141,14 @@ pub enum Error {
 
     /// `start_camera` was called while the camera is started, which goes on undisturbed.
     CameraAlreadyStarted,
-    /// A camera option is 0 that has to be 1 at least. Nothing was started.
+    /// A camera option is out of its range. Nothing was started.
     CameraOption {
         /// Name of the option.
         option: &'static str,
+        /// What was given.
+        given: usize,
+        /// The most that there can be; the least is 1.
+        most: usize,
     },
     /// The camera announces a frame of an implausible size.
     FrameSize {
@@ -161,9 +166,9 @@ pub enum Error {
     /// A thread of the program panicked with the transfer area in its hands; the motors were
     /// stopped and the transfer ended.
     ProgramPanicked,
-    /// The transfer thread could not be started or ended by a panic. The latter is a defect of
-    /// this crate.
-    TransferThread {
+    /// A thread for the transfer or the camera could not be started, or ended by a panic. The
+    /// latter is a defect of this crate.
+    Thread {
         /// What happened.
         reason: String,
     },
@@ -269,8 +274,8 @@ impl fmt::Display for Error {
             Self::CameraAlreadyStarted => {
                 write!(f, "the camera is started already; call stop_camera first")
             }
-            Self::CameraOption { option } => {
-                write!(f, "the camera's {option} is 0, but has to be 1 at least")
+            Self::CameraOption { option, given, most } => {
+                write!(f, "the camera's {option} is {given}, but has to be 1 to {most}")
             }
             Self::FrameSize { announced, limit } => write!(
                 f,
@@ -285,8 +290,8 @@ impl fmt::Display for Error {
                 "a thread of the program panicked while it used the transfer area; the motors \
                  were stopped"
             ),
-            Self::TransferThread { reason } => {
-                write!(f, "the transfer thread failed: {reason}")
+            Self::Thread { reason } => {
+                write!(f, "a thread for the transfer or the camera failed: {reason}")
             }
             Self::SimulatorFailed { reason } => write!(
                 f,
@@ -298,3 +303,17 @@ impl fmt::Display for Error {
 }
 
 impl std::error::Error for Error {}
+
+impl Error {
+    /// The error for a thread that could not be started.
+    pub(crate) fn not_started(error: &io::Error) -> Self {
+        Self::Thread { reason: error.to_string() }
+    }
+
+    /// The error for a thread that ended by a panic.
+    pub(crate) fn from_panic(panic: &(dyn Any + Send)) -> Self {
+        let text = panic.downcast_ref::<&str>().copied();
+        let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+        Self::Thread { reason: text.unwrap_or("panic").to_owned() }
+    }
+}

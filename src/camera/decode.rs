@@ -4,9 +4,6 @@ use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 
 use crate::error::Error;
 
-/// The most memory that a decoded picture may take: 21 million pixels.
-const MAX_DECODED_SIZE: usize = 64 << 20;
-
 /// A decoded picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -101,7 +98,6 @@ fn undo_doubling(row: &[u8], plane: usize, halved: &mut Vec<u8>) {
 /// Decodes to RGB or one grey sample a pixel.
 fn decode(jpeg: &[u8], transform: Option<ColorTransform>) -> Result<(Picture, PixelFormat), Error> {
     let mut decoder = Decoder::new(jpeg);
-    decoder.set_max_decoding_buffer_size(MAX_DECODED_SIZE);
     if let Some(transform) = transform {
         decoder.set_color_transform(transform);
     }

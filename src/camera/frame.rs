@@ -14,8 +14,7 @@ use crate::error::Error;
 #[doc(alias = "GetCameraFrameJpeg")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct CameraFrame {
-    /// The how manyeth frame of the stream this is, from 0. Numbers are missing where frames were
-    /// dropped.
+    /// Number of the frame in its stream, from 0. Numbers are missing where frames were dropped.
     pub sequence: u64,
     /// When it had come in completely.
     pub arrived: Instant,
@@ -40,7 +39,8 @@ impl CameraFrame {
     ///
     /// # Errors
     ///
-    /// [`Error::BadPicture`] when it is no baseline JPEG picture, or not a whole one.
+    /// [`Error::BadPicture`] when it is no baseline JPEG picture, not a whole one, or has more than
+    /// 16 million pixels. What its values mean is not looked at.
     pub fn jpeg(&self) -> Result<Cow<'_, [u8]>, Error> {
         Ok(repair(&self.data)?.jpeg)
     }
@@ -49,7 +49,7 @@ impl CameraFrame {
     ///
     /// # Errors
     ///
-    /// [`Error::BadPicture`] when it is no baseline JPEG picture, or not a whole one.
+    /// [`Error::BadPicture`] as [`jpeg`](Self::jpeg), and when its values make no sense.
     pub fn to_rgb(&self) -> Result<Picture, Error> {
         decode_rgb(&self.jpeg()?)
     }
@@ -59,11 +59,12 @@ impl CameraFrame {
     /// twice.
     ///
     /// A 4:2:2 picture, which is what the camera sends, gives its own samples, neither filtered
-    /// nor converted. Of others the chroma is that of each pair of pixels, averaged.
+    /// nor converted. Of others the chroma is that of each pair of pixels, averaged. The picture is
+    /// taken to hold Y, Cb and Cr, as cameras' JPEG pictures do.
     ///
     /// # Errors
     ///
-    /// [`Error::BadPicture`] when it is no baseline JPEG picture, or not a whole one.
+    /// [`Error::BadPicture`] as [`jpeg`](Self::jpeg), and when its values make no sense.
     pub fn to_yuv422(&self) -> Result<Picture, Error> {
         let repaired = repair(&self.data)?;
         decode_yuv422(&repaired.jpeg, repaired.is_422)

@@ -16,6 +16,9 @@ pub(crate) use stream::{CameraControl, CameraStream};
 use crate::error::Error;
 use crate::wire::StartCameraOnline;
 
+/// The most frames that a channel may hold.
+const MAX_CHANNEL_FRAMES: usize = 1000;
+
 /// Frequency of the mains behind the lamps, so that the picture does not flicker.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PowerLine {
@@ -55,8 +58,8 @@ pub struct CameraOptions {
     /// Frequency of the mains. Default 50 Hz.
     #[doc(alias = "powerlinefreq")]
     pub power_line: PowerLine,
-    /// How many frames the channel holds, at least 1. Default 2. When one more comes, the oldest
-    /// is dropped.
+    /// How many frames the channel holds, 1..=1000. Default 2. When one more comes, the oldest is
+    /// dropped. They may take [`max_frame_size`](Self::max_frame_size) each.
     pub channel_frames: usize,
     /// How long connecting to the camera server may take. Default 5 s; the server starts within
     /// 1 to 2 s, and until then connecting is tried again and again.
@@ -83,16 +86,17 @@ impl Default for CameraOptions {
 }
 
 impl CameraOptions {
-    /// The command that asks for this. Errs when something is 0 that can't be.
+    /// The command that asks for this. Errs when an option is out of its range.
     pub(crate) fn command(&self) -> Result<StartCameraOnline, Error> {
-        for (option, value) in [
-            ("width", usize::from(self.width)),
-            ("height", usize::from(self.height)),
-            ("framerate", usize::from(self.framerate)),
-            ("channel_frames", self.channel_frames),
+        const SIZE: usize = u16::MAX as usize;
+        for (option, given, most) in [
+            ("width", self.width.into(), SIZE),
+            ("height", self.height.into(), SIZE),
+            ("framerate", self.framerate.into(), SIZE),
+            ("channel_frames", self.channel_frames, MAX_CHANNEL_FRAMES),
         ] {
-            if value == 0 {
-                return Err(Error::CameraOption { option });
+            if !(1..=most).contains(&given) {
+                return Err(Error::CameraOption { option, given, most });
             }
         }
         let power_line_frequency = match self.power_line {
@@ -117,4 +121,32 @@ pub struct CameraStatistics {
     pub frames: u64,
     /// Frames of those that were dropped because the channel was full of newer ones.
     pub dropped: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_the_kits() {
+        assert_eq!(
+            CameraOptions::default().command(),
+            Ok(StartCameraOnline {
+                width: 320,
+                height: 240,
+                framerate: 15,
+                power_line_frequency: 50
+            })
+        );
+    }
+
+    #[test]
+    fn the_frequency_of_the_mains_is_told_in_hertz() {
+        for (power_line, expected) in
+            [(PowerLine::Auto, 0), (PowerLine::Hz50, 50), (PowerLine::Hz60, 60)]
+        {
+            let options = CameraOptions { power_line, ..CameraOptions::default() };
+            assert_eq!(options.command().unwrap().power_line_frequency, expected);
+        }
+    }
 }

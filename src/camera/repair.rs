@@ -24,6 +24,11 @@ mod marker {
 /// Coefficients in a block.
 const BLOCK: usize = 64;
 
+/// The most pixels that a picture may have, and the longest side. A few bytes can describe a picture
+/// that no memory holds, and the decoder counts in 16 bits.
+const MAX_PIXELS: usize = 1 << 24;
+const MAX_SIDE: usize = 1 << 14;
+
 /// A picture, complete and nothing behind it.
 pub(super) struct Repaired<'a> {
     pub(super) jpeg: Cow<'a, [u8]>,
@@ -42,6 +47,7 @@ pub(super) fn repair(data: &[u8]) -> Result<Repaired<'_>, Error> {
 fn bad(reason: &str) -> Error {
     Error::BadPicture { reason: reason.to_owned() }
 }
+
 /// What the frame header says.
 struct Frame {
     width: usize,
@@ -214,9 +220,13 @@ impl<'a> Parser<'a> {
 }
 
 impl Frame {
+    /// Whether there is one chroma sample for two pixels of a row.
     fn is_422(&self) -> bool {
-        let sampling = |component: &Component| (component.horizontal, component.vertical);
-        self.components.iter().map(sampling).eq([(2, 1), (1, 1), (1, 1)])
+        let [luma, chroma @ ..] = self.components.as_slice() else { return false };
+        chroma.len() == 2
+            && chroma.iter().all(|chroma| {
+                luma.horizontal == 2 * chroma.horizontal && luma.vertical == chroma.vertical
+            })
     }
 
     /// How many blocks a component has in each unit of a scan of so many components, and how many
@@ -274,7 +284,11 @@ fn read_frame(segment: &[u8]) -> Result<Frame, Error> {
     {
         return Err(unreadable());
     }
-    Ok(Frame { width: width.into(), height: height.into(), components })
+    let (width, height) = (usize::from(width), usize::from(height));
+    if width.max(height) > MAX_SIDE || width * height > MAX_PIXELS {
+        return Err(bad("it is implausibly large"));
+    }
+    Ok(Frame { width, height, components })
 }
 
 /// Reads all codes of a scan and returns where it ends; `None` when it does not go on as it
@@ -320,5 +334,9 @@ fn read_block(bits: &mut BitReader<'_>, dc: &HuffmanTable, ac: &HuffmanTable) ->
             }
         }
     }
-    (index == BLOCK).then_some(())
+    // Decoders put up with a run that goes beyond the block.
+    Some(())
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,17 +2,18 @@
 //! channel.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
-use log::{error, info, warn};
+use log::{info, warn};
 use parking_lot::{Condvar, Mutex};
 
 use super::{CameraFrame, CameraOptions, CameraStatistics};
-use crate::client::{connect_stream, io_error, SHORTEST_LIMIT};
+use crate::client::{connect_to, io_error, SHORTEST_LIMIT};
 use crate::error::Error;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
@@ -53,15 +54,13 @@ struct State {
 impl CameraStream {
     /// Starts a thread that connects and reads frames until it is stopped. Does not block.
     pub(crate) fn start(
-        host: &str,
-        port: u16,
+        address: SocketAddr,
         options: CameraOptions,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
         let (sender, receiver) = bounded(options.channel_frames);
         let control = Arc::new(CameraControl::default());
         let reader = Reader {
-            host: host.to_owned(),
-            port,
+            address,
             options,
             control: Arc::clone(&control),
             oldest: receiver.clone(),
@@ -70,7 +69,7 @@ impl CameraStream {
         let thread = std::thread::Builder::new()
             .name("camera".to_owned())
             .spawn(move || reader.run())
-            .map_err(|error| Error::TransferThread { reason: error.to_string() })?;
+            .map_err(|error| Error::not_started(&error))?;
         Ok((Self { control, thread: Some(thread) }, receiver))
     }
 
@@ -86,8 +85,9 @@ impl CameraStream {
     /// Stops the stream and waits for its thread, which takes moments, a second at most.
     pub(crate) fn join(&mut self) {
         self.control.stop();
-        if let Some(Err(_)) = self.thread.take().map(JoinHandle::join) {
-            error!("the camera thread panicked");
+        if let Some(thread) = self.thread.take() {
+            // The thread catches its own panics, so there is nothing to learn here.
+            let _ = thread.join();
         }
     }
 }
@@ -136,8 +136,7 @@ impl CameraControl {
 }
 
 struct Reader {
-    host: String,
-    port: u16,
+    address: SocketAddr,
     options: CameraOptions,
     control: Arc<CameraControl>,
     sender: Sender<CameraFrame>,
@@ -147,19 +146,21 @@ struct Reader {
 
 impl Reader {
     fn run(self) {
-        let result = self.read_frames();
-        let mut state = self.control.state.lock();
-        state.stream = None;
-        state.finished = true;
-        match result {
-            Err(error) if !state.stopping => {
-                warn!("the camera stream ended: {error}");
-                state.error = Some(error);
-            }
-            _ => info!("the camera stream ended"),
+        let result = catch_unwind(AssertUnwindSafe(|| self.read_frames()))
+            .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
+        let error = {
+            let mut state = self.control.state.lock();
+            state.stream = None;
+            state.finished = true;
+            state.error = result.err().filter(|_| !state.stopping);
+            state.error.clone()
+        };
+        // The reason is known before the channel ends, so whoever sees that can ask for it.
+        drop(self);
+        match error {
+            Some(error) => warn!("the camera stream has ended: {error}"),
+            None => info!("the camera stream has ended"),
         }
-        // The sender is dropped after the reason is known, so whoever sees the channel's end can
-        // ask for it.
     }
 
     fn read_frames(&self) -> Result<(), Error> {
@@ -187,31 +188,47 @@ impl Reader {
     fn connect(&self, start: Instant) -> Result<TcpStream, Error> {
         loop {
             let rest = self.options.start_limit.saturating_sub(start.elapsed());
-            let limit = rest.clamp(SHORTEST_LIMIT, ATTEMPT);
-            match connect_stream(&self.host, self.port, limit) {
+            match connect_to(self.address, rest.clamp(SHORTEST_LIMIT, ATTEMPT)) {
                 Ok(stream) => {
-                    let prepared =
-                        stream.set_nodelay(true).and_then(|()| self.control.keep(&stream));
+                    let prepared = self.prepare(&stream);
                     return prepared.map(|()| stream).map_err(|error| io_error(REQUEST, &error, 0));
                 }
-                Err(error) if self.gives_up(start) => return Err(error),
+                Err(error) if self.gives_up(start) => {
+                    return Err(match error {
+                        Error::ConnectTimedOut { address, .. } => {
+                            Error::ConnectTimedOut { address, limit: self.options.start_limit }
+                        }
+                        error => error,
+                    });
+                }
                 Err(_) => self.control.pause(RETRY),
             }
         }
     }
 
+    fn prepare(&self, stream: &TcpStream) -> std::io::Result<()> {
+        stream.set_nodelay(true)?;
+        stream.set_write_timeout(Some(self.options.frame_limit.max(SHORTEST_LIMIT)))?;
+        self.control.keep(stream)
+    }
+
     /// Reads frames until something ends it, and returns that.
     fn read_from(&self, stream: &mut TcpStream, sequence: &mut u64) -> Error {
         loop {
-            match self.read_frame(stream, *sequence) {
-                Ok(frame) => self.put(frame),
+            let frame = match self.read_frame(stream, *sequence) {
+                Ok(frame) => frame,
                 Err(error) => return error,
-            }
+            };
+            let acknowledged = stream.write_all(&CAMERA_FRAME_ACKNOWLEDGE);
+            // Also when that fails: the frame is whole.
+            self.put(frame);
             *sequence += 1;
+            if let Err(error) = acknowledged {
+                return self.failure(&error, 0);
+            }
         }
     }
 
-    /// Reads one frame and acknowledges it.
     fn read_frame(&self, stream: &mut TcpStream, sequence: u64) -> Result<CameraFrame, Error> {
         let deadline = Instant::now().checked_add(self.options.frame_limit);
         let mut header = [0; CameraFrameHeader::LEN];
@@ -219,9 +236,6 @@ impl Reader {
         let header = CameraFrameHeader::parse(&header)?;
         let mut data = vec![0; self.frame_size(&header)?];
         self.read(stream, &mut data, CameraFrameHeader::LEN, deadline)?;
-        stream
-            .write_all(&CAMERA_FRAME_ACKNOWLEDGE)
-            .map_err(|error| io_error(REQUEST, &error, 0))?;
         Ok(CameraFrame {
             sequence,
             arrived: Instant::now(),
@@ -253,23 +267,32 @@ impl Reader {
         while filled < buffer.len() {
             let received = before + filled;
             let rest = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
+            if rest == Some(Duration::ZERO) {
+                return Err(self.no_answer(received));
+            }
             stream
                 .set_read_timeout(rest.map(|rest| rest.max(SHORTEST_LIMIT)))
                 .map_err(|error| io_error(REQUEST, &error, received))?;
             match stream.read(&mut buffer[filled..]) {
                 Ok(0) => return Err(Error::ConnectionClosed { command: REQUEST, received }),
                 Ok(count) => filled += count,
-                Err(error) => match error.kind() {
-                    ErrorKind::Interrupted => {}
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-                        let limit = self.options.frame_limit;
-                        return Err(Error::NoAnswer { command: REQUEST, limit, received });
-                    }
-                    _ => return Err(io_error(REQUEST, &error, received)),
-                },
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(self.failure(&error, received)),
             }
         }
         Ok(())
+    }
+
+    /// The error for a connection that failed when so many bytes of a frame had come in.
+    fn failure(&self, error: &std::io::Error, received: usize) -> Error {
+        match error.kind() {
+            ErrorKind::WouldBlock | ErrorKind::TimedOut => self.no_answer(received),
+            _ => io_error(REQUEST, error, received),
+        }
+    }
+
+    fn no_answer(&self, received: usize) -> Error {
+        Error::NoAnswer { command: REQUEST, limit: self.options.frame_limit, received }
     }
 
     /// Puts a frame into the channel, and the oldest one out when there is no room.

@@ -1,7 +1,7 @@
 //! Making connections, and what can go wrong with them.
 
 use std::io::ErrorKind;
-use std::net::{TcpStream, ToSocketAddrs};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
 use crate::error::Error;
@@ -37,24 +37,29 @@ impl Default for TimeLimits {
 pub(crate) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
 
 /// Connects to the first of the host's addresses that answers within the limit.
-pub(crate) fn connect_stream(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
+pub(super) fn connect(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
     let not_found = |reason: String| Error::HostNotFound { host: host.to_owned(), reason };
     let addresses = (host, port).to_socket_addrs().map_err(|error| not_found(error.to_string()))?;
     let mut failure = not_found("it has no address".to_owned());
     for address in addresses {
-        match TcpStream::connect_timeout(&address, limit) {
+        match connect_to(address, limit) {
             Ok(stream) => return Ok(stream),
-            Err(error) => {
-                let address = address.to_string();
-                failure = match error.kind() {
-                    ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
-                    ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
-                    _ => Error::ConnectFailed { address, reason: error.to_string() },
-                };
-            }
+            Err(error) => failure = error,
         }
     }
     Err(failure)
+}
+
+/// Connects to an address within the limit.
+pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> Result<TcpStream, Error> {
+    TcpStream::connect_timeout(&address, limit).map_err(|error| {
+        let address = address.to_string();
+        match error.kind() {
+            ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
+            ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
+            _ => Error::ConnectFailed { address, reason: error.to_string() },
+        }
+    })
 }
 
 /// The error for a command during which the connection failed, when so many bytes had come in.

@@ -3,11 +3,11 @@
 mod connect;
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, TcpStream};
+use std::net::{IpAddr, Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 pub use connect::TimeLimits;
-pub(crate) use connect::{connect_stream, io_error, SHORTEST_LIMIT};
+pub(crate) use connect::{connect_to, io_error, SHORTEST_LIMIT};
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};
@@ -78,7 +78,7 @@ impl TxtClient {
             read: limits.read.max(SHORTEST_LIMIT),
             write: limits.write.max(SHORTEST_LIMIT),
         };
-        let stream = connect_stream(host, port, limits.connect)?;
+        let stream = connect::connect(host, port, limits.connect)?;
         stream
             .set_nodelay(true)
             .and_then(|()| stream.set_read_timeout(Some(limits.read)))
@@ -265,6 +265,11 @@ impl TxtClient {
                 return;
             }
         }
+    }
+
+    /// The controller's address, unless the connection is lost already.
+    pub(crate) fn address(&self) -> Option<IpAddr> {
+        self.stream.peer_addr().ok().map(|address| address.ip())
     }
 
     /// Errs with what broke the connection.

@@ -12,11 +12,12 @@ use crate::error::Error;
 impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.
     ///
-    /// The command goes to the controller between two exchanges; blocks for one or two of them.
+    /// The command goes to the controller between two exchanges; blocks until that is done, so for
+    /// one or two of them and their reaction windows.
     /// The frames come over a connection and a thread of their own. The server needs 1 to 2 s
     /// before the first one. Each frame is acknowledged as soon as it is read, whatever the
     /// consumer does: when the channel is full, the oldest frame in it is dropped and counted, so
-    /// a slow consumer gets the newest ones.
+    /// a slow consumer gets the newest ones. Dropping the receiver does not stop the camera.
     ///
     /// The channel ends when the stream does: by [`stop_camera`](Self::stop_camera), with the
     /// transfer, or by an error, for which ask [`camera_error`](Self::camera_error). The transfer
@@ -36,8 +37,8 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`] without a transfer, [`Error::CameraAlreadyStarted`] while frames come
-    /// in, [`Error::CameraOption`] when an option is 0 that can't be, or the error that ended the
-    /// transfer.
+    /// in, [`Error::CameraOption`] when an option is out of its range, [`Error::Thread`], or the error
+    /// that ended the transfer.
     #[doc(alias = "StartCamera")]
     pub fn start_camera(&mut self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {
         let command = options.command()?;
@@ -50,7 +51,9 @@ impl TransferAreaComHandler {
         self.area.shared().run_errand(Errand::StartCamera(command))?;
         self.camera_server_started = true;
         let port = self.settings.camera_port.unwrap_or(self.settings.port.wrapping_add(1));
-        let (camera, frames) = CameraStream::start(&self.settings.host, port, options)?;
+        // A transfer is running, so there was a connection.
+        let host = self.address.ok_or(Error::NotStarted)?;
+        let (camera, frames) = CameraStream::start((host, port).into(), options)?;
         self.area.shared().set_camera(Arc::clone(camera.control()));
         self.camera = Some(camera);
         Ok(frames)
@@ -58,7 +61,7 @@ impl TransferAreaComHandler {
 
     /// Stops the camera and ends its channel; frames in it can still be received.
     ///
-    /// Blocks for one or two exchanges. Does nothing when the camera was never started, or has
+    /// Blocks for one or two exchanges and their reaction windows. Does nothing when the camera was never started, or has
     /// ended with its transfer.
     ///
     /// # Errors
@@ -77,7 +80,7 @@ impl TransferAreaComHandler {
     }
 
     /// The error that ended the camera's stream; `None` while it goes on, and when it was stopped
-    /// or ended with the transfer.
+    /// or ended with the transfer. A controller that goes away ends both, whichever is first.
     pub fn camera_error(&self) -> Option<Error> {
         self.camera.as_ref().and_then(|camera| camera.control().error())
     }

@@ -7,6 +7,7 @@ mod shared;
 mod statistics;
 mod thread;
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -74,6 +75,8 @@ pub struct TransferAreaComHandler {
     area: TransferArea,
     status: Option<QueryStatusResponse>,
     thread: Option<JoinHandle<()>>,
+    /// The controller's address, from the last connection.
+    address: Option<IpAddr>,
     /// The present or the last stream of the camera.
     camera: Option<CameraStream>,
     /// Whether the controller's camera server runs, as far as this transfer has started it.
@@ -95,6 +98,7 @@ impl TransferAreaComHandler {
             area,
             status: None,
             thread: None,
+            address: None,
             camera: None,
             camera_server_started: false,
         }
@@ -132,6 +136,7 @@ impl TransferAreaComHandler {
     fn try_begin(&mut self) -> Result<(), Error> {
         let Settings { host, port, limits, .. } = &self.settings;
         let mut client = TxtClient::connect(host, *port, *limits)?;
+        self.address = client.address();
         let status = client.query_status()?;
         self.status = Some(status);
         let (found, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
@@ -150,7 +155,7 @@ impl TransferAreaComHandler {
         let thread = std::thread::Builder::new()
             .name("transfer-area".to_owned())
             .spawn(move || cycler.run())
-            .map_err(|error| Error::TransferThread { reason: error.to_string() })?;
+            .map_err(|error| Error::not_started(&error))?;
         self.thread = Some(thread);
         Ok(())
     }

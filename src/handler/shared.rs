@@ -191,10 +191,19 @@ impl Shared {
     /// Has this stream end with the transfer; at once, when that has ended already.
     pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
         let mut mail = self.mail.lock();
+        mail.camera = Some(camera);
         if !mail.running {
+            drop(mail);
+            self.stop_camera();
+        }
+    }
+
+    /// Stops the stream of frames that ends with the transfer.
+    pub(super) fn stop_camera(&self) {
+        let camera = self.mail.lock().camera.take();
+        if let Some(camera) = camera {
             camera.stop();
         }
-        mail.camera = Some(camera);
     }
 
     pub(super) fn ask_to_stop(&self, stop: Stop) {
@@ -295,6 +304,8 @@ impl Shared {
         mail.end(result.err());
         drop(mail);
         self.arrived.notify_all();
+        // Once more for one that was started at the last moment.
+        self.stop_camera();
     }
 
     /// Notes why a transfer could not begin.
@@ -312,15 +323,12 @@ impl Mail {
         Err(self.last_error.clone().unwrap_or(Error::NotStarted))
     }
 
-    /// Leaves nobody waiting, neither the program nor the camera.
+    /// Leaves nobody waiting.
     fn end(&mut self, error: Option<Error>) {
         self.running = false;
         self.last_error = error;
         self.window = Window::default();
         self.errand = None;
-        if let Some(camera) = self.camera.take() {
-            camera.stop();
-        }
     }
 
     /// The first reason is the one that counts.

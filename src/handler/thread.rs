@@ -1,6 +1,5 @@
 //! The transfer thread: cycles until it is stopped, and stops the motors whatever happens.
 
-use std::any::Any;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,7 +39,9 @@ impl Cycler {
         // Nothing that a panic may have left half done is used afterwards but the connection,
         // and the areas, of which only the outputs count, which are all set below.
         let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
-            .unwrap_or_else(|panic| Err(Error::TransferThread { reason: panic_message(&*panic) }));
+            .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
+        // Before the controller hears of the end, which would look like a failure of the stream.
+        self.shared.stop_camera();
         for area in &mut self.areas {
             area.output.stop_motors();
         }
@@ -117,12 +118,6 @@ impl Cycler {
     }
 }
 
-fn panic_message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied();
-    let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    text.unwrap_or("panic").to_owned()
-}
-
 #[cfg(all(test, feature = "simulator"))]
 mod tests {
     use super::*;
@@ -145,7 +140,7 @@ mod tests {
         let areas = vec![FishX1Transfer::default(); 2];
         Cycler::new(client, exchange, areas, Arc::clone(&shared), Duration::ZERO).run();
 
-        assert!(matches!(shared.error(), Some(Error::TransferThread { .. })));
+        assert!(matches!(shared.error(), Some(Error::Thread { .. })));
         assert!(!shared.is_running());
         let limit = Duration::from_secs(30);
         assert!(txt.wait_until(limit, |machine| !machine.connected()));

@@ -11,7 +11,7 @@ use ft_transfer_area::{
     Error, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode,
 };
 
-use crate::support::{check_client, handler_for, unpaced, wait_until};
+use crate::support::{check_client, handler_for, unpaced, unused_ports, wait_until};
 
 /// The responses of a connection with one area: the handshake's, then the exchanges'.
 const RESPONSES: [(ResponseId, usize); 5] = [
@@ -83,14 +83,12 @@ fn a_host_that_does_not_exist() {
 
 #[test]
 fn a_port_that_nobody_listens_on() {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap();
-    drop(listener);
-    let mut handler =
-        TransferAreaComHandler::builder("127.0.0.1").port(address.port()).build().unwrap();
+    let port = unused_ports();
+    let mut handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
-    assert_eq!(error, Error::ConnectionRefused { address: address.to_string() });
-    assert!(error.to_string().contains(&address.to_string()), "{error}");
+    let address = format!("127.0.0.1:{port}");
+    assert!(error.to_string().contains(&address), "{error}");
+    assert_eq!(error, Error::ConnectionRefused { address });
 }
 
 #[test]

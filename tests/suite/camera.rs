@@ -10,7 +10,7 @@ use ft_transfer_area::{
     CameraFrame, CameraOptions, CameraStatistics, Error, PowerLine, TransferAreaComHandler,
 };
 
-use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
+use crate::support::{handler_for, unpaced, unused_ports, wait_until, DEADLINE};
 
 /// A transfer with a simulated TXT whose camera starts at once.
 fn begin(txt: SimulatedTxtBuilder) -> (SimulatedTxt, TransferAreaComHandler) {
@@ -78,17 +78,25 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
 
 #[test]
 fn a_consumer_that_keeps_up_gets_every_frame() {
-    let (_txt, mut handler) = begin(SimulatedTxt::builder());
-    // More room than the default, because a busy machine may keep the consumer waiting.
-    let options =
-        CameraOptions { width: 640, height: 480, channel_frames: 50, ..CameraOptions::default() };
+    let (txt, mut handler) = begin(SimulatedTxt::builder());
+    let options = CameraOptions {
+        width: 640,
+        height: 480,
+        // More room than the default, because a busy machine may keep the consumer waiting.
+        channel_frames: 20,
+        ..CameraOptions::default()
+    };
     let frames = handler.start_camera(options).unwrap();
-    for sequence in 0..30 {
+    for sequence in 0..60 {
         let frame = receive(&frames);
-        assert_eq!(frame.sequence, sequence);
+        assert_eq!(frame.sequence, sequence, "a frame was dropped");
         assert_eq!(frame.to_yuv422().unwrap().data.len(), 640 * 480 * 2);
     }
-    assert_eq!(handler.camera_statistics().dropped, 0);
+    let statistics = handler.camera_statistics();
+    assert_eq!(statistics.dropped, 0);
+    // One more may be on its way.
+    let sent = txt.with_machine(|machine| machine.camera_frames());
+    assert!((60..=statistics.frames + 2).contains(&sent), "{sent} sent, {statistics:?}");
 }
 
 #[test]
@@ -163,6 +171,47 @@ fn the_camera_stops_with_the_transfer() {
     check_end(&frames);
 }
 
+/// The controller closes the camera's connection when it is told to stop the camera; that is no
+/// failure of the stream.
+#[test]
+fn the_end_of_a_transfer_is_no_error_of_the_camera() {
+    for _ in 0..10 {
+        let (_txt, mut handler) = begin(SimulatedTxt::builder().pace(Duration::from_millis(2)));
+        let frames = handler.start_camera(CameraOptions::default()).unwrap();
+        receive(&frames);
+        handler.end_transfer().unwrap();
+        assert_eq!(handler.camera_error(), None);
+    }
+}
+
+#[test]
+fn the_camera_stops_when_the_program_panics() {
+    let (_txt, mut handler) = begin(unpaced());
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    receive(&frames);
+    let area = handler.transfer_area();
+    let panicked = std::thread::spawn(move || {
+        let _area = area.lock();
+        panic!("a program with a mistake");
+    });
+    panicked.join().unwrap_err();
+    check_end(&frames);
+    assert_eq!(handler.camera_error(), None);
+    let error = handler.start_camera(CameraOptions::default()).unwrap_err();
+    assert_eq!(error, Error::ProgramPanicked);
+}
+
+#[test]
+fn the_default_port_is_the_one_behind_the_main_connections() {
+    let port = unused_ports();
+    let txt = unpaced().port(port).camera_start_up(Duration::ZERO).start().unwrap();
+    assert_eq!(txt.camera_port(), port + 1);
+    let mut handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    receive(&frames);
+}
+
 #[test]
 fn the_camera_stops_when_the_controller_goes_away() {
     let (txt, mut handler) = begin(unpaced());
@@ -178,14 +227,19 @@ fn the_camera_stops_when_the_controller_goes_away() {
 fn calls_at_the_wrong_time_err_and_change_nothing() {
     let (txt, mut handler) = begin(unpaced());
     assert_eq!(handler.stop_camera(), Ok(()), "it was never started");
-    for (option, options) in [
-        ("width", CameraOptions { width: 0, ..CameraOptions::default() }),
-        ("height", CameraOptions { height: 0, ..CameraOptions::default() }),
-        ("framerate", CameraOptions { framerate: 0, ..CameraOptions::default() }),
-        ("channel_frames", CameraOptions { channel_frames: 0, ..CameraOptions::default() }),
+    let defaults = CameraOptions::default();
+    for (option, given, options) in [
+        ("width", 0, CameraOptions { width: 0, ..defaults }),
+        ("height", 0, CameraOptions { height: 0, ..defaults }),
+        ("framerate", 0, CameraOptions { framerate: 0, ..defaults }),
+        ("channel_frames", 0, CameraOptions { channel_frames: 0, ..defaults }),
+        ("channel_frames", usize::MAX, CameraOptions { channel_frames: usize::MAX, ..defaults }),
     ] {
         let error = handler.start_camera(options).unwrap_err();
-        assert_eq!(error, Error::CameraOption { option });
+        assert!(
+            matches!(error, Error::CameraOption { option: o, given: g, .. } if (o, g) == (option, given)),
+            "{error:?}"
+        );
         assert_eq!(txt.with_machine(|machine| machine.camera()), None);
     }
     let frames = handler.start_camera(CameraOptions::default()).unwrap();

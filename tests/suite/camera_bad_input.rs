@@ -9,7 +9,7 @@ use crossbeam_channel::RecvTimeoutError;
 use ft_transfer_area::wire::CameraFrameHeader;
 use ft_transfer_area::{CameraOptions, Error};
 
-use crate::support::{handler_for, unpaced, DEADLINE};
+use crate::support::{handler_for, unpaced, unused_ports, DEADLINE};
 
 const HEADER: CameraFrameHeader = CameraFrameHeader {
     frames_ready: 1,
@@ -34,6 +34,14 @@ fn stream_from(
     bytes: Vec<u8>,
     then: impl FnOnce(TcpStream) + Send + 'static,
 ) -> (usize, Option<Error>) {
+    stream_with_limit(DEADLINE, bytes, then)
+}
+
+fn stream_with_limit(
+    limit: Duration,
+    bytes: Vec<u8>,
+    then: impl FnOnce(TcpStream) + Send + 'static,
+) -> (usize, Option<Error>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let server = thread::spawn(move || {
@@ -41,18 +49,18 @@ fn stream_from(
         stream.write_all(&bytes).unwrap();
         then(stream);
     });
-    let result = stream_at(port);
+    let result = stream_at(port, limit);
     server.join().unwrap();
     result
 }
 
-fn stream_at(port: u16) -> (usize, Option<Error>) {
+fn stream_at(port: u16, frame_limit: Duration) -> (usize, Option<Error>) {
     let txt = unpaced().start().unwrap();
     let mut handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
     let options = CameraOptions {
         start_limit: Duration::from_millis(300),
-        frame_limit: Duration::from_millis(300),
+        frame_limit,
         ..CameraOptions::default()
     };
     let frames = handler.start_camera(options).unwrap();
@@ -79,12 +87,33 @@ fn stay(mut stream: TcpStream) {
 
 #[test]
 fn a_port_that_refuses_for_ever() {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = listener.local_addr().unwrap();
-    drop(listener);
-    let (count, error) = stream_at(address.port());
-    let address = address.to_string();
+    let port = unused_ports();
+    let (count, error) = stream_at(port, DEADLINE);
+    let address = format!("127.0.0.1:{port}");
     assert_eq!((count, error), (0, Some(Error::ConnectionRefused { address })));
+}
+
+#[test]
+fn a_port_that_refuses_at_first_is_tried_again() {
+    let port = unused_ports();
+    let server = thread::spawn(move || {
+        // Some attempts are refused; were there no others, no frame would ever come.
+        thread::sleep(Duration::from_millis(200));
+        let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
+        let (mut stream, _) = listener.accept().unwrap();
+        let mut frame = header(1000);
+        frame.resize(CameraFrameHeader::LEN + 1000, 0);
+        stream.write_all(&frame).unwrap();
+        stay(stream);
+    });
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).camera_port(port).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let options = CameraOptions { start_limit: DEADLINE, ..CameraOptions::default() };
+    let frames = handler.start_camera(options).unwrap();
+    assert_eq!(frames.recv_timeout(DEADLINE).unwrap().data, [0; 1000]);
+    handler.end_transfer().unwrap();
+    server.join().unwrap();
 }
 
 #[test]
@@ -134,10 +163,38 @@ fn a_stream_that_stalls() {
         let mut bytes = header(1000);
         bytes.resize(CameraFrameHeader::LEN + 1000, 0);
         bytes.truncate(received);
-        let (count, error) = stream_from(bytes, stay);
+        let (count, error) = stream_with_limit(limit, bytes, stay);
         assert_eq!(
             (count, error),
             (0, Some(Error::NoAnswer { command: REQUEST, limit, received }))
         );
     }
+}
+
+#[test]
+fn a_frame_that_trickles_in_for_longer_than_the_limit() {
+    let limit = Duration::from_secs(1);
+    let (count, error) = stream_with_limit(limit, header(10_000_000), |mut stream| {
+        // Each byte comes well within the limit.
+        while stream.write_all(&[0]).is_ok() {
+            thread::sleep(Duration::from_micros(200));
+        }
+    });
+    assert_eq!(count, 0);
+    assert!(matches!(error, Some(Error::NoAnswer { command: REQUEST, .. })), "{error:?}");
+}
+
+#[test]
+fn a_server_that_never_reads_the_acknowledges() {
+    let limit = Duration::from_secs(1);
+    let (count, error) = stream_with_limit(limit, Vec::new(), |mut stream| {
+        let mut frame = header(1);
+        frame.push(0);
+        let frames = frame.repeat(1000);
+        // As fast as the client takes them, until it gives up.
+        while stream.write_all(&frames).is_ok() {}
+    });
+    assert!(count > 0);
+    let limited = Error::NoAnswer { command: REQUEST, limit, received: 0 };
+    assert_eq!(error, Some(limited));
 }
