@@ -167,6 +167,14 @@ pub enum Error {
         /// What happened.
         reason: String,
     },
+    /// A world for the simulated TXT has a mistake. Nothing was started.
+    World {
+        /// The line of the file, counted from 1; 0 for a file that can't be read and for a world
+        /// that was built in code.
+        line: usize,
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
     /// A simulated TXT could not be started: its port is taken, or the operating system refused
     /// a socket or a thread.
     SimulatorFailed {
@@ -287,6 +295,12 @@ impl fmt::Display for Error {
             ),
             Self::TransferThread { reason } => {
                 write!(f, "the transfer thread failed: {reason}")
+            }
+            Self::World { line: 0, reason } => {
+                write!(f, "the simulated world can't be used: {reason}")
+            }
+            Self::World { line, reason } => {
+                write!(f, "line {line} of the simulated world is wrong: {reason}")
             }
             Self::SimulatorFailed { reason } => write!(
                 f,
