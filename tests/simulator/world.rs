@@ -194,3 +194,23 @@ fn a_world_with_a_mistake_starts_nothing() {
     let error = SimulatedTxt::builder().world(world).start().unwrap_err();
     assert!(matches!(&error, Error::World { line: 0, reason } if reason.contains("O1")), "{error}");
 }
+
+#[test]
+fn an_extension_that_is_cut_off_comes_to_rest() {
+    let mut world = World::default();
+    world.extensions.push(world.master.clone());
+    let mut machine = Machine::with_world(1, world).unwrap();
+    let mut outputs = m1(512);
+    outputs.duty[6] = 512;
+    machine.set_outputs(1, outputs);
+    machine.step(Duration::from_millis(500));
+    let state = |machine: &Machine| {
+        let world = machine.world().unwrap();
+        (world.lamp(1, Output::O7), world.motor_speed(1, MotorOutput::M1).unwrap() > 1e-3)
+    };
+    assert_eq!(state(&machine), (Some(1.0), true));
+    machine.alive[0] = false;
+    machine.step(Duration::from_millis(500));
+    assert_eq!(state(&machine), (Some(0.0), false));
+    assert_eq!(machine.report(1), None);
+}

@@ -120,10 +120,10 @@ impl Board {
             at("motors", at(output, motor.check()))?;
         }
         self.check_moved()?;
-        for (number, lamp) in self.lamps.iter().enumerate() {
+        for lamp in &self.lamps {
             let motor = lamp.motor();
             let reason = || format!("{lamp} is a socket of the motor on {motor}");
-            at("lamps", at(number, expect(!self.motors.contains_key(&motor), reason)))?;
+            at("lamps", at(lamp, expect(!self.motors.contains_key(&motor), reason)))?;
         }
         Ok(())
     }

@@ -69,7 +69,7 @@ fn line_of(text: &str, place: &[String]) -> usize {
     line_at(text, &span)
 }
 
-/// The value of this name or number, and where it is: at its key, if it has one.
+/// The value of this name or number, or the string itself, and where it is: at its key, if it has one.
 fn step_into<'a, 'i>(
     value: &'a DeValue<'i>,
     name: &str,
@@ -80,7 +80,9 @@ fn step_into<'a, 'i>(
             Some((value, key.span()))
         }
         DeValue::Array(values) => {
-            let value = values.get(name.parse::<usize>().ok()?)?;
+            let numbered = name.parse::<usize>().ok().and_then(|number| values.get(number));
+            let named = || values.iter().find(|value| value.get_ref().as_str() == Some(name));
+            let value = numbered.or_else(named)?;
             Some((value, value.span()))
         }
         _ => None,
@@ -141,7 +143,7 @@ mod tests {
             ("[master.motors.M1]\ntop_speed = 0", 2, "more than 0"),
             ("[master.motors.M1]\ntime_constant = 2", 2, "0 to 1"),
             ("[master.motors.M1]\npulses_per_turn = -3", 2, "more than 0"),
-            ("[master]\nmotors.M4 = {}\nlamps = [\n\"O1\",\n\"O8\"]", 5, "M4"),
+            ("[master]\nmotors.M4 = {}\nlamps = [\n\"O8\",\n\"O1\"]", 4, "M4"),
             (&format!("{slide}travel = {{ pulses = 0 }}"), 5, "more than 0"),
             (&format!("{slide}travel.pulses = 9\nposition = 10"), 6, "0 to 9"),
             (&format!("{slide}travel.pulses = 9\nend_switch = \"I2\""), 6, "a switch on I2"),
@@ -171,6 +173,23 @@ mod tests {
             assert!(!reason.contains('\n'), "{reason}");
         }
         assert_eq!(mistake(&"[[extensions]]\n".repeat(9)).0, 9);
+    }
+
+    #[test]
+    fn no_text_is_too_odd() {
+        let text =
+            include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/worlds/everything.toml"));
+        let lines = text.lines().count();
+        for cut in 0..text.len() {
+            let odd = [&text[..cut], &text[cut..], &[&text[..cut], "\0", &text[cut..]].concat()]
+                .map(World::from_toml);
+            for error in odd.into_iter().filter_map(Result::err) {
+                assert!(matches!(error, Error::World { line, .. } if (1..=lines).contains(&line)));
+            }
+        }
+        for nested in ["[", "a=[", "a.", "a={a=", "[a."].map(|part| part.repeat(100_000)) {
+            assert!(World::from_toml(&nested).is_err());
+        }
     }
 
     #[test]
