@@ -172,6 +172,14 @@ pub enum Error {
         /// What happened.
         reason: String,
     },
+    /// A world for the simulated TXT has a mistake. Nothing was started.
+    World {
+        /// The line of the file, counted from 1; 0 for a file that can't be read and for a world
+        /// that was built in code.
+        line: usize,
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
     /// A simulated TXT could not be started: its port is taken, or the operating system refused
     /// a socket or a thread.
     SimulatorFailed {
@@ -292,6 +300,12 @@ impl fmt::Display for Error {
             ),
             Self::Thread { reason } => {
                 write!(f, "a thread for the transfer or the camera failed: {reason}")
+            }
+            Self::World { line: 0, reason } => {
+                write!(f, "the simulated world can't be used: {reason}")
+            }
+            Self::World { line, reason } => {
+                write!(f, "line {line} of the simulated world is wrong: {reason}")
             }
             Self::SimulatorFailed { reason } => write!(
                 f,

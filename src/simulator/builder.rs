@@ -13,6 +13,7 @@ use super::machine::Machine;
 use super::server::Server;
 use super::session::{Script, Settings};
 use super::shared::Shared;
+use super::world::World;
 use super::SimulatedTxt;
 use crate::transfer_area::MAX_EXTENSIONS;
 use crate::{Error, FirmwareVersion};
@@ -34,6 +35,7 @@ pub struct SimulatedTxtBuilder {
     port: u16,
     camera_port: Option<u16>,
     camera: CameraSettings,
+    world: Option<World>,
 }
 
 impl SimulatedTxtBuilder {
@@ -55,6 +57,7 @@ impl SimulatedTxtBuilder {
                 tables: true,
                 stall_after: None,
             },
+            world: None,
         }
     }
 
@@ -151,26 +154,38 @@ impl SimulatedTxtBuilder {
         self
     }
 
+    /// Plugs in a world, in place of an earlier one. Without one, inputs are what the program sets,
+    /// and each motor output has a simple motor.
+    pub fn world(mut self, world: World) -> Self {
+        self.world = Some(world);
+        self
+    }
+
     /// Starts to listen on 127.0.0.1, on both ports. Does not block.
     ///
     /// # Errors
     ///
-    /// [`Error::AreaCount`] when there are more than 8 extensions, [`Error::SimulatorFailed`]
-    /// when a port is taken or the operating system refuses a socket or a thread.
-    pub fn start(self) -> Result<SimulatedTxt, Error> {
+    /// [`Error::AreaCount`] when there are more than 8 extensions, [`Error::World`] when the world
+    /// has a mistake, [`Error::SimulatorFailed`] when a port is taken or the operating system
+    /// refuses a socket or a thread.
+    pub fn start(mut self) -> Result<SimulatedTxt, Error> {
         if self.extensions > MAX_EXTENSIONS {
             return Err(Error::AreaCount { given: self.extensions.saturating_add(1) });
         }
-        self.listen().map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
+        let machine = match self.world.take() {
+            Some(world) => Machine::with_world(self.extensions, world)?,
+            None => Machine::new(self.extensions),
+        };
+        self.listen(machine).map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
     }
 
-    fn listen(self) -> io::Result<SimulatedTxt> {
+    fn listen(self, machine: Machine) -> io::Result<SimulatedTxt> {
         let listener = listen_on(self.port)?;
         let camera_listener = listen_on(self.camera_port_to_use())?;
         let mut txt = SimulatedTxt {
             address: listener.local_addr()?,
             camera_port: camera_listener.local_addr()?.port(),
-            shared: Arc::new(Shared::new(Machine::new(self.extensions))),
+            shared: Arc::new(Shared::new(machine)),
             threads: Vec::new(),
         };
         let camera = CameraServer {
@@ -234,6 +249,7 @@ impl fmt::Debug for SimulatedTxtBuilder {
             .field("pace", &self.pace)
             .field("faults", &self.faults)
             .field("camera", &self.camera)
+            .field("world", &self.world)
             .finish_non_exhaustive()
     }
 }

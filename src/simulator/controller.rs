@@ -10,7 +10,8 @@ use crate::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 /// The master or one extension: what its inputs report and what its outputs were told.
 ///
 /// The inputs may be set at any time and keep their value, except that motors move
-/// [`counter`](Self::counter) and [`counter_input`](Self::counter_input) on.
+/// [`counter`](Self::counter) and [`counter_input`](Self::counter_input) on. With a
+/// [world](super::world::World) it sets [`uni`](Self::uni) and [`ir`](Self::ir) at every step.
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
     /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
@@ -86,16 +87,68 @@ impl Controller {
 
     /// Lets so many µs pass.
     pub(super) fn move_on(&mut self, micros: u64) {
-        self.finished_resets = self.latest_resets;
-        self.latest_resets = self.outputs.counter_reset_id;
+        self.pass_time(micros);
         for index in 0..IZ_MOTOR {
             let speed = self.speed(index);
             let pulses = self.motors[index].turn(speed, micros);
-            // The lowest bits are what a counter of 16 bits keeps.
-            self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
-            self.counter_input[index] ^= (pulses & 1) as i16;
+            self.add_pulses(index, pulses);
         }
+    }
+
+    /// Lets so many µs pass for all but the motors, which a world moves.
+    pub(super) fn pass_time(&mut self, micros: u64) {
+        self.finished_resets = self.latest_resets;
+        self.latest_resets = self.outputs.counter_reset_id;
         self.sound.play(micros);
+    }
+
+    fn add_pulses(&mut self, index: usize, pulses: u64) {
+        // The lowest bits are what a counter of 16 bits keeps.
+        self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
+        self.counter_input[index] ^= (pulses & 1) as i16;
+    }
+
+    /// The power for each motor of a world, −1.0..=1.0, while they give so many pulses per second.
+    pub(super) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
+        let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {
+            let power = f64::from(self.signed_duty(index)) / f64::from(DUTY_MAX);
+            power * self.motors[index].allowed(pulse_rates[index])
+        });
+        let mut parts = [1.0_f64; IZ_MOTOR];
+        for (follower, leader) in self.pairs().into_iter().flatten() {
+            let motor = &self.motors[follower];
+            parts[follower] = parts[follower].min(motor.allowed_to_follow());
+            if self.duty(follower) > 0 && !motor.has_reached() {
+                parts[leader] = parts[leader].min(motor.allowed_to_lead());
+            }
+        }
+        powers.iter_mut().zip(parts).for_each(|(power, part)| *power *= part);
+        powers
+    }
+
+    /// The motors of a world have given so many pulses.
+    pub(super) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
+        for (follower, leader) in self.pairs().into_iter().flatten() {
+            self.motors[follower].compare(pulses[follower], pulses[leader]);
+        }
+        for (index, pulses) in pulses.into_iter().enumerate() {
+            self.motors[index].count(pulses);
+            self.add_pulses(index, u64::from(pulses));
+        }
+    }
+
+    /// The motors that are held together at present, each follower with its leader.
+    ///
+    /// A follower that is switched off has no part in what its leader goes on to do. A leader that
+    /// has done its distance lets its followers finish theirs.
+    fn pairs(&self) -> [Option<(usize, usize)>; IZ_MOTOR] {
+        std::array::from_fn(|follower| {
+            let leader = self.motors[follower].leader().filter(|leader| *leader != follower)?;
+            let left_behind = self.duty(follower) == 0 && self.duty(leader) > 0;
+            let set_free =
+                self.motors[leader].has_reached() && self.motors[follower].has_distance();
+            (!left_behind && !set_free).then_some((follower, leader))
+        })
     }
 
     /// The speed of a motor as a duty: its leader's when it follows one, but only while it is
@@ -109,9 +162,14 @@ impl Controller {
 
     /// The duty of a motor in either direction, 0..=512.
     fn duty(&self, index: usize) -> u16 {
-        let [forward, backward] = [2 * index, 2 * index + 1]
-            .map(|output| self.outputs.duty[output].clamp(0, DUTY_MAX).unsigned_abs());
-        forward.abs_diff(backward)
+        self.signed_duty(index).unsigned_abs()
+    }
+
+    /// The duty of a motor, negative backwards, −512..=512.
+    fn signed_duty(&self, index: usize) -> i16 {
+        let [forward, backward] =
+            [2 * index, 2 * index + 1].map(|output| self.outputs.duty[output].clamp(0, DUTY_MAX));
+        forward - backward
     }
 
     /// The inputs and what is done, as they are reported.

@@ -1,12 +1,15 @@
 //! The simulated machine: the master and its extensions.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use super::camera::{Camera, CameraRun};
 use super::controller::Controller;
 use super::oddity::{Oddities, Oddity};
+use super::world::{World, WorldState};
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
-use crate::wire::{CommandId, ExchangeData, StartCameraOnline};
+use crate::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
+use crate::Error;
 
 /// How many commands are remembered.
 const COMMANDS_KEPT: usize = 1000;
@@ -15,6 +18,9 @@ const COMMANDS_KEPT: usize = 1000;
 ///
 /// It moves on by one step per exchange, never by the clock, so that a program which is slow or
 /// waits in a debugger sees the same machine. Only the camera goes by the clock.
+///
+/// A test may also have a machine of its own, without any connection, and
+/// [step](Self::step) it.
 #[derive(Clone, Debug)]
 pub struct Machine {
     /// The master first, then the extensions; as many as were asked for when it was built.
@@ -32,11 +38,14 @@ pub struct Machine {
     commands: VecDeque<CommandId>,
     oddities: Oddities,
     camera: Camera,
+    world: Option<WorldState>,
 }
 
 impl Machine {
-    /// A master with so many extensions, all of them alive.
-    pub(super) fn new(extensions: usize) -> Self {
+    /// A master with so many extensions, all of them alive, and with nothing plugged in but simple
+    /// motors. More than 8 extensions count as 8.
+    pub fn new(extensions: usize) -> Self {
+        let extensions = extensions.min(MAX_EXTENSIONS);
         let mut alive = [false; MAX_EXTENSIONS];
         alive.iter_mut().take(extensions).for_each(|alive| *alive = true);
         Self {
@@ -49,7 +58,61 @@ impl Machine {
             commands: VecDeque::new(),
             oddities: Oddities::default(),
             camera: Camera::default(),
+            world: None,
         }
+    }
+
+    /// The same with a world plugged in.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::World`] when the world has a value out of its range, or its parts don't fit.
+    pub fn with_world(extensions: usize, world: World) -> Result<Self, Error> {
+        world.check()?;
+        let mut machine = Self::new(extensions);
+        machine.world = Some(WorldState::new(&world, &mut machine.controllers));
+        Ok(machine)
+    }
+
+    /// Where everything in the world is; `None` for a machine without one.
+    pub fn world(&self) -> Option<&WorldState> {
+        self.world.as_ref()
+    }
+
+    /// The same, to press buttons and change sensors.
+    pub fn world_mut(&mut self) -> Option<&mut WorldState> {
+        self.world.as_mut()
+    }
+
+    /// Gives outputs to the controller with this index (0 the master), as an exchange does.
+    ///
+    /// A command begins when its id is not the one before. Nothing happens to a controller that
+    /// there is not or that is cut off.
+    pub fn set_outputs(&mut self, controller: usize, outputs: ExchangeData) {
+        if self.reaches(controller) {
+            self.controllers[controller].take_over(outputs);
+        }
+    }
+
+    /// Gives a configuration to the controller with this index (0 the master), whichever its id.
+    /// Nothing happens to a controller that there is not.
+    pub fn set_config(&mut self, controller: usize, config: Config) {
+        if let Some(controller) = self.controllers.get_mut(controller) {
+            controller.config = config;
+        }
+    }
+
+    /// Lets so much time pass in the machine, at once, as between two exchanges.
+    ///
+    /// In a world an hour is the longest step; it takes a few seconds to compute.
+    pub fn step(&mut self, duration: Duration) {
+        self.move_on(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX));
+    }
+
+    /// What the controller with this index (0 the master) reports in an exchange; `None` when
+    /// there is none or it is cut off.
+    pub fn report(&self, controller: usize) -> Option<ExchangeDataResponse> {
+        self.reaches(controller).then(|| self.controllers[controller].report())
     }
 
     /// How many exchanges have been answered since the start. In a script this is the number of
@@ -173,6 +236,9 @@ impl Machine {
         self.oddities.begin_session();
         self.camera.stop();
         self.controllers.iter_mut().for_each(Controller::stop);
+        if let Some(world) = &mut self.world {
+            world.halt();
+        }
     }
 
     /// Starts the camera, in place of an earlier start.
@@ -215,19 +281,22 @@ impl Machine {
     pub(super) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
         let config = self.controllers.get(index).map(|controller| &controller.config);
         self.oddities.check_outputs(index, &outputs, config);
-        if self.reaches(index) {
-            self.controllers[index].take_over(outputs);
-        }
+        self.set_outputs(index, outputs);
     }
 
     /// Lets so many µs pass in the machine.
     pub(super) fn move_on(&mut self, micros: u64) {
         for index in 0..self.controllers.len() {
-            if self.reaches(index) {
-                self.controllers[index].move_on(micros);
-            } else {
-                self.controllers[index].stop();
+            let reached = self.reaches(index);
+            let controller = &mut self.controllers[index];
+            match (reached, &self.world) {
+                (false, _) => controller.stop(),
+                (true, None) => controller.move_on(micros),
+                (true, Some(_)) => controller.pass_time(micros),
             }
+        }
+        if let Some(world) = &mut self.world {
+            world.move_on(micros, &mut self.controllers);
         }
     }
 

@@ -5,7 +5,7 @@
 //! camera's start and stop. It serves one client after another. Behind it stands a small
 //! [`Machine`]: motors turn their duty into counter pulses, finish distances and follow each other,
 //! counters are reset, sounds take their time. A program sets its inputs and looks at its outputs,
-//! and orders [faults](Fault) to see what a client makes of them. A second connection has the
+//! or plugs in a [`world`] of sensors and motors, and orders [faults](Fault) to see what a client makes of them. A second connection has the
 //! frames of a camera.
 //!
 //! ```
@@ -30,6 +30,8 @@
 //! ```
 //!
 //! # How the machine behaves
+//!
+//! This is a machine without a world; [with one](world#how-it-moves), motors have inertia and load.
 //!
 //! * It moves on by one step per exchange: the [pace](SimulatedTxtBuilder::pace), or 10 ms when
 //!   that is zero.
@@ -106,6 +108,7 @@ mod session;
 mod shared;
 mod sound;
 mod words;
+pub mod world;
 
 use std::fmt;
 use std::net::SocketAddr;

@@ -1,4 +1,10 @@
-//! The model of one motor with its encoder.
+//! The control of one motor: distances, synchronisation, injected errors.
+//!
+//! With a world, its motors turn as the control [lets them](Motor::allowed) and tell it what they
+//! [have turned](Motor::count). Without one, the motor is an ideal one that does
+//! [exactly](Motor::turn) what it is told.
+
+use std::mem;
 
 use crate::transfer_area::{DUTY_MAX, IZ_MOTOR};
 
@@ -8,13 +14,23 @@ const FULL_SPEED: u64 = 200;
 /// One pulse, in the unit of [`Motor::part`]: duty × pulses per second × µs.
 const PULSE: u64 = DUTY_MAX as u64 * 1_000_000;
 
+/// A motor is let turn as fast as takes it to the end of its distance in this time, in s.
+const APPROACH: f64 = 0.15;
+
+/// But so slowly it always may, in pulses per second.
+const CREEP: f64 = 15.0;
+
+/// A motor that is so many pulses ahead stands still until the other has caught up.
+const MOST_AHEAD: f64 = 4.0;
+
 /// One motor and what it has been told to do.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motor {
     goal: Goal,
     /// Index of the motor whose speed is followed.
     leader: Option<usize>,
-    /// Pulses by which the leader still has to be passed, or let go ahead when negative.
+    /// Pulses by which the leader still has to be passed, or let go ahead when negative. In other
+    /// words, how far this motor is behind.
     lead: i64,
     /// How far the encoder has turned since the last pulse, less than [`PULSE`].
     part: u64,
@@ -38,13 +54,18 @@ impl Motor {
     pub(super) fn begin(&mut self, id: u16, master: i16, distance: u16) {
         let master = usize::try_from(master).unwrap_or(0);
         let injects_error = (IZ_MOTOR + 1..=2 * IZ_MOTOR).contains(&master);
-        *self = Self { part: self.part, finished_id: self.finished_id, ..Self::default() };
+        let before = mem::take(self);
+        self.part = before.part;
+        self.finished_id = before.finished_id;
         if (1..=2 * IZ_MOTOR).contains(&master) {
             self.leader = Some((master - 1) % IZ_MOTOR);
         }
         if injects_error {
+            // What is not made up for yet is not lost.
+            let goes_on = before.leader == self.leader && matches!(before.goal, Goal::Endless);
+            let lead = if goes_on { before.lead } else { 0 };
             // The same 16 bits, signed.
-            self.lead = i64::from(distance as i16);
+            self.lead = lead.saturating_add(i64::from(distance as i16));
         } else if distance > 0 {
             self.goal = Goal::Distance { left: distance, id };
             self.part = 0;
@@ -58,9 +79,51 @@ impl Motor {
         matches!(self.goal, Goal::Distance { .. })
     }
 
+    /// Whether the motor has come to the end of a distance.
+    pub(super) fn has_reached(&self) -> bool {
+        matches!(self.goal, Goal::Reached)
+    }
+
     /// Index of the motor whose speed is followed.
     pub(super) fn leader(&self) -> Option<usize> {
         self.leader
+    }
+
+    /// The part of its power that a motor of a world is let have for its own command, while it
+    /// gives so many pulses per second. 0 brakes it.
+    pub(super) fn allowed(&self, pulse_rate: f64) -> f64 {
+        match self.goal {
+            Goal::Endless => 1.0,
+            Goal::Reached => 0.0,
+            Goal::Distance { left, .. } => {
+                let fastest = (f64::from(left) / APPROACH).max(CREEP);
+                if pulse_rate > fastest {
+                    0.0
+                } else {
+                    1.0
+                }
+            }
+        }
+    }
+
+    /// The part of its power that it is let have so that its leader keeps up.
+    pub(super) fn allowed_to_follow(&self) -> f64 {
+        kept_back(self.lead.saturating_neg())
+    }
+
+    /// The part of its power that its leader is let have so that it keeps up itself.
+    pub(super) fn allowed_to_lead(&self) -> f64 {
+        kept_back(self.lead)
+    }
+
+    /// A motor of a world has turned by so many pulses.
+    pub(super) fn count(&mut self, pulses: u16) {
+        self.finish(u64::from(pulses));
+    }
+
+    /// It has turned by so many pulses of these, its leader by so many.
+    pub(super) fn compare(&mut self, own: u16, leader: u16) {
+        self.lead = self.lead.saturating_add(i64::from(leader) - i64::from(own));
     }
 
     /// Id of the last command that is done.
@@ -108,6 +171,11 @@ impl Motor {
             }
         }
     }
+}
+
+/// The part of its power that a motor has which is so many pulses ahead.
+fn kept_back(ahead: i64) -> f64 {
+    (1.0 - ahead as f64 / MOST_AHEAD).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

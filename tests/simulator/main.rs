@@ -7,8 +7,10 @@ mod endings;
 mod exchange;
 mod faults;
 mod microphone;
+mod motor_control;
 mod oddities;
 mod wire_client;
+mod world;
 
 use std::time::Duration;
 

@@ -1,0 +1,83 @@
+//! What is plugged into one controller, as it moves.
+
+use std::collections::BTreeMap;
+
+use super::motor::Slide;
+use super::plugs::{Input, MotorOutput, Output};
+use super::sensor::{self, Sensor};
+use super::shaft::Shaft;
+use super::Board;
+use crate::simulator::controller::Controller;
+use crate::transfer_area::{DUTY_MAX, IZ_MOTOR};
+
+/// What is plugged into one controller, and where it is.
+#[derive(Clone, Debug, Default)]
+pub(super) struct BoardState {
+    pub(super) inputs: BTreeMap<Input, Sensor>,
+    pub(super) shafts: [Option<Shaft>; IZ_MOTOR],
+    /// The brightness of each lamp, 0.0..=1.0.
+    pub(super) lamps: BTreeMap<Output, f64>,
+}
+
+impl BoardState {
+    pub(super) fn new(board: &Board) -> Self {
+        let shaft = |output| board.motors.get(&output).map(Shaft::new);
+        let mut state = Self {
+            inputs: board.inputs.clone(),
+            shafts: MotorOutput::ALL.map(shaft),
+            lamps: board.lamps.iter().map(|output| (*output, 0.0)).collect(),
+        };
+        state.move_sensors();
+        state
+    }
+
+    /// Everything comes to rest.
+    pub(super) fn halt(&mut self) {
+        self.shafts.iter_mut().flatten().for_each(Shaft::halt);
+        self.lamps.values_mut().for_each(|brightness| *brightness = 0.0);
+    }
+
+    /// Lets the motors turn for one tick as their controller tells them to.
+    pub(super) fn tick(&mut self, controller: &mut Controller) {
+        let rates =
+            self.shafts.each_ref().map(|shaft| shaft.as_ref().map_or(0.0, Shaft::pulse_rate));
+        let powers = controller.powers(rates);
+        let mut pulses = [0; IZ_MOTOR];
+        for ((shaft, power), pulses) in self.shafts.iter_mut().zip(powers).zip(&mut pulses) {
+            *pulses = shaft.as_mut().map_or(0, |shaft| shaft.turn(power));
+        }
+        controller.count(pulses);
+    }
+
+    /// Shows the controller what its inputs see, and the lamps what it gives them.
+    pub(super) fn show(&mut self, controller: &mut Controller) {
+        self.move_sensors();
+        for (output, brightness) in &mut self.lamps {
+            let duty = controller.outputs.duty[output.index()];
+            *brightness = f64::from(duty.clamp(0, DUTY_MAX)) / f64::from(DUTY_MAX);
+        }
+        for input in Input::ALL {
+            let config = controller.config.uni[input.index()];
+            controller.uni[input.index()] = sensor::report(self.inputs.get(&input), config);
+        }
+    }
+
+    /// Puts the sensors that look at slides where these are.
+    fn move_sensors(&mut self) {
+        for shaft in self.shafts.iter().flatten() {
+            let Some(Slide { start_switch, end_switch, seen_by, .. }) = shaft.slide() else {
+                continue;
+            };
+            for (input, at_stop) in [start_switch, end_switch].into_iter().zip(shaft.at_stops()) {
+                let sensor = input.and_then(|input| self.inputs.get_mut(&input));
+                if let Some(pressed) = sensor.and_then(Sensor::pressed_mut) {
+                    *pressed = at_stop;
+                }
+            }
+            let sensor = seen_by.and_then(|seen_by| self.inputs.get_mut(&seen_by.input));
+            if let (Some(Sensor::Ultrasonic { cm }), Some(seen_at)) = (sensor, shaft.seen_at()) {
+                *cm = seen_at;
+            }
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! What can be wrong with a world, though each of its values is of the right kind.
+
+use std::collections::BTreeSet;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
+
+use super::plugs::Input;
+use super::remote::AXIS_MAX;
+use super::sensor::Sensor;
+use super::{Board, Motor, Remote, Script, ScriptEvent, SeenBy, Slide, Travel, World};
+use crate::transfer_area::MAX_EXTENSIONS;
+
+/// How many remotes can be told apart.
+const REMOTES: usize = 4;
+
+/// What is wrong where.
+#[derive(Debug)]
+pub(super) struct Mistake {
+    /// Names and numbers of what leads to the value, from the outside.
+    pub(super) place: Vec<String>,
+    /// What was expected.
+    pub(super) reason: String,
+}
+
+impl Mistake {
+    fn new(reason: impl Into<String>) -> Self {
+        Self { place: Vec::new(), reason: reason.into() }
+    }
+
+    /// The same, seen from further outside.
+    fn within(mut self, name: impl Display) -> Self {
+        self.place.insert(0, name.to_string());
+        self
+    }
+}
+
+type Checked = Result<(), Mistake>;
+
+/// Checks what has a name.
+fn at(name: impl Display, checked: Checked) -> Checked {
+    checked.map_err(|mistake| mistake.within(name))
+}
+
+/// Checks each of several that are numbered.
+fn each<T>(name: &str, values: &[T], check: impl Fn(&T) -> Checked) -> Checked {
+    let numbered = values.iter().enumerate();
+    numbered.into_iter().try_for_each(|(number, value)| at(name, at(number, check(value))))
+}
+
+fn expect(holds: bool, reason: impl FnOnce() -> String) -> Checked {
+    if holds {
+        Ok(())
+    } else {
+        Err(Mistake::new(reason()))
+    }
+}
+
+/// Checks that a number is in a range. NaN is in none.
+fn in_range(name: &str, value: f64, range: RangeInclusive<f64>) -> Checked {
+    let (least, most) = (range.start(), range.end());
+    at(name, expect(range.contains(&value), || format!("expected {least} to {most}, not {value}")))
+}
+
+fn not_negative(name: &str, value: f64) -> Checked {
+    let right = value >= 0.0 && value.is_finite();
+    at(name, expect(right, || format!("expected 0 or more, not {value}")))
+}
+
+fn positive(name: &str, value: f64, most: f64) -> Checked {
+    let right = value > 0.0 && value <= most;
+    at(name, expect(right, || format!("expected more than 0 and at most {most}, not {value}")))
+}
+
+impl World {
+    /// Checks ranges and what belongs together.
+    pub(super) fn find_mistake(&self) -> Checked {
+        at("master", self.master.check())?;
+        let count = self.extensions.len();
+        let reason = || format!("expected at most {MAX_EXTENSIONS} extensions, not {count}");
+        let too_many = at(MAX_EXTENSIONS, expect(count <= MAX_EXTENSIONS, reason));
+        at("extensions", too_many)?;
+        each("extensions", &self.extensions, Board::check)?;
+        at("script", self.script.check())?;
+        at("script", each("events", &self.script.events, |event| self.check_event(event)))?;
+        each("remotes", &self.remotes, check_axes)?;
+        at("remotes", check_settings(&self.remotes))
+    }
+
+    fn check_event(&self, event: &ScriptEvent) -> Checked {
+        let ScriptEvent { at: time, controller, input, .. } = *event;
+        not_negative("at", time)?;
+        let most = self.script.period.unwrap_or(f64::INFINITY);
+        at("at", expect(time < most, || format!("expected less than the period, {most}")))?;
+        let Some(board) = self.board(controller) else {
+            let reason = format!("expected a controller of this world, not {controller}");
+            return Err(Mistake::new(reason).within("controller"));
+        };
+        let sensor = board.inputs.get(&input);
+        let presses = matches!(sensor, Some(Sensor::Switch { .. } | Sensor::Button { .. }));
+        at("input", expect(presses, || format!("expected a button or switch on {input}")))?;
+        let moved = board.moved_inputs().any(|(_, _, moved)| moved == input);
+        at("input", expect(!moved, || format!("{input} is pressed by a slide")))
+    }
+}
+
+impl Script {
+    fn check(&self) -> Checked {
+        let period = self.period.unwrap_or(1.0);
+        let right = period >= 0.001 && period.is_finite();
+        at("period", expect(right, || format!("expected 0.001 or more, not {period}")))
+    }
+}
+
+impl Board {
+    fn check(&self) -> Checked {
+        for (input, sensor) in &self.inputs {
+            at("inputs", at(input, sensor.check()))?;
+        }
+        for (output, motor) in &self.motors {
+            at("motors", at(output, motor.check()))?;
+        }
+        self.check_moved()?;
+        for lamp in &self.lamps {
+            let motor = lamp.motor();
+            let reason = || format!("{lamp} is a socket of the motor on {motor}");
+            at("lamps", at(lamp, expect(!self.motors.contains_key(&motor), reason)))?;
+        }
+        Ok(())
+    }
+
+    /// What slides move: the motor's name, the key, the input.
+    fn moved_inputs(&self) -> impl Iterator<Item = (String, &'static str, Input)> + '_ {
+        self.motors.iter().flat_map(|(output, motor)| {
+            let inputs = motor.slide.as_ref().map(Slide::moved_inputs);
+            let inputs = inputs.into_iter().flatten();
+            inputs.map(move |(key, input)| (output.to_string(), key, input))
+        })
+    }
+
+    /// Checks that what slides move is there, and moved by one only.
+    fn check_moved(&self) -> Checked {
+        let mut moved = BTreeSet::new();
+        for (motor, key, input) in self.moved_inputs() {
+            let (right, expected) = match (key, self.inputs.get(&input)) {
+                (SEEN_BY, sensor) => {
+                    (matches!(sensor, Some(Sensor::Ultrasonic { .. })), "an ultrasonic sensor")
+                }
+                (_, sensor) => (matches!(sensor, Some(Sensor::Switch { .. })), "a switch"),
+            };
+            let checked = expect(right, || format!("expected {expected} on {input}"))
+                .and_then(|()| expect(moved.insert(input), || format!("{input} is used twice")));
+            at("motors", at(motor, at("slide", at(key, checked))))?;
+        }
+        Ok(())
+    }
+}
+
+const START_SWITCH: &str = "start_switch";
+const END_SWITCH: &str = "end_switch";
+const SEEN_BY: &str = "seen_by";
+
+impl Slide {
+    fn moved_inputs(&self) -> impl Iterator<Item = (&'static str, Input)> {
+        let inputs = [
+            (START_SWITCH, self.start_switch),
+            (END_SWITCH, self.end_switch),
+            (SEEN_BY, self.seen_by.map(|seen_by| seen_by.input)),
+        ];
+        inputs.into_iter().filter_map(|(key, input)| Some((key, input?)))
+    }
+
+    fn check(&self) -> Checked {
+        at("travel", self.travel.check())?;
+        in_range("position", self.position, 0.0..=self.travel.length())?;
+        let Some(SeenBy { start_cm, end_cm, .. }) = self.seen_by else { return Ok(()) };
+        let near = not_negative("start_cm", start_cm);
+        at(SEEN_BY, near.and_then(|()| not_negative("end_cm", end_cm)))
+    }
+}
+
+impl Travel {
+    fn check(self) -> Checked {
+        match self {
+            Self::Pulses(pulses) => positive("pulses", pulses, f64::MAX),
+            Self::Mm { length, per_turn } => {
+                let length = positive("length", length, f64::MAX);
+                at("mm", length.and_then(|()| positive("per_turn", per_turn, f64::MAX)))
+            }
+        }
+    }
+}
+
+impl Motor {
+    fn check(&self) -> Checked {
+        positive("top_speed", self.top_speed, 100.0)?;
+        in_range("time_constant", self.time_constant, 0.0..=1.0)?;
+        in_range("load", self.load, 0.0..=1.0)?;
+        if let Some(pulses) = self.pulses_per_turn {
+            positive("pulses_per_turn", pulses, 1000.0)?;
+        }
+        let Some(slide) = &self.slide else { return Ok(()) };
+        let in_pulses = matches!(slide.travel, Travel::Pulses(_));
+        let countable = !in_pulses || self.pulses_per_turn.is_some();
+        let reason = || String::from("a travel in pulses needs pulses_per_turn of the motor");
+        at("slide", at("travel", expect(countable, reason)).and_then(|()| slide.check()))
+    }
+}
+
+impl Sensor {
+    fn check(&self) -> Checked {
+        match *self {
+            Self::Ntc { celsius } => at("ntc", in_range("celsius", celsius, -50.0..=150.0)),
+            Self::PhotoTransistor { light } => {
+                at("photo_transistor", in_range("light", light, 0.0..=1.0))
+            }
+            Self::Ultrasonic { cm } => at("ultrasonic", not_negative("cm", cm)),
+            _ => Ok(()),
+        }
+    }
+}
+
+fn check_axes(remote: &Remote) -> Checked {
+    remote.axes().into_iter().try_for_each(|(axis, value)| {
+        let right = (-AXIS_MAX..=AXIS_MAX).contains(&value);
+        at(axis, expect(right, || format!("expected -{AXIS_MAX} to {AXIS_MAX}, not {value}")))
+    })
+}
+
+fn check_settings(remotes: &[Remote]) -> Checked {
+    for (number, remote) in remotes.iter().enumerate() {
+        let taken = remotes.iter().take(number).any(|other| other.is_set_like(remote));
+        let reason = || {
+            format!("expected another switch setting (dip1, dip2), of which there are {REMOTES}")
+        };
+        at(number, expect(!taken, reason))?;
+    }
+    Ok(())
+}

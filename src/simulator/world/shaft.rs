@@ -1,0 +1,174 @@
+//! A motor that turns.
+
+use super::motor::{Motor, Slide, Travel};
+
+/// One tick of the world in s.
+const TICK: f64 = 0.001;
+
+/// A slide is at its end switch within this part of its travel.
+const SWITCH_ZONE: f64 = 0.01;
+
+/// A motor, how fast it turns and how far it has come.
+#[derive(Clone, Debug)]
+pub(super) struct Shaft {
+    motor: Motor,
+    /// Turns per second, negative backwards.
+    speed: f64,
+    /// Position of the slide, in the unit of its travel.
+    position: f64,
+    /// How far it has turned since its last pulse, as a part of one.
+    part: f64,
+}
+
+impl Shaft {
+    pub(super) fn new(motor: &Motor) -> Self {
+        let position = motor.slide.as_ref().map_or(0.0, |slide| slide.position);
+        Self { motor: motor.clone(), speed: 0.0, position, part: 0.0 }
+    }
+
+    pub(super) fn slide(&self) -> Option<&Slide> {
+        self.motor.slide.as_ref()
+    }
+
+    /// Turns per second, negative backwards.
+    pub(super) fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Pulses per second in either direction.
+    pub(super) fn pulse_rate(&self) -> f64 {
+        self.speed.abs() * self.motor.pulses_per_turn.unwrap_or(0.0)
+    }
+
+    /// Position of the slide, in the unit of its travel.
+    pub(super) fn position(&self) -> f64 {
+        self.position
+    }
+
+    /// Stops at once.
+    pub(super) fn halt(&mut self) {
+        self.speed = 0.0;
+    }
+
+    /// Turns for one tick with this part of full power, −1.0..=1.0; the pulses that gives. Without
+    /// power it brakes, as a motor does whose contacts are connected.
+    pub(super) fn turn(&mut self, power: f64) -> u16 {
+        let Motor { top_speed, time_constant, load, .. } = self.motor;
+        let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
+        self.speed += (goal - self.speed) * TICK / (time_constant + TICK);
+        let turns = self.move_slide(self.speed * TICK);
+        self.count(turns.abs())
+    }
+
+    /// Moves the slide by so many turns of the motor, or as far as it can; the turns that gives.
+    fn move_slide(&mut self, turns: f64) -> f64 {
+        let Some(Slide { travel, .. }) = self.motor.slide else { return turns };
+        let per_turn = match travel {
+            Travel::Pulses(_) => self.motor.pulses_per_turn.unwrap_or(0.0),
+            Travel::Mm { per_turn, .. } => per_turn,
+        };
+        let before = self.position;
+        let asked_for = before + turns * per_turn;
+        self.position = asked_for.clamp(0.0, travel.length());
+        if self.position == asked_for {
+            return turns;
+        }
+        self.speed = 0.0;
+        (self.position - before) / per_turn
+    }
+
+    fn count(&mut self, turns: f64) -> u16 {
+        self.part += turns * self.motor.pulses_per_turn.unwrap_or(0.0);
+        let pulses = self.part.floor();
+        self.part -= pulses;
+        // At most 100 turns per second of 1000 pulses each, which is 100 in a tick.
+        pulses as u16
+    }
+
+    /// Whether the slide is at its start and at its end.
+    pub(super) fn at_stops(&self) -> [bool; 2] {
+        let Some(length) = self.length() else { return [false; 2] };
+        let zone = SWITCH_ZONE * length;
+        [self.position <= zone, self.position >= length - zone]
+    }
+
+    /// How far from the ultrasonic sensor that looks at it the slide is, in cm.
+    pub(super) fn seen_at(&self) -> Option<f64> {
+        let seen_by = self.slide()?.seen_by?;
+        let part = self.position / self.length()?;
+        Some(seen_by.start_cm + part * (seen_by.end_cm - seen_by.start_cm))
+    }
+
+    fn length(&self) -> Option<f64> {
+        self.slide().map(|slide| slide.travel.length())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn turn(shaft: &mut Shaft, power: f64, ticks: u32) -> u32 {
+        (0..ticks).map(|_| u32::from(shaft.turn(power))).sum()
+    }
+
+    #[test]
+    fn the_speed_tends_to_what_the_load_leaves() {
+        for (power, load, speed) in
+            [(1.0, 0.0, 3.0), (0.5, 0.0, 1.5), (1.0, 0.5, 1.5), (-1.0, 0.2, -2.4), (0.3, 0.5, 0.0)]
+        {
+            let mut shaft = Shaft::new(&Motor { load, ..Motor::default() });
+            turn(&mut shaft, power, 1000);
+            assert!((shaft.speed() - speed).abs() < 1e-6, "{power} {load}: {}", shaft.speed());
+        }
+    }
+
+    #[test]
+    fn inertia_takes_its_time() {
+        let mut shaft = Shaft::new(&Motor { time_constant: 0.1, ..Motor::default() });
+        turn(&mut shaft, 1.0, 100);
+        assert!((1.8..2.0).contains(&shaft.speed()), "{}", shaft.speed());
+        turn(&mut shaft, 0.0, 100);
+        assert!((0.6..0.8).contains(&shaft.speed()), "{}", shaft.speed());
+        let mut light = Shaft::new(&Motor { time_constant: 0.0, ..Motor::default() });
+        turn(&mut light, 1.0, 1);
+        assert!((light.speed() - 3.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn pulses_follow_from_turns_in_both_directions() {
+        let motor = Motor { time_constant: 0.0, top_speed: 2.0, ..Motor::with_encoder() };
+        let mut shaft = Shaft::new(&motor);
+        let pulses = turn(&mut shaft, 1.0, 10_000);
+        assert!((1265..=1266).contains(&pulses), "{pulses}");
+        let pulses = turn(&mut shaft, -1.0, 10_000);
+        assert!((1265..=1267).contains(&pulses), "{pulses}");
+        let mut plain = Shaft::new(&Motor::default());
+        assert_eq!(turn(&mut plain, 1.0, 1000), 0);
+    }
+
+    #[test]
+    fn a_slide_in_millimetres_stops_at_its_ends() {
+        let slide = Slide {
+            travel: Travel::Mm { length: 100.0, per_turn: 4.0 },
+            position: 50.0,
+            start_switch: None,
+            end_switch: None,
+            seen_by: Some(super::super::SeenBy {
+                input: super::super::Input::I4,
+                start_cm: 20.0,
+                end_cm: 10.0,
+            }),
+        };
+        let mut shaft = Shaft::new(&Motor { slide: Some(slide), ..Motor::with_encoder() });
+        assert_eq!((shaft.at_stops(), shaft.seen_at()), ([false, false], Some(15.0)));
+        let pulses = turn(&mut shaft, 1.0, 20_000);
+        // 50 mm are 12.5 turns.
+        assert_eq!(pulses, 791);
+        assert_eq!((shaft.position(), shaft.speed(), shaft.seen_at()), (100.0, 0.0, Some(10.0)));
+        assert_eq!(shaft.at_stops(), [false, true]);
+        assert_eq!(turn(&mut shaft, 1.0, 1000), 0);
+        turn(&mut shaft, -1.0, 20_000);
+        assert_eq!((shaft.position(), shaft.at_stops()), (0.0, [true, false]));
+    }
+}

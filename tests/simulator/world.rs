@@ -1,0 +1,216 @@
+//! The world behind the simulated TXT: over a real socket, and stepped without one.
+
+use std::time::Duration;
+
+use ft_transfer_area::simulator::world::{
+    Board, Input, MotorOutput, Output, Remote, Script, ScriptEvent, Sensor, World,
+};
+use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
+use ft_transfer_area::wire::{CommandId, ExchangeData};
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+
+use crate::unpaced;
+use crate::wire_client::{Client, LIMIT};
+
+/// Where the default world's slide is.
+fn slide(machine: &Machine) -> f64 {
+    machine.world().and_then(|world| world.slide(0, MotorOutput::M1)).unwrap()
+}
+
+/// M1 at this duty, negative backwards.
+fn m1(duty: i16) -> ExchangeData {
+    let mut outputs = ExchangeData::default();
+    outputs.duty[usize::from(duty < 0)] = duty.abs();
+    outputs
+}
+
+/// Waits until the condition holds, for a number of exchanges that is more than enough.
+fn wait_until(
+    handler: &mut TransferAreaComHandler,
+    mut condition: impl FnMut(&FishX1Transfer) -> bool,
+) {
+    for _ in 0..10_000 {
+        if condition(&handler.wait_cycle_for(LIMIT).unwrap()[LOCAL_IO]) {
+            return;
+        }
+    }
+    panic!("it did not come about");
+}
+
+#[test]
+fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
+    let txt = unpaced().world(World::default()).start().unwrap();
+    let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+        .port(txt.port())
+        .reaction_window(Duration::ZERO)
+        .build()
+        .unwrap();
+    handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.begin_transfer().unwrap();
+    wait_until(&mut handler, |area| area.input.uni[..5] == [0, 0, 0, 15, 0]);
+
+    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    wait_until(&mut handler, |area| area.input.uni[1] == 1);
+    handler.lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&[0, 0]);
+    assert!(txt.with_machine(|machine| slide(machine)) >= 990.0);
+    assert_eq!(handler.lock()[LOCAL_IO].input.uni[3], 25);
+
+    {
+        let mut areas = handler.lock();
+        let output = &mut areas[LOCAL_IO].output;
+        output.duty[1] = 512;
+        output.distance[0] = 600;
+        output.motor_ex_cmd_id[0] += 1;
+    }
+    wait_until(&mut handler, |area| area.input.motor_ex_reached[0] == 1);
+    let counter = handler.lock()[LOCAL_IO].input.counter[0];
+    assert!((600..=603).contains(&counter), "{counter}");
+    let position = txt.with_machine(|machine| slide(machine));
+    assert!((380.0..=410.0).contains(&position), "{position}");
+    wait_until(&mut handler, |area| area.input.uni[..3] == [0, 0, 0]);
+    handler.end_transfer().unwrap();
+    assert!(txt.with_machine(|machine| machine.oddities().next().is_none()));
+}
+
+#[test]
+fn a_slide_that_is_driven_on_stops_at_its_end() {
+    let mut machine = Machine::with_world(0, World::default()).unwrap();
+    machine.set_outputs(0, m1(512));
+    machine.step(Duration::from_secs(10));
+    let report = machine.report(0).unwrap();
+    assert_eq!((slide(&machine), &report.uni[..3]), (1000.0, &[0, 1, 0][..]));
+    assert!((499..=500).contains(&report.counter[0]), "{report:?}");
+    assert_eq!(machine.world().unwrap().motor_speed(0, MotorOutput::M1), Some(0.0));
+    machine.step(Duration::from_secs(10));
+    assert_eq!(machine.report(0), Some(report));
+
+    machine.set_outputs(0, m1(-512));
+    machine.step(Duration::from_secs(10));
+    assert_eq!((slide(&machine), &machine.controllers[0].uni[..3]), (0.0, &[1, 0, 0][..]));
+    assert!((1499..=1500).contains(&machine.controllers[0].counter[0]));
+}
+
+#[test]
+fn a_distance_beyond_the_end_is_never_done() {
+    let mut machine = Machine::with_world(0, World::default()).unwrap();
+    let outputs =
+        ExchangeData { distance: [501, 0, 0, 0], motor_command_id: [1, 0, 0, 0], ..m1(512) };
+    machine.set_outputs(0, outputs);
+    machine.step(Duration::from_secs(60));
+    assert_eq!(machine.report(0).unwrap().motor_command_id[0], 0);
+}
+
+#[test]
+fn an_input_reports_what_its_mode_makes_of_it() {
+    let mut machine = Machine::with_world(0, World::default()).unwrap();
+    let modes = [
+        InputMode::Voltage,
+        InputMode::Resistance,
+        InputMode::Resistance15k,
+        InputMode::Ultrasonic,
+    ];
+    let reported = modes.map(|mode| {
+        let config = Config { uni: [UniConfig::analog(mode); 8], ..Config::default() };
+        machine.set_config(0, config);
+        machine.step(Duration::from_millis(10));
+        let uni = machine.controllers[0].uni;
+        (uni[2], uni[3], uni[4])
+    });
+    // The button, the ultrasonic sensor, nothing.
+    let over_range = [(0, 0, 0), (5000, 5000, 5000), (15_000, 15_000, 15_000), (4096, 15, 4096)];
+    assert_eq!(reported, over_range);
+}
+
+#[test]
+fn lamps_and_motors_come_to_rest_with_their_client() {
+    let txt = unpaced().world(World::default()).start().unwrap();
+    let mut client = Client::online(&txt);
+    let mut outputs = m1(256);
+    outputs.duty[6] = 128;
+    client.exchange(&outputs);
+    let state = |machine: &Machine| {
+        let world = machine.world().unwrap();
+        (world.lamp(0, Output::O7), world.motor_speed(0, MotorOutput::M1).map(|speed| speed > 0.0))
+    };
+    assert_eq!(txt.with_machine(|machine| state(machine)), (Some(0.25), Some(true)));
+    client.command(CommandId::StopOnline);
+    client.receive(4);
+    assert_eq!(txt.with_machine(|machine| state(machine)), (Some(0.0), Some(false)));
+    assert_eq!(txt.with_machine(|machine| machine.world().unwrap().lamp(0, Output::O1)), None);
+}
+
+#[test]
+fn buttons_follow_their_script_again_and_again() {
+    let event = |at, pressed| ScriptEvent { at, controller: 1, input: Input::I8, pressed };
+    let mut extension = Board::default();
+    extension.inputs.insert(Input::I8, Sensor::BUTTON);
+    let events = vec![event(0.02, false), event(0.01, true)];
+    let world = World {
+        extensions: vec![extension],
+        script: Script { period: Some(0.05), events },
+        ..World::default()
+    };
+    let mut machine = Machine::with_world(1, world).unwrap();
+    let pressed: Vec<i16> = (0..10)
+        .map(|_| {
+            machine.step(Duration::from_millis(10));
+            machine.controllers[1].uni[7]
+        })
+        .collect();
+    assert_eq!(pressed, [0, 1, 0, 0, 0, 0, 1, 0, 0, 0]);
+}
+
+#[test]
+fn a_program_presses_buttons_and_changes_sensors_and_remotes() {
+    let mut machine = Machine::with_world(1, World::default()).unwrap();
+    let world = machine.world_mut().unwrap();
+    assert!(world.press(0, Input::I3, true));
+    assert!(!world.press(0, Input::I4, true), "it is no button");
+    assert!(!world.press(9, Input::I3, true));
+    assert!(world.set_sensor(1, Input::I1, Some(Sensor::Resistor { ohms: 100 })));
+    assert!(world.set_sensor(0, Input::I4, None));
+    assert!(!world.set_sensor(2, Input::I1, None));
+    world.set_remote(Remote { dip1: true, left_x: 100, ..Remote::default() });
+    machine.step(Duration::from_millis(10));
+    assert_eq!(machine.controllers[0].uni[..4], [0, 0, 1, 0]);
+    assert_eq!(machine.controllers[1].uni[0], 1);
+    for controller in &machine.controllers {
+        assert_eq!(controller.ir.map(|remote| remote.left_x), [15, 0, 15, 0, 0]);
+    }
+}
+
+#[test]
+fn a_script_of_the_exchange_has_the_last_word() {
+    let builder = unpaced().world(World::default());
+    let txt = builder.on_exchange(|machine| machine.controllers[0].uni[0] = 77).start().unwrap();
+    assert_eq!(Client::online(&txt).exchange(&m1(0)).uni[..2], [77, 0]);
+}
+
+#[test]
+fn a_world_with_a_mistake_starts_nothing() {
+    let mut world = World::default();
+    world.master.lamps.insert(Output::O1);
+    let error = SimulatedTxt::builder().world(world).start().unwrap_err();
+    assert!(matches!(&error, Error::World { line: 0, reason } if reason.contains("O1")), "{error}");
+}
+
+#[test]
+fn an_extension_that_is_cut_off_comes_to_rest() {
+    let mut world = World::default();
+    world.extensions.push(world.master.clone());
+    let mut machine = Machine::with_world(1, world).unwrap();
+    let mut outputs = m1(512);
+    outputs.duty[6] = 512;
+    machine.set_outputs(1, outputs);
+    machine.step(Duration::from_millis(500));
+    let state = |machine: &Machine| {
+        let world = machine.world().unwrap();
+        (world.lamp(1, Output::O7), world.motor_speed(1, MotorOutput::M1).unwrap() > 1e-3)
+    };
+    assert_eq!(state(&machine), (Some(1.0), true));
+    machine.alive[0] = false;
+    machine.step(Duration::from_millis(500));
+    assert_eq!(state(&machine), (Some(0.0), false));
+    assert_eq!(machine.report(1), None);
+}
