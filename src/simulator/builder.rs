@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use super::camera::{CameraServer, CameraSettings};
-use super::fault::Fault;
+use super::fault::{Fault, Faults};
 use super::machine::Machine;
 use super::server::Server;
 use super::session::{Script, Settings};
@@ -30,6 +30,7 @@ pub struct SimulatedTxtBuilder {
     pace: Duration,
     idle_limit: Duration,
     faults: Vec<Fault>,
+    seed: u64,
     script: Script,
     port: u16,
     camera_port: Option<u16>,
@@ -47,6 +48,7 @@ impl SimulatedTxtBuilder {
             pace: Duration::from_millis(10),
             idle_limit: Duration::from_secs(5),
             faults: Vec::new(),
+            seed: 0,
             script: Box::new(|_| {}),
             port: 0,
             camera_port: None,
@@ -104,6 +106,13 @@ impl SimulatedTxtBuilder {
     /// Orders a fault, in addition to those ordered before.
     pub fn fault(mut self, fault: Fault) -> Self {
         self.faults.push(fault);
+        self
+    }
+
+    /// What all that is random follows from: the times of [jitter](super::FaultKind::Jitter). The
+    /// default is 0.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
         self
     }
 
@@ -184,7 +193,7 @@ impl SimulatedTxtBuilder {
             settings: self.settings(),
             pace: self.pace,
             idle_limit: self.idle_limit,
-            faults: self.faults,
+            faults: Faults::new(self.faults, self.seed),
             script: self.script,
         };
         // When the second can't be spawned, dropping `txt` ends the first.
@@ -233,6 +242,7 @@ impl fmt::Debug for SimulatedTxtBuilder {
             .field("device_name", &self.device_name)
             .field("pace", &self.pace)
             .field("faults", &self.faults)
+            .field("seed", &self.seed)
             .field("camera", &self.camera)
             .finish_non_exhaustive()
     }

@@ -96,9 +96,11 @@ mod camera;
 mod command;
 mod controller;
 mod fault;
+mod fault_text;
 mod machine;
 mod motor;
 mod oddity;
+mod random;
 #[cfg(test)]
 mod replay;
 mod server;
@@ -115,7 +117,8 @@ use std::time::Duration;
 
 pub use builder::SimulatedTxtBuilder;
 pub use controller::Controller;
-pub use fault::{Fault, FaultKind};
+pub use fault::{Fault, FaultKind, FaultPlace};
+pub use fault_text::ParseFaultError;
 pub use machine::Machine;
 
 use shared::Shared;

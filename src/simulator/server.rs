@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
-use super::fault::{Delivery, Fault, FaultKind};
+use super::fault::{Delivery, Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
 use super::session::{Script, Session, Settings};
@@ -27,8 +27,7 @@ pub(super) struct Server {
     pub(super) settings: Settings,
     pub(super) pace: Duration,
     pub(super) idle_limit: Duration,
-    /// Those that have not struck yet.
-    pub(super) faults: Vec<Fault>,
+    pub(super) faults: Faults,
     pub(super) script: Script,
 }
 
@@ -53,17 +52,17 @@ impl Server {
     fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
         stream.set_write_timeout(Some(WRITE_LIMIT))?;
         let session = Session::new(self.settings.clone());
-        let mut connection =
-            Connection { server: self, stream, session, responses: 0, last_exchange: None };
+        let mut connection = Connection {
+            server: self,
+            stream,
+            session,
+            responses: 0,
+            exchanges: 0,
+            last_exchange: None,
+        };
         loop {
             connection.serve_command()?;
         }
-    }
-
-    /// The fault for this response, which then has struck.
-    fn take_fault(&mut self, response: u64) -> Option<FaultKind> {
-        let index = self.faults.iter().position(|fault| fault.response == response)?;
-        Some(self.faults.remove(index).kind)
     }
 }
 
@@ -112,6 +111,8 @@ struct Connection<'a> {
     session: Session,
     /// How many responses there were, sent or not.
     responses: u64,
+    /// How many of them were to exchanges.
+    exchanges: u64,
     /// When the last exchange response left.
     last_exchange: Option<Instant>,
 }
@@ -178,15 +179,15 @@ impl Connection<'_> {
         let mut response = Vec::new();
         shared
             .with_machine(|machine| self.session.answer(command, machine, script, &mut response))?;
-        let fault = self.server.take_fault(self.responses);
+        let Self { responses, exchanges, .. } = *self;
+        let at = Position { responses, exchanges, is_exchange };
+        let (delivery, disturbed) = self.server.faults.deliver(response, at);
         self.responses += 1;
-        if fault.is_some() && is_exchange {
+        self.exchanges += u64::from(is_exchange);
+        if disturbed && is_exchange {
             self.server.shared.with_machine(Machine::doubt_offer);
         }
-        Ok(match fault {
-            Some(kind) => Delivery::disturbed(response, kind),
-            None => Delivery::undisturbed(response),
-        })
+        Ok(delivery)
     }
 
     /// Notices a command that is there before the response has left.

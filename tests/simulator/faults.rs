@@ -14,7 +14,7 @@ const FIRST_EXCHANGE: u64 = 1;
 
 /// A simulated TXT with I1 at 1234 whose first exchange is disturbed.
 fn disturbed(kind: FaultKind) -> SimulatedTxt {
-    let txt = unpaced().fault(Fault { response: FIRST_EXCHANGE, kind }).start().unwrap();
+    let txt = unpaced().fault(Fault::at_response(FIRST_EXCHANGE, kind)).start().unwrap();
     txt.with_machine(|machine| machine.controllers[0].uni[0] = 1234);
     txt
 }
@@ -154,7 +154,7 @@ fn a_connection_closes_after_so_many_bytes() {
 
 #[test]
 fn faults_for_the_same_response_strike_one_connection_each() {
-    let close = Fault { response: 0, kind: FaultKind::Close { after: 0 } };
+    let close = Fault::at_response(0, FaultKind::Close { after: 0 });
     let txt = unpaced().fault(close).fault(close).start().unwrap();
     for _ in 0..2 {
         let mut client = Client::connect(&txt);
