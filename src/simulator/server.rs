@@ -1,7 +1,7 @@
 //! The thread of the main connection and its sockets.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use super::fault::{Delivery, Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
 use super::session::{Script, Session, Settings};
-use super::shared::{is_due_to_waiting, Shared, Stopped};
+use super::shared::{is_due_to_waiting, try_accept, Shared, Stopped};
 use crate::wire::{CmprHeader, CommandId, ID_LEN, MAX_EXTRA_SIZE};
 
 /// How long a client may leave a response unread before it is cut off. The buffers of the
@@ -29,12 +29,14 @@ pub(super) struct Server {
     pub(super) idle_limit: Duration,
     pub(super) faults: Faults,
     pub(super) script: Script,
+    /// Who came while another was online and may yet turn out to come after it.
+    pub(super) next: Option<(TcpStream, SocketAddr)>,
 }
 
 impl Server {
     /// Serves clients until the thread should end.
     pub(super) fn run(mut self) {
-        while let Ok(stream) = self.shared.accept(&self.listener) {
+        while let Ok(stream) = self.next_client() {
             self.shared.with_machine(Machine::client_came);
             let end = self.serve(stream);
             self.shared.with_machine(Machine::client_left);
@@ -46,6 +48,16 @@ impl Server {
                 Err(End::Fault) => log::info!("the connection is closed, as was ordered"),
                 Err(End::Broken(error)) => log::info!("the connection broke: {error}"),
             }
+        }
+    }
+
+    fn next_client(&mut self) -> Result<TcpStream, Stopped> {
+        match self.next.take() {
+            Some((stream, client)) => {
+                log::info!("{client} connects to the main port");
+                Ok(stream)
+            }
+            None => self.shared.accept(&self.listener, "main"),
         }
     }
 
@@ -133,7 +145,38 @@ impl Connection<'_> {
         if is_exchange {
             self.last_exchange = Some(Instant::now());
         }
-        self.deliver(&delivery)
+        self.deliver(&delivery)?;
+        Ok(self.refuse_others()?)
+    }
+
+    /// Turns away who came while this client is online. While it is not, others wait.
+    ///
+    /// A client that has closed this connection may be the one that comes, and its end may lie
+    /// behind commands that are not read yet. So nobody is refused before nothing is left to read.
+    fn refuse_others(&mut self) -> io::Result<()> {
+        if !self.server.shared.look(Machine::online) {
+            return Ok(());
+        }
+        loop {
+            if self.server.next.is_none() {
+                self.server.next = try_accept(&self.server.listener);
+            }
+            if self.server.next.is_none() || !self.is_silent()? {
+                return Ok(());
+            }
+            if let Some((_, client)) = self.server.next.take() {
+                self.server.shared.with_machine(Machine::note_refused);
+                log::warn!("{client} is refused: another client is online");
+            }
+        }
+    }
+
+    /// Whether the client is there and has sent nothing that is not read yet.
+    fn is_silent(&self) -> io::Result<bool> {
+        self.stream.set_nonblocking(true)?;
+        let peeked = self.stream.peek(&mut [0]);
+        self.stream.set_nonblocking(false)?;
+        Ok(peeked.is_err_and(|error| error.kind() == io::ErrorKind::WouldBlock))
     }
 
     fn read_command(&mut self) -> Result<Vec<u8>, End> {
@@ -156,7 +199,7 @@ impl Connection<'_> {
             match self.stream.read(buffer) {
                 Ok(0) => return Err(End::Left),
                 Ok(count) => buffer = &mut buffer[count..],
-                Err(error) if is_due_to_waiting(&error) => {}
+                Err(error) if is_due_to_waiting(&error) => self.refuse_others()?,
                 Err(error) => return Err(error.into()),
             }
             self.server.shared.rest(Duration::ZERO)?;

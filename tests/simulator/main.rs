@@ -6,8 +6,10 @@ mod camera_endings;
 mod endings;
 mod exchange;
 mod faults;
+mod i2c;
 mod microphone;
 mod oddities;
+mod refusal;
 mod wire_client;
 
 use std::time::Duration;
