@@ -1,5 +1,6 @@
 //! The simulated TXT over a real socket, with packets made by hand.
 
+mod bad_input;
 mod camera;
 mod camera_client;
 mod camera_endings;
