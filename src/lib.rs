@@ -59,8 +59,8 @@
 //! # Logging
 //!
 //! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the camera's stream
-//! did. `info`: a transfer began, a transfer or stream ended. The simulated TXT also uses `warn` for what a client does wrong, and `trace` for each
-//! exchange.
+//! did. `info`: a transfer began, a transfer or stream ended. The simulated TXT also uses `warn` for
+//! what a client does wrong, `info` for what else it does, and `trace` for each exchange.
 //!
 //! # Dependencies
 //!

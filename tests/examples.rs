@@ -1,9 +1,12 @@
 //! The examples as a user runs them.
 #![cfg(unix)]
 
+use std::io::{BufRead, BufReader, Write};
 use std::path::PathBuf;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::time::{Duration, Instant};
+
+use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
 
 /// Longer than anything takes on a busy machine; only a test that fails waits so long.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -97,4 +100,124 @@ fn the_camera_sample_saves_20_pictures() {
         assert_eq!(yuv.len(), 320 * 240 * 2);
     }
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// The simulated TXT as a program on free ports, ended when it is dropped.
+struct Program {
+    child: Child,
+    stdin: Option<ChildStdin>,
+    /// Main, camera, I2C.
+    ports: [u16; 3],
+}
+
+impl Program {
+    fn start(options: &[&str]) -> Self {
+        let mut child = example("simulated_txt")
+            .args(["--port", "0"])
+            .args(options)
+            .env("RUST_LOG", "info")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let ports = ["main", "camera", "i2c"].map(|name| {
+            let line = lines.next().unwrap().unwrap();
+            let port = line.strip_prefix(name).and_then(|rest| rest.strip_prefix(" 127.0.0.1:"));
+            port.unwrap_or_else(|| panic!("{line:?} is no {name} port")).parse().unwrap()
+        });
+        let stdin = child.stdin.take();
+        Self { child, stdin, ports }
+    }
+
+    fn type_line(&mut self, line: &str) {
+        writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    fn handler(&self) -> TransferAreaComHandler {
+        let builder = TransferAreaComHandler::builder("127.0.0.1").port(self.ports[0]).areas(2);
+        builder.build().unwrap()
+    }
+
+    /// Ends it as Ctrl-C does; what it said on stderr.
+    fn interrupt(mut self) -> String {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        let mut stderr = String::new();
+        std::io::Read::read_to_string(&mut self.child.stderr.take().unwrap(), &mut stderr).unwrap();
+        let status = self.child.wait().unwrap();
+        assert!(status.success(), "{status}: {stderr}");
+        stderr
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // It has ended already unless a test failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
+    let mut program =
+        Program::start(&["--extensions", "1", "--firmware", "4.1.6", "--name", "Hugo"]);
+    assert_eq!(program.ports[1..], [program.ports[0] + 1, program.ports[0] + 2]);
+    for (line, area, value) in [("I1 1", 0, 1), ("e1.i1 7", 1, 7), ("I1 -3", 0, -3)] {
+        program.type_line(line);
+        let mut handler = program.handler();
+        handler.begin_transfer().unwrap();
+        assert_eq!(handler.device_name().as_deref(), Some("Hugo"));
+        assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 1, 6)));
+        let begin = Instant::now();
+        while handler.wait_cycle().unwrap()[area].input.uni[0] != value {
+            assert!(begin.elapsed() < DEADLINE, "{line} does nothing");
+        }
+        handler.end_transfer().unwrap();
+    }
+    program.type_line("I9 1");
+    // The end of its input does not end it.
+    program.stdin = None;
+    program.handler().begin_transfer().unwrap();
+    let log = program.interrupt();
+    assert!(log.contains("connects to the main port"), "{log}");
+    assert!(log.contains("the client sends StartOnline"), "{log}");
+    assert!(log.contains("there is no \"I9\" to set"), "{log}");
+}
+
+#[test]
+fn the_simulated_txt_commits_the_faults_that_are_ordered() {
+    let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);
+    let mut handler = program.handler();
+    handler.begin_transfer().unwrap_err();
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle().is_ok() {}
+    assert!(matches!(
+        handler.error(),
+        Some(ft_transfer_area::Error::ConnectionClosed { received: 3, .. })
+    ));
+    program.interrupt();
+}
+
+#[test]
+fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
+    for (options, status, part) in [
+        (&["--fault", "fire@exchange:1"][..], 2, "there is no fault \"fire\""),
+        (&["--firmware", "4.x"], 2, "a version such as 4.6.6"),
+        (&["--prot", "1"], 2, "--prot"),
+        (&["--port"], 2, "--port"),
+        (&["somewhere"], 2, "somewhere"),
+        (&["--extensions", "9"], 1, "8 extensions"),
+    ] {
+        let output = example("simulated_txt").args(options).output().unwrap();
+        assert_eq!(output.status.code(), Some(status), "{options:?}");
+        let message = text(&output.stderr);
+        assert_eq!(message.lines().count(), 1, "{options:?}: {message}");
+        assert!(message.contains(part), "{options:?}: {message}");
+    }
+    let output = example("simulated_txt").arg("--help").output().unwrap();
+    assert!(output.status.success());
+    assert!(text(&output.stdout).contains("--no-huffman-tables"));
 }

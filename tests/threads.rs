@@ -11,7 +11,7 @@ fn no_thread_is_left_after_an_end_or_a_failure() {
     let before = thread_names();
     // Four connections fail in the handshake, four in an exchange.
     let txt = (0..8).fold(SimulatedTxt::builder().pace(Duration::ZERO), |txt, number| {
-        txt.fault(Fault { response: number / 4 * 5, kind: FaultKind::WrongId })
+        txt.fault(Fault::at_response(number / 4 * 5, FaultKind::WrongId))
     });
     let txt = txt.start().unwrap();
     let mut failures = 0;

@@ -2,14 +2,15 @@
 
 use std::fmt;
 use std::io;
-use std::net::{Ipv4Addr, TcpListener};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use super::camera::{CameraServer, CameraSettings};
-use super::fault::Fault;
+use super::fault::{Fault, Faults};
+use super::i2c::I2cServer;
 use super::machine::Machine;
+use super::ports::Ports;
 use super::server::Server;
 use super::session::{Script, Settings};
 use super::shared::Shared;
@@ -31,9 +32,11 @@ pub struct SimulatedTxtBuilder {
     pace: Duration,
     idle_limit: Duration,
     faults: Vec<Fault>,
+    seed: u64,
     script: Script,
     port: u16,
     camera_port: Option<u16>,
+    i2c_port: Option<u16>,
     camera: CameraSettings,
     world: Option<World>,
 }
@@ -49,9 +52,11 @@ impl SimulatedTxtBuilder {
             pace: Duration::from_millis(10),
             idle_limit: Duration::from_secs(5),
             faults: Vec::new(),
+            seed: 0,
             script: Box::new(|_| {}),
             port: 0,
             camera_port: None,
+            i2c_port: None,
             camera: CameraSettings {
                 start_up: Duration::from_millis(1500),
                 tables: true,
@@ -110,6 +115,13 @@ impl SimulatedTxtBuilder {
         self
     }
 
+    /// What all that is random follows from: the times of [jitter](super::FaultKind::Jitter). The
+    /// default is 0.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
     /// Sets a script, in place of an earlier one.
     ///
     /// It is called for each exchange, after the machine has taken over the outputs and moved on
@@ -122,15 +134,25 @@ impl SimulatedTxtBuilder {
     }
 
     /// The port of the main connection, 0 for one that is free. The default is 0.
+    ///
+    /// Other clients count the ports of the camera and of I2C from this one. So with 0, too, these
+    /// are the next two, unless they are set.
     pub fn port(mut self, port: u16) -> Self {
         self.port = port;
         self
     }
 
-    /// The port of the camera connection, 0 for one that is free. The default is the one behind
-    /// [`port`](Self::port), or one that is free when no such port was given.
+    /// The port of the camera connection, 0 for any that is free. The default is the one behind
+    /// the main [`port`](Self::port).
     pub fn camera_port(mut self, port: u16) -> Self {
         self.camera_port = Some(port);
+        self
+    }
+
+    /// The port of the I2C connection, 0 for any that is free. The default is the second behind
+    /// the main [`port`](Self::port).
+    pub fn i2c_port(mut self, port: u16) -> Self {
+        self.i2c_port = Some(port);
         self
     }
 
@@ -161,7 +183,7 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// Starts to listen on 127.0.0.1, on both ports. Does not block.
+    /// Starts to listen on 127.0.0.1, on all three ports. Does not block.
     ///
     /// # Errors
     ///
@@ -180,11 +202,12 @@ impl SimulatedTxtBuilder {
     }
 
     fn listen(self, machine: Machine) -> io::Result<SimulatedTxt> {
-        let listener = listen_on(self.port)?;
-        let camera_listener = listen_on(self.camera_port_to_use())?;
+        let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
+        let [listener, camera_listener, i2c_listener] = ports.listen()?;
         let mut txt = SimulatedTxt {
             address: listener.local_addr()?,
             camera_port: camera_listener.local_addr()?.port(),
+            i2c_port: i2c_listener.local_addr()?.port(),
             shared: Arc::new(Shared::new(machine)),
             threads: Vec::new(),
         };
@@ -193,24 +216,26 @@ impl SimulatedTxtBuilder {
             shared: Arc::clone(&txt.shared),
             settings: self.camera,
         };
+        let i2c = I2cServer {
+            listener: i2c_listener,
+            shared: Arc::clone(&txt.shared),
+            idle_limit: self.idle_limit,
+        };
         let server = Server {
             listener,
             shared: Arc::clone(&txt.shared),
             settings: self.settings(),
             pace: self.pace,
             idle_limit: self.idle_limit,
-            faults: self.faults,
+            faults: Faults::new(self.faults, self.seed),
             script: self.script,
+            next: None,
         };
-        // When the second can't be spawned, dropping `txt` ends the first.
+        // When the next one can't be spawned, dropping `txt` ends those before.
         txt.threads.push(spawn("simulated-txt", move || server.run())?);
         txt.threads.push(spawn("simulated-camera", move || camera.run())?);
+        txt.threads.push(spawn("simulated-i2c", move || i2c.run())?);
         Ok(txt)
-    }
-
-    fn camera_port_to_use(&self) -> u16 {
-        let behind = if self.port == 0 { None } else { self.port.checked_add(1) };
-        self.camera_port.or(behind).unwrap_or(0)
     }
 
     fn settings(&self) -> Settings {
@@ -227,14 +252,6 @@ impl SimulatedTxtBuilder {
     }
 }
 
-fn listen_on(port: u16) -> io::Result<TcpListener> {
-    let in_context =
-        |error: io::Error| io::Error::new(error.kind(), format!("port {port}: {error}"));
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(in_context)?;
-    listener.set_nonblocking(true)?;
-    Ok(listener)
-}
-
 fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> io::Result<JoinHandle<()>> {
     thread::Builder::new().name(String::from(name)).spawn(run)
 }
@@ -248,6 +265,7 @@ impl fmt::Debug for SimulatedTxtBuilder {
             .field("device_name", &self.device_name)
             .field("pace", &self.pace)
             .field("faults", &self.faults)
+            .field("seed", &self.seed)
             .field("camera", &self.camera)
             .field("world", &self.world)
             .finish_non_exhaustive()
@@ -257,16 +275,6 @@ impl fmt::Debug for SimulatedTxtBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_camera_has_the_port_behind_the_main_one_or_its_own() {
-        let builder = SimulatedTxtBuilder::new;
-        assert_eq!(builder().camera_port_to_use(), 0);
-        assert_eq!(builder().port(65_000).camera_port_to_use(), 65_001);
-        assert_eq!(builder().port(u16::MAX).camera_port_to_use(), 0);
-        assert_eq!(builder().port(65_000).camera_port(0).camera_port_to_use(), 0);
-        assert_eq!(builder().camera_port(7).camera_port_to_use(), 7);
-    }
 
     #[test]
     fn the_microphone_is_as_the_firmware_promises_or_as_asked_for() {

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use byteorder::{ByteOrder, LittleEndian};
 
+use super::random::Random;
 use crate::wire::{CmprHeader, ResponseId, ID_LEN};
 
 /// Where the fields that faults disturb lie in a compressed exchange's response.
@@ -12,6 +13,7 @@ mod field {
 
     pub(super) const EXTRA_SIZE: Range<usize> = 4..8;
     pub(super) const CRC: Range<usize> = 8..12;
+    pub(super) const MASK: Range<usize> = 12..14;
 }
 
 /// The most bytes that [`FaultKind::Surplus`] sends.
@@ -22,25 +24,88 @@ const SURPLUS_BYTE: u8 = 0xA5;
 
 /// A fault that the simulated TXT commits on order.
 ///
-/// Each strikes once in the simulator's life. Of several for the same response the first strikes
-/// on the first connection that gets so far, the second on the next, and so on.
+/// Each strikes once in the simulator's life, except those for [each
+/// exchange](FaultPlace::EachExchange). Of several for the same response the first strikes on the
+/// first connection that gets so far, the second on the next, and so on.
+///
+/// A fault can be written as text, `WHAT@WHERE`, which is how the program `simulated_txt` takes
+/// it:
+///
+/// ```
+/// use ft_transfer_area::simulator::{Fault, FaultKind};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let fault: Fault = "close:5@response:3".parse()?;
+/// assert_eq!(fault, Fault::at_response(3, FaultKind::Close { after: 5 }));
+/// # Ok(())
+/// # }
+/// ```
+///
+/// | what | kind | | where | place |
+/// |---|---|---|---|---|
+/// | `delay:MS` | [`Delay`](FaultKind::Delay) | | `response:N` | [`Response`](FaultPlace::Response) |
+/// | `jitter:MS` | [`Jitter`](FaultKind::Jitter) | | `exchange:N` | [`Exchange`](FaultPlace::Exchange) |
+/// | `silence` | [`Silence`](FaultKind::Silence) | | `exchange:each` | [`EachExchange`](FaultPlace::EachExchange) |
+/// | `dribble` | [`Dribble`](FaultKind::Dribble) | | | |
+/// | `id` | [`WrongId`](FaultKind::WrongId) | | | |
+/// | `crc` | [`WrongCrc`](FaultKind::WrongCrc) | | | |
+/// | `size:BYTES` | [`ExtraSize`](FaultKind::ExtraSize) | | | |
+/// | `mask:BITS` | [`Mask`](FaultKind::Mask) | | | |
+/// | `cut` | [`CutData`](FaultKind::CutData) | | | |
+/// | `surplus:BYTES` | [`Surplus`](FaultKind::Surplus) | | | |
+/// | `close:BYTES` | [`Close`](FaultKind::Close) | | | |
+///
+/// Numbers are decimal, or hexadecimal with `0x` before them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fault {
-    /// Which response of a connection is disturbed, counted from 0, usually QueryStatus's.
-    pub response: u64,
+    /// Which response is disturbed.
+    pub place: FaultPlace,
     /// What happens to it.
     pub kind: FaultKind,
 }
 
+impl Fault {
+    /// A fault of the response with this number on a connection, from 0.
+    pub const fn at_response(response: u64, kind: FaultKind) -> Self {
+        Self { place: FaultPlace::Response(response), kind }
+    }
+
+    /// A fault of the exchange with this number on a connection, from 0.
+    pub const fn at_exchange(exchange: u64, kind: FaultKind) -> Self {
+        Self { place: FaultPlace::Exchange(exchange), kind }
+    }
+
+    /// A fault of every exchange.
+    pub const fn at_each_exchange(kind: FaultKind) -> Self {
+        Self { place: FaultPlace::EachExchange, kind }
+    }
+}
+
+/// Which response of a connection a fault disturbs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FaultPlace {
+    /// The response with this number, from 0, which usually is QueryStatus's.
+    Response(u64),
+    /// The response to the exchange with this number, simple or compressed, from 0.
+    Exchange(u64),
+    /// The response to every exchange, where no other fault strikes.
+    EachExchange,
+}
+
 /// What happens to a response.
 ///
-/// [`WrongCrc`](Self::WrongCrc), [`ExtraSize`](Self::ExtraSize) and [`CutData`](Self::CutData)
-/// disturb a compressed exchange; any other response they leave as it is.
+/// [`WrongCrc`](Self::WrongCrc), [`ExtraSize`](Self::ExtraSize), [`Mask`](Self::Mask) and
+/// [`CutData`](Self::CutData) disturb a compressed exchange; any other response they leave as it
+/// is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultKind {
     /// It leaves so much later than it should.
     Delay(Duration),
+    /// It leaves later by a random time, at most so much. The same
+    /// [seed](super::SimulatedTxtBuilder::seed) gives the same times.
+    Jitter(Duration),
     /// It is not sent; the connection stays open and the next command is answered.
     Silence,
     /// Each byte is sent on its own.
@@ -51,6 +116,8 @@ pub enum FaultKind {
     WrongCrc,
     /// It announces so many bytes of compressed data, whatever follows.
     ExtraSize(u32),
+    /// It announces these active extensions, whatever follows.
+    Mask(u16),
     /// Only the first half of the compressed data, rounded down, is announced and sent; the
     /// checksum stays as it was.
     CutData,
@@ -61,6 +128,53 @@ pub enum FaultKind {
         /// How many bytes are sent before: 0 none, the response's length or more all of it.
         after: usize,
     },
+}
+
+/// The ordered faults that may still strike.
+#[derive(Debug)]
+pub(super) struct Faults {
+    ordered: Vec<Fault>,
+    random: Random,
+}
+
+/// Where a connection is: how many responses and exchanges there were before this response.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Position {
+    pub(super) responses: u64,
+    pub(super) exchanges: u64,
+    /// Whether this response is one to an exchange.
+    pub(super) is_exchange: bool,
+}
+
+impl Faults {
+    pub(super) fn new(ordered: Vec<Fault>, seed: u64) -> Self {
+        Self { ordered, random: Random::new(seed) }
+    }
+
+    /// How the response at this place leaves, and whether a fault struck.
+    pub(super) fn deliver(&mut self, response: Vec<u8>, at: Position) -> (Delivery, bool) {
+        match self.take(at) {
+            Some(kind) => {
+                log::info!("a response is disturbed, as was ordered: {kind:?}");
+                (Delivery::disturbed(response, kind, &mut self.random), true)
+            }
+            None => (Delivery::undisturbed(response), false),
+        }
+    }
+
+    /// The fault for this response, which then has struck.
+    fn take(&mut self, at: Position) -> Option<FaultKind> {
+        let strikes = |fault: &Fault| match fault.place {
+            FaultPlace::Response(number) => number == at.responses,
+            FaultPlace::Exchange(number) => at.is_exchange && number == at.exchanges,
+            FaultPlace::EachExchange => false,
+        };
+        if let Some(index) = self.ordered.iter().position(strikes) {
+            return Some(self.ordered.remove(index).kind);
+        }
+        let each = |fault: &&Fault| at.is_exchange && fault.place == FaultPlace::EachExchange;
+        self.ordered.iter().find(each).map(|fault| fault.kind)
+    }
 }
 
 /// How a response leaves.
@@ -83,8 +197,11 @@ impl Delivery {
     }
 
     /// A response that this fault disturbs.
-    pub(super) fn disturbed(mut bytes: Vec<u8>, kind: FaultKind) -> Self {
+    pub(super) fn disturbed(mut bytes: Vec<u8>, kind: FaultKind, random: &mut Random) -> Self {
         match kind {
+            FaultKind::Jitter(limit) => {
+                return Self { delay: random.up_to(limit), bytes, ..Self::default() };
+            }
             FaultKind::Delay(delay) => return Self { delay, bytes, ..Self::default() },
             FaultKind::Dribble => return Self { dribble: true, bytes, ..Self::default() },
             FaultKind::Close { after } => {
@@ -105,6 +222,7 @@ impl Delivery {
             FaultKind::ExtraSize(size) => {
                 LittleEndian::write_u32(&mut bytes[field::EXTRA_SIZE], size);
             }
+            FaultKind::Mask(mask) => LittleEndian::write_u16(&mut bytes[field::MASK], mask),
             FaultKind::CutData => cut_data(&mut bytes),
         }
         Self::undisturbed(bytes)
@@ -140,7 +258,7 @@ mod tests {
     }
 
     fn disturbed(kind: FaultKind) -> Delivery {
-        Delivery::disturbed(response(), kind)
+        Delivery::disturbed(response(), kind, &mut Random::new(0))
     }
 
     fn header(delivery: &Delivery) -> CmprHeader {
@@ -182,11 +300,52 @@ mod tests {
     }
 
     #[test]
+    fn a_wrong_mask_leaves_the_rest_alone() {
+        let delivery = disturbed(FaultKind::Mask(0xFF00));
+        assert_eq!(header(&delivery), CmprHeader { active_extensions: 0xFF00, ..HEADER });
+        assert_eq!(delivery.bytes[14..], response()[14..]);
+    }
+
+    #[test]
+    fn jitter_is_the_seeds() {
+        let limit = Duration::from_millis(20);
+        let delays = |seed| {
+            let jitter = Fault::at_each_exchange(FaultKind::Jitter(limit));
+            let mut faults = Faults::new(vec![jitter], seed);
+            let at = Position { is_exchange: true, ..Position::default() };
+            [(); 50].map(|()| faults.deliver(response(), at).0.delay)
+        };
+        assert_eq!(delays(1), delays(1));
+        assert_ne!(delays(1), delays(2));
+        assert!(delays(1).iter().all(|delay| *delay <= limit));
+        assert!(delays(1).iter().any(|delay| *delay > limit / 2));
+    }
+
+    #[test]
+    fn a_fault_strikes_at_its_place_and_once() {
+        let ordered = vec![
+            Fault::at_each_exchange(FaultKind::Dribble),
+            Fault::at_response(2, FaultKind::WrongId),
+            Fault::at_exchange(1, FaultKind::WrongCrc),
+        ];
+        let mut faults = Faults::new(ordered, 0);
+        let mut take = |responses, exchanges, is_exchange| {
+            faults.take(Position { responses, exchanges, is_exchange })
+        };
+        assert_eq!(take(1, 1, false), None);
+        assert_eq!(take(2, 0, true), Some(FaultKind::WrongId));
+        assert_eq!(take(2, 0, true), Some(FaultKind::Dribble));
+        assert_eq!(take(3, 1, true), Some(FaultKind::WrongCrc));
+        assert_eq!(take(3, 1, true), Some(FaultKind::Dribble));
+    }
+
+    #[test]
     fn cut_data_is_announced_as_it_is_sent() {
         let delivery = disturbed(FaultKind::CutData);
         assert_eq!(header(&delivery), CmprHeader { extra_size: 2, ..HEADER });
         assert_eq!(delivery.bytes[16..], [1, 2]);
-        let delivery = Delivery::disturbed(response()[..17].to_vec(), FaultKind::CutData);
+        let delivery =
+            Delivery::disturbed(response()[..17].to_vec(), FaultKind::CutData, &mut Random::new(0));
         assert_eq!(header(&delivery), CmprHeader { extra_size: 0, ..HEADER });
         assert_eq!(delivery.bytes.len(), CmprHeader::LEN);
     }
@@ -213,8 +372,10 @@ mod tests {
     fn faults_of_compression_leave_other_responses_alone() {
         let mut response = Vec::new();
         ResponseId::StartOnline.emit(&mut response);
-        for kind in [FaultKind::WrongCrc, FaultKind::ExtraSize(9), FaultKind::CutData] {
-            let delivery = Delivery::disturbed(response.clone(), kind);
+        let kinds =
+            [FaultKind::WrongCrc, FaultKind::ExtraSize(9), FaultKind::Mask(9), FaultKind::CutData];
+        for kind in kinds {
+            let delivery = Delivery::disturbed(response.clone(), kind, &mut Random::new(0));
             assert_eq!(delivery, Delivery::undisturbed(response.clone()));
         }
     }

@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use super::camera::{Camera, CameraRun};
 use super::controller::Controller;
+use super::i2c::{I2cBus, I2C_REGISTERS};
+use super::journal;
 use super::oddity::{Oddities, Oddity};
 use super::world::{World, WorldState};
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
@@ -33,12 +35,14 @@ pub struct Machine {
     pub alive: [bool; MAX_EXTENSIONS],
     exchanges: u64,
     connections: u64,
+    refused: u64,
     connected: bool,
     online: bool,
     commands: VecDeque<CommandId>,
     oddities: Oddities,
     camera: Camera,
     world: Option<WorldState>,
+    i2c: I2cBus,
 }
 
 impl Machine {
@@ -53,12 +57,14 @@ impl Machine {
             alive,
             exchanges: 0,
             connections: 0,
+            refused: 0,
             connected: false,
             online: false,
             commands: VecDeque::new(),
             oddities: Oddities::default(),
             camera: Camera::default(),
             world: None,
+            i2c: I2cBus::default(),
         }
     }
 
@@ -121,9 +127,15 @@ impl Machine {
         self.exchanges
     }
 
-    /// How many main connections have been accepted since the start.
+    /// How many main connections have been accepted since the start, without those refused.
     pub fn connections(&self) -> u64 {
         self.connections
+    }
+
+    /// How many main connections have been refused since the start, because another client was
+    /// online.
+    pub fn refused(&self) -> u64 {
+        self.refused
     }
 
     /// Whether a client is connected at present.
@@ -173,6 +185,27 @@ impl Machine {
         self.camera.acknowledges
     }
 
+    /// The registers of the I2C device with this address, of which the lowest 7 bits count. One
+    /// that is not there is plugged in, with all registers 0.
+    pub fn i2c_device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
+        self.i2c.device(address)
+    }
+
+    /// Unplugs the I2C device with this address; whether there was one.
+    pub fn remove_i2c_device(&mut self, address: u8) -> bool {
+        self.i2c.remove(address)
+    }
+
+    /// The addresses of the I2C devices that are plugged in, in ascending order.
+    pub fn i2c_addresses(&self) -> impl Iterator<Item = u8> + '_ {
+        self.i2c.addresses()
+    }
+
+    /// The I2C bus, as its port uses it.
+    pub(super) fn i2c(&mut self) -> &mut I2cBus {
+        &mut self.i2c
+    }
+
     /// Remembers a command that came in.
     pub(super) fn note_command(&mut self, command: CommandId) {
         if matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
@@ -213,6 +246,11 @@ impl Machine {
     pub(super) fn client_came(&mut self) {
         self.connections += 1;
         self.connected = true;
+    }
+
+    /// Another client was turned away.
+    pub(super) fn note_refused(&mut self) {
+        self.refused += 1;
     }
 
     /// The client is gone, whether it said StopOnline or not.
@@ -281,6 +319,9 @@ impl Machine {
     pub(super) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
         let config = self.controllers.get(index).map(|controller| &controller.config);
         self.oddities.check_outputs(index, &outputs, config);
+        if self.reaches(index) {
+            journal::tell(index, &self.controllers[index].outputs, &outputs);
+        }
         self.set_outputs(index, outputs);
     }
 

@@ -5,8 +5,8 @@
 //! camera's start and stop. It serves one client after another. Behind it stands a small
 //! [`Machine`]: motors turn their duty into counter pulses, finish distances and follow each other,
 //! counters are reset, sounds take their time. A program sets its inputs and looks at its outputs,
-//! or plugs in a [`world`] of sensors and motors, and orders [faults](Fault) to see what a client makes of them. A second connection has the
-//! frames of a camera.
+//! or plugs in a [`world`] of sensors and motors, and orders [faults](Fault) to see what a client
+//! makes of them. A second connection has the frames of a camera, a third one leads to I2C devices.
 //!
 //! ```
 //! use std::io::{Read, Write};
@@ -52,6 +52,8 @@
 //!   taken over whichever other id it has.
 //! * Whoever sends garbage, a wrong checksum, or an exchange or a camera command before StartOnline
 //!   is disconnected.
+//! * While a client is online, another one is accepted and closed at once. While one is connected
+//!   and not online, others wait for it to leave, to be idle for too long, or to go online.
 //! * Whoever does what can be understood, but what a correct client does not do, is answered, and
 //!   the machine's [oddities](Machine::oddities) tell of it.
 //!
@@ -59,12 +61,30 @@
 //! the configuration ids and the ids of finished commands that are echoed, and that a motor command
 //! with an injected error is never done. A program should not rely on it.
 //!
+//! # I2C
+//!
+//! The devices on the [I2C port](SimulatedTxt::i2c_port) are plugged in by
+//! [`Machine::i2c_device`]; each has 256 registers of one byte. A request is understood as
+//! ftrobopy makes it, in big-endian order: id 0xB9DB3B39 (u32), a command byte that is not looked
+//! at, the device's address (u32), how many bytes to write (u32) and to read (u16), a byte 0, and
+//! the bytes to write. The first of these is the number of a register, the others go into that
+//! register and those behind it, and reading begins behind the last of them. After register 255
+//! comes register 0. The response is the id 0x87FD0D90, 8 bytes 0 and the bytes read.
+//!
+//! Nothing but ftrobopy's use is known of this port, so the rest is made up: a device that is not
+//! there is answered by the id 0 and 8 bytes 0 alone, which no client takes for success; another id
+//! than that of a request, an address of more than 7 bits or more than 257 bytes to write end the
+//! connection. One client is served at a time, online or not, and closed when it has been idle for
+//! the [idle limit](SimulatedTxtBuilder::idle_limit); others wait.
+//!
 //! # The camera
 //!
 //! StartCameraOnline is answered at once, and the camera serves on its [own
 //! port](SimulatedTxt::camera_port) when its [start-up
-//! time](SimulatedTxtBuilder::camera_start_up) has passed. Before that, and while the camera is
-//! off, a connection is accepted and closed at once; the real controller refuses it.
+//! time](SimulatedTxtBuilder::camera_start_up) has passed. The real controller refuses a connection
+//! before that, and while the camera is off. The simulated one holds its port all the time, so it
+//! accepts and lets an early client wait for its frames, which a client that takes a connection
+//! for a camera that serves needs; while the camera is off it closes the connection at once.
 //! StopCameraOnline, a new StartCameraOnline, StartOnline, StopOnline and the loss of the main
 //! client end a camera connection, wherever in a frame it is. One client is served at a time;
 //! others wait.
@@ -98,9 +118,14 @@ mod camera;
 mod command;
 mod controller;
 mod fault;
+mod fault_text;
+mod i2c;
+mod journal;
 mod machine;
 mod motor;
 mod oddity;
+mod ports;
+mod random;
 #[cfg(test)]
 mod replay;
 mod server;
@@ -118,7 +143,9 @@ use std::time::Duration;
 
 pub use builder::SimulatedTxtBuilder;
 pub use controller::Controller;
-pub use fault::{Fault, FaultKind};
+pub use fault::{Fault, FaultKind, FaultPlace};
+pub use fault_text::ParseFaultError;
+pub use i2c::I2C_REGISTERS;
 pub use machine::Machine;
 
 use shared::Shared;
@@ -131,6 +158,7 @@ use shared::Shared;
 pub struct SimulatedTxt {
     address: SocketAddr,
     camera_port: u16,
+    i2c_port: u16,
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -154,6 +182,11 @@ impl SimulatedTxt {
     /// The port of the camera connection, on 127.0.0.1 too.
     pub fn camera_port(&self) -> u16 {
         self.camera_port
+    }
+
+    /// The port of the I2C connection, on 127.0.0.1 too.
+    pub fn i2c_port(&self) -> u16 {
+        self.i2c_port
     }
 
     /// Looks at or changes the simulated machine between two exchanges.
@@ -189,6 +222,7 @@ impl fmt::Debug for SimulatedTxt {
         f.debug_struct("SimulatedTxt")
             .field("address", &self.address)
             .field("camera_port", &self.camera_port)
+            .field("i2c_port", &self.i2c_port)
             .finish_non_exhaustive()
     }
 }

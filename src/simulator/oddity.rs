@@ -57,7 +57,7 @@ impl fmt::Display for Oddity {
 }
 
 /// What a controller is called in a sentence.
-struct Name(usize);
+pub(super) struct Name(pub(super) usize);
 
 impl fmt::Display for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

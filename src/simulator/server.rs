@@ -1,16 +1,16 @@
 //! The thread of the main connection and its sockets.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
-use super::fault::{Delivery, Fault, FaultKind};
+use super::fault::{Delivery, Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
 use super::session::{Script, Session, Settings};
-use super::shared::{is_due_to_waiting, Shared, Stopped};
+use super::shared::{is_due_to_waiting, try_accept, Shared, Stopped};
 use crate::wire::{CmprHeader, CommandId, ID_LEN, MAX_EXTRA_SIZE};
 
 /// How long a client may leave a response unread before it is cut off. The buffers of the
@@ -27,15 +27,16 @@ pub(super) struct Server {
     pub(super) settings: Settings,
     pub(super) pace: Duration,
     pub(super) idle_limit: Duration,
-    /// Those that have not struck yet.
-    pub(super) faults: Vec<Fault>,
+    pub(super) faults: Faults,
     pub(super) script: Script,
+    /// Who came while another was online and may yet turn out to come after it.
+    pub(super) next: Option<(TcpStream, SocketAddr)>,
 }
 
 impl Server {
     /// Serves clients until the thread should end.
     pub(super) fn run(mut self) {
-        while let Ok(stream) = self.shared.accept(&self.listener) {
+        while let Ok(stream) = self.next_client() {
             self.shared.with_machine(Machine::client_came);
             let end = self.serve(stream);
             self.shared.with_machine(Machine::client_left);
@@ -50,20 +51,30 @@ impl Server {
         }
     }
 
-    fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
-        stream.set_write_timeout(Some(WRITE_LIMIT))?;
-        let session = Session::new(self.settings.clone());
-        let mut connection =
-            Connection { server: self, stream, session, responses: 0, last_exchange: None };
-        loop {
-            connection.serve_command()?;
+    fn next_client(&mut self) -> Result<TcpStream, Stopped> {
+        match self.next.take() {
+            Some((stream, client)) => {
+                log::info!("{client} connects to the main port");
+                Ok(stream)
+            }
+            None => self.shared.accept(&self.listener, "main"),
         }
     }
 
-    /// The fault for this response, which then has struck.
-    fn take_fault(&mut self, response: u64) -> Option<FaultKind> {
-        let index = self.faults.iter().position(|fault| fault.response == response)?;
-        Some(self.faults.remove(index).kind)
+    fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
+        stream.set_write_timeout(Some(WRITE_LIMIT))?;
+        let session = Session::new(self.settings.clone());
+        let mut connection = Connection {
+            server: self,
+            stream,
+            session,
+            responses: 0,
+            exchanges: 0,
+            last_exchange: None,
+        };
+        loop {
+            connection.serve_command()?;
+        }
     }
 }
 
@@ -112,6 +123,8 @@ struct Connection<'a> {
     session: Session,
     /// How many responses there were, sent or not.
     responses: u64,
+    /// How many of them were to exchanges.
+    exchanges: u64,
     /// When the last exchange response left.
     last_exchange: Option<Instant>,
 }
@@ -132,7 +145,38 @@ impl Connection<'_> {
         if is_exchange {
             self.last_exchange = Some(Instant::now());
         }
-        self.deliver(&delivery)
+        self.deliver(&delivery)?;
+        Ok(self.refuse_others()?)
+    }
+
+    /// Turns away who came while this client is online. While it is not, others wait.
+    ///
+    /// A client that has closed this connection may be the one that comes, and its end may lie
+    /// behind commands that are not read yet. So nobody is refused before nothing is left to read.
+    fn refuse_others(&mut self) -> io::Result<()> {
+        if !self.server.shared.look(Machine::online) {
+            return Ok(());
+        }
+        loop {
+            if self.server.next.is_none() {
+                self.server.next = try_accept(&self.server.listener);
+            }
+            if self.server.next.is_none() || !self.is_silent()? {
+                return Ok(());
+            }
+            if let Some((_, client)) = self.server.next.take() {
+                self.server.shared.with_machine(Machine::note_refused);
+                log::warn!("{client} is refused: another client is online");
+            }
+        }
+    }
+
+    /// Whether the client is there and has sent nothing that is not read yet.
+    fn is_silent(&self) -> io::Result<bool> {
+        self.stream.set_nonblocking(true)?;
+        let peeked = self.stream.peek(&mut [0]);
+        self.stream.set_nonblocking(false)?;
+        Ok(peeked.is_err_and(|error| error.kind() == io::ErrorKind::WouldBlock))
     }
 
     fn read_command(&mut self) -> Result<Vec<u8>, End> {
@@ -155,7 +199,7 @@ impl Connection<'_> {
             match self.stream.read(buffer) {
                 Ok(0) => return Err(End::Left),
                 Ok(count) => buffer = &mut buffer[count..],
-                Err(error) if is_due_to_waiting(&error) => {}
+                Err(error) if is_due_to_waiting(&error) => self.refuse_others()?,
                 Err(error) => return Err(error.into()),
             }
             self.server.shared.rest(Duration::ZERO)?;
@@ -178,15 +222,15 @@ impl Connection<'_> {
         let mut response = Vec::new();
         shared
             .with_machine(|machine| self.session.answer(command, machine, script, &mut response))?;
-        let fault = self.server.take_fault(self.responses);
+        let Self { responses, exchanges, .. } = *self;
+        let at = Position { responses, exchanges, is_exchange };
+        let (delivery, disturbed) = self.server.faults.deliver(response, at);
         self.responses += 1;
-        if fault.is_some() && is_exchange {
+        self.exchanges += u64::from(is_exchange);
+        if disturbed && is_exchange {
             self.server.shared.with_machine(Machine::doubt_offer);
         }
-        Ok(match fault {
-            Some(kind) => Delivery::disturbed(response, kind),
-            None => Delivery::undisturbed(response),
-        })
+        Ok(delivery)
     }
 
     /// Notices a command that is there before the response has left.

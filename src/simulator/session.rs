@@ -58,6 +58,9 @@ impl Session {
     ) -> Result<(), Misbehaviour> {
         let id = command_id(command)?;
         machine.note_command(id);
+        if !matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
+            log::info!("the client sends {id}");
+        }
         let needs_online =
             !matches!(id, CommandId::QueryStatus | CommandId::StartOnline | CommandId::StopOnline);
         if needs_online && !machine.online() {
@@ -93,7 +96,6 @@ impl Session {
         self.expander = Expander::new();
         self.compressor = Compressor::new();
         machine.start_online();
-        log::info!("online mode begins");
         ResponseId::StartOnline.emit(out);
         Ok(())
     }
@@ -197,7 +199,6 @@ fn update_config(
 
 fn stop_online(machine: &mut Machine, out: &mut Vec<u8>) {
     machine.stop_online();
-    log::info!("online mode ends");
     ResponseId::StopOnline.emit(out);
 }
 

@@ -1,7 +1,7 @@
 //! What the threads of a simulated TXT and its owner have in common.
 
 use std::io;
-use std::net::{TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::Duration;
 
 use parking_lot::{Condvar, Mutex};
@@ -74,30 +74,40 @@ impl Shared {
         Ok(())
     }
 
-    /// Waits for a client of a listener that does not block.
+    /// Waits for a client of a listener that does not block. `port` is what the log calls it.
     ///
     /// Reading from the connection gives up after [`POLL`].
-    pub(super) fn accept(&self, listener: &TcpListener) -> Result<TcpStream, Stopped> {
+    pub(super) fn accept(&self, listener: &TcpListener, port: &str) -> Result<TcpStream, Stopped> {
         loop {
-            match accept(listener) {
-                Ok(stream) => return Ok(stream),
-                Err(error) if is_due_to_waiting(&error) => {}
-                // A client that has left again, or too many open files: the next one may do.
-                Err(error) => log::warn!("a client could not be accepted: {error}"),
+            if let Some((stream, client)) = try_accept(listener) {
+                log::info!("{client} connects to the {port} port");
+                return Ok(stream);
             }
             self.rest(POLL)?;
         }
     }
 }
 
-fn accept(listener: &TcpListener) -> io::Result<TcpStream> {
+/// A client that waits at a listener that does not block, if there is one.
+pub(super) fn try_accept(listener: &TcpListener) -> Option<(TcpStream, SocketAddr)> {
+    match accept(listener) {
+        Ok(accepted) => Some(accepted),
+        Err(error) if is_due_to_waiting(&error) => None,
+        // A client that has left again, or too many open files: the next one may do.
+        Err(error) => {
+            log::warn!("a client could not be accepted: {error}");
+            None
+        }
+    }
+}
+
+fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
     let (stream, client) = listener.accept()?;
     // Some systems hand the listener's mode on.
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(POLL))?;
-    log::info!("{client} connects");
-    Ok(stream)
+    Ok((stream, client))
 }
 
 /// Whether nothing has come in yet, or a signal came instead.

@@ -144,6 +144,7 @@ fn what_can_not_be_started_is_an_error() {
     for builder in [
         SimulatedTxt::builder().port(txt.port()).camera_port(0),
         SimulatedTxt::builder().camera_port(txt.camera_port()),
+        SimulatedTxt::builder().i2c_port(txt.i2c_port()),
     ] {
         assert!(matches!(builder.start().unwrap_err(), Error::SimulatorFailed { .. }));
     }

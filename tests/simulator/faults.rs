@@ -14,7 +14,7 @@ const FIRST_EXCHANGE: u64 = 1;
 
 /// A simulated TXT with I1 at 1234 whose first exchange is disturbed.
 fn disturbed(kind: FaultKind) -> SimulatedTxt {
-    let txt = unpaced().fault(Fault { response: FIRST_EXCHANGE, kind }).start().unwrap();
+    let txt = unpaced().fault(Fault::at_response(FIRST_EXCHANGE, kind)).start().unwrap();
     txt.with_machine(|machine| machine.controllers[0].uni[0] = 1234);
     txt
 }
@@ -104,6 +104,44 @@ fn an_extra_size_is_announced_as_ordered() {
 }
 
 #[test]
+fn a_mask_is_announced_as_ordered() {
+    let txt = disturbed(FaultKind::Mask(0x0103));
+    let mut client = begin_exchange(&txt);
+    let response = client.receive(usual().len());
+    assert_eq!(response[..12], usual()[..12]);
+    assert_eq!(response[12..14], [0x03, 0x01]);
+    assert_eq!(response[14..], usual()[14..]);
+    assert_struck_once(&txt, client);
+}
+
+#[test]
+fn jitter_holds_each_exchange_back_and_changes_no_byte() {
+    let jitter = FaultKind::Jitter(Duration::from_millis(10));
+    let txt = unpaced().seed(7).fault(Fault::at_each_exchange(jitter)).start().unwrap();
+    let mut client = Client::online(&txt);
+    let begin = Instant::now();
+    for _ in 0..20 {
+        client.exchange_compressed(&[[0; 27]], 0);
+    }
+    // With this seed the 20 times are 107.8 ms together.
+    assert!(begin.elapsed() >= Duration::from_micros(107_800));
+}
+
+#[test]
+fn a_fault_of_an_exchange_does_not_count_other_responses() {
+    let fault = Fault::at_exchange(1, FaultKind::Close { after: 0 });
+    let txt = unpaced().fault(fault).start().unwrap();
+    let mut client = Client::online(&txt);
+    for _ in 0..3 {
+        client.command(CommandId::QueryStatus);
+        ResponseId::QueryStatus.check(&client.receive(24)).unwrap();
+    }
+    client.exchange_compressed(&[[0; 27]], 0);
+    client.send_compressed(&[[0; 27]], 0);
+    assert_eq!(client.until_closed(), []);
+}
+
+#[test]
 fn cut_data_is_half_as_long() {
     let txt = disturbed(FaultKind::CutData);
     let mut client = begin_exchange(&txt);
@@ -154,7 +192,7 @@ fn a_connection_closes_after_so_many_bytes() {
 
 #[test]
 fn faults_for_the_same_response_strike_one_connection_each() {
-    let close = Fault { response: 0, kind: FaultKind::Close { after: 0 } };
+    let close = Fault::at_response(0, FaultKind::Close { after: 0 });
     let txt = unpaced().fault(close).fault(close).start().unwrap();
     for _ in 0..2 {
         let mut client = Client::connect(&txt);

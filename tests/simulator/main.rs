@@ -1,14 +1,17 @@
 //! The simulated TXT over a real socket, with packets made by hand.
 
+mod bad_input;
 mod camera;
 mod camera_client;
 mod camera_endings;
 mod endings;
 mod exchange;
 mod faults;
+mod i2c;
 mod microphone;
 mod motor_control;
 mod oddities;
+mod refusal;
 mod wire_client;
 mod world;
 

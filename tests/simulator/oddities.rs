@@ -110,7 +110,7 @@ fn a_command_ahead_of_a_response_is_odd_but_not_a_farewell() {
         (exchange.clone(), Some("ExchangeData")),
         (query.to_vec(), Some("QueryStatus")),
     ] {
-        let txt = unpaced().fault(Fault { response: 3, kind: delay }).start().unwrap();
+        let txt = unpaced().fault(Fault::at_response(3, delay)).start().unwrap();
         let mut client = configured(&txt);
         client.send(&[&exchange[..], &behind].concat());
         client.receive(80);
@@ -172,7 +172,7 @@ fn this_crates_farewell_is_not_odd() {
     ];
     for kind in kinds {
         for response in 6..9 {
-            let fault = Fault { response, kind };
+            let fault = Fault::at_response(response, kind);
             let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
             let mut handler = hasty_handler(&txt);
             handler.begin_transfer().unwrap();

@@ -31,7 +31,7 @@ fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
     let whole = kind == FaultKind::Close { after: usize::MAX };
     let first_bad = response + u64::from(whole);
     unpaced()
-        .fault(Fault { response, kind })
+        .fault(Fault::at_response(response, kind))
         .on_exchange(move |machine| {
             let bad = HANDSHAKE + machine.exchanges() >= first_bad;
             machine.controllers[0].uni = [if bad { 9999 } else { 1 }; 8];
@@ -208,7 +208,7 @@ fn a_wrong_packet_in_the_simple_mode() {
 #[test]
 fn bytes_that_arrive_one_at_a_time_are_no_error() {
     let builder = (0..8).fold(unpaced(), |builder, response| {
-        builder.fault(Fault { response, kind: FaultKind::Dribble })
+        builder.fault(Fault::at_response(response, FaultKind::Dribble))
     });
     let txt = builder.start().unwrap();
     txt.with_machine(|machine| machine.controllers[0].uni = [1, 22, 333, 4444, 5, 6, 7, 8]);

@@ -85,7 +85,7 @@ fn commands_that_need_online_mode_are_refused_without_it() {
 
 #[test]
 fn after_an_error_every_call_returns_it() {
-    let fault = Fault { response: 1, kind: FaultKind::WrongId };
+    let fault = Fault::at_response(1, FaultKind::WrongId);
     let txt = unpaced().fault(fault).start().unwrap();
     let mut client = client_of(&txt);
     client.query_status().unwrap();
@@ -102,7 +102,7 @@ fn limits_of_zero_and_for_ever_are_limits_like_others() {
     let limits = TimeLimits { connect: Duration::MAX, read: Duration::MAX, write: Duration::MAX };
     let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
     client.query_status().unwrap();
-    let silent = Fault { response: 0, kind: FaultKind::Silence };
+    let silent = Fault::at_response(0, FaultKind::Silence);
     let txt = unpaced().fault(silent).start().unwrap();
     let limits = TimeLimits { read: Duration::ZERO, ..TimeLimits::default() };
     let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();

@@ -294,7 +294,7 @@ fn a_controller_that_says_nothing_ends_every_wait_in_time() {
 
 #[test]
 fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
-    let fault = Fault { response: 10, kind: FaultKind::Silence };
+    let fault = Fault::at_response(10, FaultKind::Silence);
     let txt = unpaced().fault(fault).start().unwrap();
     let limits = TimeLimits { read: Duration::from_secs(2), ..TimeLimits::default() };
     let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
@@ -314,7 +314,7 @@ fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
 #[test]
 fn a_transfer_begins_again_after_its_end_and_after_an_error() {
     // The compression starts afresh: with its old state the checksums would not fit.
-    let fault = Fault { response: 50, kind: FaultKind::WrongCrc };
+    let fault = Fault::at_response(50, FaultKind::WrongCrc);
     let txt = unpaced().extensions(1).fault(fault).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni = [1, 0, 333, 4, 0, 0, 0, 9]);
     let mut handler = handler_for(&txt).areas(2).build().unwrap();

@@ -28,7 +28,7 @@ impl Running {
         let noted = record.clone();
         let mut txt = unpaced().on_exchange(move |machine| noted.note(machine));
         if let Some(kind) = fault {
-            txt = txt.fault(Fault { response: FIRST_EXCHANGE + 100, kind });
+            txt = txt.fault(Fault::at_response(FIRST_EXCHANGE + 100, kind));
         }
         let txt = txt.start().unwrap();
         // Of use for a controller that falls silent, long enough for a busy machine.

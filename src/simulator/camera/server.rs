@@ -33,8 +33,9 @@ pub(in crate::simulator) struct CameraServer {
 impl CameraServer {
     /// Serves clients until the thread should end.
     pub(in crate::simulator) fn run(self) {
-        while let Ok(stream) = self.shared.accept(&self.listener) {
-            let Some(run) = self.ready() else {
+        while let Ok(stream) = self.shared.accept(&self.listener, "camera") {
+            let Ok(run) = self.wait_until_ready() else { return };
+            let Some(run) = run else {
                 log::info!("the camera does not serve: the connection is closed");
                 continue;
             };
@@ -50,10 +51,15 @@ impl CameraServer {
         }
     }
 
-    /// What the camera was started for, when it has been long enough.
-    fn ready(&self) -> Option<CameraRun> {
-        let run = self.shared.look(Machine::camera_run);
-        run.filter(|run| run.since.elapsed() >= self.settings.start_up)
+    /// What the camera was started for, when it has been long enough; `None` when it is off.
+    fn wait_until_ready(&self) -> Result<Option<CameraRun>, Stopped> {
+        loop {
+            let run = self.shared.look(Machine::camera_run);
+            if run.is_none_or(|run| run.since.elapsed() >= self.settings.start_up) {
+                return Ok(run);
+            }
+            self.shared.rest(POLL)?;
+        }
     }
 
     fn serve(&self, stream: TcpStream, run: CameraRun) -> Result<(), End> {

@@ -1,0 +1,94 @@
+//! A simulated TXT as a program, for clients in any language.
+//!
+//! ```text
+//! cargo run --example simulated_txt                            # ports 65000 to 65002
+//! cargo run --example simulated_txt -- --port 0 --extensions 1 # free ports, one extension
+//! cargo run --example simulated_txt -- --fault crc@exchange:100
+//! cargo run --example simulated_txt -- --help
+//! ```
+//!
+//! It prints where it listens, one port a line, and serves one client after another until Ctrl-C.
+//! Lines that are typed while it runs change its inputs: `I1 1` presses a button. With
+//! `RUST_LOG=info` it tells who connects and what they do. `docs/simulator.md` has it all.
+
+mod options;
+mod typed;
+
+use std::error::Error;
+use std::io;
+use std::process::ExitCode;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+
+use options::{Options, HELP};
+
+/// What the program waits for.
+enum Event {
+    /// Somebody typed a line.
+    Line(String),
+    /// Ctrl-C.
+    Interrupted,
+}
+
+fn main() -> ExitCode {
+    env_logger::init();
+    match Options::from_env() {
+        Ok(None) => {
+            print!("{HELP}");
+            ExitCode::SUCCESS
+        }
+        Ok(Some(options)) => match run(options) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => {
+                eprintln!("{error}");
+                ExitCode::FAILURE
+            }
+        },
+        Err(error) => {
+            eprintln!("{error}; --help tells what there is");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(options: Options) -> Result<(), Box<dyn Error>> {
+    let (sender, events) = mpsc::channel();
+    let interrupted = sender.clone();
+    ctrlc::set_handler(move || {
+        // When nobody receives any more, the program is about to end anyway.
+        let _ = interrupted.send(Event::Interrupted);
+    })?;
+
+    let txt = options.into_builder().start()?;
+    println!("main 127.0.0.1:{}", txt.port());
+    println!("camera 127.0.0.1:{}", txt.camera_port());
+    println!("i2c 127.0.0.1:{}", txt.i2c_port());
+
+    thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&sender))?;
+    serve(&txt, &events);
+    Ok(())
+}
+
+/// Hands typed lines on. Without a keyboard, or at its end, the program just goes on.
+fn read_lines(events: &Sender<Event>) {
+    for line in io::stdin().lines() {
+        let Ok(line) = line else { return };
+        if events.send(Event::Line(line)).is_err() {
+            return;
+        }
+    }
+}
+
+/// Carries typed lines out until Ctrl-C. Clients are served meanwhile.
+fn serve(txt: &SimulatedTxt, events: &Receiver<Event>) {
+    while let Ok(Event::Line(line)) = events.recv() {
+        if line.trim().is_empty() {
+            continue;
+        }
+        if let Err(sentence) = txt.with_machine(|machine| typed::carry_out(&line, machine)) {
+            eprintln!("{sentence}\n{}", typed::HELP);
+        }
+    }
+}

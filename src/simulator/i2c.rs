@@ -1,0 +1,270 @@
+//! The I2C port and the devices behind it.
+
+use std::collections::BTreeMap;
+use std::io::{self, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use byteorder::{BigEndian, ByteOrder};
+
+use super::shared::{is_due_to_waiting, Shared, Stopped};
+
+/// How many registers a simulated I2C device has.
+pub const I2C_REGISTERS: usize = 256;
+
+const REQUEST: u32 = 0xB9DB_3B39;
+const RESPONSE: u32 = 0x87FD_0D90;
+
+/// Size of a request without the bytes to write.
+const REQUEST_LEN: usize = 16;
+
+/// Size of a response without the bytes read.
+const RESPONSE_LEN: usize = 12;
+
+/// The greatest address.
+const ADDRESS_MAX: u8 = 0x7F;
+
+/// The most bytes to write: the number of a register and something for each of them.
+const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
+
+/// How long a client may leave a response unread before it is cut off.
+const WRITE_LIMIT: Duration = Duration::from_secs(1);
+
+/// What is plugged in.
+#[derive(Clone, Debug, Default)]
+pub(super) struct I2cBus {
+    devices: BTreeMap<u8, Device>,
+}
+
+#[derive(Clone, Debug)]
+struct Device {
+    registers: Box<[u8; I2C_REGISTERS]>,
+    /// The register that is read or written next.
+    next: u8,
+}
+
+impl Default for Device {
+    fn default() -> Self {
+        Self { registers: Box::new([0; I2C_REGISTERS]), next: 0 }
+    }
+}
+
+impl Device {
+    /// The next register; the one behind it follows.
+    fn advance(&mut self) -> &mut u8 {
+        let register = usize::from(self.next);
+        self.next = self.next.wrapping_add(1);
+        &mut self.registers[register]
+    }
+
+    /// Writes, then reads.
+    fn transfer(&mut self, write: &[u8], read: u16) -> Vec<u8> {
+        if let Some((register, values)) = write.split_first() {
+            self.next = *register;
+            values.iter().for_each(|value| *self.advance() = *value);
+        }
+        (0..read).map(|_| *self.advance()).collect()
+    }
+}
+
+impl I2cBus {
+    /// The registers of a device, which is plugged in if it isn't there.
+    pub(super) fn device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
+        &mut self.devices.entry(address & ADDRESS_MAX).or_default().registers
+    }
+
+    pub(super) fn remove(&mut self, address: u8) -> bool {
+        self.devices.remove(&(address & ADDRESS_MAX)).is_some()
+    }
+
+    pub(super) fn addresses(&self) -> impl Iterator<Item = u8> + '_ {
+        self.devices.keys().copied()
+    }
+
+    /// What a device answers; `None` when it isn't there.
+    fn transfer(&mut self, request: &Request, write: &[u8]) -> Option<Vec<u8>> {
+        Some(self.devices.get_mut(&request.address)?.transfer(write, request.read))
+    }
+}
+
+/// The head of a request.
+#[derive(Debug, PartialEq, Eq)]
+struct Request {
+    address: u8,
+    write: usize,
+    read: u16,
+}
+
+impl Request {
+    /// The head in these bytes; what is wrong with them otherwise.
+    fn parse(bytes: &[u8; REQUEST_LEN]) -> Result<Self, String> {
+        let id = BigEndian::read_u32(bytes);
+        if id != REQUEST {
+            return Err(format!("no I2C request has the id {id:#010x}"));
+        }
+        let address = BigEndian::read_u32(&bytes[5..]);
+        let address = u8::try_from(address).ok().filter(|address| *address <= ADDRESS_MAX);
+        let address = address.ok_or("an I2C address has 7 bits")?;
+        let write = BigEndian::read_u32(&bytes[9..]);
+        if write > WRITE_MAX {
+            return Err(format!("{write} bytes to write are more than {WRITE_MAX}"));
+        }
+        Ok(Self { address, write: write as usize, read: BigEndian::read_u16(&bytes[13..]) })
+    }
+}
+
+/// The bytes of a response with what a device has answered.
+fn response(read: Option<Vec<u8>>) -> Vec<u8> {
+    let mut bytes = vec![0; RESPONSE_LEN];
+    if let Some(read) = read {
+        BigEndian::write_u32(&mut bytes, RESPONSE);
+        bytes.extend(read);
+    }
+    bytes
+}
+
+/// Serves one I2C client after another.
+pub(super) struct I2cServer {
+    pub(super) listener: TcpListener,
+    pub(super) shared: Arc<Shared>,
+    pub(super) idle_limit: Duration,
+}
+
+impl I2cServer {
+    /// Serves clients until the thread should end.
+    pub(super) fn run(self) {
+        while let Ok(stream) = self.shared.accept(&self.listener, "I2C") {
+            match self.serve(stream) {
+                End::Stopped => {}
+                End::Left => log::info!("the I2C client has left"),
+                End::Idle => log::info!("the I2C client is cut off: it sent no request"),
+                End::Misbehaved(what) => log::warn!("the I2C client is cut off: {what}"),
+                End::Broken(error) => log::info!("the I2C connection broke: {error}"),
+            }
+        }
+    }
+
+    fn serve(&self, mut stream: TcpStream) -> End {
+        if let Err(error) = stream.set_write_timeout(Some(WRITE_LIMIT)) {
+            return error.into();
+        }
+        loop {
+            if let Err(end) = self.serve_request(&mut stream) {
+                return end;
+            }
+        }
+    }
+
+    /// Reads a request, carries it out and sends the response.
+    fn serve_request(&self, stream: &mut TcpStream) -> Result<(), End> {
+        let begin = Instant::now();
+        let mut head = [0; REQUEST_LEN];
+        self.read(stream, &mut head, begin)?;
+        let request = Request::parse(&head).map_err(End::Misbehaved)?;
+        let mut write = vec![0; request.write];
+        self.read(stream, &mut write, begin)?;
+        let read = self.shared.with_machine(|machine| machine.i2c().transfer(&request, &write));
+        match &read {
+            Some(read) => log::info!("{request:02x?}: {write:02x?} written, {read:02x?} read"),
+            None => log::warn!("there is no I2C device with the address {:#04x}", request.address),
+        }
+        Ok(stream.write_all(&response(read))?)
+    }
+
+    /// Fills the buffer, at most until the idle limit.
+    fn read(
+        &self,
+        stream: &mut TcpStream,
+        mut buffer: &mut [u8],
+        begin: Instant,
+    ) -> Result<(), End> {
+        while !buffer.is_empty() {
+            match stream.read(buffer) {
+                Ok(0) => return Err(End::Left),
+                Ok(count) => buffer = &mut buffer[count..],
+                Err(error) if is_due_to_waiting(&error) => {}
+                Err(error) => return Err(error.into()),
+            }
+            self.shared.rest(Duration::ZERO)?;
+            if !buffer.is_empty() && begin.elapsed() >= self.idle_limit {
+                return Err(End::Idle);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why a connection ends.
+#[derive(Debug)]
+enum End {
+    /// The thread should end.
+    Stopped,
+    /// The client closed it.
+    Left,
+    /// No request came in time.
+    Idle,
+    Misbehaved(String),
+    Broken(io::Error),
+}
+
+impl From<Stopped> for End {
+    fn from(Stopped: Stopped) -> Self {
+        Self::Stopped
+    }
+}
+
+impl From<io::Error> for End {
+    fn from(error: io::Error) -> Self {
+        Self::Broken(error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head(address: u32, write: u32, read: u16) -> [u8; REQUEST_LEN] {
+        let mut head = [0; REQUEST_LEN];
+        BigEndian::write_u32(&mut head, REQUEST);
+        head[4] = 1;
+        BigEndian::write_u32(&mut head[5..], address);
+        BigEndian::write_u32(&mut head[9..], write);
+        BigEndian::write_u16(&mut head[13..], read);
+        head
+    }
+
+    #[test]
+    fn every_field_of_a_request_has_its_place() {
+        let request = Request { address: 0x18, write: 2, read: 6 };
+        assert_eq!(Request::parse(&head(0x18, 2, 6)), Ok(request));
+        assert!(Request::parse(&[0; REQUEST_LEN]).unwrap_err().contains("0x00000000"));
+        assert!(Request::parse(&head(0x80, 2, 6)).unwrap_err().contains("7 bits"));
+        assert!(Request::parse(&head(0x1_0018, 2, 6)).unwrap_err().contains("7 bits"));
+        assert!(Request::parse(&head(0x18, 257, 6)).is_ok());
+        assert!(Request::parse(&head(0x18, 258, 6)).unwrap_err().contains("258 bytes"));
+    }
+
+    #[test]
+    fn registers_are_written_and_read_one_behind_the_other() {
+        let mut device = Device::default();
+        assert!(device.transfer(&[254, 1, 2, 3], 0).is_empty());
+        assert_eq!((device.registers[254], device.registers[255], device.registers[0]), (1, 2, 3));
+        assert_eq!(device.transfer(&[255], 2), [2, 3]);
+        device.registers[1] = 9;
+        assert_eq!(device.transfer(&[], 1), [9]);
+        assert_eq!(device.transfer(&[0], u16::MAX).len(), 65_535);
+    }
+
+    #[test]
+    fn a_device_is_there_from_its_first_use_until_it_is_removed() {
+        let mut bus = I2cBus::default();
+        let request = Request { address: 0x18, write: 1, read: 1 };
+        assert_eq!(bus.transfer(&request, &[5]), None);
+        bus.device(0x98)[5] = 7;
+        assert_eq!(bus.transfer(&request, &[5]), Some(vec![7]));
+        assert_eq!(bus.addresses().collect::<Vec<_>>(), [0x18]);
+        assert!(bus.remove(0x18) && !bus.remove(0x18));
+        assert_eq!(bus.transfer(&request, &[5]), None);
+    }
+}

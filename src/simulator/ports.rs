@@ -1,0 +1,84 @@
+//! The three ports, free ones where none were asked for.
+
+use std::io;
+use std::net::{Ipv4Addr, TcpListener};
+
+/// How often three free ports in a row are looked for.
+const ATTEMPTS: u32 = 200;
+
+/// The ports that were asked for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ports {
+    /// 0 for one that is free.
+    pub(super) main: u16,
+    /// 0 for one that is free, `None` for the first behind the main one.
+    pub(super) camera: Option<u16>,
+    /// 0 for one that is free, `None` for the second behind the main one.
+    pub(super) i2c: Option<u16>,
+}
+
+impl Ports {
+    /// Listens on all three, the main one first.
+    pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
+        let mut result = self.try_to_listen();
+        // Where the system chooses the main port, the next two may be taken by somebody else.
+        for _ in 1..ATTEMPTS {
+            if result.is_ok() || self.main != 0 {
+                break;
+            }
+            result = self.try_to_listen();
+        }
+        result
+    }
+
+    fn try_to_listen(self) -> io::Result<[TcpListener; 3]> {
+        let main = listen_on(self.main)?;
+        let port = main.local_addr()?.port();
+        let camera = listen_on(behind(port, 1, self.camera)?)?;
+        let i2c = listen_on(behind(port, 2, self.i2c)?)?;
+        Ok([main, camera, i2c])
+    }
+}
+
+/// The port that was asked for, or the one so far behind the main one.
+fn behind(main: u16, distance: u16, asked_for: Option<u16>) -> io::Result<u16> {
+    asked_for
+        .or(main.checked_add(distance))
+        .ok_or_else(|| io::Error::other(format!("there are no {distance} ports behind {main}")))
+}
+
+fn listen_on(port: u16) -> io::Result<TcpListener> {
+    let in_context =
+        |error: io::Error| io::Error::new(error.kind(), format!("port {port}: {error}"));
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(in_context)?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ports(listeners: &[TcpListener; 3]) -> [u16; 3] {
+        listeners.each_ref().map(|listener| listener.local_addr().unwrap().port())
+    }
+
+    #[test]
+    fn the_ports_are_in_a_row_unless_asked_for() {
+        let free = Ports { main: 0, camera: None, i2c: None };
+        let listeners = free.listen().unwrap();
+        let [main, camera, i2c] = ports(&listeners);
+        assert_eq!([camera, i2c], [main + 1, main + 2]);
+        drop(listeners);
+        let any = Ports { camera: Some(0), i2c: Some(0), ..free }.listen().unwrap();
+        assert!(ports(&any).iter().all(|port| *port != 0));
+        assert_eq!(behind(7, 1, Some(99)).unwrap(), 99);
+    }
+
+    #[test]
+    fn the_last_ports_have_none_behind_them() {
+        assert_eq!(behind(65_533, 2, None).unwrap(), 65_535);
+        let error = behind(65_534, 2, None).unwrap_err();
+        assert_eq!(error.to_string(), "there are no 2 ports behind 65534");
+    }
+}

@@ -1,0 +1,80 @@
+//! Whatever a client sends, its connection is closed and the next client is served.
+
+use std::io::{ErrorKind, Write};
+use std::net::Shutdown;
+use std::time::Duration;
+
+use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, StartOnline};
+
+use crate::unpaced;
+use crate::wire_client::{Client, LIMIT};
+
+/// Every command with a body, whole.
+fn commands() -> Vec<Vec<u8>> {
+    let (mut start, mut exchange, mut compressed) = (Vec::new(), Vec::new(), Vec::new());
+    StartOnline::new().emit(&mut start);
+    ExchangeData::default().emit(&mut exchange);
+    let header = CmprHeader { extra_size: 2, crc: 0x4049_3A53, active_extensions: 0 };
+    header.emit_command(&mut compressed);
+    compressed.extend([0xFD, 0x07]);
+    let mut update = CommandId::UpdateConfig.id().to_le_bytes().to_vec();
+    update.resize(96, 0);
+    let mut camera = CommandId::StartCameraOnline.id().to_le_bytes().to_vec();
+    camera.resize(20, 0);
+    vec![start, exchange, compressed, update, camera]
+}
+
+#[test]
+fn truncated_commands_are_not_carried_out() {
+    let txt = unpaced().start().unwrap();
+    for command in commands() {
+        for length in [1, 4, command.len() / 2, command.len() - 1] {
+            let mut client = Client::online(&txt);
+            client.send(&command[..length]);
+            client.stream.shutdown(Shutdown::Write).unwrap();
+            assert_eq!(client.until_closed(), []);
+        }
+    }
+    assert_eq!(txt.with_machine(|machine| (machine.exchanges(), machine.camera())), (0, None));
+    Client::online(&txt).exchange_compressed(&[[0; 27]], 0);
+}
+
+#[test]
+fn a_truncated_command_on_an_open_connection_ends_at_the_idle_limit() {
+    let txt = unpaced().idle_limit(Duration::from_millis(50)).start().unwrap();
+    for command in commands() {
+        let mut client = Client::online(&txt);
+        client.send(&command[..command.len() - 1]);
+        assert_eq!(client.until_closed(), []);
+    }
+    assert_eq!(txt.with_machine(|machine| machine.exchanges()), 0);
+}
+
+#[test]
+fn unknown_ids_end_the_connection() {
+    let txt = unpaced().start().unwrap();
+    // Responses' ids, the camera's, I2C's, those of all bits alike.
+    for id in [0, u32::MAX, 0xBAC9_723E, 0x6F3B_54E6, 0xBDC2_D7A1, 0xADA0_9FBA, 0x393B_DBB9] {
+        let mut client = Client::online(&txt);
+        client.send(&id.to_le_bytes());
+        assert_eq!(client.until_closed(), [], "{id:#010x}");
+    }
+    Client::online(&txt).exchange_compressed(&[[0; 27]], 0);
+}
+
+#[test]
+fn a_client_that_writes_and_never_reads_is_cut_off() {
+    let txt = unpaced().start().unwrap();
+    let client = Client::online(&txt);
+    client.stream.set_write_timeout(Some(LIMIT)).unwrap();
+    let query = CommandId::QueryStatus.id().to_le_bytes().repeat(4096);
+    // Its queries are answered until the answers fill all buffers, and then for a second not.
+    let error = loop {
+        if let Err(error) = (&client.stream).write_all(&query) {
+            break error;
+        }
+    };
+    assert!(matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe), "{error}");
+    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    Client::online(&txt).exchange_compressed(&[[0; 27]], 0);
+}

@@ -1,0 +1,108 @@
+//! The I2C port, with requests as ftrobopy makes them.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, TcpStream};
+use std::time::Duration;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+
+use crate::endings::assert_drops;
+use crate::unpaced;
+use crate::wire_client::LIMIT;
+
+/// What a response begins with: its id and 8 bytes of which nothing is known.
+const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
+
+fn connect(txt: &SimulatedTxt) -> TcpStream {
+    let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, txt.i2c_port())).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    stream
+}
+
+fn request(command: u8, device: u8, write: &[u8], read: u16) -> Vec<u8> {
+    let mut bytes = vec![0xB9, 0xDB, 0x3B, 0x39, command, 0, 0, 0, device];
+    bytes.extend((write.len() as u32).to_be_bytes());
+    bytes.extend(read.to_be_bytes());
+    bytes.push(0);
+    bytes.extend(write);
+    bytes
+}
+
+/// Sends a request; whether it was a success, and what was read.
+fn transfer(stream: &mut TcpStream, request: &[u8], read: usize) -> Vec<u8> {
+    stream.write_all(request).unwrap();
+    let mut response = vec![0; GOOD.len() + read];
+    stream.read_exact(&mut response).unwrap();
+    assert_eq!(response[..GOOD.len()], GOOD);
+    response[GOOD.len()..].to_vec()
+}
+
+fn assert_closed(stream: &mut TcpStream) {
+    match stream.read(&mut [0]) {
+        Ok(count) => assert_eq!(count, 0),
+        Err(error) => assert_eq!(error.kind(), ErrorKind::ConnectionReset),
+    }
+}
+
+#[test]
+fn registers_are_read_and_written() {
+    let txt = unpaced().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[0x3F..0x42].copy_from_slice(&[7, 8, 9]));
+    let mut stream = connect(&txt);
+    assert_eq!(transfer(&mut stream, &request(1, 0x18, &[0x3F], 3), 3), [7, 8, 9]);
+    assert!(transfer(&mut stream, &request(2, 0x18, &[0x10, 0x80], 0), 0).is_empty());
+    // Another of ftrobopy's functions puts the number of bytes where the command is.
+    assert!(transfer(&mut stream, &request(3, 0x18, &[0x11, 1, 2], 0), 0).is_empty());
+    assert_eq!(
+        txt.with_machine(|machine| machine.i2c_device(0x18)[0x10..0x13].to_vec()),
+        [0x80, 1, 2]
+    );
+    assert_eq!(txt.with_machine(|machine| machine.i2c_addresses().collect::<Vec<_>>()), [0x18]);
+}
+
+#[test]
+fn a_device_that_is_not_there_is_no_success_and_the_connection_goes_on() {
+    let txt = unpaced().start().unwrap();
+    let mut stream = connect(&txt);
+    for read in [0, 6] {
+        stream.write_all(&request(1, 0x19, &[0x3F], read)).unwrap();
+        let mut response = [0xFF; 12];
+        stream.read_exact(&mut response).unwrap();
+        assert_eq!(response, [0; 12]);
+    }
+    txt.with_machine(|machine| machine.i2c_device(0x19)[1] = 5);
+    assert_eq!(transfer(&mut stream, &request(1, 0x19, &[1], 1), 1), [5]);
+}
+
+#[test]
+fn what_is_no_request_ends_the_connection_and_the_next_is_served() {
+    let txt = unpaced().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(1)[0] = 5);
+    let mut too_long = request(1, 1, &[], 0);
+    too_long[9] = 0xFF;
+    for garbage in [b"GET / HTTP/1.1\r\n\r\n".as_slice(), &request(1, 0x80, &[0], 1), &too_long] {
+        let mut stream = connect(&txt);
+        stream.write_all(garbage).unwrap();
+        assert_closed(&mut stream);
+    }
+    let mut stream = connect(&txt);
+    assert_eq!(transfer(&mut stream, &request(1, 1, &[0], 1), 1), [5]);
+}
+
+#[test]
+fn a_connection_without_requests_is_closed() {
+    let txt = unpaced().idle_limit(Duration::from_millis(30)).start().unwrap();
+    assert_closed(&mut connect(&txt));
+    // Half a request is none.
+    let mut stream = connect(&txt);
+    stream.write_all(&request(1, 1, &[0], 1)[..9]).unwrap();
+    assert_closed(&mut stream);
+}
+
+#[test]
+fn dropping_does_not_wait_for_the_i2c_client() {
+    let txt = unpaced().start().unwrap();
+    let mut stream = connect(&txt);
+    assert_drops(txt);
+    assert_closed(&mut stream);
+}
