@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
 
 /// Longer than anything takes on a busy machine; only a test that fails waits so long.
@@ -162,9 +163,19 @@ impl Drop for Program {
 
 #[test]
 fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
-    let mut program =
-        Program::start(&["--extensions", "1", "--firmware", "4.1.6", "--name", "Hugo"]);
+    let mut program = Program::start(&[
+        "--world",
+        "none",
+        "--extensions",
+        "1",
+        "--firmware",
+        "4.1.6",
+        "--name",
+        "Hugo",
+    ]);
     assert_eq!(program.ports[1..], [program.ports[0] + 1, program.ports[0] + 2]);
+    // Lines are carried out in their order, so this one is before those that are waited for.
+    program.type_line("I9 1");
     for (line, area, value) in [("I1 1", 0, 1), ("e1.i1 7", 1, 7), ("I1 -3", 0, -3)] {
         program.type_line(line);
         let mut handler = program.handler();
@@ -177,7 +188,6 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
         }
         handler.end_transfer().unwrap();
     }
-    program.type_line("I9 1");
     // The end of its input does not end it.
     program.stdin = None;
     program.handler().begin_transfer().unwrap();
@@ -185,6 +195,39 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     assert!(log.contains("connects to the main port"), "{log}");
     assert!(log.contains("the client sends StartOnline"), "{log}");
     assert!(log.contains("there is no \"I9\" to set"), "{log}");
+}
+
+#[test]
+fn typed_lines_press_the_buttons_of_a_world() {
+    let mut program = Program::start(&[]);
+    let mut handler = program.handler();
+    handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.lock()[0].state.config_id += 1;
+    handler.begin_transfer().unwrap();
+    // Lines are carried out in their order, so this one is before those that are waited for.
+    program.type_line("I8 1");
+    for (line, input, value) in [("I3 1", 2, 1), ("I3 0", 2, 0)] {
+        program.type_line(line);
+        let begin = Instant::now();
+        while handler.wait_cycle().unwrap()[0].input.uni[input] != value {
+            assert!(begin.elapsed() < DEADLINE, "{line} does nothing");
+        }
+    }
+    // The slide moves away from its sensor until it runs into the switch at its end.
+    let distance = handler.wait_cycle().unwrap()[0].input.uni[3];
+    assert!((5..=25).contains(&distance), "{distance} cm");
+    handler.lock()[0].output.duty[0] = 512;
+    let begin = Instant::now();
+    let mut areas = handler.wait_cycle().unwrap();
+    while areas[0].input.uni[1] != 1 {
+        assert!(begin.elapsed() < DEADLINE, "the slide does not arrive");
+        drop(areas);
+        areas = handler.wait_cycle().unwrap();
+    }
+    assert!(areas[0].input.uni[3] > distance);
+    drop(areas);
+    handler.end_transfer().unwrap();
+    assert!(program.interrupt().contains("nothing is plugged into I8 in this world"));
 }
 
 #[test]
@@ -206,6 +249,7 @@ fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
     for (options, status, part) in [
         (&["--fault", "fire@exchange:1"][..], 2, "there is no fault \"fire\""),
         (&["--firmware", "4.x"], 2, "a version such as 4.6.6"),
+        (&["--world", "no/such/world.toml"], 2, "no/such/world.toml"),
         (&["--prot", "1"], 2, "--prot"),
         (&["--port"], 2, "--port"),
         (&["somewhere"], 2, "somewhere"),

@@ -3,12 +3,13 @@
 //! ```text
 //! cargo run --example simulated_txt                            # ports 65000 to 65002
 //! cargo run --example simulated_txt -- --port 0 --extensions 1 # free ports, one extension
+//! cargo run --example simulated_txt -- --world examples/worlds/everything.toml
 //! cargo run --example simulated_txt -- --fault crc@exchange:100
 //! cargo run --example simulated_txt -- --help
 //! ```
 //!
 //! It prints where it listens, one port a line, and serves one client after another until Ctrl-C.
-//! Lines that are typed while it runs change its inputs: `I1 1` presses a button. With
+//! Lines that are typed while it runs change its inputs: `I3 1` presses the button of the slide's world. With
 //! `RUST_LOG=info` it tells who connects and what they do. `docs/simulator.md` has it all.
 
 mod options;
@@ -20,9 +21,9 @@ use std::process::ExitCode;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
-use options::{Options, HELP};
+use options::HELP;
 
 /// What the program waits for.
 enum Event {
@@ -34,12 +35,12 @@ enum Event {
 
 fn main() -> ExitCode {
     env_logger::init();
-    match Options::from_env() {
+    match options::from_env() {
         Ok(None) => {
             print!("{HELP}");
             ExitCode::SUCCESS
         }
-        Ok(Some(options)) => match run(options) {
+        Ok(Some(txt)) => match run(txt) {
             Ok(()) => ExitCode::SUCCESS,
             Err(error) => {
                 eprintln!("{error}");
@@ -53,7 +54,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(options: Options) -> Result<(), Box<dyn Error>> {
+fn run(txt: SimulatedTxtBuilder) -> Result<(), Box<dyn Error>> {
     let (sender, events) = mpsc::channel();
     let interrupted = sender.clone();
     ctrlc::set_handler(move || {
@@ -61,7 +62,7 @@ fn run(options: Options) -> Result<(), Box<dyn Error>> {
         let _ = interrupted.send(Event::Interrupted);
     })?;
 
-    let txt = options.into_builder().start()?;
+    let txt = txt.start()?;
     println!("main 127.0.0.1:{}", txt.port());
     println!("camera 127.0.0.1:{}", txt.camera_port());
     println!("i2c 127.0.0.1:{}", txt.i2c_port());

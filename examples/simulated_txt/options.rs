@@ -1,7 +1,10 @@
 //! The command line.
 
+use std::ffi::OsString;
+use std::path::Path;
 use std::time::Duration;
 
+use ft_transfer_area::simulator::world::World;
 use ft_transfer_area::simulator::{Fault, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::{FirmwareVersion, PORT};
 use lexopt::prelude::{Long, Short, ValueExt};
@@ -17,6 +20,7 @@ usage: simulated_txt [OPTIONS]
   --extensions N         number of extensions, 0 to 8 (0)
   --firmware A.B.C       firmware version that is reported (4.6.6)
   --name NAME            name that is reported, at most 16 bytes (TX2013)
+  --world WORLD          what is plugged in: slide (the default), none, or a file that describes it
   --pace MS              time from one exchange response to the next (10); 0: none
   --idle-limit S         how long a connection may be silent before it is closed (5)
   --camera-start-up MS   time from the camera's start to its first frame (1500)
@@ -32,35 +36,44 @@ fault strikes once) or exchange:each. Examples: crc@exchange:100, close:5@respon
 jitter:20@exchange:each.
 
 It listens on 127.0.0.1, prints each port on a line of its own, and ends on Ctrl-C. Set
-RUST_LOG=info to see who connects and what they do. Lines typed while it runs change the
-inputs: I1 1, E1.I2 0; a wrong line tells which there are.
+RUST_LOG=info to see who connects and what they do. Lines typed while it runs press buttons and
+change sensors: I3 1, E1.I2 0; a wrong line tells which there are.
 ";
 
-/// A simulated TXT as the command line wants it.
-#[derive(Debug)]
-pub(crate) struct Options {
-    builder: SimulatedTxtBuilder,
-}
-
-impl Options {
-    /// The command line, or `None` when it asks for help.
-    pub(crate) fn from_env() -> Result<Option<Self>, lexopt::Error> {
-        let mut parser = lexopt::Parser::from_env();
-        let mut txt = SimulatedTxt::builder().port(PORT);
-        while let Some(argument) = parser.next()? {
-            let name = match argument {
-                Short('h') | Long("help") => return Ok(None),
-                Long(name) => name.to_owned(),
-                other => return Err(other.unexpected()),
-            };
+/// A simulated TXT as the command line wants it, or `None` when it asks for help.
+pub(crate) fn from_env() -> Result<Option<SimulatedTxtBuilder>, lexopt::Error> {
+    let mut parser = lexopt::Parser::from_env();
+    let mut txt = SimulatedTxt::builder().port(PORT);
+    let mut world = Some(World::default());
+    while let Some(argument) = parser.next()? {
+        let name = match argument {
+            Short('h') | Long("help") => return Ok(None),
+            Long(name) => name.to_owned(),
+            other => return Err(other.unexpected()),
+        };
+        if name == "world" {
+            world = read_world(parser.value()?)?;
+        } else {
             txt = apply(txt, &name, &mut parser).map_err(|error| in_context(&name, error))?;
         }
-        // The world's file is an option to come: `--world FILE`.
-        Ok(Some(Self { builder: txt }))
     }
+    Ok(Some(match world {
+        Some(world) => txt.world(world),
+        None => txt,
+    }))
+}
 
-    pub(crate) fn into_builder(self) -> SimulatedTxtBuilder {
-        self.builder
+/// The world of this name, or in this file.
+fn read_world(name: OsString) -> Result<Option<World>, lexopt::Error> {
+    match name.to_str() {
+        Some("slide") => Ok(Some(World::default())),
+        Some("none") => Ok(None),
+        _ => {
+            let path = Path::new(&name);
+            let world =
+                World::load(path).map_err(|error| format!("{}: {error}", path.display()))?;
+            Ok(Some(world))
+        }
     }
 }
 

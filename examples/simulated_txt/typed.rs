@@ -2,16 +2,19 @@
 
 use std::str::FromStr;
 
+use ft_transfer_area::simulator::world::{Input, Remote, Sensor, WorldState};
 use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::wire::IrRemote;
 
 pub(crate) const HELP: &str = "\
-I1 1 to I8 1                     sets an input, in the unit of its mode
+I1 1 to I8 1                     presses what is plugged in there, or sets its value: ohms, mV, cm,
+                                 degrees Celsius, percent of light; in no world the input itself
 C1 1 to C4 1                     sets the level of a counter input
 E1.I2 0, E1.C1 1                 the same on an extension
 E1 0, E1 1                       cuts an extension off, plugs it in again
 IR0 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and y, right x and y
-                                 (-15 to 15), and its bits: 1 ON, 2 OFF, 4 and 8 the DIP switches
+                                 (-15 to 15), and its bits: 1 ON, 2 OFF, 4 and 8 the DIP switches,
+                                 which in a world tell the remote
 I2C 24 63 7                      sets a register of an I2C device: address, register, value";
 
 /// Does what a line says; otherwise a sentence that tells what is wrong with it.
@@ -46,6 +49,10 @@ fn set_input(
     input: &str,
     values: &[&str],
 ) -> Result<(), String> {
+    if let (Some(world), Some(plug)) = (machine.world_mut(), plug(input)) {
+        let [value] = numbers(target, values)?;
+        return set_sensor(target, world, controller, plug, value);
+    }
     let controller = &mut machine.controllers[controller];
     let number = |digits: &str| digits.parse::<usize>().ok()?.checked_sub(1);
     let place = match input.split_at_checked(1) {
@@ -60,15 +67,55 @@ fn set_input(
     Ok(())
 }
 
+/// Where in a world I1 to I8 are.
+fn plug(input: &str) -> Option<Input> {
+    use Input::{I1, I2, I3, I4, I5, I6, I7, I8};
+    let plugs = [I1, I2, I3, I4, I5, I6, I7, I8];
+    plugs.into_iter().find(|plug| format!("{plug:?}") == input)
+}
+
+/// Presses what is plugged in, or changes its value.
+fn set_sensor(
+    target: &str,
+    world: &mut WorldState,
+    controller: usize,
+    plug: Input,
+    value: f64,
+) -> Result<(), String> {
+    let sensor = match world.sensor(controller, plug) {
+        // As the numbers saturate, a value out of range counts as the nearest in it.
+        Some(Sensor::Resistor { .. }) => Sensor::Resistor { ohms: value as u32 },
+        Some(Sensor::Ntc { .. }) => Sensor::Ntc { celsius: value },
+        Some(Sensor::PhotoTransistor { .. }) => Sensor::PhotoTransistor { light: value / 100.0 },
+        Some(Sensor::Voltage { .. }) => Sensor::Voltage { mv: value as u16 },
+        Some(Sensor::Ultrasonic { .. }) => Sensor::Ultrasonic { cm: value },
+        Some(Sensor::Colour { .. }) => Sensor::Colour { mv: value as u16 },
+        Some(Sensor::Trail { .. }) => Sensor::Trail { white: value != 0.0 },
+        Some(_) => {
+            world.press(controller, plug, value != 0.0);
+            return Ok(());
+        }
+        None => return Err(format!("nothing is plugged into {target} in this world")),
+    };
+    world.set_sensor(controller, plug, Some(sensor));
+    Ok(())
+}
+
 fn set_remote(
     target: &str,
     machine: &mut Machine,
     remote: usize,
     values: &[&str],
 ) -> Result<(), String> {
-    let place = machine.controllers[0].ir.get_mut(remote).ok_or_else(|| unknown(target))?;
     let [left_x, left_y, right_x, right_y, bits] = numbers::<i8, 5>(target, values)?;
     let bits = u8::try_from(bits).map_err(|_| format!("{bits} is no number of bits"))?;
+    if let Some(world) = machine.world_mut() {
+        let is_set = |bit: u8| bits & bit != 0;
+        let (on, off, dip1, dip2) = (is_set(1), is_set(2), is_set(4), is_set(8));
+        world.set_remote(Remote { dip1, dip2, left_x, left_y, right_x, right_y, on, off });
+        return Ok(());
+    }
+    let place = machine.controllers[0].ir.get_mut(remote).ok_or_else(|| unknown(target))?;
     *place = IrRemote { left_x, left_y, right_x, right_y, bits };
     Ok(())
 }
