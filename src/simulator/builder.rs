@@ -16,8 +16,9 @@ use super::session::{Script, Settings};
 use super::shared::Shared;
 use super::world::World;
 use super::SimulatedTxt;
+use crate::error::Error;
+use crate::firmware::FirmwareVersion;
 use crate::transfer_area::MAX_EXTENSIONS;
-use crate::{Error, FirmwareVersion};
 
 /// The machine time of an exchange without pace.
 const UNPACED_STEP: Duration = Duration::from_millis(10);

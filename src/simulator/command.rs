@@ -4,11 +4,11 @@ use std::fmt;
 
 use byteorder::{ByteOrder, LittleEndian};
 
+use crate::error::Error;
 use crate::transfer_area::MAX_EXTENSIONS;
 use crate::wire::{
     CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
 };
-use crate::Error;
 
 /// Why a client is not answered but cut off.
 #[derive(Clone, Debug, PartialEq, Eq)]

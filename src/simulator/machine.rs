@@ -9,9 +9,9 @@ use super::i2c::{I2cBus, I2C_REGISTERS};
 use super::journal;
 use super::oddity::{Oddities, Oddity};
 use super::world::{World, WorldState};
+use crate::error::Error;
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
 use crate::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
-use crate::Error;
 
 /// How many commands are remembered.
 const COMMANDS_KEPT: usize = 1000;

@@ -12,11 +12,11 @@ use super::command::command_size;
 use super::machine::Machine;
 use super::session::{Script, Session, Settings};
 use super::words;
+use crate::firmware::FirmwareVersion;
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
 use crate::wire::{
     CmprHeader, ExchangeData, ExchangeDataResponse, Expander, IrRemote, QueryStatusResponse,
 };
-use crate::FirmwareVersion;
 
 /// The recorded sessions with their file names.
 fn sessions() -> Vec<(String, Value)> {

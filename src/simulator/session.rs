@@ -4,12 +4,12 @@ use super::command::{command_id, Misbehaviour};
 use super::machine::Machine;
 use super::oddity::Oddity;
 use super::words::{self, COMMAND_WORDS};
+use crate::firmware::FirmwareVersion;
 use crate::transfer_area::MAX_EXTENSIONS;
 use crate::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
     StartCameraOnline, StartOnline, UpdateConfig,
 };
-use crate::FirmwareVersion;
 
 /// What is called for each exchange.
 pub(super) type Script = Box<dyn FnMut(&mut Machine) + Send>;
@@ -222,8 +222,8 @@ fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::Error;
     use crate::transfer_area::Config;
-    use crate::Error;
 
     fn session() -> Session {
         let firmware = FirmwareVersion::new(4, 6, 6);

@@ -9,7 +9,7 @@ use toml::Spanned;
 
 use super::check::Mistake;
 use super::World;
-use crate::Error;
+use crate::error::Error;
 
 impl World {
     /// Reads a world from the text of a TOML file. `docs/simulator.md` in the repository has every
