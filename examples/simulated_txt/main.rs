@@ -3,7 +3,7 @@
 //! ```text
 //! cargo run --example simulated_txt                            # ports 65000 to 65002
 //! cargo run --example simulated_txt -- --port 0 --extensions 1 # free ports, one extension
-//! cargo run --example simulated_txt -- --world examples/worlds/everything.toml
+//! cargo run --example simulated_txt -- --extensions 1 --world examples/worlds/everything.toml
 //! cargo run --example simulated_txt -- --fault crc@exchange:100
 //! cargo run --example simulated_txt -- --help
 //! ```
@@ -18,20 +18,12 @@ mod typed;
 use std::error::Error;
 use std::io;
 use std::process::ExitCode;
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{mpsc, Arc, Weak};
 use std::thread;
 
 use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
 use options::HELP;
-
-/// What the program waits for.
-enum Event {
-    /// Somebody typed a line.
-    Line(String),
-    /// Ctrl-C.
-    Interrupted,
-}
 
 fn main() -> ExitCode {
     env_logger::init();
@@ -55,36 +47,28 @@ fn main() -> ExitCode {
 }
 
 fn run(txt: SimulatedTxtBuilder) -> Result<(), Box<dyn Error>> {
-    let (sender, events) = mpsc::channel();
-    let interrupted = sender.clone();
+    let (sender, interrupted) = mpsc::channel();
     ctrlc::set_handler(move || {
         // When nobody receives any more, the program is about to end anyway.
-        let _ = interrupted.send(Event::Interrupted);
+        let _ = sender.send(());
     })?;
 
-    let txt = txt.start()?;
+    let txt = Arc::new(txt.start()?);
     println!("main 127.0.0.1:{}", txt.port());
     println!("camera 127.0.0.1:{}", txt.camera_port());
     println!("i2c 127.0.0.1:{}", txt.i2c_port());
 
-    thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&sender))?;
-    serve(&txt, &events);
+    let typed = Arc::downgrade(&txt);
+    thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;
+    // Clients are served meanwhile. The sender lives as long as the program.
+    let _ = interrupted.recv();
     Ok(())
 }
 
-/// Hands typed lines on. Without a keyboard, or at its end, the program just goes on.
-fn read_lines(events: &Sender<Event>) {
+/// Carries typed lines out. Without a keyboard, or at its end, the program just goes on.
+fn read_lines(txt: &Weak<SimulatedTxt>) {
     for line in io::stdin().lines() {
-        let Ok(line) = line else { return };
-        if events.send(Event::Line(line)).is_err() {
-            return;
-        }
-    }
-}
-
-/// Carries typed lines out until Ctrl-C. Clients are served meanwhile.
-fn serve(txt: &SimulatedTxt, events: &Receiver<Event>) {
-    while let Ok(Event::Line(line)) = events.recv() {
+        let (Ok(line), Some(txt)) = (line, txt.upgrade()) else { return };
         if line.trim().is_empty() {
             continue;
         }

@@ -50,7 +50,10 @@ fn set_input(
     values: &[&str],
 ) -> Result<(), String> {
     if let (Some(world), Some(plug)) = (machine.world_mut(), plug(input)) {
-        let [value] = numbers(target, values)?;
+        let [value] = numbers::<f64, 1>(target, values)?;
+        if !value.is_finite() {
+            return Err(format!("{value} is no value for {target}"));
+        }
         return set_sensor(target, world, controller, plug, value);
     }
     let controller = &mut machine.controllers[controller];
@@ -109,14 +112,16 @@ fn set_remote(
 ) -> Result<(), String> {
     let [left_x, left_y, right_x, right_y, bits] = numbers::<i8, 5>(target, values)?;
     let bits = u8::try_from(bits).map_err(|_| format!("{bits} is no number of bits"))?;
+    if remote >= machine.controllers[0].ir.len() {
+        return Err(unknown(target));
+    }
     if let Some(world) = machine.world_mut() {
         let is_set = |bit: u8| bits & bit != 0;
         let (on, off, dip1, dip2) = (is_set(1), is_set(2), is_set(4), is_set(8));
         world.set_remote(Remote { dip1, dip2, left_x, left_y, right_x, right_y, on, off });
         return Ok(());
     }
-    let place = machine.controllers[0].ir.get_mut(remote).ok_or_else(|| unknown(target))?;
-    *place = IrRemote { left_x, left_y, right_x, right_y, bits };
+    machine.controllers[0].ir[remote] = IrRemote { left_x, left_y, right_x, right_y, bits };
     Ok(())
 }
 

@@ -89,7 +89,8 @@ pub enum FaultPlace {
     Response(u64),
     /// The response to the exchange with this number, simple or compressed, from 0.
     Exchange(u64),
-    /// The response to every exchange, where no other fault strikes.
+    /// The response to every exchange, where no other fault strikes. Several of these strike
+    /// together, in their order.
     EachExchange,
 }
 
@@ -153,27 +154,27 @@ impl Faults {
 
     /// How the response at this place leaves, and whether a fault struck.
     pub(super) fn deliver(&mut self, response: Vec<u8>, at: Position) -> (Delivery, bool) {
-        match self.take(at) {
-            Some(kind) => {
-                log::info!("a response is disturbed, as was ordered: {kind:?}");
-                (Delivery::disturbed(response, kind, &mut self.random), true)
-            }
-            None => (Delivery::undisturbed(response), false),
+        let mut delivery = Delivery::undisturbed(response);
+        let kinds = self.take(at);
+        for &kind in &kinds {
+            log::info!("a response is disturbed, as was ordered: {kind:?}");
+            delivery.disturb(kind, &mut self.random);
         }
+        (delivery, !kinds.is_empty())
     }
 
-    /// The fault for this response, which then has struck.
-    fn take(&mut self, at: Position) -> Option<FaultKind> {
+    /// The faults for this response. One that strikes once has struck then.
+    fn take(&mut self, at: Position) -> Vec<FaultKind> {
         let strikes = |fault: &Fault| match fault.place {
             FaultPlace::Response(number) => number == at.responses,
             FaultPlace::Exchange(number) => at.is_exchange && number == at.exchanges,
             FaultPlace::EachExchange => false,
         };
         if let Some(index) = self.ordered.iter().position(strikes) {
-            return Some(self.ordered.remove(index).kind);
+            return vec![self.ordered.remove(index).kind];
         }
         let each = |fault: &&Fault| at.is_exchange && fault.place == FaultPlace::EachExchange;
-        self.ordered.iter().find(each).map(|fault| fault.kind)
+        self.ordered.iter().filter(each).map(|fault| fault.kind).collect()
     }
 }
 
@@ -196,24 +197,23 @@ impl Delivery {
         Self { bytes, ..Self::default() }
     }
 
-    /// A response that this fault disturbs.
-    pub(super) fn disturbed(mut bytes: Vec<u8>, kind: FaultKind, random: &mut Random) -> Self {
+    /// Disturbs the response by this fault, in addition to those before.
+    fn disturb(&mut self, kind: FaultKind, random: &mut Random) {
+        let bytes = &mut self.bytes;
         match kind {
-            FaultKind::Jitter(limit) => {
-                return Self { delay: random.up_to(limit), bytes, ..Self::default() };
-            }
-            FaultKind::Delay(delay) => return Self { delay, bytes, ..Self::default() },
-            FaultKind::Dribble => return Self { dribble: true, bytes, ..Self::default() },
+            FaultKind::Jitter(limit) => self.delay = self.delay.saturating_add(random.up_to(limit)),
+            FaultKind::Delay(delay) => self.delay = self.delay.saturating_add(delay),
+            FaultKind::Dribble => self.dribble = true,
             FaultKind::Close { after } => {
                 bytes.truncate(after);
-                return Self { close: true, bytes, ..Self::default() };
+                self.close = true;
             }
             FaultKind::Silence => bytes.clear(),
             FaultKind::WrongId => bytes.iter_mut().take(ID_LEN).for_each(|byte| *byte = !*byte),
             FaultKind::Surplus(count) => {
                 bytes.resize(bytes.len() + count.min(MAX_SURPLUS), SURPLUS_BYTE);
             }
-            _ if ResponseId::ExchangeDataCmpr.check(&bytes).is_err() => {
+            _ if !is_compressed(bytes) => {
                 log::warn!("the fault {kind:?} leaves a response without compressed data alone");
             }
             FaultKind::WrongCrc => {
@@ -223,9 +223,8 @@ impl Delivery {
                 LittleEndian::write_u32(&mut bytes[field::EXTRA_SIZE], size);
             }
             FaultKind::Mask(mask) => LittleEndian::write_u16(&mut bytes[field::MASK], mask),
-            FaultKind::CutData => cut_data(&mut bytes),
+            FaultKind::CutData => cut_data(bytes),
         }
-        Self::undisturbed(bytes)
     }
 
     /// What is sent, by the pieces that are sent on their own.
@@ -233,6 +232,11 @@ impl Delivery {
         let size = if self.dribble { 1 } else { self.bytes.len().max(1) };
         self.bytes.chunks(size)
     }
+}
+
+/// Whether the response, as far as other faults have left it, is one with compressed data.
+fn is_compressed(response: &[u8]) -> bool {
+    response.len() >= CmprHeader::LEN && ResponseId::ExchangeDataCmpr.check(response).is_ok()
 }
 
 /// Cuts the compressed data of a response to its first half.
@@ -258,7 +262,36 @@ mod tests {
     }
 
     fn disturbed(kind: FaultKind) -> Delivery {
-        Delivery::disturbed(response(), kind, &mut Random::new(0))
+        disturbed_bytes(response(), kind)
+    }
+
+    fn disturbed_bytes(bytes: Vec<u8>, kind: FaultKind) -> Delivery {
+        let mut delivery = Delivery::undisturbed(bytes);
+        delivery.disturb(kind, &mut Random::new(0));
+        delivery
+    }
+
+    #[test]
+    fn faults_at_each_exchange_strike_together() {
+        let kinds = [
+            FaultKind::Dribble,
+            FaultKind::Delay(Duration::from_millis(2)),
+            FaultKind::Close { after: 5 },
+            // There is too little left for these.
+            FaultKind::WrongCrc,
+            FaultKind::CutData,
+            FaultKind::Delay(Duration::from_millis(3)),
+        ];
+        let ordered = kinds.map(|kind| Fault { place: FaultPlace::EachExchange, kind });
+        let mut faults = Faults::new(ordered.to_vec(), 0);
+        let at = Position { is_exchange: true, ..Position::default() };
+        for _ in 0..2 {
+            let (delivery, struck) = faults.deliver(response(), at);
+            let bytes = response()[..5].to_vec();
+            let delay = Duration::from_millis(5);
+            assert_eq!(delivery, Delivery { delay, bytes, dribble: true, close: true });
+            assert!(struck);
+        }
     }
 
     fn header(delivery: &Delivery) -> CmprHeader {
@@ -332,11 +365,11 @@ mod tests {
         let mut take = |responses, exchanges, is_exchange| {
             faults.take(Position { responses, exchanges, is_exchange })
         };
-        assert_eq!(take(1, 1, false), None);
-        assert_eq!(take(2, 0, true), Some(FaultKind::WrongId));
-        assert_eq!(take(2, 0, true), Some(FaultKind::Dribble));
-        assert_eq!(take(3, 1, true), Some(FaultKind::WrongCrc));
-        assert_eq!(take(3, 1, true), Some(FaultKind::Dribble));
+        assert_eq!(take(1, 1, false), []);
+        assert_eq!(take(2, 0, true), [FaultKind::WrongId]);
+        assert_eq!(take(2, 0, true), [FaultKind::Dribble]);
+        assert_eq!(take(3, 1, true), [FaultKind::WrongCrc]);
+        assert_eq!(take(3, 1, true), [FaultKind::Dribble]);
     }
 
     #[test]
@@ -344,8 +377,7 @@ mod tests {
         let delivery = disturbed(FaultKind::CutData);
         assert_eq!(header(&delivery), CmprHeader { extra_size: 2, ..HEADER });
         assert_eq!(delivery.bytes[16..], [1, 2]);
-        let delivery =
-            Delivery::disturbed(response()[..17].to_vec(), FaultKind::CutData, &mut Random::new(0));
+        let delivery = disturbed_bytes(response()[..17].to_vec(), FaultKind::CutData);
         assert_eq!(header(&delivery), CmprHeader { extra_size: 0, ..HEADER });
         assert_eq!(delivery.bytes.len(), CmprHeader::LEN);
     }
@@ -375,7 +407,7 @@ mod tests {
         let kinds =
             [FaultKind::WrongCrc, FaultKind::ExtraSize(9), FaultKind::Mask(9), FaultKind::CutData];
         for kind in kinds {
-            let delivery = Delivery::disturbed(response.clone(), kind, &mut Random::new(0));
+            let delivery = disturbed_bytes(response.clone(), kind);
             assert_eq!(delivery, Delivery::undisturbed(response.clone()));
         }
     }

@@ -58,8 +58,10 @@
 //!   the machine's [oddities](Machine::oddities) tell of it.
 //!
 //! Some of this is assumed, because no description of the protocol tells: that StartOnline forgets
-//! the configuration ids and the ids of finished commands that are echoed, and that a motor command
-//! with an injected error is never done. A program should not rely on it.
+//! the configuration ids and the ids of finished commands that are echoed, that an extension forgets
+//! all commands while it is cut off, so that those which its client still asks for are carried out
+//! again when it comes back, and that a motor command with an injected error is never done. A
+//! program should not rely on it.
 //!
 //! # I2C
 //!
