@@ -3,9 +3,11 @@
 use std::any::Any;
 use std::fmt;
 use std::io;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use crate::firmware::FirmwareVersion;
+use crate::sockets::{Input, Motor, Output};
 
 /// What can go wrong between a program and its controller.
 ///
@@ -22,6 +24,44 @@ pub enum Error {
         /// How many areas were asked for.
         given: usize,
     },
+    /// A number that a call was given is out of its range. Nothing was changed, and nothing sent.
+    OutOfRange {
+        /// What the number is for.
+        what: &'static str,
+        /// What was given.
+        given: i64,
+        /// The least that there can be.
+        least: i64,
+        /// The most that there can be.
+        most: i64,
+    },
+    /// The call is for a motor, but these outputs are configured as two single ones. Nothing was
+    /// changed.
+    NotAMotor {
+        /// The motor.
+        motor: Motor,
+    },
+    /// The call is for a single output, but this one is configured as half of a motor. Nothing was
+    /// changed.
+    NotAnOutput {
+        /// The output.
+        output: Output,
+    },
+    /// A motor command names this motor twice. Nothing was changed.
+    MotorTwice {
+        /// The motor.
+        motor: Motor,
+    },
+    /// The call is for a digital input, but this one reports a measured value.
+    NotDigital {
+        /// The input.
+        input: Input,
+    },
+    /// The call is for a measured value, but this input is digital.
+    NotAnalog {
+        /// The input.
+        input: Input,
+    },
     /// `begin_transfer` was called while a transfer is running, which goes on undisturbed.
     AlreadyStarted,
     /// The call needs a running transfer, and there is none: call `begin_transfer` first.
@@ -31,7 +71,7 @@ pub enum Error {
         /// The command that was refused.
         command: &'static str,
     },
-    /// `wait_cycle_for` reached its time limit. The transfer goes on.
+    /// What a call waited for did not come about within its time limit. The transfer goes on.
     WaitTimedOut {
         /// The limit that was given.
         limit: Duration,
@@ -141,15 +181,6 @@ pub enum Error {
 
     /// `start_camera` was called while the camera is started, which goes on undisturbed.
     CameraAlreadyStarted,
-    /// A camera option is out of its range. Nothing was started.
-    CameraOption {
-        /// Name of the option.
-        option: &'static str,
-        /// What was given.
-        given: usize,
-        /// The most that there can be; the least is 1.
-        most: usize,
-    },
     /// The camera announces a frame of an implausible size.
     FrameSize {
         /// The announced number of bytes.
@@ -196,6 +227,38 @@ impl fmt::Display for Error {
                 "{given} transfer areas were asked for, but there are 1 (the master alone) to 9 \
                  (the master and 8 extensions)"
             ),
+            Self::OutOfRange { what, given, least, most } => {
+                write!(f, "the {what} is {given}, but has to be {least} to {most}")
+            }
+            Self::NotAMotor { motor } => {
+                let [first, second] = motor.outputs();
+                write!(
+                    f,
+                    "{motor} is configured as the single outputs {first} and {second}; make it a motor \
+                     by set_ft_motor_config, or use set_out_pwm_values"
+                )
+            }
+            Self::NotAnOutput { output } => write!(
+                f,
+                "{output} belongs to {}, which is configured as a motor; make it two single outputs \
+                 by set_ft_motor_config, or use set_out_motor_values",
+                output.motor()
+            ),
+            Self::MotorTwice { motor } => write!(
+                f,
+                "{motor} is named twice in one motor command; master and slaves have to be \
+                 different motors"
+            ),
+            Self::NotDigital { input } => write!(
+                f,
+                "{input} is configured to report its measured value; make it digital by \
+                 set_ft_uni_config, or use get_in_io_value_analogue"
+            ),
+            Self::NotAnalog { input } => write!(
+                f,
+                "{input} is configured as digital; make it report its measured value by \
+                 set_ft_uni_config, or use get_in_io_value_binary"
+            ),
             Self::AlreadyStarted => write!(
                 f,
                 "the transfer is running already; call end_transfer before begin_transfer"
@@ -209,8 +272,8 @@ impl fmt::Display for Error {
             Self::WaitTimedOut { limit } => {
                 write!(
                     f,
-                    "no exchange came in within {limit:?}; the transfer goes on, so wait again or \
-                     allow more time"
+                    "what was waited for did not come about within {limit:?}; the transfer goes on, so \
+                     wait again or allow more time"
                 )
             }
             Self::HostNotFound { host, reason } => write!(
@@ -282,9 +345,6 @@ impl fmt::Display for Error {
             Self::CameraAlreadyStarted => {
                 write!(f, "the camera is started already; call stop_camera first")
             }
-            Self::CameraOption { option, given, most } => {
-                write!(f, "the camera's {option} is {given}, but has to be 1 to {most}")
-            }
             Self::FrameSize { announced, limit } => write!(
                 f,
                 "the camera announces a frame of {announced} bytes, but 1 to {limit} are \
@@ -319,6 +379,20 @@ impl fmt::Display for Error {
 impl std::error::Error for Error {}
 
 impl Error {
+    /// Errs unless a number is in its range.
+    pub(crate) fn check_range(
+        what: &'static str,
+        given: impl TryInto<i64>,
+        range: RangeInclusive<i64>,
+    ) -> Result<(), Self> {
+        // What does not fit is a number of things, and larger than any range.
+        let given = given.try_into().unwrap_or(i64::MAX);
+        if range.contains(&given) {
+            return Ok(());
+        }
+        Err(Self::OutOfRange { what, given, least: *range.start(), most: *range.end() })
+    }
+
     /// The error for a thread that could not be started.
     pub(crate) fn not_started(error: &io::Error) -> Self {
         Self::Thread { reason: error.to_string() }

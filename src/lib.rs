@@ -77,7 +77,9 @@ mod firmware;
 mod handler;
 #[cfg(feature = "simulator")]
 pub mod simulator;
+mod sockets;
 pub mod transfer_area;
+pub mod tx;
 pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, Picture, PowerLine};

@@ -2,8 +2,9 @@
 
 use std::str::FromStr;
 
-use ft_transfer_area::simulator::world::{Input, Remote, Sensor, WorldState};
+use ft_transfer_area::simulator::world::{Remote, Sensor, WorldState};
 use ft_transfer_area::simulator::Machine;
+use ft_transfer_area::tx::Input;
 use ft_transfer_area::wire::IrRemote;
 
 pub(crate) const HELP: &str = "\
@@ -72,9 +73,7 @@ fn set_input(
 
 /// Where in a world I1 to I8 are.
 fn plug(input: &str) -> Option<Input> {
-    use Input::{I1, I2, I3, I4, I5, I6, I7, I8};
-    let plugs = [I1, I2, I3, I4, I5, I6, I7, I8];
-    plugs.into_iter().find(|plug| format!("{plug:?}") == input)
+    Input::ALL.into_iter().find(|plug| plug.to_string() == input)
 }
 
 /// Presses what is plugged in, or changes its value.

@@ -88,16 +88,13 @@ impl Default for CameraOptions {
 impl CameraOptions {
     /// The command that asks for this. Errs when an option is out of its range.
     pub(crate) fn command(&self) -> Result<StartCameraOnline, Error> {
-        const SIZE: usize = u16::MAX as usize;
-        for (option, given, most) in [
-            ("width", self.width.into(), SIZE),
-            ("height", self.height.into(), SIZE),
-            ("framerate", self.framerate.into(), SIZE),
-            ("channel_frames", self.channel_frames, MAX_CHANNEL_FRAMES),
+        for (what, given, most) in [
+            ("camera's width", self.width.into(), u16::MAX.into()),
+            ("camera's height", self.height.into(), u16::MAX.into()),
+            ("camera's framerate", self.framerate.into(), u16::MAX.into()),
+            ("camera's channel_frames", self.channel_frames, MAX_CHANNEL_FRAMES),
         ] {
-            if !(1..=most).contains(&given) {
-                return Err(Error::CameraOption { option, given, most });
-            }
+            Error::check_range(what, given, 1..=most as i64)?;
         }
         let power_line_frequency = match self.power_line {
             PowerLine::Auto => 0,

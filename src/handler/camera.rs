@@ -37,7 +37,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`] without a transfer, [`Error::CameraAlreadyStarted`] while frames come
-    /// in, [`Error::CameraOption`] when an option is out of its range, [`Error::Thread`], or the error
+    /// in, [`Error::OutOfRange`] when an option is out of its range, [`Error::Thread`], or the error
     /// that ended the transfer.
     #[doc(alias = "StartCamera")]
     pub fn start_camera(&mut self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {

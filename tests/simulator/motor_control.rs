@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{Motor, MotorOutput, World};
+use ft_transfer_area::simulator::world::{MotorModel, World};
 use ft_transfer_area::simulator::Machine;
+use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 
 /// Machine time of an exchange.
@@ -18,8 +19,9 @@ const APART: i64 = 6;
 
 /// A machine with encoder motors that have these loads, from M1 on.
 fn machine(loads: &[f64]) -> Machine {
-    let motors = MotorOutput::ALL.into_iter().zip(loads);
-    let motors = motors.map(|(output, &load)| (output, Motor { load, ..Motor::with_encoder() }));
+    let motors = Motor::ALL.into_iter().zip(loads);
+    let motors =
+        motors.map(|(output, &load)| (output, MotorModel { load, ..MotorModel::with_encoder() }));
     let mut world = World::from_toml("").unwrap();
     world.master.motors = motors.collect::<BTreeMap<_, _>>();
     Machine::with_world(0, world).unwrap()
@@ -84,8 +86,8 @@ fn a_thousand_distances_end_within_a_few_pulses_and_never_early() {
 fn inertia_up_to_a_tenth_of_a_second_makes_no_difference() {
     for time_constant in [0.0, 0.01, 0.1] {
         let mut world = World::from_toml("").unwrap();
-        let motor = Motor { time_constant, ..Motor::with_encoder() };
-        world.master.motors.insert(MotorOutput::M1, motor);
+        let motor = MotorModel { time_constant, ..MotorModel::with_encoder() };
+        world.master.motors.insert(Motor::M1, motor);
         let mut machine = Machine::with_world(0, world).unwrap();
         let outputs = ExchangeData {
             distance: [500, 0, 0, 0],
@@ -236,7 +238,7 @@ fn the_same_script_gives_the_same_trace_in_steps_of_any_length() {
                 machine.step(Duration::from_millis(step));
             }
             let world = machine.world().unwrap();
-            let speeds = MotorOutput::ALL.map(|motor| world.motor_speed(0, motor));
+            let speeds = Motor::ALL.map(|motor| world.motor_speed(0, motor));
             trace.push((machine.report(0).unwrap().counter, speeds, world.time()));
         }
         trace

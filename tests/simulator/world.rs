@@ -2,11 +2,10 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{
-    Board, Input, MotorOutput, Output, Remote, Script, ScriptEvent, Sensor, World,
-};
+use ft_transfer_area::simulator::world::{Board, Remote, Script, ScriptEvent, Sensor, World};
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
+use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
@@ -15,7 +14,7 @@ use crate::wire_client::{Client, LIMIT};
 
 /// Where the default world's slide is.
 fn slide(machine: &Machine) -> f64 {
-    machine.world().and_then(|world| world.slide(0, MotorOutput::M1)).unwrap()
+    machine.world().and_then(|world| world.slide(0, Motor::M1)).unwrap()
 }
 
 /// M1 at this duty, negative backwards.
@@ -81,7 +80,7 @@ fn a_slide_that_is_driven_on_stops_at_its_end() {
     let report = machine.report(0).unwrap();
     assert_eq!((slide(&machine), &report.uni[..3]), (1000.0, &[0, 1, 0][..]));
     assert!((499..=500).contains(&report.counter[0]), "{report:?}");
-    assert_eq!(machine.world().unwrap().motor_speed(0, MotorOutput::M1), Some(0.0));
+    assert_eq!(machine.world().unwrap().motor_speed(0, Motor::M1), Some(0.0));
     machine.step(Duration::from_secs(10));
     assert_eq!(machine.report(0), Some(report));
 
@@ -131,7 +130,7 @@ fn lamps_and_motors_come_to_rest_with_their_client() {
     client.exchange(&outputs);
     let state = |machine: &Machine| {
         let world = machine.world().unwrap();
-        (world.lamp(0, Output::O7), world.motor_speed(0, MotorOutput::M1).map(|speed| speed > 0.0))
+        (world.lamp(0, Output::O7), world.motor_speed(0, Motor::M1).map(|speed| speed > 0.0))
     };
     assert_eq!(txt.with_machine(|machine| state(machine)), (Some(0.25), Some(true)));
     client.command(CommandId::StopOnline);
@@ -206,7 +205,7 @@ fn an_extension_that_is_cut_off_comes_to_rest() {
     machine.step(Duration::from_millis(500));
     let state = |machine: &Machine| {
         let world = machine.world().unwrap();
-        (world.lamp(1, Output::O7), world.motor_speed(1, MotorOutput::M1).unwrap() > 1e-3)
+        (world.lamp(1, Output::O7), world.motor_speed(1, Motor::M1).unwrap() > 1e-3)
     };
     assert_eq!(state(&machine), (Some(1.0), true));
     machine.alive[0] = false;

@@ -230,15 +230,19 @@ fn calls_at_the_wrong_time_err_and_change_nothing() {
     assert_eq!(handler.stop_camera(), Ok(()), "it was never started");
     let defaults = CameraOptions::default();
     for (option, given, options) in [
-        ("width", 0, CameraOptions { width: 0, ..defaults }),
-        ("height", 0, CameraOptions { height: 0, ..defaults }),
-        ("framerate", 0, CameraOptions { framerate: 0, ..defaults }),
-        ("channel_frames", 0, CameraOptions { channel_frames: 0, ..defaults }),
-        ("channel_frames", usize::MAX, CameraOptions { channel_frames: usize::MAX, ..defaults }),
+        ("camera's width", 0, CameraOptions { width: 0, ..defaults }),
+        ("camera's height", 0, CameraOptions { height: 0, ..defaults }),
+        ("camera's framerate", 0, CameraOptions { framerate: 0, ..defaults }),
+        ("camera's channel_frames", 0, CameraOptions { channel_frames: 0, ..defaults }),
+        (
+            "camera's channel_frames",
+            i64::MAX,
+            CameraOptions { channel_frames: usize::MAX, ..defaults },
+        ),
     ] {
         let error = handler.start_camera(options).unwrap_err();
         assert!(
-            matches!(error, Error::CameraOption { option: o, given: g, .. } if (o, g) == (option, given)),
+            matches!(error, Error::OutOfRange { what: o, given: g, .. } if (o, g) == (option, given)),
             "{error:?}"
         );
         assert_eq!(txt.with_machine(|machine| machine.camera()), None);

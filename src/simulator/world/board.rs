@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::motor::Slide;
-use super::plugs::{Input, MotorOutput, Output};
+use super::motor_model::Slide;
 use super::sensor::{self, Sensor};
 use super::shaft::Shaft;
 use super::Board;
 use crate::simulator::controller::Controller;
+use crate::sockets::{Input, Motor, Output};
 use crate::transfer_area::{DUTY_MAX, IZ_MOTOR};
 
 /// What is plugged into one controller, and where it is.
@@ -24,7 +24,7 @@ impl BoardState {
         let shaft = |output| board.motors.get(&output).map(Shaft::new);
         let mut state = Self {
             inputs: board.inputs.clone(),
-            shafts: MotorOutput::ALL.map(shaft),
+            shafts: Motor::ALL.map(shaft),
             lamps: board.lamps.iter().map(|output| (*output, 0.0)).collect(),
         };
         state.move_sensors();

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
-use super::plugs::Input;
 use super::remote::AXIS_MAX;
 use super::sensor::Sensor;
-use super::{Board, Motor, Remote, Script, ScriptEvent, SeenBy, Slide, Travel, World};
+use super::{Board, MotorModel, Remote, Script, ScriptEvent, SeenBy, Slide, Travel, World};
+use crate::sockets::Input;
 use crate::transfer_area::MAX_EXTENSIONS;
 
 /// How many remotes can be told apart.
@@ -190,7 +190,7 @@ impl Travel {
     }
 }
 
-impl Motor {
+impl MotorModel {
     fn check(&self) -> Checked {
         positive("top_speed", self.top_speed, 100.0)?;
         in_range("time_constant", self.time_constant, 0.0..=1.0)?;

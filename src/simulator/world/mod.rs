@@ -9,8 +9,9 @@
 //! ```
 //! use std::time::Duration;
 //!
-//! use ft_transfer_area::simulator::world::{MotorOutput, World};
+//! use ft_transfer_area::simulator::world::World;
 //! use ft_transfer_area::simulator::Machine;
+//! use ft_transfer_area::tx::Motor;
 //! use ft_transfer_area::wire::ExchangeData;
 //!
 //! # fn main() -> Result<(), ft_transfer_area::Error> {
@@ -18,7 +19,7 @@
 //! machine.set_outputs(0, ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() });
 //! machine.step(Duration::from_secs(10)); // of machine time, at once
 //! assert_eq!(machine.controllers[0].uni[1], 1, "the slide presses its end switch");
-//! let slide = machine.world().and_then(|world| world.slide(0, MotorOutput::M1));
+//! let slide = machine.world().and_then(|world| world.slide(0, Motor::M1));
 //! assert_eq!(slide, Some(1000.0));
 //! # Ok(())
 //! # }
@@ -46,8 +47,7 @@
 mod board;
 mod check;
 mod file;
-mod motor;
-mod plugs;
+mod motor_model;
 mod remote;
 mod sensor;
 mod shaft;
@@ -57,8 +57,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
-pub use motor::{Motor, SeenBy, Slide, Travel};
-pub use plugs::{Input, MotorOutput, Output};
+use crate::sockets::{Input, Motor, Output};
+
+pub use motor_model::{MotorModel, SeenBy, Slide, Travel};
 pub use remote::Remote;
 pub use sensor::{Contact, Sensor};
 pub use state::WorldState;
@@ -93,7 +94,7 @@ pub struct Board {
     /// The sensors. On the other inputs there is nothing.
     pub inputs: BTreeMap<Input, Sensor>,
     /// The motors.
-    pub motors: BTreeMap<MotorOutput, Motor>,
+    pub motors: BTreeMap<Motor, MotorModel>,
     /// The lamps, on sockets that no motor uses.
     pub lamps: BTreeSet<Output>,
 }
@@ -133,7 +134,7 @@ impl Default for World {
             end_switch: Some(Input::I2),
             seen_by: Some(SeenBy { input: Input::I4, start_cm: 5.0, end_cm: 25.0 }),
         };
-        let motor = Motor { load: 0.1, slide: Some(slide), ..Motor::with_encoder() };
+        let motor = MotorModel { load: 0.1, slide: Some(slide), ..MotorModel::with_encoder() };
         let master = Board {
             inputs: BTreeMap::from([
                 (Input::I1, Sensor::SWITCH),
@@ -141,7 +142,7 @@ impl Default for World {
                 (Input::I3, Sensor::BUTTON),
                 (Input::I4, Sensor::Ultrasonic { cm: 15.0 }),
             ]),
-            motors: BTreeMap::from([(MotorOutput::M1, motor)]),
+            motors: BTreeMap::from([(Motor::M1, motor)]),
             lamps: BTreeSet::from([Output::O7]),
         };
         Self { master, extensions: Vec::new(), script: Script::default(), remotes: Vec::new() }

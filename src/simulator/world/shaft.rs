@@ -1,6 +1,6 @@
 //! A motor that turns.
 
-use super::motor::{Motor, Slide, Travel};
+use super::motor_model::{MotorModel, Slide, Travel};
 
 /// One tick of the world in s.
 const TICK: f64 = 0.001;
@@ -11,7 +11,7 @@ const SWITCH_ZONE: f64 = 0.01;
 /// A motor, how fast it turns and how far it has come.
 #[derive(Clone, Debug)]
 pub(super) struct Shaft {
-    motor: Motor,
+    motor: MotorModel,
     /// Turns per second, negative backwards.
     speed: f64,
     /// Position of the slide, in the unit of its travel.
@@ -21,7 +21,7 @@ pub(super) struct Shaft {
 }
 
 impl Shaft {
-    pub(super) fn new(motor: &Motor) -> Self {
+    pub(super) fn new(motor: &MotorModel) -> Self {
         let position = motor.slide.as_ref().map_or(0.0, |slide| slide.position);
         Self { motor: motor.clone(), speed: 0.0, position, part: 0.0 }
     }
@@ -53,7 +53,7 @@ impl Shaft {
     /// Turns for one tick with this part of full power, −1.0..=1.0; the pulses that gives. Without
     /// power it brakes, as a motor does whose contacts are connected.
     pub(super) fn turn(&mut self, power: f64) -> u16 {
-        let Motor { top_speed, time_constant, load, .. } = self.motor;
+        let MotorModel { top_speed, time_constant, load, .. } = self.motor;
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
         self.speed += (goal - self.speed) * TICK / (time_constant + TICK);
         let turns = self.move_slide(self.speed * TICK);
@@ -117,7 +117,7 @@ mod tests {
         for (power, load, speed) in
             [(1.0, 0.0, 3.0), (0.5, 0.0, 1.5), (1.0, 0.5, 1.5), (-1.0, 0.2, -2.4), (0.3, 0.5, 0.0)]
         {
-            let mut shaft = Shaft::new(&Motor { load, ..Motor::default() });
+            let mut shaft = Shaft::new(&MotorModel { load, ..MotorModel::default() });
             turn(&mut shaft, power, 1000);
             assert!((shaft.speed() - speed).abs() < 1e-6, "{power} {load}: {}", shaft.speed());
         }
@@ -125,25 +125,25 @@ mod tests {
 
     #[test]
     fn inertia_takes_its_time() {
-        let mut shaft = Shaft::new(&Motor { time_constant: 0.1, ..Motor::default() });
+        let mut shaft = Shaft::new(&MotorModel { time_constant: 0.1, ..MotorModel::default() });
         turn(&mut shaft, 1.0, 100);
         assert!((1.8..2.0).contains(&shaft.speed()), "{}", shaft.speed());
         turn(&mut shaft, 0.0, 100);
         assert!((0.6..0.8).contains(&shaft.speed()), "{}", shaft.speed());
-        let mut light = Shaft::new(&Motor { time_constant: 0.0, ..Motor::default() });
+        let mut light = Shaft::new(&MotorModel { time_constant: 0.0, ..MotorModel::default() });
         turn(&mut light, 1.0, 1);
         assert!((light.speed() - 3.0).abs() < 1e-9);
     }
 
     #[test]
     fn pulses_follow_from_turns_in_both_directions() {
-        let motor = Motor { time_constant: 0.0, top_speed: 2.0, ..Motor::with_encoder() };
+        let motor = MotorModel { time_constant: 0.0, top_speed: 2.0, ..MotorModel::with_encoder() };
         let mut shaft = Shaft::new(&motor);
         let pulses = turn(&mut shaft, 1.0, 10_000);
         assert!((1265..=1266).contains(&pulses), "{pulses}");
         let pulses = turn(&mut shaft, -1.0, 10_000);
         assert!((1265..=1267).contains(&pulses), "{pulses}");
-        let mut plain = Shaft::new(&Motor::default());
+        let mut plain = Shaft::new(&MotorModel::default());
         assert_eq!(turn(&mut plain, 1.0, 1000), 0);
     }
 
@@ -160,7 +160,8 @@ mod tests {
                 end_cm: 10.0,
             }),
         };
-        let mut shaft = Shaft::new(&Motor { slide: Some(slide), ..Motor::with_encoder() });
+        let mut shaft =
+            Shaft::new(&MotorModel { slide: Some(slide), ..MotorModel::with_encoder() });
         assert_eq!((shaft.at_stops(), shaft.seen_at()), ([false, false], Some(15.0)));
         let pulses = turn(&mut shaft, 1.0, 20_000);
         // 50 mm are 12.5 turns.

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use super::board::BoardState;
-use super::plugs::{Input, MotorOutput, Output};
 use super::remote::{self, Remote};
 use super::sensor::Sensor;
 use super::shaft::Shaft;
 use super::{Script, World};
 use crate::simulator::controller::Controller;
+use crate::sockets::{Input, Motor, Output};
 
 /// One tick in µs.
 const TICK: u64 = 1000;
@@ -84,13 +84,13 @@ impl WorldState {
     }
 
     /// Where the slide of this motor is, in the unit of its travel; `None` without one.
-    pub fn slide(&self, controller: usize, motor: MotorOutput) -> Option<f64> {
+    pub fn slide(&self, controller: usize, motor: Motor) -> Option<f64> {
         let shaft = self.shaft(controller, motor)?;
         shaft.slide().map(|_| shaft.position())
     }
 
     /// How fast this motor turns, in turns per second, negative backwards; `None` without one.
-    pub fn motor_speed(&self, controller: usize, motor: MotorOutput) -> Option<f64> {
+    pub fn motor_speed(&self, controller: usize, motor: Motor) -> Option<f64> {
         self.shaft(controller, motor).map(Shaft::speed)
     }
 
@@ -138,7 +138,7 @@ impl WorldState {
         }
     }
 
-    fn shaft(&self, controller: usize, motor: MotorOutput) -> Option<&Shaft> {
+    fn shaft(&self, controller: usize, motor: Motor) -> Option<&Shaft> {
         self.boards.get(controller)?.shafts[motor.index()].as_ref()
     }
 }

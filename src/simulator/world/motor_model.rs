@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::plugs::Input;
+use crate::sockets::Input;
 
 /// A motor on a motor output.
 ///
@@ -10,7 +10,7 @@ use super::plugs::Input;
 /// Of the difference, 37 % is left after one [time constant](Self::time_constant).
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Motor {
+pub struct MotorModel {
     /// The speed at duty 512 without a load, in turns per second: more than 0, at most 100.
     pub top_speed: f64,
     /// The inertia of what turns, in seconds, 0..=1. The control of distances ends within 3 pulses
@@ -26,14 +26,14 @@ pub struct Motor {
     pub slide: Option<Slide>,
 }
 
-impl Default for Motor {
+impl Default for MotorModel {
     /// A motor without an encoder, 3 turns per second, 0.05 s of inertia, no load, no slide.
     fn default() -> Self {
         Self { top_speed: 3.0, time_constant: 0.05, load: 0.0, pulses_per_turn: None, slide: None }
     }
 }
 
-impl Motor {
+impl MotorModel {
     /// The pulses of fischertechnik's encoder motor per turn.
     pub const ENCODER: f64 = 63.3;
 

@@ -1,0 +1,99 @@
+//! The sockets of a controller, by the names that are printed on the box.
+
+use std::fmt;
+
+/// Declares the sockets of one kind: an enum, all of them in order, their indices and names.
+macro_rules! sockets {
+    ($(#[$about:meta])* $name:ident: $($socket:ident),+; $index:literal) => {
+        $(#[$about])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "simulator", derive(serde::Deserialize))]
+        #[allow(missing_docs, reason = "the names are those on the controller")]
+        pub enum $name {
+            $($socket),+
+        }
+
+        impl $name {
+            /// All of them, in order.
+            pub const ALL: [Self; [$(Self::$socket),+].len()] = [$(Self::$socket),+];
+
+            #[doc = $index]
+            pub const fn index(self) -> usize {
+                self as usize
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                fmt::Debug::fmt(self, f)
+            }
+        }
+    };
+}
+
+sockets! {
+    /// A universal input.
+    #[doc(alias = "idxIO")]
+    Input: I1, I2, I3, I4, I5, I6, I7, I8;
+    "Where its value is in [`Input::uni`](crate::transfer_area::Input::uni), 0..=7."
+}
+
+sockets! {
+    /// A counter input. An encoder motor's encoder is plugged into the one with its number.
+    Counter: C1, C2, C3, C4;
+    "Where its value is in [`Input::counter`](crate::transfer_area::Input::counter), 0..=3."
+}
+
+sockets! {
+    /// A motor output: the pair of outputs 2*m* and 2*m* + 1. Its encoder is plugged into the counter
+    /// with the same number.
+    Motor: M1, M2, M3, M4;
+    "Where its distance is in [`Output::distance`](crate::transfer_area::Output::distance), 0..=3."
+}
+
+sockets! {
+    /// A single output. O1 and O2 are the sockets of M1, O3 and O4 those of M2, and so on.
+    Output: O1, O2, O3, O4, O5, O6, O7, O8;
+    "Where its duty is in [`Output::duty`](crate::transfer_area::Output::duty), 0..=7."
+}
+
+impl Motor {
+    /// The counter that its encoder is plugged into.
+    pub const fn counter(self) -> Counter {
+        Counter::ALL[self.index()]
+    }
+
+    /// Its two outputs: the one for clockwise, the one for counterclockwise.
+    pub const fn outputs(self) -> [Output; 2] {
+        [Output::ALL[2 * self.index()], Output::ALL[2 * self.index() + 1]]
+    }
+}
+
+impl Output {
+    /// The motor output that has this socket too.
+    pub const fn motor(self) -> Motor {
+        Motor::ALL[self.index() / 2]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motors_outputs_and_counters_belong_together() {
+        assert_eq!(Motor::M3.outputs(), [Output::O5, Output::O6]);
+        assert_eq!(Motor::M3.counter(), Counter::C3);
+        for output in Output::ALL {
+            assert!(output.motor().outputs().contains(&output), "{output}");
+        }
+    }
+
+    #[test]
+    fn names_and_indices_are_those_of_the_box() {
+        let names: Vec<String> = Input::ALL.iter().map(ToString::to_string).collect();
+        assert_eq!(names, ["I1", "I2", "I3", "I4", "I5", "I6", "I7", "I8"]);
+        assert_eq!(Counter::ALL.map(Counter::index), [0, 1, 2, 3]);
+        assert_eq!(Output::ALL.map(Output::index), [0, 1, 2, 3, 4, 5, 6, 7]);
+    }
+}
