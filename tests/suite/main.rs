@@ -13,4 +13,5 @@ mod pictures;
 mod reaction;
 mod recorded_sessions;
 mod support;
+mod tx;
 mod vectors;
