@@ -46,6 +46,8 @@ pub(crate) const NAMES: &[Library] = &[
             "IrAxisP",
             "IrButSwi",
             "FtErrors",
+            "ftIF2013CommandId",
+            "ftIF2013ResponseId",
             "CompressionBuffer",
             "ExpansionBuffer",
             "GetCrc",
