@@ -46,8 +46,8 @@ fn c_fields(csv: &str) -> Vec<Field> {
 }
 
 fn rust_fields() -> Vec<Field> {
-    let (_, list) = RUST.split_once("    layout! {\n").unwrap();
-    let list = list.lines().take_while(|line| line.trim() != "}");
+    let list = RUST.lines().skip_while(|line| line.trim() != "layout! {").skip(1);
+    let list = list.take_while(|line| line.trim() != "}");
     list.map(|line| {
         let (path, place) = line.trim().trim_end_matches(';').split_once(": ").unwrap();
         let (offset, size) = place.split_once(", ").unwrap();

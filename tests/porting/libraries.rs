@@ -70,6 +70,7 @@ pub(crate) const CALLS: &[Library] = &[
             "SetDefaultConfig",
             "UpdateTimers",
             "StopMotors",
+            "GetCrc",
         ],
         without: &[
             (

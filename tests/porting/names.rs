@@ -50,7 +50,6 @@ pub(crate) const NAMES: &[Library] = &[
             "ftIF2013ResponseId",
             "CompressionBuffer",
             "ExpansionBuffer",
-            "GetCrc",
         ],
         without: &[
             (&["FT_VERSION", "FT_VER"], "a `u32`, a byte for each number"),

@@ -166,7 +166,7 @@ fn items_of(file: &Path, text: &str) -> Vec<Item> {
     for (index, line) in lines.iter().enumerate() {
         let code = line.trim_start();
         let alias = code.strip_prefix("#[doc(alias = \"").and_then(|end| end.strip_suffix("\")]"));
-        if let Some(alias) = alias {
+        if let Some(alias) = alias.filter(|alias| !alias.contains('"')) {
             aliases.push(alias.to_owned());
             continue;
         }
