@@ -36,20 +36,16 @@ impl Exports {
 
     /// The shortest path to what this file has under this name.
     pub(crate) fn path(&self, file: &Path, name: &str) -> Option<String> {
-        let text =
-            |part: Option<&std::ffi::OsStr>| part.map(|part| part.to_string_lossy().into_owned());
-        let stem = text(file.file_stem());
-        let directory = text(file.parent().and_then(Path::file_name));
+        // The file's module and those around it, each of which may be named in a `pub use`.
+        let without_ending = file.with_extension("");
+        let home: Vec<_> = without_ending.iter().map(|part| part.to_string_lossy()).collect();
         let exported = self.exports.iter().filter(|export| {
             (export.name == name || export.name == "*")
-                && [&stem, &directory].into_iter().flatten().any(|module| *module == export.from)
+                && home.iter().any(|module| *module == export.from)
         });
-        let mut paths: Vec<String> =
-            exported.map(|export| format!("{}{name}", export.module)).collect();
-        let own = directory
-            .filter(|directory| stem.as_deref() == Some("mod") && self.modules.contains(directory));
-        paths.extend(own.map(|module| format!("{module}::{name}")));
-        paths.into_iter().min_by_key(String::len)
+        let own = self.modules.iter().filter(|module| home == [module.as_str(), "mod"]);
+        let paths = exported.map(|export| format!("{}{name}", export.module));
+        paths.chain(own.map(|module| format!("{module}::{name}"))).min_by_key(String::len)
     }
 }
 

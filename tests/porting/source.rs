@@ -20,6 +20,8 @@ pub(crate) enum Kind {
     Method,
     Field,
     Variant,
+    /// A field of a variant.
+    VariantField,
 }
 
 #[derive(Clone, Debug)]
@@ -118,6 +120,12 @@ impl Source {
         own.or_else(near).or_else(any).unwrap_or_else(|| panic!("{file:?}: which {name}?"))
     }
 
+    fn variant_named(&self, name: &str, file: &Path) -> &Item {
+        let is_it =
+            |item: &&Item| item.kind == Kind::Variant && item.name == name && item.file == file;
+        self.items.iter().find(is_it).unwrap_or_else(|| panic!("{file:?}: which {name}?"))
+    }
+
     /// How the document writes it.
     pub(crate) fn show(&self, item: &Item) -> String {
         let Some(container) = &item.container else {
@@ -125,7 +133,10 @@ impl Source {
             let path = path.unwrap_or_else(|| panic!("{} is not public", item.place()));
             return if item.kind == Kind::Function { format!("{path}(…)") } else { path };
         };
-        let container = self.type_named(container, &item.file);
+        let container = match item.kind {
+            Kind::VariantField => self.variant_named(container, &item.file),
+            _ => self.type_named(container, &item.file),
+        };
         let path = self.show(container);
         let receiver = RECEIVERS.iter().find(|(name, _)| *name == path).map(|(_, value)| value);
         let arguments = if item.has_arguments { "(…)" } else { "()" };
@@ -246,6 +257,7 @@ fn parse<'a>(code: &'a str, head: &str) -> Option<(Kind, &'a str, &'a str)> {
         // The macros that declare sockets and ids.
         () if head.ends_with("! {") => (rest.starts_with([':', ' '])).then_some(Kind::Type),
         () if public.is_some() => rest.starts_with(':').then_some(Kind::Field),
+        () if rest.starts_with(": ") => Some(Kind::VariantField),
         () if head.starts_with("pub enum ") => Some(Kind::Variant),
         () => rest.starts_with(" = ").then_some(Kind::Variant),
     });
