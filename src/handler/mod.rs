@@ -196,8 +196,8 @@ impl TransferAreaComHandler {
         self.camera_server_started = false;
     }
 
-    /// Whether a transfer is running: from `begin_transfer` on until it ends, by `end_transfer` or by an
-    /// error, which [`error`](Self::error) tells then.
+    /// Whether a transfer is running: from `begin_transfer` on until it ends, by `end_transfer` or
+    /// by an error, which [`error`](Self::error) tells then.
     #[doc(alias = "ftxIsTransferActiv")]
     #[doc(alias = "MotorIOLib_ThreadIsRunning")]
     #[must_use]

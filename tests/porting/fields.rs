@@ -12,8 +12,8 @@ const ROBO_TX: &str = include_str!("robo_tx.csv");
 /// Every field of the crate's, checked when it is compiled.
 const RUST: &str = include_str!("../../src/transfer_area/layout.rs");
 
-/// Offset and size in bytes, and how deep in the structure: of a struct and its first field both may
-/// lie at the same place.
+/// Offset and size in bytes, and how deep in the structure: a struct and its only field lie at the
+/// same place.
 type Place = (usize, usize, usize);
 
 struct Field {

@@ -1,7 +1,7 @@
 //! The crate's items with their C names (`#[doc(alias = "…")]`), read from its source.
 //!
-//! The source is formatted by rustfmt, so an attribute, an item and the head of what contains it have
-//! a line each and are indented. What does not look like that makes the test fail, not overlook.
+//! The source is formatted by rustfmt, so an attribute, an item and the head of what contains it
+//! have a line each and are indented. A name at what does not look like that fails the test.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -237,8 +237,8 @@ fn item_at(file: &Path, lines: &[&str], index: usize, aliases: Vec<String>) -> O
     Some(item)
 }
 
-/// The kind and the name of what a line begins, and what follows; by the head of its block where the
-/// line does not say it.
+/// The kind and the name of what a line begins, and what follows; by the head of its block where
+/// the line does not say it.
 fn parse<'a>(code: &'a str, head: &str) -> Option<(Kind, &'a str, &'a str)> {
     let public = code.strip_prefix("pub ");
     let rest = public.unwrap_or(code);
