@@ -16,6 +16,8 @@ use crate::sockets::{Input, Motor, Output};
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
 /// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh.
 /// The errors that leave the connection as it was say so.
+#[doc(alias = "FtErrors")]
+#[doc(alias = "ftxGetLibErrorString")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Error {
@@ -25,6 +27,7 @@ pub enum Error {
         given: usize,
     },
     /// A number that a call was given is out of its range. Nothing was changed, and nothing sent.
+    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     OutOfRange {
         /// What the number is for.
         what: &'static str,
@@ -37,12 +40,14 @@ pub enum Error {
     },
     /// The call is for a motor, but these outputs are configured as two single ones. Nothing was
     /// changed.
+    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     NotAMotor {
         /// The motor.
         motor: Motor,
     },
     /// The call is for a single output, but this one is configured as half of a motor. Nothing was
     /// changed.
+    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     NotAnOutput {
         /// The output.
         output: Output,
@@ -63,8 +68,10 @@ pub enum Error {
         input: Input,
     },
     /// `begin_transfer` was called while a transfer is running, which goes on undisturbed.
+    #[doc(alias = "FTLIB_ERR_THREAD_IS_RUNNING")]
     AlreadyStarted,
     /// The call needs a running transfer, and there is none: call `begin_transfer` first.
+    #[doc(alias = "FTLIB_ERR_THREAD_NOT_RUNNING")]
     NotStarted,
     /// The command needs online mode: call `start_online` first. The connection stays usable.
     NotOnline {
@@ -199,6 +206,7 @@ pub enum Error {
     ProgramPanicked,
     /// A thread for the transfer or the camera could not be started, or ended by a panic. The
     /// latter is a defect of this crate.
+    #[doc(alias = "FTLIB_ERR_THREAD_NOT_STARTABLE")]
     Thread {
         /// What happened.
         reason: String,

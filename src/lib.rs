@@ -41,8 +41,8 @@
 //! | develop and test without a controller | `simulator` (feature `simulator`) |
 //!
 //! The crate is a port of the C-Programming Kit 4.1.6; searching this documentation for the kit's
-//! names finds their places here. Where the kit has a mistake, `docs/protocol.md` in the
-//! repository says what it is and what happens here instead.
+//! names finds their places here, and `docs/porting.md` in the repository has them all. Where the
+//! kit has a mistake, `docs/protocol.md` says what it is and what happens here instead.
 //!
 //! # Blocking
 //!
@@ -97,3 +97,8 @@ pub use transfer_area::FishX1Transfer;
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// So are those of the porting guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/porting.md")]
+struct Porting;

@@ -69,6 +69,7 @@ use thread::Cycler;
 /// ```
 #[doc(alias = "ftIF2013TransferAreaComHandler")]
 #[doc(alias = "ftIF2013TransferAreaComHandlerEx")]
+#[doc(alias = "ftIF2013TransferAreaComHandlerEx2")]
 #[derive(Debug)]
 pub struct TransferAreaComHandler {
     settings: Settings,
@@ -87,6 +88,9 @@ impl TransferAreaComHandler {
     /// Settings for a handler of the controller at `host`, a name or a numeric address:
     /// 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
     /// controller itself.
+    #[doc(alias = "ftIF2013TransferAreaComHandler")]
+    #[doc(alias = "ftxOpenComDevice")]
+    #[doc(alias = "ftxOpenComDeviceNr")]
     pub fn builder(host: impl Into<String>) -> TransferAreaComHandlerBuilder {
         TransferAreaComHandlerBuilder::new(host.into())
     }
@@ -121,6 +125,8 @@ impl TransferAreaComHandler {
     /// 4.1.6; any error of connecting or talking to the controller. No thread and no connection
     /// are left then.
     #[doc(alias = "BeginTransfer")]
+    #[doc(alias = "ftxStartTransferArea")]
+    #[doc(alias = "StartTxtDownloadProg")]
     pub fn begin_transfer(&mut self) -> Result<(), Error> {
         if self.area.shared().is_running() {
             return Err(Error::AlreadyStarted);
@@ -170,6 +176,9 @@ impl TransferAreaComHandler {
     /// The error that ended the transfer, also when it ended before; until the next
     /// `begin_transfer`.
     #[doc(alias = "EndTransfer")]
+    #[doc(alias = "ftxStopTransferArea")]
+    #[doc(alias = "ftxCloseDevice")]
+    #[doc(alias = "StopTxtDownloadProg")]
     pub fn end_transfer(&mut self) -> Result<(), Error> {
         self.area.shared().ask_to_stop(Stop::Asked);
         self.join_threads();
@@ -187,7 +196,18 @@ impl TransferAreaComHandler {
         self.camera_server_started = false;
     }
 
+    /// Whether a transfer is running: from `begin_transfer` on until it ends, by `end_transfer` or
+    /// by an error, which [`error`](Self::error) tells then.
+    #[doc(alias = "ftxIsTransferActiv")]
+    #[doc(alias = "MotorIOLib_ThreadIsRunning")]
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.area.shared().is_running()
+    }
+
     /// Locks the areas. See [`TransferArea::lock`].
+    #[doc(alias = "GetTransferAreasArrayAddr")]
+    #[doc(alias = "GetKeLibTransferAreaMainAddress")]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
         self.area.lock()
     }
@@ -197,6 +217,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`], or the error that ended the transfer.
+    #[doc(alias = "PrgTic")]
     pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
         self.area.wait_cycle()
     }
@@ -217,6 +238,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`], or the error that ended the transfer.
+    #[doc(alias = "UpdateConfig")]
     pub fn update_config(&self) -> Result<(), Error> {
         self.area.update_config()
     }
@@ -228,17 +250,21 @@ impl TransferAreaComHandler {
 
     /// The firmware version of the controller that `begin_transfer` has last reached.
     #[doc(alias = "GetVersion")]
+    #[doc(alias = "GetRoboTxFwStr")]
+    #[doc(alias = "GetRoboTxFwVal")]
     pub fn version(&self) -> Option<FirmwareVersion> {
         self.status.map(|status| status.version)
     }
 
     /// The name of the controller that `begin_transfer` has last reached.
     #[doc(alias = "m_devicename")]
+    #[doc(alias = "GetRoboTxDevName")]
     pub fn device_name(&self) -> Option<String> {
         self.status.map(|status| status.name())
     }
 
     /// Figures of the transfer that runs, or of the last one. See [`Statistics`].
+    #[doc(alias = "GetTrapStatistic")]
     pub fn statistics(&self) -> Statistics {
         self.area.statistics()
     }
