@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use parking_lot::MutexGuard;
 
-use super::shared::{Shared, Stop};
+use super::mail::Stop;
+use super::shared::Shared;
+use super::wait::deadline_after;
 use super::Statistics;
 use crate::error::Error;
 use crate::transfer_area::FishX1Transfer;
@@ -102,13 +104,21 @@ impl TransferArea {
     }
 
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
-        let cycle = self.shared.wait_cycle(self.seen.load(Ordering::Relaxed), limit)?;
-        let guard = self.guard(Some(cycle));
-        self.seen.store(guard.cycle, Ordering::Relaxed);
+        let deadline = limit.and_then(deadline_after);
+        let cycle = self.shared.wait_cycle(self.seen.load(Ordering::Relaxed), deadline)?;
+        let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
+        let guard = self.guard(Some(cycle.ok_or_else(timed_out)?));
+        self.note_seen(&guard);
         Ok(guard)
     }
 
-    fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
+    /// Remembers that this handle has returned the guard's response.
+    pub(super) fn note_seen(&self, guard: &TransferAreaGuard<'_>) {
+        self.seen.store(guard.cycle, Ordering::Relaxed);
+    }
+
+    /// Locks the areas for a thread that may have waited for a response.
+    pub(super) fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
         let (areas, cycle) = self.shared.lock(reacts_to);
         let panicking = PanicCheck::new();
         TransferAreaGuard { shared: &self.shared, areas, cycle, reacts_to, panicking }
@@ -168,6 +178,13 @@ pub struct TransferAreaGuard<'a> {
     /// The response for which the thread waited.
     reacts_to: Option<u64>,
     panicking: PanicCheck,
+}
+
+impl TransferAreaGuard<'_> {
+    /// The newest response that is in the areas.
+    pub(super) fn cycle(&self) -> u64 {
+        self.cycle
+    }
 }
 
 impl Deref for TransferAreaGuard<'_> {

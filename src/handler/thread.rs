@@ -6,10 +6,12 @@ use std::time::Duration;
 
 use log::{error, info};
 
-use super::shared::{Errand, Shared, Stop};
+use super::events::Comparison;
+use super::mail::{Delivery, Errand, Stop};
+use super::shared::Shared;
 use crate::client::TxtClient;
 use crate::error::Error;
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Inputs, SentConfigs};
 use crate::transfer_area::FishX1Transfer;
 
 pub(super) struct Cycler {
@@ -21,6 +23,12 @@ pub(super) struct Cycler {
     reaction_window: Duration,
     /// Whether the controller's camera server is started.
     camera_started: bool,
+    /// The response before the last one, when somebody listens for events.
+    inputs_before: Inputs,
+    /// The configurations by which that came in.
+    configs_before: SentConfigs,
+    /// Whether others were sent since.
+    configs_changed: bool,
 }
 
 impl Cycler {
@@ -32,7 +40,18 @@ impl Cycler {
         shared: Arc<Shared>,
         reaction_window: Duration,
     ) -> Self {
-        Self { client, exchange, areas, shared, reaction_window, camera_started: false }
+        let configs_before = *exchange.sent_configs();
+        Self {
+            client,
+            exchange,
+            areas,
+            shared,
+            reaction_window,
+            camera_started: false,
+            inputs_before: Inputs::default(),
+            configs_before,
+            configs_changed: false,
+        }
     }
 
     pub(super) fn run(mut self) {
@@ -68,18 +87,47 @@ impl Cycler {
     fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
         loop {
             self.run_errand()?;
-            self.cycle()?;
-            if let Some(stop) = self.shared.hold_window(self.reaction_window, &mut self.areas) {
+            if let Some(stop) = self.cycle()? {
                 return Ok(stop);
             }
         }
     }
 
-    fn cycle(&mut self) -> Result<(), Error> {
+    fn cycle(&mut self) -> Result<Option<Stop>, Error> {
+        let delivery = self.exchange()?;
+        self.shared.run_hook(self.reaction_window);
+        self.announce(&delivery);
+        Ok(self.shared.hold_window(self.reaction_window, &mut self.areas))
+    }
+
+    /// Sends what has changed, and hands in the response.
+    fn exchange(&mut self) -> Result<Delivery, Error> {
+        if self.configs_changed {
+            self.configs_before = *self.exchange.sent_configs();
+        }
         let config_updates = self.client.update_configs(&mut self.exchange, &self.areas)?;
+        self.configs_changed = config_updates > 0;
         let inputs = self.client.exchange(&mut self.exchange, &self.areas)?;
-        self.shared.deliver(inputs, config_updates);
-        Ok(())
+        Ok(self.shared.deliver(inputs, config_updates, &mut self.inputs_before))
+    }
+
+    /// Tells the program of a response: first who waits for it, then who listens for events.
+    fn announce(&self, delivery: &Delivery) {
+        self.shared.wake();
+        if delivery.listened.is_empty() {
+            return;
+        }
+        let comparison = Comparison {
+            first: delivery.first,
+            kinds: delivery.listened,
+            before: &self.inputs_before,
+            now: self.exchange.inputs(),
+            configs_before: &self.configs_before,
+            configs: self.exchange.sent_configs(),
+            sent: &self.areas,
+        };
+        let listeners = self.shared.listeners.lock();
+        comparison.for_each_event(|event| listeners.tell(&event, delivery.cycle));
     }
 
     /// Sends the command that the program wants to have sent.
@@ -101,7 +149,8 @@ impl Cycler {
 
     /// Leaves a machine whose motors are to be stopped in good order.
     fn leave(&mut self) -> Result<(), Error> {
-        self.cycle()?;
+        let delivery = self.exchange()?;
+        self.announce(&delivery);
         if self.camera_started {
             self.client.stop_camera_online()?;
         }

@@ -9,7 +9,9 @@ impl FishX1Transfer {
     ///
     /// Raises the [`config_id`](crate::transfer_area::State::config_id), so that the configuration
     /// goes out before the next exchange. The input's value, which was measured by the old
-    /// configuration, becomes 0 until a response brings a new one.
+    /// configuration, becomes 0 until a response brings a new one. That of the exchange under way
+    /// may still be an old one; behind
+    /// [`update_config`](crate::TransferAreaComHandler::update_config) it is not.
     ///
     /// ```
     /// use ft_transfer_area::transfer_area::InputMode;
