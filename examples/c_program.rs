@@ -4,8 +4,8 @@
 //! The lines behind `// C:` are the whole C program, in the calls of FtTxtLib. Below each stands
 //! what it becomes here. What is different on purpose:
 //!
-//! - A call that can fail returns an error, and `?` hands it on; in C nobody looked at it.
-//! - Nothing waits for ever: each wait has a limit.
+//! - A call that can fail returns an error, which `?` hands on; the C program does not look at it.
+//! - Each wait says how long it may take, and ends when the connection does.
 //! - However the program ends, even by an error in its midst, the motors are stopped.
 //!
 //! Wiring: the gate's encoder motor on M1 and C1, a switch on I1 that the closed gate presses, a
@@ -39,9 +39,10 @@ use ft_transfer_area::FishX1Transfer;
 
 const USAGE: &str = "usage: c_program [--seconds N] [HOST[:PORT]]";
 
-/// A visitor may take an hour, the gate may not take longer than this.
-const VISITOR: Duration = Duration::from_secs(3600);
-const GATE: Duration = Duration::from_secs(20);
+/// Nobody knows when the next visitor comes.
+const FOREVER: Duration = Duration::MAX;
+/// The gate takes no longer than this, unless something is in its way.
+const LIMIT: Duration = Duration::from_secs(20);
 
 // C:
 // C: int main()
@@ -74,13 +75,13 @@ fn run() -> common::Result {
     let pressed = |input: Input| {
         move |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_io_value_binary(input) == Ok(true)
     };
-    drop(txt.wait_until(pressed(Input::I3), VISITOR)?);
+    txt.wait_until(pressed(Input::I3), FOREVER)?;
 
     // C:
     // C:     txt->SetSound(ShmIfId_TXT::LOCAL_IO, 3, 1);
-    // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M1, 512, Direction::CW, 300);
+    // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M1, 512, Direction::CW, 200);
     txt.lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
-    txt.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 300)?;
+    txt.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 200)?;
 
     // C:     bool lit = false;
     // C:     while (!txt->IsMotorExReady(ShmIfId_TXT::LOCAL_IO, Motor::M1)) {
@@ -102,7 +103,7 @@ fn run() -> common::Result {
 
     // C:     while (!txt->IsSoundReady(ShmIfId_TXT::LOCAL_IO))
     // C:         Sleep(10);
-    drop(txt.wait_sound(LOCAL_IO, GATE)?);
+    txt.wait_sound(LOCAL_IO, LIMIT)?;
 
     // C:
     // C:     txt->StopMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M1);
@@ -111,14 +112,14 @@ fn run() -> common::Result {
     // C:         Sleep(10);
     txt.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M1)?;
     txt.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
-    drop(txt.wait_counter_reset(LOCAL_IO, Counter::C1, GATE)?);
+    txt.wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
 
-    // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M1, 400, Direction::CCW);
+    // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M1, 512, Direction::CCW);
     // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I1))
     // C:         Sleep(10);
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M1, 0, Direction::Halt);
-    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 400, Direction::Ccw)?;
-    drop(txt.wait_until(pressed(Input::I1), GATE)?);
+    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 512, Direction::Ccw)?;
+    txt.wait_until(pressed(Input::I1), LIMIT)?;
     txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)?;
 
     // C:     txt->SetOutPwmValues(ShmIfId_TXT::LOCAL_IO, Output::O7, 0);

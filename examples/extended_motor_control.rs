@@ -54,7 +54,7 @@ fn run() -> common::Result {
     // ones until the first response, they are reset before.
     handler.lock()[LOCAL_IO].start_counter_reset(C1);
     handler.lock()[LOCAL_IO].start_counter_reset(C2);
-    drop(handler.wait_counter_reset(LOCAL_IO, C1, LIMIT)?);
+    handler.wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
     let areas = handler.wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
     print_counters("counters reset", &areas[LOCAL_IO]);
     drop(areas);
@@ -63,14 +63,13 @@ fn run() -> common::Result {
     let slaves = [(M2, Ccw)];
     handler.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &slaves, PULSES.into())?;
     for quarter in 1..4 {
-        let enough = |areas: &[FishX1Transfer]| {
-            areas[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4
-        };
+        let enough =
+            |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4;
         let areas = handler.wait_until(enough, LIMIT)?;
         print_counters("on the way", &areas[LOCAL_IO]);
     }
     // Each motor of the group tells for itself when it has arrived.
-    drop(handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?);
+    handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
     let areas = handler.wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
     print_counters("arrived", &areas[LOCAL_IO]);
     drop(areas);
@@ -91,7 +90,7 @@ fn run() -> common::Result {
 fn turn_half_a_second(handler: &TransferAreaComHandler) -> Result<(), Error> {
     set_both(&mut handler.lock()[LOCAL_IO], DUTY_MAX)?;
     for _ in 0..50 {
-        drop(handler.wait_cycle()?);
+        handler.wait_cycle()?;
     }
     let mut areas = handler.wait_cycle()?;
     set_both(&mut areas[LOCAL_IO], 0)?;

@@ -37,7 +37,8 @@ fn run() -> common::Result {
     handler.lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 
-    let mut shown = None;
+    // Whether the extension is there, and the two buttons, as printed last.
+    let mut shown: Option<(bool, bool, bool)> = None;
     while example.goes_on() {
         let mut areas = handler.wait_cycle()?;
         let is_there = areas[LOCAL_IO].slaves_alive() > 0;

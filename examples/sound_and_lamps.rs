@@ -83,7 +83,8 @@ fn run() -> common::Result {
 }
 
 fn print_state(lit: usize, sound: Sound) {
-    let lamps: String = (0..LAMPS.len()).map(|lamp| if lamp == lit { " *" } else { " ." }).collect();
+    let lamps: String =
+        (0..LAMPS.len()).map(|lamp| if lamp == lit { " *" } else { " ." }).collect();
     println!("O5{lamps} O8   {}", sound.name());
 }
 

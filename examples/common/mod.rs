@@ -96,7 +96,7 @@ impl Example {
                 (host.to_owned(), port, None)
             }
             None => {
-                println!("No controller is named, so this is a simulated one.");
+                println!("No controller is named, so this is a simulated one, where all happens by itself.");
                 seconds = seconds.or(Some(SECONDS));
                 let txt = simulated()?.start()?;
                 ("127.0.0.1".to_owned(), txt.port(), Some(txt))
