@@ -78,8 +78,10 @@ fn run() -> common::Result {
     txt.wait_until(pressed(Input::I3), FOREVER)?;
 
     // C:
+    // C:     printf("It opens.\n");
     // C:     txt->SetSound(ShmIfId_TXT::LOCAL_IO, 3, 1);
     // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M1, 512, Direction::CW, 200);
+    println!("It opens.");
     txt.lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
     txt.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 200)?;
 
@@ -96,10 +98,10 @@ fn run() -> common::Result {
         thread::sleep(Duration::from_millis(200));
     }
 
-    // C:     printf("The gate is open after %d pulses.\n",
+    // C:     printf("It is open after %d pulses.\n",
     // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C1));
     let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C1);
-    println!("The gate is open after {pulses} pulses.");
+    println!("It is open after {pulses} pulses.");
 
     // C:     while (!txt->IsSoundReady(ShmIfId_TXT::LOCAL_IO))
     // C:         Sleep(10);

@@ -10,7 +10,7 @@
 //! cargo run --example extended_motor_control -- --seconds 60 127.0.0.1:65000
 //! ```
 //!
-//! The motors turn as soon as it starts, for about five seconds. Ctrl-C stops them.
+//! The motors turn as soon as it starts, for about four seconds. Ctrl-C stops them.
 
 mod common;
 
@@ -28,8 +28,8 @@ use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
 const USAGE: &str = "usage: extended_motor_control [--seconds N] [HOST[:PORT]]";
 
-/// About three turns of fischertechnik's encoder motor.
-const PULSES: u16 = 200;
+/// A little more than two turns of fischertechnik's encoder motor.
+const PULSES: u16 = 150;
 
 /// Longer than anything takes, unless a motor is stuck or its encoder is not plugged in.
 const LIMIT: Duration = Duration::from_secs(20);

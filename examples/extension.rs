@@ -3,7 +3,7 @@
 //! and its button is not believed.
 //!
 //! Wiring, the same on both controllers: a push button on I1 (contacts 1 and 3), a motor on M1. The
-//! second TXT is connected to the first one's EXT socket, and set to be an extension in its own menu.
+//! second TXT is connected to the first one's EXT socket, and set to be an extension in its menu.
 //!
 //! ```text
 //! cargo run --example extension                  # a simulated TXT; somebody pulls the plug

@@ -72,7 +72,7 @@ fn run() -> common::Result {
         if state != shown {
             shown = state;
             println!(
-                "joysticks {left:3}, {right:3}   {}   M1 {:4}, M2 {:4}   C1 {:4}, C2 {:4}",
+                "left {left:3}, right {right:3}   {}   M1 {:4}, M2 {:4}   C1 {:4}, C2 {:4}",
                 if driving { "ON " } else { "OFF" },
                 copy.get_out_motor_values(Motor::M1)?,
                 copy.get_out_motor_values(Motor::M2)?,

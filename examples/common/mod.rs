@@ -96,7 +96,9 @@ impl Example {
                 (host.to_owned(), port, None)
             }
             None => {
-                println!("No controller is named, so this is a simulated one, where all happens by itself.");
+                println!(
+                    "No controller is named, so this is a simulated one that plays by itself."
+                );
                 seconds = seconds.or(Some(SECONDS));
                 let txt = simulated()?.start()?;
                 ("127.0.0.1".to_owned(), txt.port(), Some(txt))
@@ -119,9 +121,11 @@ impl Example {
     /// Has the machine stopped when the example must not go on, whatever it waits for then.
     pub(crate) fn stop_in_time(&self, handler: &TransferAreaComHandler) {
         let end = self.end;
-        handler.set_cycle_hook(move |_| match is_over(end) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        handler.set_cycle_hook(move |_| {
+            if is_over(end) {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
         });
     }
 }
