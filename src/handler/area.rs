@@ -231,3 +231,41 @@ impl PanicCheck {
         !self.before && std::thread::panicking()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{catch_unwind, AssertUnwindSafe};
+
+    use super::*;
+
+    fn config_id(areas: &[FishX1Transfer]) -> u8 {
+        areas[0].state.config_id
+    }
+
+    /// Panics before all of a new configuration is written.
+    fn panic_half_way(area: &TransferArea) {
+        let panicked = catch_unwind(AssertUnwindSafe(|| {
+            let mut areas = area.lock();
+            areas[0].state.config_id = 2;
+            panic!("before the configuration is written");
+        }));
+        panicked.unwrap_err();
+    }
+
+    #[test]
+    fn what_a_panic_has_left_half_written_goes_out_by_no_other_guard_either() {
+        let area = TransferArea::new(1);
+        area.shared().begin(0);
+        panic_half_way(&area);
+        drop(area.lock());
+        assert_eq!(config_id(&area.shared().outgoing()), 1);
+        area.shared().finish(Err(Error::ProgramPanicked), &[FishX1Transfer::default()]);
+
+        // What the program writes now is whole again.
+        area.lock()[0].state.config_id = 3;
+        assert_eq!(config_id(&area.shared().outgoing()), 3);
+        area.shared().begin(0);
+        area.lock()[0].state.config_id = 4;
+        assert_eq!(config_id(&area.shared().outgoing()), 4);
+    }
+}
