@@ -181,9 +181,15 @@ pub struct TransferAreaGuard<'a> {
 }
 
 impl TransferAreaGuard<'_> {
-    /// The newest response that is in the areas.
-    pub(super) fn cycle(&self) -> u64 {
-        self.cycle
+    /// The newest response that needs no waiting for any more. One that came in while this thread
+    /// did not expect it does: its window waits for somebody still.
+    pub(super) fn attended(&self) -> u64 {
+        let expected = self.reacts_to == Some(self.cycle);
+        if expected {
+            self.cycle
+        } else {
+            self.cycle.saturating_sub(1)
+        }
     }
 }
 

@@ -113,7 +113,7 @@ impl Cycler {
 
     /// Tells the program of a response: first who waits for it, then who listens for events.
     fn announce(&self, delivery: &Delivery) {
-        self.shared.wake();
+        self.shared.open_window();
         if delivery.listened.is_empty() {
             return;
         }
@@ -127,7 +127,7 @@ impl Cycler {
             sent: &self.areas,
         };
         let listeners = self.shared.listeners.lock();
-        comparison.for_each_event(|event| listeners.tell(&event, delivery.cycle));
+        comparison.for_each_event(|event| listeners.tell(&event, delivery.number));
     }
 
     /// Sends the command that the program wants to have sent.

@@ -30,8 +30,8 @@ struct Listener {
 
 impl Listeners {
     /// Sends an event of a response to all whom it concerns. Does not block.
-    pub(in crate::handler) fn tell(&self, event: &Event, cycle: u64) {
-        for listener in self.list.iter().filter(|listener| listener.since < cycle) {
+    pub(in crate::handler) fn tell(&self, event: &Event, response: u64) {
+        for listener in self.list.iter().filter(|listener| listener.since < response) {
             if listener.kinds.contains(event.kind()) {
                 listener.put(event.clone(), listener.capacity);
             }
@@ -69,7 +69,7 @@ impl Shared {
         if !listeners.ended {
             let mut mail = self.mail.lock();
             let lost = Arc::clone(&lost);
-            listeners.list.push(Listener { kinds, since: mail.cycle, sender, capacity, lost });
+            listeners.list.push(Listener { kinds, since: mail.delivered, sender, capacity, lost });
             mail.listened = listeners.kinds();
         }
         drop(listeners);
@@ -158,7 +158,7 @@ mod tests {
         let ends = subscribe(&shared, &[EventKind::TransferEnded], 9);
         let extensions = subscribe(&shared, &[EventKind::ExtensionChanged], 9);
         let nothing = subscribe(&shared, &[], 9);
-        shared.mail.lock().cycle = 5;
+        shared.mail.lock().delivered = 5;
         let late = subscribe(&shared, &EventKind::ALL, 9);
         shared.listeners.lock().tell(&came(1), 5);
         shared.listeners.lock().tell(&came(2), 6);
