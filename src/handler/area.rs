@@ -181,9 +181,15 @@ pub struct TransferAreaGuard<'a> {
 }
 
 impl TransferAreaGuard<'_> {
-    /// The newest response that is in the areas.
-    pub(super) fn cycle(&self) -> u64 {
-        self.cycle
+    /// The newest response that needs no waiting for any more. One that came in while this thread
+    /// did not expect it does: its window waits for somebody still.
+    pub(super) fn attended(&self) -> u64 {
+        let expected = self.reacts_to == Some(self.cycle);
+        if expected {
+            self.cycle
+        } else {
+            self.cycle.saturating_sub(1)
+        }
     }
 }
 
@@ -229,5 +235,43 @@ impl PanicCheck {
 
     fn has_begun(&self) -> bool {
         !self.before && std::thread::panicking()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{catch_unwind, AssertUnwindSafe};
+
+    use super::*;
+
+    fn config_id(areas: &[FishX1Transfer]) -> u8 {
+        areas[0].state.config_id
+    }
+
+    /// Panics before all of a new configuration is written.
+    fn panic_half_way(area: &TransferArea) {
+        let panicked = catch_unwind(AssertUnwindSafe(|| {
+            let mut areas = area.lock();
+            areas[0].state.config_id = 2;
+            panic!("before the configuration is written");
+        }));
+        panicked.unwrap_err();
+    }
+
+    #[test]
+    fn what_a_panic_has_left_half_written_goes_out_by_no_other_guard_either() {
+        let area = TransferArea::new(1);
+        area.shared().begin(0);
+        panic_half_way(&area);
+        drop(area.lock());
+        assert_eq!(config_id(&area.shared().outgoing()), 1);
+        area.shared().finish(Err(Error::ProgramPanicked), &[FishX1Transfer::default()]);
+
+        // What the program writes now is whole again.
+        area.lock()[0].state.config_id = 3;
+        assert_eq!(config_id(&area.shared().outgoing()), 3);
+        area.shared().begin(0);
+        area.lock()[0].state.config_id = 4;
+        assert_eq!(config_id(&area.shared().outgoing()), 4);
     }
 }

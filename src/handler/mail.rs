@@ -31,7 +31,7 @@ pub(super) enum Errand {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Delivery {
     /// The response's number.
-    pub(super) cycle: u64,
+    pub(super) number: u64,
     /// Whether it is the first of its transfer.
     pub(super) first: bool,
     /// The events that somebody listens for.
@@ -58,6 +58,8 @@ pub(super) struct Mail {
     /// Whether the motors were stopped, and that is not yet in the areas.
     pub(super) outputs_due: bool,
     /// Counts the responses of all transfers.
+    pub(super) delivered: u64,
+    /// The last one for which a window was opened.
     pub(super) cycle: u64,
     /// When the last response of this transfer came in.
     pub(super) last_response: Option<Instant>,
@@ -98,6 +100,7 @@ impl Mail {
             incoming: Inputs::default(),
             inputs_due: false,
             outputs_due: false,
+            delivered: 0,
             cycle: 0,
             last_response: None,
             window: Window::default(),

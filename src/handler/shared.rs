@@ -203,7 +203,7 @@ impl Shared {
         mail.statistics = Statistics { config_updates, ..Statistics::default() };
     }
 
-    /// Hands in a response and opens the window for reactions to it. Nobody is woken yet.
+    /// Hands in a response, of which nobody is told yet.
     ///
     /// When somebody listens for events, the response before it comes into `before`.
     pub(super) fn deliver(
@@ -219,17 +219,20 @@ impl Shared {
         }
         mail.incoming.clone_from(inputs);
         mail.inputs_due = true;
-        mail.cycle += 1;
+        mail.delivered += 1;
         let previous = mail.last_response.replace(now);
         mail.statistics.count_response(previous, now);
         mail.statistics.config_updates += config_updates;
-        let reacting = std::mem::take(&mut mail.window.waiting);
-        mail.window = Window { open: true, waiting: 0, reacting, used: reacting > 0 };
-        Delivery { cycle: mail.cycle, first: previous.is_none(), listened: mail.listened }
+        Delivery { number: mail.delivered, first: previous.is_none(), listened: mail.listened }
     }
 
-    /// Wakes all who wait for a response.
-    pub(super) fn wake(&self) {
+    /// Opens the window for reactions to the last response, and wakes all who wait for it.
+    pub(super) fn open_window(&self) {
+        let mut mail = self.mail.lock();
+        mail.cycle = mail.delivered;
+        let reacting = std::mem::take(&mut mail.window.waiting);
+        mail.window = Window { open: true, waiting: 0, reacting, used: reacting > 0 };
+        drop(mail);
         self.arrived.notify_all();
     }
 

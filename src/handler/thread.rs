@@ -113,7 +113,7 @@ impl Cycler {
 
     /// Tells the program of a response: first who waits for it, then who listens for events.
     fn announce(&self, delivery: &Delivery) {
-        self.shared.wake();
+        self.shared.open_window();
         if delivery.listened.is_empty() {
             return;
         }
@@ -127,7 +127,7 @@ impl Cycler {
             sent: &self.areas,
         };
         let listeners = self.shared.listeners.lock();
-        comparison.for_each_event(|event| listeners.tell(&event, delivery.cycle));
+        comparison.for_each_event(|event| listeners.tell(&event, delivery.number));
     }
 
     /// Sends the command that the program wants to have sent.
@@ -169,25 +169,76 @@ impl Cycler {
 
 #[cfg(all(test, feature = "simulator"))]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
     use crate::client::TimeLimits;
     use crate::exchange::TransferMode;
+    use crate::handler::{EventKind, TransferAreaComHandler};
     use crate::simulator::SimulatedTxt;
+    use crate::sockets::Counter;
     use crate::wire::CommandId;
 
-    #[test]
-    fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_told() {
-        let txt = SimulatedTxt::builder().start().unwrap();
+    /// A thread's work that has not begun.
+    fn cycler(txt: &SimulatedTxt, shared: &Arc<Shared>, areas: usize) -> Cycler {
         let mut client =
             TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap();
         let exchange =
             Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
         client.start_online().unwrap();
+        let areas = vec![FishX1Transfer::default(); areas];
+        Cycler::new(client, exchange, areas, Arc::clone(shared), Duration::ZERO)
+    }
+
+    #[test]
+    fn a_cycle_allocates_nothing_with_listeners_and_a_hook_either() {
+        let txt = SimulatedTxt::builder().pace(Duration::ZERO).extensions(1);
+        let mut number = 0;
+        let txt = txt.on_exchange(move |machine| {
+            number += 1;
+            for controller in &mut machine.controllers {
+                controller.uni = [number % 2; 8];
+                controller.counter = [number; 4];
+                controller.ir[1].left_x = (number % 15) as i8;
+            }
+            machine.alive[0] = number % 4 != 0;
+        });
+        let txt = txt.start().unwrap();
+        let mut handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
+        let area = handler.transfer_area();
+        let all = handler.events(&EventKind::ALL, 10_000).unwrap();
+        let slow = handler.events(&EventKind::ALL, 1).unwrap();
+        handler.set_cycle_hook(|areas| {
+            for area in areas {
+                area.start_counter_reset(Counter::C1);
+            }
+            ControlFlow::Continue(())
+        });
+        area.shared().begin(0);
+        let mut cycler = cycler(&txt, area.shared(), 2);
+        // Some room is made when it is first needed.
+        for _ in 0..10 {
+            cycler.cycle().unwrap();
+        }
+        let before = all.receiver().len();
+        let allocations = allocation_counter::measure(|| {
+            for _ in 0..100 {
+                cycler.cycle().unwrap();
+            }
+        });
+        assert_eq!(allocations.count_total, 0);
+        assert!(all.receiver().len() > before + 100, "there was nothing to tell");
+        assert!(slow.lost() > 100, "there was nothing to lose");
+        handler.end_transfer().unwrap();
+    }
+
+    #[test]
+    fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_told() {
+        let txt = SimulatedTxt::builder().start().unwrap();
         let shared = Arc::new(Shared::new(1));
         shared.begin(0);
         // Another number of areas than the program has makes the thread panic.
-        let areas = vec![FishX1Transfer::default(); 2];
-        Cycler::new(client, exchange, areas, Arc::clone(&shared), Duration::ZERO).run();
+        cycler(&txt, &shared, 2).run();
 
         assert!(matches!(shared.error(), Some(Error::Thread { .. })));
         assert!(!shared.is_running());

@@ -58,7 +58,7 @@ impl TransferArea {
                 self.note_seen(&areas);
                 return Ok(areas);
             }
-            let seen = areas.cycle();
+            let seen = areas.attended();
             drop(areas);
             // Responses may come in faster than they can be checked.
             if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
@@ -221,4 +221,30 @@ impl TransferAreaComHandler {
 /// The end of a time limit; `None` when that is beyond all time.
 pub(super) fn deadline_after(limit: Duration) -> Option<Instant> {
     Instant::now().checked_add(limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exchange::Inputs;
+
+    #[test]
+    fn the_window_of_a_response_that_comes_in_during_the_first_look_is_not_left_to_itself() {
+        let area = TransferArea::new(1);
+        let shared = area.shared();
+        let respond = || {
+            shared.deliver(&Inputs::default(), 0, &mut Inputs::default());
+            shared.open_window();
+        };
+        shared.begin(0);
+        respond();
+        shared.hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
+        let reacts_to = shared.join_window();
+        assert_eq!(reacts_to, None);
+        respond();
+        let seen = area.guard(reacts_to).attended();
+        assert_eq!(shared.wait_cycle(seen, Some(Instant::now())), Ok(Some(2)));
+        let seen = area.guard(Some(2)).attended();
+        assert_eq!(shared.wait_cycle(seen, Some(Instant::now())), Ok(None));
+    }
 }

@@ -30,8 +30,8 @@ struct Listener {
 
 impl Listeners {
     /// Sends an event of a response to all whom it concerns. Does not block.
-    pub(in crate::handler) fn tell(&self, event: &Event, cycle: u64) {
-        for listener in self.list.iter().filter(|listener| listener.since < cycle) {
+    pub(in crate::handler) fn tell(&self, event: &Event, response: u64) {
+        for listener in self.list.iter().filter(|listener| listener.since < response) {
             if listener.kinds.contains(event.kind()) {
                 listener.put(event.clone(), listener.capacity);
             }
@@ -69,7 +69,7 @@ impl Shared {
         if !listeners.ended {
             let mut mail = self.mail.lock();
             let lost = Arc::clone(&lost);
-            listeners.list.push(Listener { kinds, since: mail.cycle, sender, capacity, lost });
+            listeners.list.push(Listener { kinds, since: mail.delivered, sender, capacity, lost });
             mail.listened = listeners.kinds();
         }
         drop(listeners);
@@ -88,5 +88,116 @@ impl Shared {
         listeners.ended = true;
         listeners.list.clear();
         self.mail.lock().listened = KindSet::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::handler::events::EventKind;
+
+    const ENDED: Event = Event::TransferEnded { error: None };
+
+    fn shared() -> Arc<Shared> {
+        Arc::new(Shared::new(1))
+    }
+
+    fn subscribe(shared: &Arc<Shared>, kinds: &[EventKind], capacity: usize) -> Events {
+        shared.subscribe(kinds.iter().copied().collect(), capacity)
+    }
+
+    fn came(extension: usize) -> Event {
+        Event::ExtensionChanged { extension, alive: true }
+    }
+
+    fn received(events: &Events) -> Vec<Event> {
+        events.receiver().try_iter().collect()
+    }
+
+    #[test]
+    fn a_full_channel_keeps_what_it_has_and_counts_what_it_has_no_place_for() {
+        let shared = shared();
+        let events = subscribe(&shared, &EventKind::ALL, 2);
+        for extension in 1..=5 {
+            shared.listeners.lock().tell(&came(extension), 1);
+        }
+        assert_eq!(events.lost(), 3);
+        assert_eq!(received(&events), [came(1), came(2)]);
+        shared.listeners.lock().tell(&came(6), 2);
+        assert_eq!((received(&events), events.lost()), (vec![came(6)], 3));
+    }
+
+    #[test]
+    fn the_end_of_a_transfer_comes_even_into_a_full_channel() {
+        let shared = shared();
+        let events = subscribe(&shared, &EventKind::ALL, 1);
+        shared.listeners.lock().tell(&came(1), 1);
+        shared.listeners.lock().tell_end(None);
+        assert_eq!(events.lost(), 0);
+        // Of the next transfer, while nobody has looked.
+        shared.listeners.lock().tell(&came(2), 2);
+        shared.listeners.lock().tell_end(Some(Error::ProgramPanicked));
+        assert_eq!(events.lost(), 2);
+        assert_eq!(received(&events), [came(1), ENDED]);
+    }
+
+    #[test]
+    fn an_end_takes_no_place_from_others_while_there_is_room() {
+        let shared = shared();
+        let events = subscribe(&shared, &EventKind::ALL, 2);
+        shared.listeners.lock().tell_end(None);
+        shared.listeners.lock().tell(&came(1), 1);
+        shared.listeners.lock().tell(&came(2), 1);
+        shared.listeners.lock().tell_end(None);
+        assert_eq!((received(&events), events.lost()), (vec![ENDED, came(1), ENDED], 1));
+    }
+
+    #[test]
+    fn each_gets_the_kinds_it_asked_for_from_the_next_response_on() {
+        let shared = shared();
+        let ends = subscribe(&shared, &[EventKind::TransferEnded], 9);
+        let extensions = subscribe(&shared, &[EventKind::ExtensionChanged], 9);
+        let nothing = subscribe(&shared, &[], 9);
+        shared.mail.lock().delivered = 5;
+        let late = subscribe(&shared, &EventKind::ALL, 9);
+        shared.listeners.lock().tell(&came(1), 5);
+        shared.listeners.lock().tell(&came(2), 6);
+        shared.listeners.lock().tell_end(None);
+        assert_eq!(received(&ends), [ENDED]);
+        assert_eq!(received(&extensions), [came(1), came(2)]);
+        assert_eq!(received(&nothing), []);
+        assert_eq!(received(&late), [came(2), ENDED]);
+    }
+
+    #[test]
+    fn what_is_compared_is_what_somebody_listens_for() {
+        let shared = shared();
+        let listened = || shared.mail.lock().listened;
+        let set = |kinds: &[EventKind]| kinds.iter().copied().collect::<KindSet>();
+        assert!(listened().is_empty());
+        let some = subscribe(&shared, &[EventKind::InputChanged, EventKind::CounterReset], 1);
+        let others = subscribe(&shared, &[EventKind::CounterReset, EventKind::MotorReached], 1);
+        let all = [EventKind::InputChanged, EventKind::CounterReset, EventKind::MotorReached];
+        assert_eq!(listened(), set(&all));
+        drop(some);
+        assert_eq!(listened(), set(&[EventKind::CounterReset, EventKind::MotorReached]));
+        drop(others);
+        assert!(listened().is_empty());
+    }
+
+    #[test]
+    fn a_channel_ends_with_its_subscription_and_with_the_handler() {
+        let shared = shared();
+        let events = subscribe(&shared, &EventKind::ALL, 1);
+        let receiver = events.receiver().clone();
+        drop(events);
+        assert!(receiver.recv().is_err());
+        let events = subscribe(&shared, &EventKind::ALL, 1);
+        shared.listeners.lock().tell(&came(1), 1);
+        shared.end_listening();
+        assert_eq!(events.recv(), Ok(came(1)), "what is in it can still be received");
+        assert!(events.recv().is_err());
+        assert!(subscribe(&shared, &EventKind::ALL, 1).recv().is_err());
+        assert!(shared.mail.lock().listened.is_empty());
     }
 }

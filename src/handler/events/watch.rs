@@ -181,3 +181,6 @@ impl Comparison<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
