@@ -44,8 +44,8 @@ fn was_stopped(error: &(dyn Error + 'static)) -> bool {
 
 /// A run of an example.
 pub(crate) struct Example {
-    host: String,
-    port: u16,
+    pub(crate) host: String,
+    pub(crate) port: u16,
     /// The controller when none is named, for as long as this lives.
     simulated: Option<SimulatedTxt>,
     /// When it ends; `None` when only Ctrl-C ends it.
