@@ -15,8 +15,14 @@ use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 
-const SAMPLES: [&str; 5] =
-    ["c_program", "extended_motor_control", "extension", "infrared_remote", "sound_and_lamps"];
+const SAMPLES: [&str; 6] = [
+    "c_program",
+    "extended_motor_control",
+    "extension",
+    "infrared_remote",
+    "slide_on_events",
+    "sound_and_lamps",
+];
 
 /// Longer than anything takes on a busy machine; only a test that fails waits so long.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -153,6 +159,21 @@ fn lamps_are_lit_in_turn_and_sounds_played_one_after_another_until_the_button_is
 }
 
 #[test]
+fn the_slide_turns_round_at_its_end_switches_until_the_button_is_pressed() {
+    let lines = Run::simulated("slide_on_events").finish();
+    let turns: Vec<&str> =
+        lines.iter().filter_map(|line| line.split_once(", the ")).map(|turn| turn.0).collect();
+    assert!(turns.len() >= 3, "{lines:#?}");
+    for (turn, switch) in turns.iter().zip(["I2", "I1"].into_iter().cycle()) {
+        assert_eq!(*turn, switch, "{lines:#?}");
+    }
+    // Between the hundredths of its way in which the switches are pressed, and the whole.
+    let way = pulses(&lines, "I1, the start, after ");
+    assert!((970..=1000).contains(&way), "{way} pulses");
+    assert_eq!(lines[lines.len() - 2..], ["I3 is pressed.", "0 events were lost."]);
+}
+
+#[test]
 fn the_remote_drives_between_on_and_off_and_another_remote_does_not() {
     let mut run = Run::simulated("infrared_remote");
     run.wait_for("left  15, right  15   OFF   M1    0, M2    0");
@@ -205,11 +226,12 @@ struct Table {
     on: &'static [(usize, usize)],
 }
 
-const TABLES: [Table; 5] = [
+const TABLES: [Table; 6] = [
     Table { name: "c_program", world: "gate", user: press_i3, on: &[(0, 0)] },
     Table { name: "extended_motor_control", world: "two_motors", user: |_| {}, on: &[(0, 0)] },
     Table { name: "extension", world: "extension", user: press_i1, on: &[(0, 0), (1, 0)] },
     Table { name: "infrared_remote", world: "two_motors", user: drive, on: &[(0, 1), (0, 2)] },
+    Table { name: "slide_on_events", world: "slide", user: |_| {}, on: &[(0, 1)] },
     Table { name: "sound_and_lamps", world: "lamps", user: |_| {}, on: &[(0, 7)] },
 ];
 
