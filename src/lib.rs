@@ -88,8 +88,8 @@ pub use error::Error;
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use handler::{
-    Statistics, TransferArea, TransferAreaComHandler, TransferAreaComHandlerBuilder,
-    TransferAreaGuard,
+    Event, EventKind, Events, Joystick, Statistics, TransferArea, TransferAreaComHandler,
+    TransferAreaComHandlerBuilder, TransferAreaGuard,
 };
 pub use transfer_area::FishX1Transfer;
 

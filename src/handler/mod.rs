@@ -3,9 +3,13 @@
 mod area;
 mod builder;
 mod camera;
+mod events;
+mod hook;
+mod mail;
 mod shared;
 mod statistics;
 mod thread;
+mod wait;
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -16,6 +20,7 @@ use log::info;
 
 pub use area::{TransferArea, TransferAreaGuard};
 pub use builder::TransferAreaComHandlerBuilder;
+pub use events::{Event, EventKind, Events, Joystick};
 pub use statistics::Statistics;
 
 use crate::camera::CameraStream;
@@ -25,7 +30,7 @@ use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
 use crate::wire::QueryStatusResponse;
 use builder::Settings;
-use shared::Stop;
+use mail::Stop;
 use thread::Cycler;
 
 /// Keeps transfer areas in step with a controller: a port of the kit's
@@ -275,11 +280,15 @@ impl TransferAreaComHandler {
     }
 }
 
-/// Ends the transfer, with all motors stopped. Blocks as [`TransferAreaComHandler::end_transfer`].
+/// Ends the transfer, with all motors stopped, and the channels of its events. Blocks as
+/// [`TransferAreaComHandler::end_transfer`].
 impl Drop for TransferAreaComHandler {
     fn drop(&mut self) {
         self.area.stop_on_panic();
         // An error is in the log already, and nobody can be told of it here.
         let _ = self.end_transfer();
+        self.area.shared().end_listening();
+        // It may own a handle to the areas that own it.
+        self.clear_cycle_hook();
     }
 }
