@@ -1,12 +1,14 @@
 //! One blocking call per command, no transfer area and no thread.
 
 mod connect;
+mod connection;
 mod transact;
 
-use std::net::{IpAddr, TcpStream};
+use std::net::IpAddr;
 
 pub use connect::TimeLimits;
 pub(crate) use connect::{connect_to, io_error, SHORTEST_LIMIT};
+use connection::Connection;
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};
@@ -50,8 +52,7 @@ const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 /// ```
 #[derive(Debug)]
 pub struct TxtClient {
-    stream: TcpStream,
-    limits: TimeLimits,
+    connection: Connection,
     online: bool,
     /// The error after which the connection is of no further use.
     broken: Option<Error>,
@@ -69,23 +70,8 @@ impl TxtClient {
     /// [`Error::HostNotFound`], [`Error::ConnectionRefused`], [`Error::ConnectTimedOut`] or
     /// [`Error::ConnectFailed`].
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
-        let limits = TimeLimits {
-            connect: limits.connect.max(SHORTEST_LIMIT),
-            read: limits.read.max(SHORTEST_LIMIT),
-            write: limits.write.max(SHORTEST_LIMIT),
-        };
-        let stream = connect::connect(host, port, limits.connect)?;
-        stream
-            .set_nodelay(true)
-            .and_then(|()| stream.set_read_timeout(Some(limits.read)))
-            .and_then(|()| stream.set_write_timeout(Some(limits.write)))
-            .map_err(|error| Error::ConnectFailed {
-                address: format!("{host}:{port}"),
-                reason: error.to_string(),
-            })?;
         Ok(Self {
-            stream,
-            limits,
+            connection: Connection::connect(host, port, limits)?,
             online: false,
             broken: None,
             request: Vec::with_capacity(BUFFER_SIZE),
@@ -243,7 +229,7 @@ impl TxtClient {
 
     /// The controller's address, unless the connection is lost already.
     pub(crate) fn address(&self) -> Option<IpAddr> {
-        self.stream.peer_addr().ok().map(|address| address.ip())
+        self.connection.stream.peer_addr().ok().map(|address| address.ip())
     }
 
     /// Errs with what broke the connection.
