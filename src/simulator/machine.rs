@@ -183,6 +183,16 @@ impl Machine {
         self.camera.acknowledges
     }
 
+    /// How many I2C connections have been served since the start, the present one included.
+    pub fn i2c_connections(&self) -> u64 {
+        self.i2c.connections
+    }
+
+    /// Whether a client of the I2C port is connected at present.
+    pub fn i2c_connected(&self) -> bool {
+        self.i2c.connected
+    }
+
     /// The registers of the I2C device with this address, of which the lowest 7 bits count. One
     /// that is not there is plugged in, with all registers 0.
     pub fn i2c_device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
