@@ -56,6 +56,14 @@ impl Connection {
         self.read_response(names, buffer, size)
     }
 
+    /// Whether the other side has neither closed the connection, as far as is known here, nor sent
+    /// what nobody asked for. Does not block.
+    pub(crate) fn is_silent(&self) -> bool {
+        let peeked = self.stream.set_nonblocking(true).and_then(|()| self.stream.peek(&mut [0]));
+        let blocks_again = self.stream.set_nonblocking(false).is_ok();
+        blocks_again && peeked.is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
+    }
+
     fn read_response(
         &mut self,
         PacketNames { request: command, response: packet }: PacketNames,

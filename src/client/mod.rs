@@ -8,7 +8,7 @@ use std::net::IpAddr;
 
 pub use connect::TimeLimits;
 pub(crate) use connect::{connect_to, io_error, SHORTEST_LIMIT};
-use connection::Connection;
+pub(crate) use connection::{Connection, PacketNames};
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};

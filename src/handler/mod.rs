@@ -3,6 +3,7 @@
 mod area;
 mod builder;
 mod camera;
+mod i2c;
 mod shared;
 mod statistics;
 mod thread;

@@ -6,6 +6,7 @@ mod camera_bad_input;
 mod client;
 mod codec;
 mod configuration;
+mod i2c;
 mod lifecycle;
 mod motors_off;
 mod one_lock_one_exchange;
