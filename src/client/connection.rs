@@ -120,3 +120,30 @@ impl Connection {
         Error::NoAnswer { command, limit: self.limits.read, received }
     }
 }
+
+// Elsewhere a system need not tell that a connection was reset before it is read from.
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+
+    #[test]
+    fn a_connection_that_was_reset_is_not_silent() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let limits = TimeLimits::default();
+        let mut connection = Connection::connect("127.0.0.1", port, limits).unwrap();
+        let server = listener.accept().unwrap().0;
+        assert!(connection.is_silent());
+        // Closing with an unread byte resets.
+        connection.stream.write_all(&[1]).unwrap();
+        server.peek(&mut [0]).unwrap();
+        drop(server);
+        let begin = Instant::now();
+        while connection.stream.peer_addr().is_ok() {
+            assert!(begin.elapsed() < Duration::from_secs(30), "it was not reset");
+        }
+        assert!(!connection.is_silent());
+    }
+}

@@ -2,8 +2,8 @@
 //!
 //! Nothing here does I/O or looks at a clock, and nothing panics on bytes that came from
 //! outside: `parse` checks id and size and returns an [`Error`]. All integers are
-//! little-endian, but for those of I2C. One file per packet kind; each packet is a plain struct with
-//! `parse`, a size and `emit`, which writes into a buffer.
+//! little-endian, but for those of I2C. One file per packet kind; each packet is a plain struct
+//! with `parse`, a size and `emit`, which writes into a buffer.
 //!
 //! Source: the sections of the kit's document on the commands, and `docs/protocol.md` for what it
 //! leaves out.
