@@ -37,8 +37,9 @@ const NAMES: PacketNames =
 /// or is silent for 4 s, and makes a new one if so. A program notices nothing of that, however long
 /// it pauses. It does the same after an error on the wire.
 ///
-/// **No request is sent twice.** After an error on the wire it is not known whether the device has
-/// carried the request out; whether it may be repeated depends on the device.
+/// **No request is sent twice.** After an error of connecting nothing was sent. After another error
+/// on the wire it is not known whether the device has carried the request out; whether it may be
+/// repeated depends on the device.
 ///
 /// Only ftrobopy's use of this port is known. It connects while it is online and reads and writes
 /// registers with numbers of one byte, so whether a controller answers before `begin_transfer` is
