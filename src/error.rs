@@ -14,7 +14,8 @@ use crate::sockets::{Input, Motor, Output};
 /// Every message is a sentence that says what happened and what to check. After an error that
 /// came while talking to the controller the connection is of no further use: a
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
-/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh.
+/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh;
+/// an [`I2cClient`](crate::I2cClient) connects anew at its next call.
 /// The errors that leave the connection as it was say so.
 #[doc(alias = "FtErrors")]
 #[doc(alias = "ftxGetLibErrorString")]
@@ -201,6 +202,15 @@ pub enum Error {
         reason: String,
     },
 
+    /// No I2C device answers at this address. The connection stays usable.
+    ///
+    /// So says the simulated TXT. How a real controller says it is not known, and may come out as
+    /// another error.
+    I2cNoDevice {
+        /// The address, of 7 bits.
+        device: u8,
+    },
+
     /// A thread of the program panicked with the transfer area in its hands; the motors were
     /// stopped and the transfer ended.
     ProgramPanicked,
@@ -361,6 +371,11 @@ impl fmt::Display for Error {
             Self::BadPicture { reason } => {
                 write!(f, "the camera's frame is no usable picture: {reason}")
             }
+            Self::I2cNoDevice { device } => write!(
+                f,
+                "no I2C device answers at the address {device:#04x}; check its cable and its power, \
+                 and whether the address is the one of 7 bits"
+            ),
             Self::ProgramPanicked => write!(
                 f,
                 "a thread of the program panicked while it used the transfer area; the motors \

@@ -38,6 +38,7 @@
 //! | drive the exchange over a connection of your own | [`Exchange`] |
 //! | look at the bytes | [`wire`] |
 //! | see through the camera | [`TransferAreaComHandler::start_camera`] |
+//! | read and write I2C devices | [`TransferAreaComHandler::i2c`], or an [`I2cClient`] alone |
 //! | develop and test without a controller | `simulator` (feature `simulator`) |
 //!
 //! The crate is a port of the C-Programming Kit 4.1.6; searching this documentation for the kit's
@@ -59,8 +60,9 @@
 //! # Logging
 //!
 //! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the camera's stream
-//! did. `info`: a transfer began, a transfer or stream ended. The simulated TXT also uses `warn` for
-//! what a client does wrong, `info` for what else it does, and `trace` for each exchange.
+//! did. `info`: a transfer began, a transfer or stream ended. `debug`: an I2C connection was made
+//! anew. The simulated TXT also uses `warn` for what a client does wrong, `info` for what else it
+//! does, and `trace` for each exchange.
 //!
 //! # Dependencies
 //!
@@ -75,6 +77,7 @@ mod error;
 mod exchange;
 mod firmware;
 mod handler;
+mod i2c;
 #[cfg(feature = "simulator")]
 pub mod simulator;
 mod sockets;
@@ -91,6 +94,7 @@ pub use handler::{
     Event, EventKind, Events, Joystick, Statistics, TransferArea, TransferAreaComHandler,
     TransferAreaComHandlerBuilder, TransferAreaGuard,
 };
+pub use i2c::I2cClient;
 pub use transfer_area::FishX1Transfer;
 
 /// The README's programs are tested along with the documentation.

@@ -56,7 +56,7 @@ fn the_motor_follows_the_switch_on_master_and_extension() {
 fn a_host_that_can_not_be_reached_ends_in_one_sentence_and_status_1() {
     // No part of a name has more than 63 characters, so nobody is asked for this one.
     let host = "x".repeat(64);
-    for name in ["motor_on_off_switch", "camera"] {
+    for name in ["motor_on_off_switch", "camera", "i2c"] {
         let output = example(name).arg(&host).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{name}");
         let message = text(&output.stderr);
@@ -101,6 +101,24 @@ fn the_camera_sample_saves_20_pictures() {
         assert_eq!(yuv.len(), 320 * 240 * 2);
     }
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn the_i2c_sample_reads_the_sensor() {
+    let output = example("i2c").args(["--seconds", "1"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let lines: Vec<Vec<f64>> = text(&output.stdout)
+        .lines()
+        .filter(|line| line.starts_with("x "))
+        .map(|line| line.split_whitespace().filter_map(|word| word.parse().ok()).collect())
+        .collect();
+    assert_eq!(lines.len(), 4);
+    for line in &lines {
+        let [x, y, z, temperature] = line[..] else { panic!("{line:?}") };
+        assert!((x.hypot(z) - 1.0).abs() < 0.02 && y == 0.0, "{line:?}");
+        assert!((23.0..=33.0).contains(&temperature), "{line:?}");
+    }
+    assert_ne!(lines[0], lines[3], "the sensor does not turn");
 }
 
 /// The simulated TXT as a program on free ports, ended when it is dropped.

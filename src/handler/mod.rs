@@ -5,6 +5,7 @@ mod builder;
 mod camera;
 mod events;
 mod hook;
+mod i2c;
 mod mail;
 mod shared;
 mod statistics;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
-use super::fault::{Delivery, Faults, Position};
+use super::delivery::Delivery;
+use super::fault::{Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
 use super::session::{Script, Session, Settings};

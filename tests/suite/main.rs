@@ -8,6 +8,7 @@ mod codec;
 mod configuration;
 mod events;
 mod hook;
+mod i2c;
 mod lifecycle;
 mod motors_off;
 mod one_lock_one_exchange;
