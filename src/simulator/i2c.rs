@@ -139,6 +139,7 @@ impl I2cServer {
                 End::Stopped => {}
                 End::Left => log::info!("the I2C client has left"),
                 End::Idle => log::info!("the I2C client is cut off: it sent no request"),
+                End::Unread => log::warn!("the I2C client is cut off: it reads no responses"),
                 End::Misbehaved(what) => log::warn!("the I2C client is cut off: {what}"),
                 End::Broken(error) => log::info!("the I2C connection broke: {error}"),
             }
@@ -204,6 +205,8 @@ enum End {
     Left,
     /// No request came in time.
     Idle,
+    /// A response was not read in time.
+    Unread,
     Misbehaved(String),
     Broken(io::Error),
 }
@@ -215,8 +218,13 @@ impl From<Stopped> for End {
 }
 
 impl From<io::Error> for End {
+    /// Reading waits on, so what gave up waiting is writing.
     fn from(error: io::Error) -> Self {
-        Self::Broken(error)
+        if is_due_to_waiting(&error) {
+            Self::Unread
+        } else {
+            Self::Broken(error)
+        }
     }
 }
 
