@@ -26,6 +26,19 @@ fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
+/// The output of a program, which is ended if it does not end.
+fn output_in_time(command: &mut Command) -> Output {
+    let begin = Instant::now();
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while child.try_wait().unwrap().is_none() {
+        if begin.elapsed() > DEADLINE {
+            child.kill().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.wait_with_output().unwrap()
+}
+
 /// The number at the start of the line that ends so.
 fn number_before(output: &Output, ending: &str) -> u64 {
     let stdout = text(&output.stdout);
@@ -400,7 +413,7 @@ fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
         (&["--port", "65536"], 2, "a port from 0 to 65535"),
         (&["--port", "65535"], 1, "the main port is 65535, but has to be 0 to 65533"),
     ] {
-        let output = example("simulated_txt").args(options).output().unwrap();
+        let output = output_in_time(example("simulated_txt").args(options));
         assert_eq!(output.status.code(), Some(status), "{options:?}");
         let message = text(&output.stderr);
         assert_eq!(message.lines().count(), 1, "{options:?}: {message}");
