@@ -230,6 +230,9 @@ impl From<io::Error> for End {
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::super::machine::Machine;
     use super::*;
 
     fn head(address: u32, write: u32, read: u16) -> [u8; REQUEST_LEN] {
@@ -262,6 +265,20 @@ mod tests {
         device.registers[1] = 9;
         assert_eq!(device.transfer(&[], 1), [9]);
         assert_eq!(device.transfer(&[0], u16::MAX).len(), 65_535);
+    }
+
+    #[test]
+    fn a_client_that_never_reads_is_cut_off_for_that() {
+        let mut machine = Machine::new(0);
+        machine.i2c_device(1);
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        // Far more than the sockets hold comes back.
+        client.write_all(&head(1, 0, u16::MAX).repeat(500)).unwrap();
+        let shared = Arc::new(Shared::new(machine));
+        let server = I2cServer { listener, shared, idle_limit: Duration::MAX };
+        assert!(matches!(server.serve(stream), End::Unread));
     }
 
     #[test]
