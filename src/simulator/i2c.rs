@@ -144,6 +144,7 @@ impl I2cServer {
                 End::Stopped => {}
                 End::Left => log::info!("the I2C client has left"),
                 End::Idle => log::info!("the I2C client is cut off: it sent no request"),
+                End::Unread => log::warn!("the I2C client is cut off: it reads no responses"),
                 End::Misbehaved(what) => log::warn!("the I2C client is cut off: {what}"),
                 End::Broken(error) => log::info!("the I2C connection broke: {error}"),
             }
@@ -209,6 +210,8 @@ enum End {
     Left,
     /// No request came in time.
     Idle,
+    /// A response was not read in time.
+    Unread,
     Misbehaved(String),
     Broken(io::Error),
 }
@@ -220,13 +223,21 @@ impl From<Stopped> for End {
 }
 
 impl From<io::Error> for End {
+    /// Reading waits on, so what gave up waiting is writing.
     fn from(error: io::Error) -> Self {
-        Self::Broken(error)
+        if is_due_to_waiting(&error) {
+            Self::Unread
+        } else {
+            Self::Broken(error)
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::super::machine::Machine;
     use super::*;
 
     fn header(device: u32, write_len: u32, read_len: u16) -> Vec<u8> {
@@ -255,6 +266,20 @@ mod tests {
         device.registers[1] = 9;
         assert_eq!(device.transfer(&[], 1), [9]);
         assert_eq!(device.transfer(&[0], u16::MAX).len(), 65_535);
+    }
+
+    #[test]
+    fn a_client_that_never_reads_is_cut_off_for_that() {
+        let mut machine = Machine::new(0);
+        machine.i2c_device(1);
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        // Far more than the sockets hold comes back.
+        client.write_all(&head(1, 0, u16::MAX).repeat(500)).unwrap();
+        let shared = Arc::new(Shared::new(machine));
+        let server = I2cServer { listener, shared, idle_limit: Duration::MAX };
+        assert!(matches!(server.serve(stream), End::Unread));
     }
 
     #[test]
