@@ -1,12 +1,18 @@
 //! The three ports, free ones where none were asked for.
 
 use std::io;
+use std::iter;
 use std::net::{Ipv4Addr, TcpListener};
+use std::ops::Range;
 
 use crate::error::Error;
 
-/// How often three free ports in a row are looked for.
-const ATTEMPTS: u32 = 200;
+/// How often three free ports in a row are looked for among those that the system gives away.
+const ATTEMPTS: usize = 20;
+
+/// Where they are looked for then, three by three. Systems rarely give these to clients, behind
+/// whom a port is taken for another minute, so they are free even where thousands come and go.
+const ELSEWHERE: Range<u16> = 10_000..20_000;
 
 /// The ports that were asked for.
 #[derive(Clone, Copy, Debug)]
@@ -32,13 +38,21 @@ impl Ports {
 
     /// Listens on all three, the main one first.
     pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
-        let mut result = self.try_to_listen();
+        if self.main != 0 {
+            return self.try_to_listen();
+        }
         // Where the system chooses the main port, the next two may be taken by somebody else.
-        for _ in 1..ATTEMPTS {
-            if result.is_ok() || self.main != 0 {
+        self.listen_behind(iter::repeat_n(0, ATTEMPTS).chain(ELSEWHERE.step_by(3)))
+    }
+
+    /// Listens on all three where the first of these main ports makes that possible.
+    fn listen_behind(self, main: impl IntoIterator<Item = u16>) -> io::Result<[TcpListener; 3]> {
+        let mut result = Err(io::ErrorKind::AddrInUse.into());
+        for main in main {
+            result = Self { main, ..self }.try_to_listen();
+            if result.is_ok() {
                 break;
             }
-            result = self.try_to_listen();
         }
         result
     }
@@ -85,6 +99,20 @@ mod tests {
         let any = Ports { camera: Some(0), i2c: Some(0), ..free }.listen().unwrap();
         assert!(ports(&any).iter().all(|port| *port != 0));
         assert_eq!(behind(7, 1, Some(99)).unwrap(), 99);
+    }
+
+    #[test]
+    fn ports_are_looked_for_until_three_in_a_row_are_free() {
+        let any = Ports { main: 0, camera: None, i2c: None };
+        let taken = any.listen().unwrap();
+        let [main, camera, _] = ports(&taken);
+        // The first has a taken one behind it.
+        let candidates = [main - 1, main, camera];
+        let error = any.listen_behind(candidates).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AddrInUse);
+        let found = any.listen_behind(candidates.into_iter().chain(ELSEWHERE)).unwrap();
+        let [main, camera, i2c] = ports(&found);
+        assert!(ELSEWHERE.contains(&main) && [camera, i2c] == [main + 1, main + 2]);
     }
 
     #[test]
