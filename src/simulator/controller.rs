@@ -3,6 +3,7 @@
 use std::mem;
 
 use super::motor::Motor;
+use super::oddity::Task;
 use super::sound::Sound;
 use crate::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
 use crate::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
@@ -77,6 +78,18 @@ impl Controller {
         }
     }
 
+    /// What motors have to be counted for at present, each by its index.
+    pub(super) fn tasks(&self) -> impl Iterator<Item = (usize, Task)> + '_ {
+        let numbered = self.motors.iter().enumerate();
+        numbered.flat_map(|(index, motor)| {
+            let distance = motor.has_distance().then_some((index, Task::Distance));
+            let leader = motor.leader().filter(|leader| *leader != index);
+            let follow = leader.map(|leader| (index, Task::Follow { leader }));
+            let lead = leader.map(|leader| (leader, Task::Lead { follower: index }));
+            [distance, follow, lead].into_iter().flatten()
+        })
+    }
+
     fn begin_motor(&mut self, index: usize, id: u16) {
         let motor = &mut self.motors[index];
         motor.begin(id, self.outputs.master[index], self.outputs.distance[index]);
@@ -117,9 +130,11 @@ impl Controller {
         let mut parts = [1.0_f64; IZ_MOTOR];
         for (follower, leader) in self.pairs().into_iter().flatten() {
             let motor = &self.motors[follower];
-            parts[follower] = parts[follower].min(motor.allowed_to_follow());
+            let rates = [follower, leader].map(|index| pulse_rates[index]);
+            let [own, leaders] = motor.allowed_together(rates[0], rates[1]);
+            parts[follower] = parts[follower].min(own);
             if self.duty(follower) > 0 && !motor.has_reached() {
-                parts[leader] = parts[leader].min(motor.allowed_to_lead());
+                parts[leader] = parts[leader].min(leaders);
             }
         }
         powers.iter_mut().zip(parts).for_each(|(power, part)| *power *= part);

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::camera::Camera;
 use super::controller::Controller;
 use super::i2c::{I2cBus, I2C_REGISTERS};
-use super::oddity::Oddities;
+use super::oddity::{Encoder, Oddities, Oddity};
 use super::world::{World, WorldState};
 use crate::error::Error;
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
@@ -95,6 +95,18 @@ impl Machine {
     pub fn set_outputs(&mut self, controller: usize, outputs: ExchangeData) {
         if self.reaches(controller) {
             self.controllers[controller].take_over(outputs);
+            self.note_uncounted(controller);
+        }
+    }
+
+    /// Looks for motors of the world that are to be counted, but can't be.
+    fn note_uncounted(&mut self, controller: usize) {
+        let Some(world) = &self.world else { return };
+        for (motor, task) in self.controllers[controller].tasks() {
+            let encoder = world.encoder(controller, motor);
+            if encoder != Encoder::Present {
+                self.oddities.note(&Oddity::Uncounted { controller, motor, encoder, task });
+            }
         }
     }
 
@@ -163,6 +175,8 @@ impl Machine {
     /// * whole bytes of compressed data behind the last word,
     /// * a command that was there before the response to the previous one left. The farewell on a
     ///   broken connection, StopOnline right behind a last exchange or alone, is not odd.
+    /// * a distance of, or synchronisation with, a motor of the world that has no encoder, or that
+    ///   is not there, once for each motor: the command is never done.
     pub fn oddities(&self) -> impl DoubleEndedIterator<Item = &str> {
         self.oddities.sentences()
     }

@@ -55,7 +55,8 @@
 //! * While a client is online, another one is accepted and closed at once. While one is connected
 //!   and not online, others wait for it to leave, to be idle for too long, or to go online.
 //! * Whoever does what can be understood, but what a correct client does not do, is answered, and
-//!   the machine's [oddities](Machine::oddities) tell of it.
+//!   the machine's [oddities](Machine::oddities) tell of it. So they do of a distance or a
+//!   synchronisation that never ends, because a motor of the world has no encoder.
 //!
 //! Some of this is assumed, because no description of the protocol tells: that StartOnline forgets
 //! the configuration ids and the ids of finished commands that are echoed, that an extension forgets

@@ -20,8 +20,12 @@ const APPROACH: f64 = 0.15;
 /// But so slowly it always may, in pulses per second.
 const CREEP: f64 = 15.0;
 
-/// A motor that is so many pulses ahead stands still until the other has caught up.
+/// A motor that is so many pulses ahead, or will be in [`LOOK_AHEAD`], is let have no power.
 const MOST_AHEAD: f64 = 4.0;
+
+/// How far into the future two synchronised motors are compared, in s. A motor with inertia has to
+/// be slowed down before it is too far ahead.
+const LOOK_AHEAD: f64 = 0.02;
 
 /// One motor and what it has been told to do.
 #[derive(Clone, Debug, Default)]
@@ -106,14 +110,11 @@ impl Motor {
         }
     }
 
-    /// The part of its power that it is let have so that its leader keeps up.
-    pub(super) fn allowed_to_follow(&self) -> f64 {
-        kept_back(self.lead.saturating_neg())
-    }
-
-    /// The part of its power that its leader is let have so that it keeps up itself.
-    pub(super) fn allowed_to_lead(&self) -> f64 {
-        kept_back(self.lead)
+    /// The parts of their power that it and its leader are let have, so that neither gets too far
+    /// ahead, while they give so many pulses per second.
+    pub(super) fn allowed_together(&self, own_rate: f64, leader_rate: f64) -> [f64; 2] {
+        let behind = self.lead as f64 + LOOK_AHEAD * (leader_rate - own_rate);
+        [-behind, behind].map(|ahead| (1.0 - ahead / MOST_AHEAD).clamp(0.0, 1.0))
     }
 
     /// A motor of a world has turned by so many pulses.
@@ -171,11 +172,6 @@ impl Motor {
             }
         }
     }
-}
-
-/// The part of its power that a motor has which is so many pulses ahead.
-fn kept_back(ahead: i64) -> f64 {
-    (1.0 - ahead as f64 / MOST_AHEAD).clamp(0.0, 1.0)
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::mem::{self, Discriminant};
+use std::mem;
 
 use crate::transfer_area::{Config, DUTY_MAX};
 use crate::wire::{CommandId, ExchangeData};
@@ -25,6 +25,27 @@ pub(super) enum Oddity {
     SurplusData,
     /// A command came before the response to the one before.
     SentAhead(CommandId),
+    /// A motor of the world was to be counted that can't be.
+    Uncounted { controller: usize, motor: usize, encoder: Encoder, task: Task },
+}
+
+/// Whether a motor output of the world can be counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoder {
+    /// Its motor has an encoder.
+    Present,
+    /// Its motor has none.
+    Missing,
+    /// It has no motor.
+    NoMotor,
+}
+
+/// What a motor has to be counted for. Others are told by index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Task {
+    Distance,
+    Follow { leader: usize },
+    Lead { follower: usize },
 }
 
 impl fmt::Display for Oddity {
@@ -52,7 +73,30 @@ impl fmt::Display for Oddity {
             Self::SentAhead(command) => {
                 write!(f, "{command} came before the response to the command before it")
             }
+            Self::Uncounted { controller, motor, encoder, task } => {
+                let (name, number) = (Name(*controller), motor + 1);
+                match encoder {
+                    Encoder::NoMotor => write!(f, "there is no motor on M{number} of {name}, so ")?,
+                    _ => write!(f, "M{number} of {name} has no encoder, so ")?,
+                }
+                match task {
+                    Task::Distance => f.write_str("its distance never ends"),
+                    Task::Follow { leader } => write!(f, "it can't follow M{}", leader + 1),
+                    Task::Lead { follower } => write!(f, "M{} can't follow it", follower + 1),
+                }
+            }
         }
+    }
+}
+
+impl Oddity {
+    /// Whether one of the two is enough in an online session.
+    fn is_like(&self, other: &Self) -> bool {
+        let motor = |oddity: &Self| match oddity {
+            Self::Uncounted { controller, motor, .. } => Some((*controller, *motor)),
+            _ => None,
+        };
+        mem::discriminant(self) == mem::discriminant(other) && motor(self) == motor(other)
     }
 }
 
@@ -72,8 +116,8 @@ impl fmt::Display for Name {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Oddities {
     sentences: VecDeque<String>,
-    /// The kinds that this online session has had.
-    noted: Vec<Discriminant<Oddity>>,
+    /// Those that were told in this online session.
+    noted: Vec<Oddity>,
     /// The controllers that were configured in this online session, a bit each.
     configured: u16,
     /// The extensions that the next request may have.
@@ -88,13 +132,13 @@ impl Oddities {
         self.sentences.iter().map(String::as_str)
     }
 
-    /// Remembers an oddity, if it is the first of its kind in this online session.
+    /// Remembers an oddity, if it is the first of its kind in this online session. Each motor that
+    /// can't be counted is a kind of its own.
     pub(super) fn note(&mut self, oddity: &Oddity) {
-        let kind = mem::discriminant(oddity);
-        if self.noted.contains(&kind) {
+        if self.noted.iter().any(|noted| noted.is_like(oddity)) {
             return;
         }
-        self.noted.push(kind);
+        self.noted.push(oddity.clone());
         log::warn!("the client is odd: {oddity}");
         if self.sentences.len() == SENTENCES_KEPT {
             self.sentences.pop_front();

@@ -13,6 +13,8 @@ mod motor_control;
 mod oddities;
 mod refusal;
 mod shipped_worlds;
+mod stepped;
+mod synchronised;
 mod wire_client;
 mod world;
 

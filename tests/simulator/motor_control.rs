@@ -1,61 +1,15 @@
 //! Extended motor control in a world, stepped without sockets and without a clock.
 
-use std::collections::BTreeMap;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{MotorModel, World};
-use ft_transfer_area::simulator::Machine;
+use ft_transfer_area::simulator::world::MotorModel;
 use ft_transfer_area::tx::Motor;
-use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area::wire::ExchangeData;
 
-/// Machine time of an exchange.
-const STEP: Duration = Duration::from_millis(10);
+use crate::stepped::{forward, machine, machine_with, run_until, steps};
 
 /// Pulses by which a count may miss its goal.
 const FEW: i64 = 3;
-
-/// Pulses by which synchronised motors may differ.
-const APART: i64 = 6;
-
-/// A machine with encoder motors that have these loads, from M1 on.
-fn machine(loads: &[f64]) -> Machine {
-    let motors = Motor::ALL.into_iter().zip(loads);
-    let motors =
-        motors.map(|(output, &load)| (output, MotorModel { load, ..MotorModel::with_encoder() }));
-    let mut world = World::from_toml("").unwrap();
-    world.master.motors = motors.collect::<BTreeMap<_, _>>();
-    Machine::with_world(0, world).unwrap()
-}
-
-/// All motors forward at this duty.
-fn forward(duty: i16) -> ExchangeData {
-    ExchangeData { duty: [duty, 0, duty, 0, duty, 0, duty, 0], ..Default::default() }
-}
-
-/// Steps until the condition holds for what is reported.
-fn run_until(
-    machine: &mut Machine,
-    outputs: ExchangeData,
-    mut condition: impl FnMut(&ExchangeDataResponse) -> bool,
-) -> ExchangeDataResponse {
-    for _ in 0..100_000 {
-        machine.set_outputs(0, outputs);
-        machine.step(STEP);
-        let report = machine.report(0).unwrap();
-        if condition(&report) {
-            return report;
-        }
-    }
-    panic!("it did not come about: {:?}", machine.report(0));
-}
-
-fn steps(machine: &mut Machine, outputs: ExchangeData, count: usize) -> ExchangeDataResponse {
-    let mut left = count;
-    run_until(machine, outputs, |_| {
-        left -= 1;
-        left == 0
-    })
-}
 
 #[test]
 fn a_thousand_distances_end_within_a_few_pulses_and_never_early() {
@@ -83,98 +37,47 @@ fn a_thousand_distances_end_within_a_few_pulses_and_never_early() {
 }
 
 #[test]
-fn inertia_up_to_a_tenth_of_a_second_makes_no_difference() {
-    for time_constant in [0.0, 0.01, 0.1] {
-        let mut world = World::from_toml("").unwrap();
-        let motor = MotorModel { time_constant, ..MotorModel::with_encoder() };
-        world.master.motors.insert(Motor::M1, motor);
-        let mut machine = Machine::with_world(0, world).unwrap();
+fn distances_end_within_a_few_pulses_up_to_a_tenth_of_a_second_of_inertia() {
+    for (time_constant, pulses_per_second, load) in
+        product([0.0, 0.03, 0.1], [50.0, 200.0, 1000.0], [0.0, 0.35])
+    {
+        let top_speed = pulses_per_second / MotorModel::ENCODER;
+        let motor = MotorModel { time_constant, top_speed, load, ..MotorModel::with_encoder() };
+        let mut machine = machine_with(&[motor]);
+        let full = pulses_per_second * (1.0 - load);
+        for (id, distance) in (1..).zip([1, 2, 7, 30, 400]) {
+            let outputs = ExchangeData {
+                distance: [distance, 0, 0, 0],
+                motor_command_id: [id, 0, 0, 0],
+                ..forward(512)
+            };
+            let count = steps(&mut machine, outputs, 2000).counter[0];
+            let wanted = distance as i16..=distance as i16 + FEW as i16;
+            assert!(wanted.contains(&count), "{time_constant} {full} {distance}: {count}");
+        }
+        // The same while it turns, if there is a fifth of a second to slow down in.
+        let outputs = ExchangeData { motor_command_id: [9, 0, 0, 0], ..forward(512) };
+        steps(&mut machine, outputs, 100);
+        let distance = (full / 5.0).ceil() as u16;
         let outputs = ExchangeData {
-            distance: [500, 0, 0, 0],
-            motor_command_id: [1, 0, 0, 0],
+            distance: [distance, 0, 0, 0],
+            motor_command_id: [10, 0, 0, 0],
             ..forward(512)
         };
-        let count = steps(&mut machine, outputs, 1000).counter[0];
-        assert!((500..=500 + FEW as i16).contains(&count), "{time_constant}: {count}");
+        let count = steps(&mut machine, outputs, 2000).counter[0];
+        let wanted = distance as i16..=distance as i16 + FEW as i16;
+        assert!(wanted.contains(&count), "{time_constant} {full}, turning: {count}");
     }
 }
 
-/// The furthest that two counters were apart, over so many pulses of the first.
-fn furthest_apart(
-    machine: &mut Machine,
-    outputs: ExchangeData,
-    pulses: i16,
-    pair: [usize; 2],
-) -> i64 {
-    let mut furthest = 0;
-    run_until(machine, outputs, |report| {
-        let [first, second] = pair.map(|index| i64::from(report.counter[index]));
-        furthest = furthest.max((first - second).abs());
-        report.counter[pair[0]] >= pulses
-    });
-    furthest
-}
-
-#[test]
-fn synchronised_motors_stay_together_under_different_loads() {
-    for loads in [[0.0, 0.5], [0.5, 0.0], [0.1, 0.3]] {
-        let outputs =
-            ExchangeData { master: [0, 1, 0, 0], motor_command_id: [0, 1, 0, 0], ..forward(512) };
-        let apart = furthest_apart(&mut machine(&loads), outputs, 5000, [0, 1]);
-        assert!(apart <= APART, "{loads:?}: {apart}");
-        let free = furthest_apart(&mut machine(&loads), forward(512), 5000, [0, 1]);
-        assert!(free > 1000, "they differ without it");
-    }
-}
-
-#[test]
-fn a_group_waits_for_its_slowest() {
-    let outputs =
-        ExchangeData { master: [0, 1, 1, 1], motor_command_id: [0, 1, 1, 1], ..forward(512) };
-    for follower in 1..4 {
-        let mut machine = machine(&[0.0, 0.1, 0.6, 0.3]);
-        let apart = furthest_apart(&mut machine, outputs, 3000, [0, follower]);
-        assert!(apart <= APART, "M{}: {apart}", follower + 1);
-    }
-}
-
-#[test]
-fn a_synchronised_pair_ends_its_distance_together() {
-    let outputs = ExchangeData {
-        master: [0, 1, 0, 0],
-        distance: [1000, 1000, 0, 0],
-        motor_command_id: [4, 9, 0, 0],
-        ..forward(512)
-    };
-    for loads in [[0.0, 0.4], [0.4, 0.0]] {
-        let mut machine = machine(&loads);
-        run_until(&mut machine, outputs, |report| {
-            for (index, id) in [4, 9].into_iter().enumerate() {
-                let done = report.motor_command_id[index] == id;
-                assert_eq!(done, report.counter[index] >= 1000, "{report:?}");
-            }
-            report.motor_command_id[..2] == [4, 9]
-        });
-        let counter = steps(&mut machine, outputs, 100).counter;
-        assert!(counter[..2].iter().all(|count| (1000..=1003).contains(count)), "{counter:?}");
-    }
-}
-
-#[test]
-fn an_injected_error_shifts_the_difference_by_as_much() {
-    let mut machine = machine(&[0.0, 0.0]);
-    let mut outputs =
-        ExchangeData { master: [0, 5, 0, 0], motor_command_id: [0, 1, 0, 0], ..forward(512) };
-    let mut expected = 0;
-    for (id, error) in [(1, 0), (2, 40), (3, -100), (4, 25)] {
-        outputs.distance[1] = error as u16;
-        outputs.motor_command_id[1] = id;
-        expected += i64::from(error);
-        let report = steps(&mut machine, outputs, 500);
-        let difference = i64::from(report.counter[1]) - i64::from(report.counter[0]);
-        assert!((difference - expected).abs() <= FEW, "{difference} instead of {expected}");
-        assert_eq!(report.motor_command_id[1], 0, "it is never done");
-    }
+/// All combinations.
+fn product<const A: usize, const B: usize, const C: usize>(
+    first: [f64; A],
+    second: [f64; B],
+    third: [f64; C],
+) -> impl Iterator<Item = (f64, f64, f64)> {
+    let pairs = first.into_iter().flat_map(move |a| second.map(|b| (a, b)));
+    pairs.flat_map(move |(a, b)| third.map(|c| (a, b, c)))
 }
 
 #[test]
@@ -202,7 +105,7 @@ fn distance_and_master_0_leave_the_mode() {
         ..forward(512)
     };
     let held = steps(&mut machine, outputs, 500).counter;
-    assert!(held[0] >= 100 && held[1] <= held[0] + APART as i16, "{held:?}");
+    assert!(held[0] >= 100 && held[1] <= held[0] + 5, "{held:?}");
     assert_eq!(steps(&mut machine, outputs, 100).counter, held, "both are held");
     outputs = ExchangeData { motor_command_id: [2; 4], ..forward(512) };
     let report = steps(&mut machine, outputs, 500);

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use ft_transfer_area::simulator::world::World;
 use ft_transfer_area::simulator::{Fault, FaultKind, Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId};
@@ -118,6 +119,50 @@ fn a_command_ahead_of_a_response_is_odd_but_not_a_farewell() {
             None => assert_eq!(oddities(&txt), [""; 0]),
             Some(command) => assert_odd(&txt, &format!("{command} came before the response")),
         }
+    }
+}
+
+#[test]
+fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
+    let world = World::from_toml("[master.motors]\nM1.pulses_per_turn = 60\nM2 = {}\n").unwrap();
+    let txt = unpaced().world(world).start().unwrap();
+    let mut client = Client::connect(&txt);
+    let mut told = |distance, master| {
+        let before = oddities(&txt).len();
+        client.start_online();
+        client.update_config(1, 0, Config::default());
+        for id in [1, 2] {
+            let motor_command_id = [id; 4];
+            client.exchange(&ExchangeData {
+                distance,
+                master,
+                motor_command_id,
+                ..with_duty([512, 0, 512, 0, 512, 0, 512, 0])
+            });
+        }
+        oddities(&txt).split_off(before)
+    };
+    for (distance, master, expected) in [
+        ([0; 4], [0; 4], &[][..]),
+        ([9, 0, 0, 0], [0; 4], &[]),
+        // Nobody but itself is to be followed here.
+        ([0; 4], [0, 2, 0, 8], &[]),
+        ([0, 9, 0, 0], [0; 4], &["M2 of the master has no encoder, so its distance never ends"]),
+        ([0; 4], [0, 1, 0, 0], &["M2 of the master has no encoder, so it can't follow M1"]),
+        ([0, 9, 0, 0], [0, 5, 0, 0], &["M2 of the master has no encoder, so it can't follow M1"]),
+        ([0; 4], [2, 0, 0, 0], &["M2 of the master has no encoder, so M1 can't follow it"]),
+        ([0; 4], [3, 0, 0, 0], &["there is no motor on M3 of the master, so M1 can't follow it"]),
+        (
+            [9; 4],
+            [0; 4],
+            &[
+                "M2 of the master has no encoder, so its distance never ends",
+                "there is no motor on M3 of the master, so its distance never ends",
+                "there is no motor on M4 of the master, so its distance never ends",
+            ],
+        ),
+    ] {
+        assert_eq!(told(distance, master), expected, "{distance:?} {master:?}");
     }
 }
 

@@ -32,14 +32,21 @@
 //! at its counters in every tick:
 //!
 //! * Towards the end of a distance it lets the motor turn ever slower, and brakes when the distance
-//!   is counted. The count ends there or a few pulses later, never before, and the id is reported
-//!   as done from then on.
-//! * Of two synchronised motors it slows down the one that is ahead, by a quarter of its duty for
-//!   each pulse. A leader waits for the slowest of its followers. One that is switched off, or that
-//!   has done its distance, is not waited for.
+//!   is counted. The count ends there or later, never before, and the id is reported as done from
+//!   then on. Up to 1000 pulses per second and a [time constant](MotorModel::time_constant) of
+//!   0.1 s it ends up to 3 pulses later, if the motor stood still before or had 0.2 s to slow down
+//!   in.
+//! * Of two synchronised motors it slows down the one that is ahead or will be in 0.02 s, by a
+//!   quarter of its duty for each pulse. A leader waits for the slowest of its followers. One that
+//!   is switched off, or that has done its distance, is not waited for. Those that begin together
+//!   and give up to 200 pulses per second stay within 6 pulses under any load, with time constants
+//!   of up to 0.05 s, and within 11 with up to 0.1 s.
 //! * An injected error is added to the difference between the two. While the leader stays the same
 //!   errors add up, and what is not made up for yet is not lost.
 //! * A motor that has done its distance is held until its next command.
+//! * A motor without an encoder counts nothing, so its distances never end, and a motor that is
+//!   synchronised with it comes to stand after a few. The machine's
+//!   [oddities](super::Machine::oddities) tell of a command that needs its count.
 //!
 //! How the real controller brakes and how strongly it intervenes is not described anywhere; the
 //! figures are assumed.

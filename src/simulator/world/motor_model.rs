@@ -13,14 +13,15 @@ use crate::sockets::Input;
 pub struct MotorModel {
     /// The speed at duty 512 without a load, in turns per second: more than 0, at most 100.
     pub top_speed: f64,
-    /// The inertia of what turns, in seconds, 0..=1. The control of distances ends within 3 pulses
-    /// up to 0.1 s; what is heavier overshoots.
+    /// The inertia of what turns, in seconds, 0..=1. With more than 0.1 s distances end [more than
+    /// 3 pulses](super#how-it-moves) too late, and synchronised motors get more than 11 apart.
     pub time_constant: f64,
     /// What it has to turn against, as a part of the torque with which it starts, 0..=1. Either
     /// direction is as hard.
     pub load: f64,
     /// The pulses of its encoder per turn: more than 0, at most 1000. `None` for a motor without
-    /// one, whose counter never counts and whose distances never end.
+    /// one, whose counter never counts, whose distances never end, and which nothing can be
+    /// synchronised with.
     pub pulses_per_turn: Option<f64>,
     /// What it moves to and fro, if anything.
     pub slide: Option<Slide>,

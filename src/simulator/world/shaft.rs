@@ -30,6 +30,10 @@ impl Shaft {
         self.motor.slide.as_ref()
     }
 
+    pub(super) fn has_encoder(&self) -> bool {
+        self.motor.pulses_per_turn.is_some()
+    }
+
     /// Turns per second, negative backwards.
     pub(super) fn speed(&self) -> f64 {
         self.speed

@@ -8,6 +8,7 @@ use super::sensor::Sensor;
 use super::shaft::Shaft;
 use super::{Script, World};
 use crate::simulator::controller::Controller;
+use crate::simulator::oddity::Encoder;
 use crate::sockets::{Input, Motor, Output};
 
 /// One tick in µs.
@@ -135,6 +136,16 @@ impl WorldState {
         match self.remotes.iter_mut().find(|known| known.is_set_like(&remote)) {
             Some(known) => *known = remote,
             None => self.remotes.push(remote),
+        }
+    }
+
+    /// Whether the motor with this index can be counted.
+    pub(in crate::simulator) fn encoder(&self, controller: usize, motor: usize) -> Encoder {
+        let shafts = self.boards.get(controller).map(|board| &board.shafts);
+        match shafts.and_then(|shafts| shafts.get(motor)?.as_ref()) {
+            Some(shaft) if shaft.has_encoder() => Encoder::Present,
+            Some(_) => Encoder::Missing,
+            None => Encoder::NoMotor,
         }
     }
 
