@@ -4,6 +4,10 @@ use std::str::FromStr;
 
 use ft_transfer_area::simulator::world::{Remote, Sensor, WorldState};
 use ft_transfer_area::simulator::Machine;
+use ft_transfer_area::transfer_area::{
+    IR_RECEIVER_IDX_ALL_DATA, IR_RECEIVER_IDX_OFF_OFF, IR_RECEIVER_IDX_OFF_ON,
+    IR_RECEIVER_IDX_ON_OFF, IR_RECEIVER_IDX_ON_ON,
+};
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::wire::IrRemote;
 
@@ -13,10 +17,15 @@ I1 1 to I8 1                     presses what is plugged in there, or sets its v
 C1 1 to C4 1                     sets the level of a counter input
 E1.I2 0, E1.C1 1                 the same on an extension
 E1 0, E1 1                       cuts an extension off, plugs it in again
-IR0 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and y, right x and y
-                                 (-15 to 15), and its bits: 1 ON, 2 OFF, 4 and 8 the DIP switches,
-                                 which in a world tell the remote
+IR1 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and y, right x and y
+                                 (-15 to 15), 1 for ON, 2 for OFF, 3 for both; the DIP switches
+                                 of IR1 to IR4 are off off, on off, off on, on on; in no world
+                                 the last number has 4 and 8 for them, and IR0 is any remote
 I2C 24 63 7                      sets a register of an I2C device: address, register, value";
+
+/// The DIP switches of a remote, in the bits that it sends.
+const DIP1: u8 = 4;
+const DIP2: u8 = 8;
 
 /// Does what a line says; otherwise a sentence that tells what is wrong with it.
 pub(crate) fn carry_out(line: &str, machine: &mut Machine) -> Result<(), String> {
@@ -84,6 +93,12 @@ fn set_sensor(
     plug: Input,
     value: f64,
 ) -> Result<(), String> {
+    if let Some(motor) = world.moved_by(controller, plug) {
+        return Err(match world.sensor(controller, plug) {
+            Some(Sensor::Ultrasonic { .. }) => format!("{target} looks at the slide of {motor}"),
+            _ => format!("{target} is pressed by the slide of {motor}"),
+        });
+    }
     let sensor = match world.sensor(controller, plug) {
         // As the numbers saturate, a value out of range counts as the nearest in it.
         Some(Sensor::Resistor { .. }) => Sensor::Resistor { ohms: value as u32 },
@@ -103,6 +118,7 @@ fn set_sensor(
     Ok(())
 }
 
+/// Sets what a remote sends.
 fn set_remote(
     target: &str,
     machine: &mut Machine,
@@ -110,18 +126,40 @@ fn set_remote(
     values: &[&str],
 ) -> Result<(), String> {
     let [left_x, left_y, right_x, right_y, bits] = numbers::<i8, 5>(target, values)?;
-    let bits = u8::try_from(bits).map_err(|_| format!("{bits} is no number of bits"))?;
-    if remote >= machine.controllers[0].ir.len() {
-        return Err(unknown(target));
+    let axes = [left_x, left_y, right_x, right_y];
+    if let Some(axis) = axes.iter().find(|axis| !(-15..=15).contains(*axis)) {
+        return Err(format!("a joystick of {target} goes from -15 to 15, not to {axis}"));
     }
+    let bits = u8::try_from(bits).ok().filter(|bits| *bits < 16);
+    let bits = bits.ok_or_else(|| format!("the last number of {target} is 0 to 15"))?;
     if let Some(world) = machine.world_mut() {
-        let is_set = |bit: u8| bits & bit != 0;
-        let (on, off, dip1, dip2) = (is_set(1), is_set(2), is_set(4), is_set(8));
+        let dips = dip_switches(target, remote)?;
+        if bits >= DIP1 && bits & (DIP1 | DIP2) != dips {
+            return Err(format!("{target} tells the DIP switches, so its last number is 0 to 3"));
+        }
+        let is_set = |bit: u8| (bits | dips) & bit != 0;
+        let (on, off, dip1, dip2) = (is_set(1), is_set(2), is_set(DIP1), is_set(DIP2));
         world.set_remote(Remote { dip1, dip2, left_x, left_y, right_x, right_y, on, off });
         return Ok(());
     }
-    machine.controllers[0].ir[remote] = IrRemote { left_x, left_y, right_x, right_y, bits };
+    let place = machine.controllers[0].ir.get_mut(remote);
+    let place = place.ok_or_else(|| format!("there is no {target}, but IR0 to IR4"))?;
+    *place = IrRemote { left_x, left_y, right_x, right_y, bits };
     Ok(())
+}
+
+/// The DIP switches of the remote that a world knows by this number.
+fn dip_switches(target: &str, remote: usize) -> Result<u8, String> {
+    match remote {
+        IR_RECEIVER_IDX_OFF_OFF => Ok(0),
+        IR_RECEIVER_IDX_ON_OFF => Ok(DIP1),
+        IR_RECEIVER_IDX_OFF_ON => Ok(DIP2),
+        IR_RECEIVER_IDX_ON_ON => Ok(DIP1 | DIP2),
+        IR_RECEIVER_IDX_ALL_DATA => {
+            Err(format!("{target} is whichever remote is used; in a world say IR1 to IR4"))
+        }
+        _ => Err(format!("there is no {target} in a world, but IR1 to IR4")),
+    }
 }
 
 /// The index of the controller that `E1` names.

@@ -15,6 +15,7 @@ mod refusal;
 mod shipped_worlds;
 mod stepped;
 mod synchronised;
+mod typed_lines;
 mod wire_client;
 mod world;
 

@@ -62,6 +62,23 @@ impl BoardState {
         }
     }
 
+    /// The motor whose slide moves what is plugged in here.
+    pub(super) fn moved_by(&self, input: Input) -> Option<Motor> {
+        let sensor = self.inputs.get(&input)?;
+        Motor::ALL.into_iter().find(|motor| {
+            let shaft = self.shafts[motor.index()].as_ref();
+            shaft.and_then(Shaft::slide).is_some_and(|slide| match sensor {
+                Sensor::Switch { .. } | Sensor::Button { .. } => {
+                    [slide.start_switch, slide.end_switch].contains(&Some(input))
+                }
+                Sensor::Ultrasonic { .. } => {
+                    slide.seen_by.is_some_and(|seen_by| seen_by.input == input)
+                }
+                _ => false,
+            })
+        })
+    }
+
     /// Puts the sensors that look at slides where these are.
     fn move_sensors(&mut self) {
         for shaft in self.shafts.iter().flatten() {

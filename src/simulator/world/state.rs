@@ -105,6 +105,26 @@ impl WorldState {
         self.boards.get(controller)?.inputs.get(&input)
     }
 
+    /// The motor whose slide presses the switch that is plugged in here, or is seen by the sensor.
+    /// What a program sets there is gone with the next step.
+    ///
+    /// ```
+    /// use ft_transfer_area::simulator::world::World;
+    /// use ft_transfer_area::simulator::Machine;
+    /// use ft_transfer_area::tx::{Input, Motor};
+    ///
+    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// let machine = Machine::with_world(0, World::default())?;
+    /// let moved_by = |input| machine.world().and_then(|world| world.moved_by(0, input));
+    /// assert_eq!(moved_by(Input::I2), Some(Motor::M1), "the end switch");
+    /// assert_eq!(moved_by(Input::I3), None, "the button");
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn moved_by(&self, controller: usize, input: Input) -> Option<Motor> {
+        self.boards.get(controller)?.moved_by(input)
+    }
+
     /// Plugs in another sensor, or takes it out. Values out of their range count as the nearest
     /// in it. An end switch or sensor of a slide goes on to be moved by it, if it still is one.
     ///
