@@ -1,24 +1,15 @@
 //! The examples as a user runs them.
 #![cfg(unix)]
 
-use std::io::{BufRead, BufReader, Write};
-use std::path::PathBuf;
-use std::process::{Child, ChildStdin, Command, Output, Stdio};
-use std::time::{Duration, Instant};
+mod program;
+
+use std::process::{Command, Output, Stdio};
+use std::time::Instant;
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
-use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
+use ft_transfer_area::FirmwareVersion;
 
-/// Longer than anything takes on a busy machine; only a test that fails waits so long.
-const DEADLINE: Duration = Duration::from_secs(60);
-
-/// An example, built along with the tests.
-fn example(name: &str) -> Command {
-    let tests: PathBuf = std::env::current_exe().unwrap();
-    let path = tests.ancestors().nth(2).unwrap().join("examples").join(name);
-    assert!(path.exists(), "{path:?} is not built: run the tests without naming a target");
-    Command::new(path)
-}
+use program::{example, Program, DEADLINE};
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
@@ -103,64 +94,6 @@ fn the_camera_sample_saves_20_pictures() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// The simulated TXT as a program on free ports, ended when it is dropped.
-struct Program {
-    child: Child,
-    stdin: Option<ChildStdin>,
-    /// Main, camera, I2C.
-    ports: [u16; 3],
-}
-
-impl Program {
-    fn start(options: &[&str]) -> Self {
-        let mut child = example("simulated_txt")
-            .args(["--port", "0"])
-            .args(options)
-            .env("RUST_LOG", "info")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let ports = ["main", "camera", "i2c"].map(|name| {
-            let line = lines.next().unwrap().unwrap();
-            let port = line.strip_prefix(name).and_then(|rest| rest.strip_prefix(" 127.0.0.1:"));
-            port.unwrap_or_else(|| panic!("{line:?} is no {name} port")).parse().unwrap()
-        });
-        let stdin = child.stdin.take();
-        Self { child, stdin, ports }
-    }
-
-    fn type_line(&mut self, line: &str) {
-        writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
-    }
-
-    fn handler(&self) -> TransferAreaComHandler {
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(self.ports[0]).areas(2);
-        builder.build().unwrap()
-    }
-
-    /// Ends it as Ctrl-C does; what it said on stderr.
-    fn interrupt(mut self) -> String {
-        let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-        let mut stderr = String::new();
-        std::io::Read::read_to_string(&mut self.child.stderr.take().unwrap(), &mut stderr).unwrap();
-        let status = self.child.wait().unwrap();
-        assert!(status.success(), "{status}: {stderr}");
-        stderr
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        // It has ended already unless a test failed.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
 #[test]
 fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     let mut program = Program::start(&[
@@ -178,7 +111,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     program.type_line("I9 1");
     for (line, area, value) in [("I1 1", 0, 1), ("e1.i1 7", 1, 7), ("I1 -3", 0, -3)] {
         program.type_line(line);
-        let mut handler = program.handler();
+        let mut handler = program.handler().areas(2).build().unwrap();
         handler.begin_transfer().unwrap();
         assert_eq!(handler.device_name().as_deref(), Some("Hugo"));
         assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 1, 6)));
@@ -190,7 +123,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     }
     // The end of its input does not end it.
     program.stdin = None;
-    program.handler().begin_transfer().unwrap();
+    program.handler().build().unwrap().begin_transfer().unwrap();
     let log = program.interrupt();
     assert!(log.contains("connects to the main port"), "{log}");
     assert!(log.contains("the client sends StartOnline"), "{log}");
@@ -200,7 +133,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&[]);
-    let mut handler = program.handler();
+    let mut handler = program.handler().areas(2).build().unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[0].state.config_id += 1;
     handler.begin_transfer().unwrap();
@@ -233,7 +166,7 @@ fn typed_lines_press_the_buttons_of_a_world() {
 #[test]
 fn the_simulated_txt_commits_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);
-    let mut handler = program.handler();
+    let mut handler = program.handler().areas(2).build().unwrap();
     handler.begin_transfer().unwrap_err();
     handler.begin_transfer().unwrap();
     while handler.wait_cycle().is_ok() {}
