@@ -10,7 +10,7 @@ import ftrobopy
 
 HOST = "127.0.0.1"
 LIMIT = 60  # seconds, far more than anything takes
-SETTLED = 40  # exchanges in which a motor comes to rest
+SETTLED = 150  # exchanges in which a motor comes to rest
 
 
 class Expansion(ftrobopy.compBuffer):
@@ -79,7 +79,7 @@ def cycles(txt, count=2):
 def together(txt):
     """What is set in here goes out in one exchange, which is over at the end.
 
-    ftrobopy forgets what is set while it compresses an earlier change, so that has to be over, too.
+    ftrobopy may forget what is set while it compresses an earlier change, so that is over, too.
     """
     cycles(txt)
     txt.SyncDataBegin()

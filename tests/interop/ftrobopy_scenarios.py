@@ -120,7 +120,7 @@ def count_and_reset(txt, ext):
         wait_until("pulses", lambda: motor.getCurrentDistance() >= goal)
     with together(txt):
         motor.setSpeed(0)
-    cycles(txt, 2 * SETTLED)
+    cycles(txt, SETTLED)
     before = txt.getCurrentCounterValue(3, ext)
     txt.incrCounterCmdId(3, ext)
     done = txt.getCounterCmdId(3, ext)

@@ -24,6 +24,7 @@ mod services;
 mod sessions;
 
 use ft_transfer_area::TransferMode;
+use serde_json::Value;
 
 use program::Program;
 
@@ -66,6 +67,11 @@ fn start(world: &str, options: &[&str]) -> Program {
     let world = format!("{}/tests/interop/{world}", env!("CARGO_MANIFEST_DIR"));
     let common = ["--extensions", "1", "--firmware", "4.6.6", "--world", &world];
     Program::start(&[&common, options].concat())
+}
+
+/// Checks that what somebody read is as it should be.
+fn assert_alike(who: &str, read: &Value, expected: &Value) {
+    assert!(read == expected, "{who} reads {read}\ninstead of {expected}");
 }
 
 /// Ends the program; its log, which has nothing that a correct client does not do.
