@@ -1,10 +1,18 @@
 //! The three ports, free ones where none were asked for.
 
 use std::io;
+use std::iter;
 use std::net::{Ipv4Addr, TcpListener};
+use std::process;
 
-/// How often three free ports in a row are looked for.
-const ATTEMPTS: u32 = 200;
+/// How often three free ports in a row are looked for among those that the system chooses, and then
+/// below them.
+const ATTEMPTS: u16 = 100;
+
+/// The first of the ports below. No system gives these to clients, whose closed connections keep a
+/// port for a minute; after some ten thousand of them none of the system's has two free ones behind
+/// it.
+const BELOW: u16 = 10_000;
 
 /// The ports that were asked for.
 #[derive(Clone, Copy, Debug)]
@@ -21,12 +29,19 @@ impl Ports {
     /// Listens on all three, the main one first.
     pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
         let mut result = self.try_to_listen();
-        // Where the system chooses the main port, the next two may be taken by somebody else.
-        for _ in 1..ATTEMPTS {
-            if result.is_ok() || self.main != 0 {
+        if self.main != 0 {
+            return result;
+        }
+        // The next two may be taken by somebody else.
+        let chosen = iter::repeat_n(self.main, usize::from(ATTEMPTS));
+        // Other programs begin elsewhere.
+        let start = BELOW + 3 * (process::id() % 3000) as u16;
+        let below = (0..ATTEMPTS).map(|attempt| start + 3 * attempt);
+        for main in chosen.chain(below) {
+            if result.is_ok() {
                 break;
             }
-            result = self.try_to_listen();
+            result = Self { main, ..self }.try_to_listen();
         }
         result
     }
