@@ -6,6 +6,7 @@
 //! ```text
 //! cargo run --example camera                                   # a simulated TXT
 //! cargo run --example camera -- 192.168.7.2                    # a TXT on USB
+//! cargo run --example camera -- 127.0.0.1:65000                # the program simulated_txt
 //! cargo run --example camera -- --folder pictures --size 640x480
 //! cargo run --example camera -- --pause 1000                   # a slow consumer, in ms
 //! ```
@@ -27,7 +28,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{CameraOptions, TransferAreaComHandler, PORT};
 
-const USAGE: &str = "usage: camera [--folder DIR] [--size WIDTHxHEIGHT] [--pause MS] [HOST]";
+const USAGE: &str = "usage: camera [--folder DIR] [--size WIDTHxHEIGHT] [--pause MS] [HOST[:PORT]]";
 
 /// How many frames are saved.
 const FRAMES: usize = 20;
@@ -58,14 +59,14 @@ fn run() -> Result<(), Box<dyn Error>> {
         Some(_) => None,
         None => Some(SimulatedTxt::builder().camera_tables(false).start()?),
     };
-    let (host, port, camera_port) = match (&arguments.host, &simulated) {
-        (None, Some(txt)) => ("127.0.0.1", txt.port(), txt.camera_port()),
-        (host, _) => (host.as_deref().unwrap_or_default(), PORT, PORT + 1),
+    let (host, port) = match (&arguments.host, &simulated) {
+        (None, Some(txt)) => ("127.0.0.1", txt.port()),
+        (host, _) => host_and_port(host.as_deref().unwrap_or_default())?,
     };
     fs::create_dir_all(&arguments.folder)?;
 
-    let mut handler =
-        TransferAreaComHandler::builder(host).port(port).camera_port(camera_port).build()?;
+    // The camera has the port behind this one.
+    let mut handler = TransferAreaComHandler::builder(host).port(port).build()?;
     handler.begin_transfer()?;
     let options = CameraOptions {
         width: arguments.width,
@@ -109,6 +110,17 @@ fn run() -> Result<(), Box<dyn Error>> {
     println!("{:.0} cycles a second meanwhile", cycles as f64 / seconds);
     println!("pictures are in {}", arguments.folder.display());
     ended_by.map_or(Ok(()), |error| Err(error.into()))
+}
+
+/// Host and port of `HOST[:PORT]`. An IPv6 address has colons of its own, and no port here.
+fn host_and_port(text: &str) -> Result<(&str, u16), String> {
+    match text.split_once(':') {
+        Some((host, port)) if !port.contains(':') => match port.parse() {
+            Ok(port) => Ok((host, port)),
+            Err(_) => Err(format!("{port:?} in {text:?} is no port\n{USAGE}")),
+        },
+        _ => Ok((text, PORT)),
+    }
 }
 
 struct Arguments {

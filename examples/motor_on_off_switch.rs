@@ -8,6 +8,7 @@
 //! cargo run --example motor_on_off_switch                  # a simulated TXT with one extension
 //! cargo run --example motor_on_off_switch -- 192.168.7.2   # a TXT on USB
 //! cargo run --example motor_on_off_switch -- --seconds 60 192.168.8.2
+//! cargo run --example motor_on_off_switch -- 127.0.0.1:65000   # the program simulated_txt
 //! ```
 //!
 //! Every third exchange the inputs, counters and outputs of both controllers are printed. Ctrl-C
@@ -22,7 +23,7 @@ use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::{TransferAreaComHandler, PORT};
 
-const USAGE: &str = "usage: motor_on_off_switch [--seconds N] [HOST]";
+const USAGE: &str = "usage: motor_on_off_switch [--seconds N] [HOST[:PORT]]";
 
 /// The simulated buttons change every half second: 50 exchanges of 10 ms.
 const EXCHANGES_PER_CHANGE: u64 = 50;
@@ -52,7 +53,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     let simulated = if host.is_none() { Some(simulated_txt()?) } else { None };
     let (host, port) = match (&host, &simulated) {
         (None, Some(txt)) => ("127.0.0.1", txt.port()),
-        (host, _) => (host.as_deref().unwrap_or_default(), PORT),
+        (host, _) => host_and_port(host.as_deref().unwrap_or_default())?,
     };
 
     // Create the communication handler with its transfer areas: the master and one extension.
@@ -126,6 +127,17 @@ fn simulated_txt() -> Result<SimulatedTxt, ft_transfer_area::Error> {
             }
         })
         .start()
+}
+
+/// Host and port of `HOST[:PORT]`. An IPv6 address has colons of its own, and no port here.
+fn host_and_port(text: &str) -> Result<(&str, u16), String> {
+    match text.split_once(':') {
+        Some((host, port)) if !port.contains(':') => match port.parse() {
+            Ok(port) => Ok((host, port)),
+            Err(_) => Err(format!("{port:?} in {text:?} is no port\n{USAGE}")),
+        },
+        _ => Ok((text, PORT)),
+    }
 }
 
 struct Arguments {

@@ -14,8 +14,11 @@ use crate::sockets::{Input, Motor, Output};
 /// Every message is a sentence that says what happened and what to check. After an error that
 /// came while talking to the controller the connection is of no further use: a
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
-/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh.
+/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh;
+/// an [`I2cClient`](crate::I2cClient) connects anew at its next call.
 /// The errors that leave the connection as it was say so.
+#[doc(alias = "FtErrors")]
+#[doc(alias = "ftxGetLibErrorString")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Error {
@@ -25,6 +28,7 @@ pub enum Error {
         given: usize,
     },
     /// A number that a call was given is out of its range. Nothing was changed, and nothing sent.
+    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     OutOfRange {
         /// What the number is for.
         what: &'static str,
@@ -37,12 +41,14 @@ pub enum Error {
     },
     /// The call is for a motor, but these outputs are configured as two single ones. Nothing was
     /// changed.
+    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     NotAMotor {
         /// The motor.
         motor: Motor,
     },
     /// The call is for a single output, but this one is configured as half of a motor. Nothing was
     /// changed.
+    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     NotAnOutput {
         /// The output.
         output: Output,
@@ -63,8 +69,10 @@ pub enum Error {
         input: Input,
     },
     /// `begin_transfer` was called while a transfer is running, which goes on undisturbed.
+    #[doc(alias = "FTLIB_ERR_THREAD_IS_RUNNING")]
     AlreadyStarted,
     /// The call needs a running transfer, and there is none: call `begin_transfer` first.
+    #[doc(alias = "FTLIB_ERR_THREAD_NOT_RUNNING")]
     NotStarted,
     /// The command needs online mode: call `start_online` first. The connection stays usable.
     NotOnline {
@@ -194,11 +202,21 @@ pub enum Error {
         reason: String,
     },
 
+    /// No I2C device answers at this address. The connection stays usable.
+    ///
+    /// So says the simulated TXT. How a real controller says it is not known, and may come out as
+    /// another error.
+    I2cNoDevice {
+        /// The address, of 7 bits.
+        device: u8,
+    },
+
     /// A thread of the program panicked with the transfer area in its hands; the motors were
     /// stopped and the transfer ended.
     ProgramPanicked,
     /// A thread for the transfer or the camera could not be started, or ended by a panic. The
     /// latter is a defect of this crate.
+    #[doc(alias = "FTLIB_ERR_THREAD_NOT_STARTABLE")]
     Thread {
         /// What happened.
         reason: String,
@@ -353,6 +371,11 @@ impl fmt::Display for Error {
             Self::BadPicture { reason } => {
                 write!(f, "the camera's frame is no usable picture: {reason}")
             }
+            Self::I2cNoDevice { device } => write!(
+                f,
+                "no I2C device answers at the address {device:#04x}; check its cable and its power, \
+                 and whether the address is the one of 7 bits"
+            ),
             Self::ProgramPanicked => write!(
                 f,
                 "a thread of the program panicked while it used the transfer area; the motors \

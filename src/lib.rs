@@ -38,11 +38,12 @@
 //! | drive the exchange over a connection of your own | [`Exchange`] |
 //! | look at the bytes | [`wire`] |
 //! | see through the camera | [`TransferAreaComHandler::start_camera`] |
+//! | read and write I2C devices | [`TransferAreaComHandler::i2c`], or an [`I2cClient`] alone |
 //! | develop and test without a controller | `simulator` (feature `simulator`) |
 //!
 //! The crate is a port of the C-Programming Kit 4.1.6; searching this documentation for the kit's
-//! names finds their places here. Where the kit has a mistake, `docs/protocol.md` in the
-//! repository says what it is and what happens here instead.
+//! names finds their places here, and `docs/porting.md` in the repository has them all. Where the
+//! kit has a mistake, `docs/protocol.md` says what it is and what happens here instead.
 //!
 //! # Blocking
 //!
@@ -59,8 +60,9 @@
 //! # Logging
 //!
 //! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the camera's stream
-//! did. `info`: a transfer began, a transfer or stream ended. The simulated TXT also uses `warn` for
-//! what a client does wrong, `info` for what else it does, and `trace` for each exchange.
+//! did. `info`: a transfer began, a transfer or stream ended. `debug`: an I2C connection was made
+//! anew. The simulated TXT also uses `warn` for what a client does wrong, `info` for what else it
+//! does, and `trace` for each exchange.
 //!
 //! # Dependencies
 //!
@@ -75,6 +77,7 @@ mod error;
 mod exchange;
 mod firmware;
 mod handler;
+mod i2c;
 #[cfg(feature = "simulator")]
 pub mod simulator;
 mod sockets;
@@ -88,12 +91,18 @@ pub use error::Error;
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use handler::{
-    Statistics, TransferArea, TransferAreaComHandler, TransferAreaComHandlerBuilder,
-    TransferAreaGuard,
+    Event, EventKind, Events, Joystick, Statistics, TransferArea, TransferAreaComHandler,
+    TransferAreaComHandlerBuilder, TransferAreaGuard,
 };
+pub use i2c::I2cClient;
 pub use transfer_area::FishX1Transfer;
 
 /// The README's programs are tested along with the documentation.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// So are those of the porting guide.
+#[cfg(doctest)]
+#[doc = include_str!("../docs/porting.md")]
+struct Porting;

@@ -3,16 +3,37 @@
 
 mod program;
 
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Ipv4Addr, TcpStream};
 use std::process::{Command, Output, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{InputMode, UniConfig};
-use ft_transfer_area::FirmwareVersion;
+use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
+use ft_transfer_area::wire::{ExchangeData, StartOnline};
+use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
 use program::{example, Program, DEADLINE};
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
+}
+
+/// What the samples take for it.
+fn host(program: &Program) -> String {
+    format!("127.0.0.1:{}", program.ports[0])
+}
+
+/// The output of a program, which is ended if it does not end.
+fn output_in_time(command: &mut Command) -> Output {
+    let begin = Instant::now();
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while child.try_wait().unwrap().is_none() {
+        if begin.elapsed() > DEADLINE {
+            child.kill().unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    child.wait_with_output().unwrap()
 }
 
 /// The number at the start of the line that ends so.
@@ -43,11 +64,64 @@ fn the_motor_follows_the_switch_on_master_and_extension() {
     }
 }
 
+/// What the sample prints of a controller's I1, M1 and C1: pressed, running, count.
+fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
+    let values = line.strip_prefix(&format!("Transfer ID={id} I="))?;
+    let (_, counters) = values.split_once(" C=")?;
+    let count = counters.split(' ').next()?.parse().ok()?;
+    Some((values.starts_with('1'), values.contains("O=512-0"), count))
+}
+
+#[test]
+fn the_motor_follows_the_switch_in_the_kits_world() {
+    let program = Program::start(&["--world", "kit", "--extensions", "1"]);
+    let mut child = example("motor_on_off_switch")
+        .args(["--seconds", "3600", &host(&program)])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Until both buttons have been pressed and let go twice, which their script does.
+    let mut states = [Vec::new(), Vec::new()];
+    let begin = Instant::now();
+    let releases = |states: &Vec<(bool, bool, i64)>| {
+        states.windows(2).filter(|pair| pair[0].0 && !pair[1].0).count()
+    };
+    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
+        let line = line.unwrap();
+        for (id, states) in states.iter_mut().enumerate() {
+            states.extend(parse_line(&line, id));
+        }
+        if states.iter().all(|states| releases(states) >= 2) {
+            break;
+        }
+        assert!(begin.elapsed() < DEADLINE, "nobody presses the buttons: {states:?}");
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for (id, states) in states.iter().enumerate() {
+        assert!(states.iter().all(|(pressed, runs, _)| pressed == runs), "{id}: {states:?}");
+        let counted = |while_pressed: bool| -> i64 {
+            let pairs = states.windows(2);
+            let pairs = pairs.filter(|pair| pair.iter().all(|state| state.0 == while_pressed));
+            pairs.map(|pair| pair[1].2 - pair[0].2).sum()
+        };
+        // It runs on a little when it is switched off.
+        assert!(counted(true) > 2 * counted(false) && counted(true) > 50, "{id}: {states:?}");
+    }
+    let log = program.interrupt();
+    for controller in ["the master", "extension 1"] {
+        for duty in [512, 0] {
+            let told = format!("{controller}: O1 is set to {duty}");
+            assert!(log.matches(&told).count() >= 2, "no {told:?} in {log}");
+        }
+    }
+}
+
 #[test]
 fn a_host_that_can_not_be_reached_ends_in_one_sentence_and_status_1() {
     // No part of a name has more than 63 characters, so nobody is asked for this one.
     let host = "x".repeat(64);
-    for name in ["motor_on_off_switch", "camera"] {
+    for name in ["motor_on_off_switch", "camera", "i2c"] {
         let output = example(name).arg(&host).output().unwrap();
         assert_eq!(output.status.code(), Some(1), "{name}");
         let message = text(&output.stderr);
@@ -81,8 +155,16 @@ fn ctrl_c_stops_the_motors_and_goes_offline() {
 
 #[test]
 fn the_camera_sample_saves_20_pictures() {
-    let folder = std::env::temp_dir().join(format!("camera-test-{}", std::process::id()));
-    let output = example("camera").arg("--folder").arg(&folder).output().unwrap();
+    assert_saves_pictures("own", &[]);
+    let program = Program::start(&["--camera-start-up", "100"]);
+    assert_saves_pictures("program", &[&host(&program)]);
+    let log = program.interrupt();
+    assert!(log.contains("the client sends StartCameraOnline"), "{log}");
+}
+
+fn assert_saves_pictures(name: &str, host: &[&str]) {
+    let folder = std::env::temp_dir().join(format!("camera-test-{name}-{}", std::process::id()));
+    let output = example("camera").args(host).arg("--folder").arg(&folder).output().unwrap();
     assert!(output.status.success(), "{}", text(&output.stderr));
     for number in 0..20 {
         let path = folder.join(format!("frame_{number:02}"));
@@ -92,6 +174,24 @@ fn the_camera_sample_saves_20_pictures() {
         assert_eq!(yuv.len(), 320 * 240 * 2);
     }
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn the_i2c_sample_reads_the_sensor() {
+    let output = example("i2c").args(["--seconds", "1"]).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let lines: Vec<Vec<f64>> = text(&output.stdout)
+        .lines()
+        .filter(|line| line.starts_with("x "))
+        .map(|line| line.split_whitespace().filter_map(|word| word.parse().ok()).collect())
+        .collect();
+    assert_eq!(lines.len(), 4);
+    for line in &lines {
+        let [x, y, z, temperature] = line[..] else { panic!("{line:?}") };
+        assert!((x.hypot(z) - 1.0).abs() < 0.02 && y == 0.0, "{line:?}");
+        assert!((23.0..=33.0).contains(&temperature), "{line:?}");
+    }
+    assert_ne!(lines[0], lines[3], "the sensor does not turn");
 }
 
 #[test]
@@ -163,6 +263,76 @@ fn typed_lines_press_the_buttons_of_a_world() {
     assert!(program.interrupt().contains("nothing is plugged into I8 in this world"));
 }
 
+/// Cycles until the master is as it should be.
+fn wait_until(handler: &mut TransferAreaComHandler, condition: impl Fn(&FishX1Transfer) -> bool) {
+    let begin = Instant::now();
+    while !condition(&handler.wait_cycle().unwrap()[LOCAL_IO]) {
+        assert!(begin.elapsed() < DEADLINE, "it does not come about");
+    }
+}
+
+#[test]
+fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
+    let program = Program::start(&[]);
+    let mut handler = program.handler().areas(2).build().unwrap();
+    handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.lock()[LOCAL_IO].state.config_id += 1;
+    handler.begin_transfer().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    wait_until(&mut handler, |area| area.input.uni[1] == 1);
+    handler.lock()[LOCAL_IO].output.duty[0] = 0;
+    wait_until(&mut handler, |area| area.input.uni[3] == 25);
+    {
+        let output = &mut handler.lock()[LOCAL_IO].output;
+        output.duty[1] = 512;
+        output.distance[0] = 600;
+        output.motor_ex_cmd_id[0] += 1;
+    }
+    wait_until(&mut handler, |area| area.input.motor_ex_reached[0] == 1);
+    {
+        let area = handler.lock()[LOCAL_IO];
+        assert!((600..=603).contains(&area.input.counter[0]), "{area}");
+        // Of 1000 pulses between 5 cm and 25 cm.
+        assert!((12..=13).contains(&area.input.uni[3]), "{area}");
+        assert_eq!(area.input.uni[..2], [0, 0]);
+    }
+    handler.end_transfer().unwrap();
+    let log = program.interrupt();
+    assert!(log.contains("the master: M1 gets command 1: distance 600"), "{log}");
+}
+
+#[test]
+fn extensions_of_the_world_that_are_not_wanted_are_warned_of() {
+    let warning = "the world's extensions from 1 on are left out";
+    for (options, warned) in [(&["--extensions", "0"][..], true), (&[], false)] {
+        let program = Program::start(&[&["--world", "kit"], options].concat());
+        let log = program.interrupt();
+        assert_eq!(log.contains(warning), warned, "{log}");
+    }
+}
+
+#[test]
+fn why_a_client_is_cut_off_is_told() {
+    let program = Program::start(&["--pace", "0", "--idle-limit", "0.2"]);
+    let begin = Instant::now();
+    let mut silent = TcpStream::connect((Ipv4Addr::LOCALHOST, program.ports[0])).unwrap();
+    silent.set_read_timeout(Some(DEADLINE)).unwrap();
+    assert_eq!(silent.read(&mut [0]).unwrap(), 0);
+    assert!(begin.elapsed() >= Duration::from_millis(200));
+
+    let mut deaf = TcpStream::connect((Ipv4Addr::LOCALHOST, program.ports[0])).unwrap();
+    deaf.set_write_timeout(Some(DEADLINE)).unwrap();
+    let mut commands = Vec::new();
+    StartOnline::new().emit(&mut commands);
+    (0..1000).for_each(|_| ExchangeData::default().emit(&mut commands));
+    deaf.write_all(&commands).unwrap();
+    // Until all buffers are full.
+    while deaf.write_all(&commands[StartOnline::LEN..]).is_ok() {}
+    let log = program.interrupt();
+    assert!(log.contains("the client is cut off: it sent no command"), "{log}");
+    assert!(log.contains("the client is cut off: it reads no responses"), "{log}");
+}
+
 #[test]
 fn the_simulated_txt_commits_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);
@@ -186,9 +356,16 @@ fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
         (&["--prot", "1"], 2, "--prot"),
         (&["--port"], 2, "--port"),
         (&["somewhere"], 2, "somewhere"),
-        (&["--extensions", "9"], 1, "8 extensions"),
+        (&["--extensions", "9"], 2, "--extensions \"9\": a number from 0 to 8 is expected"),
+        (&["--extensions", "-1"], 2, "--extensions \"-1\": a number from 0 to 8 is expected"),
+        (&["--idle-limit", "0"], 2, "seconds are expected, more than 0"),
+        (&["--idle-limit", "nan"], 2, "seconds are expected, more than 0"),
+        (&["--name", "seventeen letters"], 2, "at most 16 bytes are expected, and this has 17"),
+        (&["--name", "Schülerin Käthe"], 2, "at most 16 bytes are expected, and this has 17"),
+        (&["--port", "65536"], 2, "a port from 0 to 65535"),
+        (&["--port", "65535"], 1, "the main port is 65535, but has to be 0 to 65533"),
     ] {
-        let output = example("simulated_txt").args(options).output().unwrap();
+        let output = output_in_time(example("simulated_txt").args(options));
         assert_eq!(output.status.code(), Some(status), "{options:?}");
         let message = text(&output.stderr);
         assert_eq!(message.lines().count(), 1, "{options:?}: {message}");

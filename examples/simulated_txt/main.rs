@@ -3,14 +3,16 @@
 //! ```text
 //! cargo run --example simulated_txt                            # ports 65000 to 65002
 //! cargo run --example simulated_txt -- --port 0 --extensions 1 # free ports, one extension
-//! cargo run --example simulated_txt -- --extensions 1 --world examples/worlds/everything.toml
+//! cargo run --example simulated_txt -- --world kit             # what the kit's sample is wired to
+//! cargo run --example simulated_txt -- --world examples/worlds/everything.toml
 //! cargo run --example simulated_txt -- --fault crc@exchange:100
 //! cargo run --example simulated_txt -- --help
 //! ```
 //!
 //! It prints where it listens, one port a line, and serves one client after another until Ctrl-C.
-//! Lines that are typed while it runs change its inputs: `I3 1` presses the button of the slide's world. With
-//! `RUST_LOG=info` it tells who connects and what they do. `docs/simulator.md` has it all.
+//! Lines that are typed while it runs change its inputs: `I3 1` presses the button of the slide's
+//! world. It warns of clients that do something wrong; with `RUST_LOG=info` it tells who connects
+//! and what they do, too. `docs/simulator.md` has it all.
 
 mod options;
 mod typed;
@@ -21,12 +23,13 @@ use std::process::ExitCode;
 use std::sync::{mpsc, Arc, Weak};
 use std::thread;
 
+use env_logger::Env;
 use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
 use options::HELP;
 
 fn main() -> ExitCode {
-    env_logger::init();
+    env_logger::Builder::from_env(Env::default().default_filter_or("warn")).init();
     match options::from_env() {
         Ok(None) => {
             print!("{HELP}");

@@ -65,6 +65,7 @@ impl CameraFrame {
     /// # Errors
     ///
     /// [`Error::BadPicture`] as [`jpeg`](Self::jpeg), and when its values make no sense.
+    #[doc(alias = "ftProJpegDec")]
     pub fn to_yuv422(&self) -> Result<Picture, Error> {
         let repaired = repair(&self.data)?;
         decode_yuv422(&repaired.jpeg, repaired.is_422)

@@ -26,6 +26,11 @@ impl Inputs {
         self.alive
     }
 
+    /// What is known of one area; `None` for an extension that has never taken part.
+    pub(crate) fn area(&self, index: usize) -> Option<&ExchangeDataResponse> {
+        self.areas.get(index)?.as_ref().map(|area| &area.data)
+    }
+
     /// Writes the newest inputs of each area that has ever taken part into it, and which extensions
     /// are alive into the first one's `io_slave_alive`.
     ///
@@ -48,12 +53,12 @@ impl Inputs {
     }
 
     /// Takes in a response of the simple exchange.
-    pub(super) fn take_simple(&mut self, data: ExchangeDataResponse) {
+    pub(crate) fn take_simple(&mut self, data: ExchangeDataResponse) {
         self.areas[0] = Some(AreaInputs { data, microphone: None });
     }
 
     /// Takes in a compressed response: so many words for the master and each active extension.
-    pub(super) fn take_compressed(
+    pub(crate) fn take_compressed(
         &mut self,
         active_extensions: u16,
         words: &[u16],

@@ -33,6 +33,9 @@ const RESPONSE_WORDS: usize = 50;
 /// Words per area in a compressed response from firmware 4.2.4 on, with the microphone.
 const RESPONSE_WORDS_WITH_MICROPHONE: usize = 52;
 
+/// The configuration last sent for each area, if there was one.
+pub(crate) type SentConfigs = [Option<UpdateConfig>; MAX_AREAS];
+
 /// The exchange of one transfer, from StartOnline on, without any I/O.
 ///
 /// It makes the requests from transfer areas and takes in the responses; the bytes between are
@@ -69,8 +72,8 @@ pub struct Exchange {
     other_word_count: Option<usize>,
     compressor: Compressor,
     expander: Expander,
-    /// The configuration id last sent for each area.
-    sent_config_ids: [Option<u8>; MAX_AREAS],
+    /// The configuration last sent for each area.
+    sent_configs: SentConfigs,
     inputs: Inputs,
     /// Buffers that are kept so that a cycle allocates nothing.
     words: Vec<u16>,
@@ -91,7 +94,7 @@ impl Exchange {
             other_word_count: Some(other),
             compressor: Compressor::new(),
             expander: Expander::new(),
-            sent_config_ids: [None; MAX_AREAS],
+            sent_configs: [None; MAX_AREAS],
             inputs: Inputs::default(),
             words: Vec::with_capacity(MAX_AREAS * RESPONSE_WORDS_WITH_MICROPHONE),
             data: Vec::with_capacity(MAX_REQUEST_DATA),
@@ -105,16 +108,22 @@ impl Exchange {
     /// it before each exchange until it returns `None`.
     #[doc(alias = "UpdateConfig")]
     pub fn next_update_config(&mut self, areas: &[FishX1Transfer]) -> Option<UpdateConfig> {
-        let mut areas = areas.iter().zip(&mut self.sent_config_ids).enumerate();
-        let (index, (area, sent)) =
-            areas.find(|(_, (area, sent))| **sent != Some(area.state.config_id))?;
-        *sent = Some(area.state.config_id);
-        Some(UpdateConfig {
-            config_id: i16::from(area.state.config_id),
-            // At most MAX_AREAS, because that many ids are kept.
+        let config_id = |area: &FishX1Transfer| i16::from(area.state.config_id);
+        let mut areas = areas.iter().zip(&mut self.sent_configs).enumerate();
+        let (index, (area, sent)) = areas
+            .find(|(_, (area, sent))| sent.map(|sent| sent.config_id) != Some(config_id(area)))?;
+        *sent = Some(UpdateConfig {
+            config_id: config_id(area),
+            // At most MAX_AREAS, because that many are kept.
             extension_id: index as i16,
             config: area.config,
-        })
+        });
+        *sent
+    }
+
+    /// The configuration last sent for each area.
+    pub(crate) fn sent_configs(&self) -> &SentConfigs {
+        &self.sent_configs
     }
 
     /// Replaces what is in `out` by the request for the areas' outputs.

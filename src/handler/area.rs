@@ -8,7 +8,9 @@ use std::time::Duration;
 
 use parking_lot::MutexGuard;
 
-use super::shared::{Shared, Stop};
+use super::mail::Stop;
+use super::shared::Shared;
+use super::wait::deadline_after;
 use super::Statistics;
 use crate::error::Error;
 use crate::transfer_area::FishX1Transfer;
@@ -102,13 +104,21 @@ impl TransferArea {
     }
 
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
-        let cycle = self.shared.wait_cycle(self.seen.load(Ordering::Relaxed), limit)?;
-        let guard = self.guard(Some(cycle));
-        self.seen.store(guard.cycle, Ordering::Relaxed);
+        let deadline = limit.and_then(deadline_after);
+        let cycle = self.shared.wait_cycle(self.seen.load(Ordering::Relaxed), deadline)?;
+        let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
+        let guard = self.guard(Some(cycle.ok_or_else(timed_out)?));
+        self.note_seen(&guard);
         Ok(guard)
     }
 
-    fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
+    /// Remembers that this handle has returned the guard's response.
+    pub(super) fn note_seen(&self, guard: &TransferAreaGuard<'_>) {
+        self.seen.store(guard.cycle, Ordering::Relaxed);
+    }
+
+    /// Locks the areas for a thread that may have waited for a response.
+    pub(super) fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
         let (areas, cycle) = self.shared.lock(reacts_to);
         let panicking = PanicCheck::new();
         TransferAreaGuard { shared: &self.shared, areas, cycle, reacts_to, panicking }
@@ -170,6 +180,19 @@ pub struct TransferAreaGuard<'a> {
     panicking: PanicCheck,
 }
 
+impl TransferAreaGuard<'_> {
+    /// The newest response that needs no waiting for any more. One that came in while this thread
+    /// did not expect it does: its window waits for somebody still.
+    pub(super) fn attended(&self) -> u64 {
+        let expected = self.reacts_to == Some(self.cycle);
+        if expected {
+            self.cycle
+        } else {
+            self.cycle.saturating_sub(1)
+        }
+    }
+}
+
 impl Deref for TransferAreaGuard<'_> {
     type Target = [FishX1Transfer];
 
@@ -212,5 +235,43 @@ impl PanicCheck {
 
     fn has_begun(&self) -> bool {
         !self.before && std::thread::panicking()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::{catch_unwind, AssertUnwindSafe};
+
+    use super::*;
+
+    fn config_id(areas: &[FishX1Transfer]) -> u8 {
+        areas[0].state.config_id
+    }
+
+    /// Panics before all of a new configuration is written.
+    fn panic_half_way(area: &TransferArea) {
+        let panicked = catch_unwind(AssertUnwindSafe(|| {
+            let mut areas = area.lock();
+            areas[0].state.config_id = 2;
+            panic!("before the configuration is written");
+        }));
+        panicked.unwrap_err();
+    }
+
+    #[test]
+    fn what_a_panic_has_left_half_written_goes_out_by_no_other_guard_either() {
+        let area = TransferArea::new(1);
+        area.shared().begin(0);
+        panic_half_way(&area);
+        drop(area.lock());
+        assert_eq!(config_id(&area.shared().outgoing()), 1);
+        area.shared().finish(Err(Error::ProgramPanicked), &[FishX1Transfer::default()]);
+
+        // What the program writes now is whole again.
+        area.lock()[0].state.config_id = 3;
+        assert_eq!(config_id(&area.shared().outgoing()), 3);
+        area.shared().begin(0);
+        area.lock()[0].state.config_id = 4;
+        assert_eq!(config_id(&area.shared().outgoing()), 4);
     }
 }

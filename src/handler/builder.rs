@@ -14,6 +14,8 @@ pub(super) struct Settings {
     pub(super) port: u16,
     /// `None` for the port behind the main connection's.
     pub(super) camera_port: Option<u16>,
+    /// `None` for the second port behind the main connection's.
+    pub(super) i2c_port: Option<u16>,
     pub(super) areas: usize,
     pub(super) mode: TransferMode,
     pub(super) limits: TimeLimits,
@@ -49,6 +51,7 @@ impl TransferAreaComHandlerBuilder {
                 host,
                 port: PORT,
                 camera_port: None,
+                i2c_port: None,
                 areas: 1,
                 mode: TransferMode::default(),
                 limits: TimeLimits::default(),
@@ -66,6 +69,12 @@ impl TransferAreaComHandlerBuilder {
     /// The port of the camera's frames. Default the one behind the main connection's, 65001.
     pub fn camera_port(mut self, port: u16) -> Self {
         self.settings.camera_port = Some(port);
+        self
+    }
+
+    /// The port of I2C. Default the second one behind the main connection's, 65002.
+    pub fn i2c_port(mut self, port: u16) -> Self {
+        self.settings.i2c_port = Some(port);
         self
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crossbeam_channel::Receiver;
 
-use super::shared::Errand;
+use super::mail::Errand;
 use super::TransferAreaComHandler;
 use crate::camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream};
 use crate::error::Error;

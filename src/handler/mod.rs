@@ -3,9 +3,14 @@
 mod area;
 mod builder;
 mod camera;
+mod events;
+mod hook;
+mod i2c;
+mod mail;
 mod shared;
 mod statistics;
 mod thread;
+mod wait;
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -16,6 +21,7 @@ use log::info;
 
 pub use area::{TransferArea, TransferAreaGuard};
 pub use builder::TransferAreaComHandlerBuilder;
+pub use events::{Event, EventKind, Events, Joystick};
 pub use statistics::Statistics;
 
 use crate::camera::CameraStream;
@@ -25,7 +31,7 @@ use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
 use crate::wire::QueryStatusResponse;
 use builder::Settings;
-use shared::Stop;
+use mail::Stop;
 use thread::Cycler;
 
 /// Keeps transfer areas in step with a controller: a port of the kit's
@@ -69,6 +75,7 @@ use thread::Cycler;
 /// ```
 #[doc(alias = "ftIF2013TransferAreaComHandler")]
 #[doc(alias = "ftIF2013TransferAreaComHandlerEx")]
+#[doc(alias = "ftIF2013TransferAreaComHandlerEx2")]
 #[derive(Debug)]
 pub struct TransferAreaComHandler {
     settings: Settings,
@@ -87,6 +94,9 @@ impl TransferAreaComHandler {
     /// Settings for a handler of the controller at `host`, a name or a numeric address:
     /// 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
     /// controller itself.
+    #[doc(alias = "ftIF2013TransferAreaComHandler")]
+    #[doc(alias = "ftxOpenComDevice")]
+    #[doc(alias = "ftxOpenComDeviceNr")]
     pub fn builder(host: impl Into<String>) -> TransferAreaComHandlerBuilder {
         TransferAreaComHandlerBuilder::new(host.into())
     }
@@ -121,6 +131,8 @@ impl TransferAreaComHandler {
     /// 4.1.6; any error of connecting or talking to the controller. No thread and no connection
     /// are left then.
     #[doc(alias = "BeginTransfer")]
+    #[doc(alias = "ftxStartTransferArea")]
+    #[doc(alias = "StartTxtDownloadProg")]
     pub fn begin_transfer(&mut self) -> Result<(), Error> {
         if self.area.shared().is_running() {
             return Err(Error::AlreadyStarted);
@@ -170,6 +182,9 @@ impl TransferAreaComHandler {
     /// The error that ended the transfer, also when it ended before; until the next
     /// `begin_transfer`.
     #[doc(alias = "EndTransfer")]
+    #[doc(alias = "ftxStopTransferArea")]
+    #[doc(alias = "ftxCloseDevice")]
+    #[doc(alias = "StopTxtDownloadProg")]
     pub fn end_transfer(&mut self) -> Result<(), Error> {
         self.area.shared().ask_to_stop(Stop::Asked);
         self.join_threads();
@@ -187,7 +202,18 @@ impl TransferAreaComHandler {
         self.camera_server_started = false;
     }
 
+    /// Whether a transfer is running: from `begin_transfer` on until it ends, by `end_transfer` or
+    /// by an error, which [`error`](Self::error) tells then.
+    #[doc(alias = "ftxIsTransferActiv")]
+    #[doc(alias = "MotorIOLib_ThreadIsRunning")]
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.area.shared().is_running()
+    }
+
     /// Locks the areas. See [`TransferArea::lock`].
+    #[doc(alias = "GetTransferAreasArrayAddr")]
+    #[doc(alias = "GetKeLibTransferAreaMainAddress")]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
         self.area.lock()
     }
@@ -197,6 +223,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`], or the error that ended the transfer.
+    #[doc(alias = "PrgTic")]
     pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
         self.area.wait_cycle()
     }
@@ -217,6 +244,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`], or the error that ended the transfer.
+    #[doc(alias = "UpdateConfig")]
     pub fn update_config(&self) -> Result<(), Error> {
         self.area.update_config()
     }
@@ -228,17 +256,21 @@ impl TransferAreaComHandler {
 
     /// The firmware version of the controller that `begin_transfer` has last reached.
     #[doc(alias = "GetVersion")]
+    #[doc(alias = "GetRoboTxFwStr")]
+    #[doc(alias = "GetRoboTxFwVal")]
     pub fn version(&self) -> Option<FirmwareVersion> {
         self.status.map(|status| status.version)
     }
 
     /// The name of the controller that `begin_transfer` has last reached.
     #[doc(alias = "m_devicename")]
+    #[doc(alias = "GetRoboTxDevName")]
     pub fn device_name(&self) -> Option<String> {
         self.status.map(|status| status.name())
     }
 
     /// Figures of the transfer that runs, or of the last one. See [`Statistics`].
+    #[doc(alias = "GetTrapStatistic")]
     pub fn statistics(&self) -> Statistics {
         self.area.statistics()
     }
@@ -249,11 +281,15 @@ impl TransferAreaComHandler {
     }
 }
 
-/// Ends the transfer, with all motors stopped. Blocks as [`TransferAreaComHandler::end_transfer`].
+/// Ends the transfer, with all motors stopped, and the channels of its events. Blocks as
+/// [`TransferAreaComHandler::end_transfer`].
 impl Drop for TransferAreaComHandler {
     fn drop(&mut self) {
         self.area.stop_on_panic();
         // An error is in the log already, and nobody can be told of it here.
         let _ = self.end_transfer();
+        self.area.shared().end_listening();
+        // It may own a handle to the areas that own it.
+        self.clear_cycle_hook();
     }
 }

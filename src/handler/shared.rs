@@ -4,86 +4,34 @@
 //! it likes. The mail's lock is held for moments only, by either side: it covers the outputs as
 //! the last guard left them, the inputs that have come in since, and who waits for what. So the
 //! transfer thread never waits for the program: the program's threads carry outputs into the mail
-//! when they drop a guard, and inputs out of it when they lock. Whoever takes both locks takes the
-//! areas first.
+//! when they drop a guard, and inputs out of it when they lock. For a cycle hook alone it takes the
+//! areas, and waits for them as long as it waits for reactions anyway.
+//!
+//! Whoever takes several locks takes them in this order: areas, hook, listeners, mail.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
+use super::events::Listeners;
+use super::hook::HookSlot;
+use super::mail::{Delivery, Errand, Mail, Stop, Window};
 use super::Statistics;
 use crate::camera::CameraControl;
 use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::transfer_area::FishX1Transfer;
-use crate::wire::StartCameraOnline;
 
-/// Why a transfer stops that nothing is wrong with on the wire.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stop {
-    /// The program asks for it.
-    Asked,
-    /// A thread of the program panicked.
-    ProgramPanicked,
-}
-
-/// A command that the transfer thread sends between two exchanges.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Errand {
-    StartCamera(StartCameraOnline),
-    StopCamera,
-}
-
-#[derive(Debug)]
 pub(super) struct Shared {
-    areas: Mutex<Vec<FishX1Transfer>>,
-    mail: Mutex<Mail>,
+    pub(super) areas: Mutex<Vec<FishX1Transfer>>,
+    pub(super) mail: Mutex<Mail>,
+    pub(super) listeners: Mutex<Listeners>,
+    pub(super) hook: HookSlot,
     /// A response has come in, an errand is done, or the transfer has ended.
     arrived: Condvar,
     /// All who waited for the response have reacted, or a stop is asked for.
     attended: Condvar,
-}
-
-#[derive(Debug)]
-struct Mail {
-    running: bool,
-    /// The error that ended the last transfer, unless that ended well.
-    last_error: Option<Error>,
-    /// Counts the transfers, so that a thread that waits knows its own.
-    transfer: u64,
-    /// When the transfer began; the timers go on after its end.
-    began: Option<Instant>,
-    stop: Option<Stop>,
-    /// The areas as the last guard left them.
-    outgoing: Vec<FishX1Transfer>,
-    incoming: Inputs,
-    /// Whether `incoming` has something that is not yet in the areas.
-    inputs_due: bool,
-    /// Whether the motors were stopped, and that is not yet in the areas.
-    outputs_due: bool,
-    /// Counts the responses of all transfers.
-    cycle: u64,
-    last_response: Option<Instant>,
-    window: Window,
-    /// While a guard is held: the response that it waited for, if it did.
-    held: Option<Option<u64>>,
-    errand: Option<Errand>,
-    /// The stream of frames that ends with the transfer.
-    camera: Option<Arc<CameraControl>>,
-    statistics: Statistics,
-}
-
-/// The time after a response in which the program may answer it.
-#[derive(Debug, Default)]
-struct Window {
-    open: bool,
-    /// Threads that wait for the next response.
-    waiting: usize,
-    /// Threads that have waited for this one and have not dropped their guards.
-    reacting: usize,
-    /// Whether there was any such thread.
-    used: bool,
 }
 
 impl Shared {
@@ -93,27 +41,12 @@ impl Shared {
         for (id, area) in (0..).zip(&mut areas) {
             area.state.id = id;
         }
-        let mail = Mail {
-            running: false,
-            last_error: None,
-            transfer: 0,
-            began: None,
-            stop: None,
-            outgoing: areas.clone(),
-            incoming: Inputs::default(),
-            inputs_due: false,
-            outputs_due: false,
-            cycle: 0,
-            last_response: None,
-            window: Window::default(),
-            held: None,
-            errand: None,
-            camera: None,
-            statistics: Statistics::default(),
-        };
+        let mail = Mail::new(areas.clone());
         Self {
             areas: Mutex::new(areas),
             mail: Mutex::new(mail),
+            listeners: Mutex::default(),
+            hook: HookSlot::default(),
             arrived: Condvar::new(),
             attended: Condvar::new(),
         }
@@ -140,7 +73,7 @@ impl Shared {
         mail.held = None;
         match areas {
             Some(areas) => mail.take_out(areas),
-            None => mail.ask_to_stop(Stop::ProgramPanicked),
+            None => mail.stop_half_written(),
         }
         if mail.window.open && reacts_to == Some(mail.cycle) {
             mail.window.reacting -= 1;
@@ -150,15 +83,19 @@ impl Shared {
         }
     }
 
-    /// Waits for a response newer than `seen`, and tells which one it is.
-    pub(super) fn wait_cycle(&self, seen: u64, limit: Option<Duration>) -> Result<u64, Error> {
-        let deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
+    /// Waits for a response newer than `seen`, and tells which one it is; `None` when the deadline
+    /// comes first.
+    pub(super) fn wait_cycle(
+        &self,
+        seen: u64,
+        deadline: Option<Instant>,
+    ) -> Result<Option<u64>, Error> {
         let mut mail = self.mail.lock();
         mail.check_running()?;
-        if mail.window.open && mail.cycle > seen {
-            mail.window.reacting += 1;
-            mail.window.used = true;
-            return Ok(mail.cycle);
+        if mail.cycle > seen {
+            if let Some(cycle) = mail.join_window() {
+                return Ok(Some(cycle));
+            }
         }
         let (transfer, cycle) = (mail.transfer, mail.cycle);
         mail.window.waiting += 1;
@@ -167,14 +104,31 @@ impl Shared {
             let timed_out = wait_until(&self.arrived, &mut mail, deadline);
             if timed_out && mail.cycle == cycle && goes_on(&mail) {
                 mail.window.waiting -= 1;
-                return Err(Error::WaitTimedOut { limit: limit.unwrap_or_default() });
+                return Ok(None);
             }
         }
         if mail.cycle == cycle || mail.transfer != transfer {
             // Another transfer may have begun meanwhile, so look at the end of the last one.
             return Err(mail.last_error.clone().unwrap_or(Error::NotStarted));
         }
-        Ok(cycle + 1)
+        Ok(Some(cycle + 1))
+    }
+
+    /// Whether the present transfer has brought inputs yet; errs without one.
+    pub(super) fn has_inputs(&self) -> Result<bool, Error> {
+        let mail = self.mail.lock();
+        mail.check_running()?;
+        Ok(mail.last_response.is_some())
+    }
+
+    /// Has the next request wait for the calling thread, if it has not left yet; tells for which
+    /// response.
+    pub(super) fn join_window(&self) -> Option<u64> {
+        self.mail.lock().join_window()
+    }
+
+    pub(super) fn area_count(&self) -> usize {
+        self.mail.lock().outgoing.len()
     }
 
     /// Has the transfer thread send a command, and waits until that is done.
@@ -243,21 +197,39 @@ impl Shared {
         mail.transfer += 1;
         mail.began = Some(Instant::now());
         mail.stop = None;
+        mail.half_written = false;
         mail.last_response = None;
         mail.window = Window::default();
         mail.statistics = Statistics { config_updates, ..Statistics::default() };
     }
 
-    /// Hands in a response and opens the window for reactions to it.
-    pub(super) fn deliver(&self, inputs: &Inputs, config_updates: u64) {
+    /// Hands in a response, of which nobody is told yet.
+    ///
+    /// When somebody listens for events, the response before it comes into `before`.
+    pub(super) fn deliver(
+        &self,
+        inputs: &Inputs,
+        config_updates: u64,
+        before: &mut Inputs,
+    ) -> Delivery {
         let now = Instant::now();
         let mut mail = self.mail.lock();
+        if !mail.listened.is_empty() {
+            std::mem::swap(before, &mut mail.incoming);
+        }
         mail.incoming.clone_from(inputs);
         mail.inputs_due = true;
-        mail.cycle += 1;
+        mail.delivered += 1;
         let previous = mail.last_response.replace(now);
         mail.statistics.count_response(previous, now);
         mail.statistics.config_updates += config_updates;
+        Delivery { number: mail.delivered, first: previous.is_none(), listened: mail.listened }
+    }
+
+    /// Opens the window for reactions to the last response, and wakes all who wait for it.
+    pub(super) fn open_window(&self) {
+        let mut mail = self.mail.lock();
+        mail.cycle = mail.delivered;
         let reacting = std::mem::take(&mut mail.window.waiting);
         mail.window = Window { open: true, waiting: 0, reacting, used: reacting > 0 };
         drop(mail);
@@ -272,7 +244,7 @@ impl Shared {
         areas: &mut [FishX1Transfer],
     ) -> Option<Stop> {
         let mut mail = self.mail.lock();
-        let end = mail.last_response.and_then(|response| response.checked_add(length));
+        let end = mail.window_end(length);
         while mail.stop.is_none() && !mail.window.is_attended() {
             if wait_until(&self.attended, &mut mail, end) {
                 mail.count_late();
@@ -296,14 +268,19 @@ impl Shared {
 
     /// Ends the transfer that left the machine with these outputs.
     pub(super) fn finish(&self, result: Result<(), Error>, areas: &[FishX1Transfer]) {
+        let error = result.err();
+        // Before the mail, so that nobody who listens from now on hears of this end.
+        let listeners = self.listeners.lock();
         let mut mail = self.mail.lock();
         for (outgoing, area) in mail.outgoing.iter_mut().zip(areas) {
             outgoing.output = area.output;
         }
         mail.outputs_due = true;
-        mail.end(result.err());
+        mail.end(error.clone());
         drop(mail);
         self.arrived.notify_all();
+        listeners.tell_end(error);
+        drop(listeners);
         // Once more for one that was started at the last moment.
         self.stop_camera();
     }
@@ -312,67 +289,6 @@ impl Shared {
     pub(super) fn fail(&self, error: Error) {
         self.mail.lock().end(Some(error));
         self.arrived.notify_all();
-    }
-}
-
-impl Mail {
-    fn check_running(&self) -> Result<(), Error> {
-        if self.running {
-            return Ok(());
-        }
-        Err(self.last_error.clone().unwrap_or(Error::NotStarted))
-    }
-
-    /// Leaves nobody waiting.
-    fn end(&mut self, error: Option<Error>) {
-        self.running = false;
-        self.last_error = error;
-        self.window = Window::default();
-        self.errand = None;
-    }
-
-    /// The first reason is the one that counts.
-    fn ask_to_stop(&mut self, stop: Stop) {
-        self.stop.get_or_insert(stop);
-    }
-
-    /// Takes the areas as a guard leaves them.
-    fn take_out(&mut self, areas: &[FishX1Transfer]) {
-        for (outgoing, area) in self.outgoing.iter_mut().zip(areas) {
-            // A guard from before the motors were stopped has not seen that.
-            let output = if self.outputs_due { outgoing.output } else { area.output };
-            *outgoing = FishX1Transfer { output, ..*area };
-        }
-    }
-
-    /// Carries what has come in into the areas.
-    fn bring_up_to_date(&mut self, areas: &mut [FishX1Transfer]) {
-        if std::mem::take(&mut self.inputs_due) {
-            self.incoming.apply(areas);
-        }
-        if std::mem::take(&mut self.outputs_due) {
-            for (area, stopped) in areas.iter_mut().zip(&self.outgoing) {
-                area.output = stopped.output;
-            }
-        }
-        if let (Some(began), Some(master)) = (self.began, areas.first_mut()) {
-            master.timer.set_elapsed(began.elapsed());
-        }
-    }
-
-    /// Counts the guards that are still held at the window's end.
-    fn count_late(&mut self) {
-        let waited = self.window.reacting as u64;
-        // Another guard is one that did not wait, or waited for an older response.
-        let another = self.held.is_some_and(|reacts_to| reacts_to != Some(self.cycle));
-        self.statistics.late_reactions += waited + u64::from(another);
-    }
-}
-
-impl Window {
-    /// Whether threads have waited for this response and all have reacted.
-    fn is_attended(&self) -> bool {
-        self.used && self.reacting == 0
     }
 }
 

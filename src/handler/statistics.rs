@@ -11,7 +11,9 @@ pub struct Statistics {
     /// Configurations that were handed over, those before the first exchange included.
     pub config_updates: u64,
     /// Guards that were still held, or waited for, when a reaction window ended, so that what they
-    /// wrote went out a request later. A guard that is held for longer counts in each window.
+    /// wrote went out a request later. A guard that is held for longer counts in each window; a
+    /// [cycle hook](crate::TransferAreaComHandler::set_cycle_hook) that is skipped because of one
+    /// counts as well.
     pub late_reactions: u64,
     /// Time between the last two responses; 0 before there were two.
     pub last_cycle: Duration,

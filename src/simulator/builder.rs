@@ -26,7 +26,7 @@ const UNPACED_STEP: Duration = Duration::from_millis(10);
 /// How a simulated TXT is to be.
 #[must_use = "nothing is simulated before `start`"]
 pub struct SimulatedTxtBuilder {
-    extensions: usize,
+    extensions: Option<usize>,
     firmware: FirmwareVersion,
     microphone: Option<bool>,
     device_name: String,
@@ -46,7 +46,7 @@ impl SimulatedTxtBuilder {
     /// The defaults.
     pub(super) fn new() -> Self {
         Self {
-            extensions: 0,
+            extensions: None,
             firmware: FirmwareVersion::new(4, 6, 6),
             microphone: None,
             device_name: String::from("TX2013"),
@@ -67,9 +67,11 @@ impl SimulatedTxtBuilder {
         }
     }
 
-    /// The number of extensions, 0..=8, all alive at the start. The default is 0.
+    /// The number of extensions, 0..=8, all alive at the start. The default is as many as the
+    /// [`world`](Self::world) has, and 0 without one. Of a world that has more, the last are left
+    /// out, which is logged as a warning.
     pub fn extensions(mut self, extensions: usize) -> Self {
-        self.extensions = extensions;
+        self.extensions = Some(extensions);
         self
     }
 
@@ -90,7 +92,8 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// The name that is reported, cut at 16 bytes. The default is `TX2013`.
+    /// The name that is reported: as many of its characters as fit into 16 bytes of UTF-8. The
+    /// default is `TX2013`.
     pub fn device_name(mut self, device_name: &str) -> Self {
         device_name.clone_into(&mut self.device_name);
         self
@@ -104,7 +107,8 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// How long a connection may be without commands before it is closed. The default is 5 s.
+    /// How long a connection may be without commands before it is closed. The default is 5 s. It is
+    /// looked at every 5 ms, so a shorter one is as long as that.
     pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
         self.idle_limit = idle_limit;
         self
@@ -134,7 +138,8 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// The port of the main connection, 0 for one that is free. The default is 0.
+    /// The port of the main connection, 0 for one that is free. The default is 0, the greatest
+    /// 65533 unless the other ports are set.
     ///
     /// Other clients count the ports of the camera and of I2C from this one. So with 0, too, these
     /// are the next two, unless they are set.
@@ -188,22 +193,36 @@ impl SimulatedTxtBuilder {
     ///
     /// # Errors
     ///
-    /// [`Error::AreaCount`] when there are more than 8 extensions, [`Error::World`] when the world
-    /// has a mistake, [`Error::SimulatorFailed`] when a port is taken or the operating system
+    /// [`Error::AreaCount`] when more than 8 extensions are asked for, [`Error::World`] when the
+    /// world has a mistake, [`Error::OutOfRange`] when there is no room for the other ports behind
+    /// the main one, [`Error::SimulatorFailed`] when a port is taken or the operating system
     /// refuses a socket or a thread.
     pub fn start(mut self) -> Result<SimulatedTxt, Error> {
-        if self.extensions > MAX_EXTENSIONS {
-            return Err(Error::AreaCount { given: self.extensions.saturating_add(1) });
-        }
-        let machine = match self.world.take() {
-            Some(world) => Machine::with_world(self.extensions, world)?,
-            None => Machine::new(self.extensions),
-        };
-        self.listen(machine).map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
+        let machine = self.machine()?;
+        let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
+        ports.check()?;
+        self.listen(ports, machine)
+            .map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
     }
 
-    fn listen(self, machine: Machine) -> io::Result<SimulatedTxt> {
-        let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
+    fn machine(&mut self) -> Result<Machine, Error> {
+        let world = self.world.take();
+        let in_world = world.as_ref().map_or(0, |world| world.extensions.len());
+        let extensions = self.extensions.unwrap_or(in_world);
+        if self.extensions.is_some_and(|asked_for| asked_for > MAX_EXTENSIONS) {
+            return Err(Error::AreaCount { given: extensions.saturating_add(1) });
+        }
+        if extensions < in_world {
+            let first = extensions + 1;
+            log::warn!("the world's extensions from {first} on are left out");
+        }
+        match world {
+            Some(world) => Machine::with_world(extensions, world),
+            None => Ok(Machine::new(extensions)),
+        }
+    }
+
+    fn listen(self, ports: Ports, machine: Machine) -> io::Result<SimulatedTxt> {
         let [listener, camera_listener, i2c_listener] = ports.listen()?;
         let mut txt = SimulatedTxt {
             address: listener.local_addr()?,
@@ -240,10 +259,7 @@ impl SimulatedTxtBuilder {
     }
 
     fn settings(&self) -> Settings {
-        let mut device_name = [0; 16];
-        for (byte, given) in device_name.iter_mut().zip(self.device_name.bytes()) {
-            *byte = given;
-        }
+        let device_name = name_bytes(&self.device_name);
         let step = if self.pace.is_zero() { UNPACED_STEP } else { self.pace };
         // Half a million years are enough.
         let step = u64::try_from(step.as_micros()).unwrap_or(u64::MAX);
@@ -251,6 +267,17 @@ impl SimulatedTxtBuilder {
         let microphone = self.microphone.unwrap_or(promised);
         Settings { device_name, firmware: self.firmware, microphone, step }
     }
+}
+
+/// The characters of a name that fit, filled up with NUL.
+fn name_bytes(name: &str) -> [u8; 16] {
+    let mut bytes = [0; 16];
+    let ends = name.char_indices().map(|(start, character)| start + character.len_utf8());
+    let end = ends.take_while(|end| *end <= bytes.len()).last().unwrap_or(0);
+    for (byte, given) in bytes.iter_mut().zip(name.bytes().take(end)) {
+        *byte = given;
+    }
+    bytes
 }
 
 fn spawn(name: &str, run: impl FnOnce() + Send + 'static) -> io::Result<JoinHandle<()>> {
@@ -276,6 +303,21 @@ impl fmt::Debug for SimulatedTxtBuilder {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_is_cut_between_its_characters() {
+        for (name, reported) in [
+            ("", ""),
+            ("ROBOTICS TXT 001", "ROBOTICS TXT 001"),
+            ("ROBOTICS TXT 0012", "ROBOTICS TXT 001"),
+            ("ROBOTICS TXT 00ä", "ROBOTICS TXT 00"),
+            ("ROBOTICS TXT 0🤖", "ROBOTICS TXT 0"),
+            ("ROBOTICS TXT ä0x", "ROBOTICS TXT ä0"),
+        ] {
+            let bytes = name_bytes(name);
+            assert_eq!(std::str::from_utf8(&bytes).unwrap().trim_end_matches('\0'), reported);
+        }
+    }
 
     #[test]
     fn the_microphone_is_as_the_firmware_promises_or_as_asked_for() {

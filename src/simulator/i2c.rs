@@ -6,21 +6,12 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use byteorder::{BigEndian, ByteOrder};
-
 use super::shared::{is_due_to_waiting, Shared, Stopped};
+use crate::error::Error;
+use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
 /// How many registers a simulated I2C device has.
 pub const I2C_REGISTERS: usize = 256;
-
-const REQUEST: u32 = 0xB9DB_3B39;
-const RESPONSE: u32 = 0x87FD_0D90;
-
-/// Size of a request without the bytes to write.
-const REQUEST_LEN: usize = 16;
-
-/// Size of a response without the bytes read.
-const RESPONSE_LEN: usize = 12;
 
 /// The greatest address.
 const ADDRESS_MAX: u8 = 0x7F;
@@ -31,10 +22,14 @@ const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
 /// How long a client may leave a response unread before it is cut off.
 const WRITE_LIMIT: Duration = Duration::from_secs(1);
 
-/// What is plugged in.
+/// What is plugged in, and who has asked for it.
 #[derive(Clone, Debug, Default)]
 pub(super) struct I2cBus {
     devices: BTreeMap<u8, Device>,
+    /// How many clients have come.
+    pub(super) connections: u64,
+    /// Whether one is there.
+    pub(super) connected: bool,
 }
 
 #[derive(Clone, Debug)]
@@ -82,13 +77,22 @@ impl I2cBus {
         self.devices.keys().copied()
     }
 
+    fn client_came(&mut self) {
+        self.connections += 1;
+        self.connected = true;
+    }
+
+    fn client_left(&mut self) {
+        self.connected = false;
+    }
+
     /// What a device answers; `None` when it isn't there.
     fn transfer(&mut self, request: &Request, write: &[u8]) -> Option<Vec<u8>> {
         Some(self.devices.get_mut(&request.address)?.transfer(write, request.read))
     }
 }
 
-/// The head of a request.
+/// What the header of a request asks for.
 #[derive(Debug, PartialEq, Eq)]
 struct Request {
     address: u8,
@@ -97,30 +101,28 @@ struct Request {
 }
 
 impl Request {
-    /// The head in these bytes; what is wrong with them otherwise.
-    fn parse(bytes: &[u8; REQUEST_LEN]) -> Result<Self, String> {
-        let id = BigEndian::read_u32(bytes);
-        if id != REQUEST {
-            return Err(format!("no I2C request has the id {id:#010x}"));
-        }
-        let address = BigEndian::read_u32(&bytes[5..]);
-        let address = u8::try_from(address).ok().filter(|address| *address <= ADDRESS_MAX);
+    /// The request with this header; what is wrong with it otherwise.
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let header = I2cRequestHeader::parse(bytes).map_err(|error| match error {
+            Error::WrongId { found, .. } => format!("no I2C request has the id {found:#010x}"),
+            error => error.to_string(),
+        })?;
+        let address = u8::try_from(header.device).ok().filter(|address| *address <= ADDRESS_MAX);
         let address = address.ok_or("an I2C address has 7 bits")?;
-        let write = BigEndian::read_u32(&bytes[9..]);
+        let write = header.write_len;
         if write > WRITE_MAX {
             return Err(format!("{write} bytes to write are more than {WRITE_MAX}"));
         }
-        Ok(Self { address, write: write as usize, read: BigEndian::read_u16(&bytes[13..]) })
+        Ok(Self { address, write: write as usize, read: header.read_len })
     }
 }
 
 /// The bytes of a response with what a device has answered.
 fn response(read: Option<Vec<u8>>) -> Vec<u8> {
-    let mut bytes = vec![0; RESPONSE_LEN];
-    if let Some(read) = read {
-        BigEndian::write_u32(&mut bytes, RESPONSE);
-        bytes.extend(read);
-    }
+    let Some(read) = read else { return I2C_NO_DEVICE.to_vec() };
+    let mut bytes = Vec::new();
+    I2cResponseHeader::default().emit(&mut bytes);
+    bytes.extend(read);
     bytes
 }
 
@@ -135,10 +137,14 @@ impl I2cServer {
     /// Serves clients until the thread should end.
     pub(super) fn run(self) {
         while let Ok(stream) = self.shared.accept(&self.listener, "I2C") {
-            match self.serve(stream) {
+            self.shared.with_machine(|machine| machine.i2c().client_came());
+            let end = self.serve(stream);
+            self.shared.with_machine(|machine| machine.i2c().client_left());
+            match end {
                 End::Stopped => {}
                 End::Left => log::info!("the I2C client has left"),
                 End::Idle => log::info!("the I2C client is cut off: it sent no request"),
+                End::Unread => log::warn!("the I2C client is cut off: it reads no responses"),
                 End::Misbehaved(what) => log::warn!("the I2C client is cut off: {what}"),
                 End::Broken(error) => log::info!("the I2C connection broke: {error}"),
             }
@@ -159,9 +165,9 @@ impl I2cServer {
     /// Reads a request, carries it out and sends the response.
     fn serve_request(&self, stream: &mut TcpStream) -> Result<(), End> {
         let begin = Instant::now();
-        let mut head = [0; REQUEST_LEN];
-        self.read(stream, &mut head, begin)?;
-        let request = Request::parse(&head).map_err(End::Misbehaved)?;
+        let mut header = [0; I2cRequestHeader::LEN];
+        self.read(stream, &mut header, begin)?;
+        let request = Request::parse(&header).map_err(End::Misbehaved)?;
         let mut write = vec![0; request.write];
         self.read(stream, &mut write, begin)?;
         let read = self.shared.with_machine(|machine| machine.i2c().transfer(&request, &write));
@@ -204,6 +210,8 @@ enum End {
     Left,
     /// No request came in time.
     Idle,
+    /// A response was not read in time.
+    Unread,
     Misbehaved(String),
     Broken(io::Error),
 }
@@ -215,34 +223,38 @@ impl From<Stopped> for End {
 }
 
 impl From<io::Error> for End {
+    /// Reading waits on, so what gave up waiting is writing.
     fn from(error: io::Error) -> Self {
-        Self::Broken(error)
+        if is_due_to_waiting(&error) {
+            Self::Unread
+        } else {
+            Self::Broken(error)
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::super::machine::Machine;
     use super::*;
 
-    fn head(address: u32, write: u32, read: u16) -> [u8; REQUEST_LEN] {
-        let mut head = [0; REQUEST_LEN];
-        BigEndian::write_u32(&mut head, REQUEST);
-        head[4] = 1;
-        BigEndian::write_u32(&mut head[5..], address);
-        BigEndian::write_u32(&mut head[9..], write);
-        BigEndian::write_u16(&mut head[13..], read);
-        head
+    fn header(device: u32, write_len: u32, read_len: u16) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        I2cRequestHeader { command: 1, device, write_len, read_len }.emit(&mut bytes);
+        bytes
     }
 
     #[test]
-    fn every_field_of_a_request_has_its_place() {
+    fn a_request_has_an_id_7_bits_of_address_and_a_limit() {
         let request = Request { address: 0x18, write: 2, read: 6 };
-        assert_eq!(Request::parse(&head(0x18, 2, 6)), Ok(request));
-        assert!(Request::parse(&[0; REQUEST_LEN]).unwrap_err().contains("0x00000000"));
-        assert!(Request::parse(&head(0x80, 2, 6)).unwrap_err().contains("7 bits"));
-        assert!(Request::parse(&head(0x1_0018, 2, 6)).unwrap_err().contains("7 bits"));
-        assert!(Request::parse(&head(0x18, 257, 6)).is_ok());
-        assert!(Request::parse(&head(0x18, 258, 6)).unwrap_err().contains("258 bytes"));
+        assert_eq!(Request::parse(&header(0x18, 2, 6)), Ok(request));
+        assert!(Request::parse(&[0; I2cRequestHeader::LEN]).unwrap_err().contains("0x00000000"));
+        assert!(Request::parse(&header(0x80, 2, 6)).unwrap_err().contains("7 bits"));
+        assert!(Request::parse(&header(0x1_0018, 2, 6)).unwrap_err().contains("7 bits"));
+        assert!(Request::parse(&header(0x18, 257, 6)).is_ok());
+        assert!(Request::parse(&header(0x18, 258, 6)).unwrap_err().contains("258 bytes"));
     }
 
     #[test]
@@ -254,6 +266,20 @@ mod tests {
         device.registers[1] = 9;
         assert_eq!(device.transfer(&[], 1), [9]);
         assert_eq!(device.transfer(&[0], u16::MAX).len(), 65_535);
+    }
+
+    #[test]
+    fn a_client_that_never_reads_is_cut_off_for_that() {
+        let mut machine = Machine::new(0);
+        machine.i2c_device(1);
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        // Far more than the sockets hold comes back.
+        client.write_all(&head(1, 0, u16::MAX).repeat(500)).unwrap();
+        let shared = Arc::new(Shared::new(machine));
+        let server = I2cServer { listener, shared, idle_limit: Duration::MAX };
+        assert!(matches!(server.serve(stream), End::Unread));
     }
 
     #[test]

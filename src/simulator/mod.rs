@@ -119,6 +119,7 @@ mod builder;
 mod camera;
 mod command;
 mod controller;
+mod delivery;
 mod fault;
 mod fault_text;
 mod i2c;

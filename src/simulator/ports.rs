@@ -5,6 +5,8 @@ use std::iter;
 use std::net::{Ipv4Addr, TcpListener};
 use std::process;
 
+use crate::error::Error;
+
 /// How often three free ports in a row are looked for among those that the system chooses, and then
 /// below them.
 const ATTEMPTS: u16 = 100;
@@ -26,6 +28,16 @@ pub(super) struct Ports {
 }
 
 impl Ports {
+    /// Errs when there is no room for the others behind the main port.
+    pub(super) fn check(self) -> Result<(), Error> {
+        let behind = match (self.camera, self.i2c) {
+            (_, None) => 2,
+            (None, Some(_)) => 1,
+            (Some(_), Some(_)) => 0,
+        };
+        Error::check_range("main port", self.main, 0..=i64::from(u16::MAX - behind))
+    }
+
     /// Listens on all three, the main one first.
     pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
         let mut result = self.try_to_listen();
@@ -59,7 +71,7 @@ impl Ports {
 fn behind(main: u16, distance: u16, asked_for: Option<u16>) -> io::Result<u16> {
     asked_for
         .or(main.checked_add(distance))
-        .ok_or_else(|| io::Error::other(format!("there are no {distance} ports behind {main}")))
+        .ok_or_else(|| io::Error::other(format!("port {main} has too few behind it")))
 }
 
 fn listen_on(port: u16) -> io::Result<TcpListener> {
@@ -93,7 +105,15 @@ mod tests {
     #[test]
     fn the_last_ports_have_none_behind_them() {
         assert_eq!(behind(65_533, 2, None).unwrap(), 65_535);
-        let error = behind(65_534, 2, None).unwrap_err();
-        assert_eq!(error.to_string(), "there are no 2 ports behind 65534");
+        behind(65_534, 2, None).unwrap_err();
+        for (camera, i2c, last) in
+            [(None, None, 65_533), (Some(0), None, 65_533), (None, Some(0), 65_534)]
+        {
+            Ports { main: last, camera, i2c }.check().unwrap();
+            let error = Ports { main: last + 1, camera, i2c }.check().unwrap_err();
+            let sentence = format!("the main port is {}, but has to be 0 to {last}", last + 1);
+            assert_eq!(error.to_string(), sentence);
+        }
+        Ports { main: 65_535, camera: Some(0), i2c: Some(0) }.check().unwrap();
     }
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
-use super::fault::{Delivery, Faults, Position};
+use super::delivery::Delivery;
+use super::fault::{Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
 use super::session::{Script, Session, Settings};
@@ -44,6 +45,7 @@ impl Server {
                 Ok(()) | Err(End::Stopped) => {}
                 Err(End::Misbehaved(what)) => log::warn!("the client is cut off: {what}"),
                 Err(End::Idle) => log::warn!("the client is cut off: it sent no command"),
+                Err(End::Unread) => log::warn!("the client is cut off: it reads no responses"),
                 Err(End::Left) => log::info!("the client has left"),
                 Err(End::Fault) => log::info!("the connection is closed, as was ordered"),
                 Err(End::Broken(error)) => log::info!("the connection broke: {error}"),
@@ -93,6 +95,8 @@ enum End {
     Left,
     /// No command came in time.
     Idle,
+    /// A response was not read in time.
+    Unread,
     /// It was ordered.
     Fault,
     Misbehaved(Misbehaviour),
@@ -106,8 +110,13 @@ impl From<Stopped> for End {
 }
 
 impl From<io::Error> for End {
+    /// Reading waits on, so what gave up waiting is writing.
     fn from(error: io::Error) -> Self {
-        Self::Broken(error)
+        if is_due_to_waiting(&error) {
+            Self::Unread
+        } else {
+            Self::Broken(error)
+        }
     }
 }
 

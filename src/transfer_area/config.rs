@@ -100,6 +100,7 @@ impl Default for CounterConfig {
 /// changes as well, so raise it after writing here. The default is the kit's.
 #[doc(alias = "FTX1_CONFIG")]
 #[doc(alias = "m_config")]
+#[doc(alias = "TA_CONFIG")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {

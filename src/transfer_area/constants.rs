@@ -1,27 +1,37 @@
 //! The kit's constants.
 
 /// Index of the master's transfer area.
+#[doc(alias = "TA_LOCAL")]
 pub const LOCAL_IO: usize = 0;
 /// Index of the first extension's transfer area.
+#[doc(alias = "TA_EXT_1")]
 pub const REMOTE_IO_1: usize = 1;
 /// Index of the second extension's transfer area.
+#[doc(alias = "TA_EXT_2")]
 pub const REMOTE_IO_2: usize = 2;
 /// Index of the third extension's transfer area.
+#[doc(alias = "TA_EXT_3")]
 pub const REMOTE_IO_3: usize = 3;
 /// Index of the fourth extension's transfer area.
+#[doc(alias = "TA_EXT_4")]
 pub const REMOTE_IO_4: usize = 4;
 /// Index of the fifth extension's transfer area.
+#[doc(alias = "TA_EXT_5")]
 pub const REMOTE_IO_5: usize = 5;
 /// Index of the sixth extension's transfer area.
+#[doc(alias = "TA_EXT_6")]
 pub const REMOTE_IO_6: usize = 6;
 /// Index of the seventh extension's transfer area.
+#[doc(alias = "TA_EXT_7")]
 pub const REMOTE_IO_7: usize = 7;
 /// Index of the eighth extension's transfer area.
+#[doc(alias = "TA_EXT_8")]
 pub const REMOTE_IO_8: usize = 8;
 /// The most transfer areas there can be: the master and its extensions.
 #[doc(alias = "IF08_MAX")]
 #[doc(alias = "SHM_IF_CNT")]
 #[doc(alias = "TA_COUNT")]
+#[doc(alias = "IF_TXT_MAX")]
 pub const MAX_AREAS: usize = 9;
 /// The most extensions there can be.
 #[doc(alias = "SLAVE_CNT_MAX")]
@@ -89,8 +99,10 @@ pub const IR_RECEIVER_IDX_OFF_ON: usize = 3;
 pub const IR_RECEIVER_IDX_ON_ON: usize = 4;
 
 /// Length of the host name in [`Info`](super::Info), without the closing NUL.
+#[doc(alias = "DEV_NAME_LEN_MAX")]
 pub const HOSTNAME_LEN: usize = 16;
 /// Length of the Bluetooth address in [`Info`](super::Info), without the closing NUL.
+#[doc(alias = "BT_ADDR_STR_LEN")]
 pub const BLUETOOTH_ADR_LEN: usize = 17;
 /// Length of a message for the ROBO TX's display, without the closing NUL.
 pub const DISPL_MSG_LEN_MAX: usize = 98;

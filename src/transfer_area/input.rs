@@ -6,6 +6,7 @@ use super::{IZ_COUNTER, IZ_IR_RECEIVER, IZ_MOTOR, IZ_UNI_INPUT};
 
 /// Values of the inputs and counters, 68 bytes.
 #[doc(alias = "FTX1_INPUT")]
+#[doc(alias = "TA_INPUT")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Input {
@@ -26,6 +27,7 @@ pub struct Input {
     /// C1 to C4: set to 1 when the last requested counter reset is done; the program clears it.
     pub cnt_resetted: [u16; IZ_COUNTER],
     /// M1 to M4: set to 1 when the last motor command is done; the program clears it.
+    #[doc(alias = "motor_pos_reached")]
     pub motor_ex_reached: [u16; IZ_MOTOR],
     /// C1 to C4: id of the last counter reset that is done.
     #[doc(alias = "m_counter_command_id")]
@@ -168,6 +170,7 @@ pub struct TxtInputs2 {
 /// Each counts modulo 65536: [`timer_1ms`](Self::timer_1ms) starts again after 65.5 s,
 /// [`timer_10ms`](Self::timer_10ms) after 10.9 minutes.
 #[doc(alias = "RP_TIMER")]
+#[doc(alias = "TA_TIMER")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timer {

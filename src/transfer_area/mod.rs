@@ -56,6 +56,7 @@ pub use unused::{Change, Display, DisplayFrame, DisplayMessage, InputSim, Motor,
 #[doc(alias = "shm_if_s")]
 #[doc(alias = "SetDefaultConfig")]
 #[doc(alias = "PrintIO")]
+#[doc(alias = "TA")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FishX1Transfer {

@@ -8,6 +8,7 @@ use super::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
 /// when the first of the two is 1..=512 and the second 0, backwards when it is the other way
 /// round.
 #[doc(alias = "FTX1_OUTPUT")]
+#[doc(alias = "TA_OUTPUT")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {

@@ -12,6 +12,7 @@ pub struct Versions {
     /// The firmware.
     pub firmware: u32,
     /// The shared memory's layout.
+    #[doc(alias = "ta")]
     pub shm_if: u32,
     /// The interface protocol.
     pub fish_x1: u32,
@@ -19,23 +20,29 @@ pub struct Versions {
 
 /// Names and versions of the controller, 64 bytes. Not sent online.
 #[doc(alias = "FTX1_SHMIFINFO")]
+#[doc(alias = "TA_INFO")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Info {
     /// Host name, closed with NUL.
+    #[doc(alias = "device_name")]
     pub hostname: [u8; HOSTNAME_LEN + 1],
     /// Bluetooth address, closed with NUL.
+    #[doc(alias = "bt_addr")]
     pub btaddr: [u8; BLUETOOTH_ADR_LEN + 1],
     /// Unused.
     pub dummy: u8,
     /// An address in the controller's memory.
     #[doc(alias = "SharedMemoryStart")]
+    #[doc(alias = "ta_array_start_addr")]
     pub shared_memory_start: u32,
     /// An address in the controller's memory.
     #[doc(alias = "AppAreaStart")]
+    #[doc(alias = "pgm_area_start_addr")]
     pub app_area_start: u32,
     /// Size of the controller's program memory.
     #[doc(alias = "AppAreaSize")]
+    #[doc(alias = "pgm_area_size")]
     pub app_area_size: u32,
     /// Versions of the controller's parts.
     pub version: Versions,
@@ -71,10 +78,12 @@ pub struct ProgramInfo {
 
 /// State of the interface, 100 bytes.
 #[doc(alias = "FTX1_STATE")]
+#[doc(alias = "TA_STATE")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct State {
     /// Mark of a program on the controller. Not used online.
+    #[doc(alias = "pgm_initialized")]
     pub init: u8,
     /// Mark of a program on the controller. Not used online.
     pub config: u8,
@@ -83,6 +92,7 @@ pub struct State {
     /// Mark of a program on the controller. Not used online.
     pub trace: u32,
     /// Mode of the interface. Not used online.
+    #[doc(alias = "dev_mode")]
     pub io_mode: u8,
     /// Which controller this area is for: 0 the master, 1 the first extension, and so on. A
     /// handler sets it once, when it makes its areas.
@@ -94,6 +104,9 @@ pub struct State {
     #[doc(alias = "m_config_id")]
     pub config_id: u8,
     /// In the master's area: 1 for each extension that took part in the last exchange.
+    #[doc(alias = "ext_dev_connect_state")]
+    #[doc(alias = "GetRoboTxSlaveAlive")]
+    #[doc(alias = "GetRoboTxSlaveState")]
     pub io_slave_alive: [u8; MAX_EXTENSIONS],
     /// Bluetooth channels of the ROBO TX. Not used online.
     pub btstatus: [BtStatus; BT_CNT_MAX],

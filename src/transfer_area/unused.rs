@@ -4,6 +4,7 @@ use super::{DISPL_MSG_LEN_MAX, IZ_MOTOR, IZ_PWM_CHAN};
 
 /// A message for the ROBO TX's display, 100 bytes. Not used online.
 #[doc(alias = "FTX1_MSG")]
+#[doc(alias = "DISPLAY_MSG")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DisplayMessage {
@@ -21,6 +22,7 @@ impl Default for DisplayMessage {
 
 /// A picture for the ROBO TX's display, 8 bytes. Not used online.
 #[doc(alias = "FTX1_FRAME")]
+#[doc(alias = "DISPLAY_FRAME")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DisplayFrame {
@@ -34,6 +36,7 @@ pub struct DisplayFrame {
 
 /// The ROBO TX's display, 108 bytes. Not used online.
 #[doc(alias = "FTX1_DISPLAY")]
+#[doc(alias = "TA_DISPLAY")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Display {
@@ -45,6 +48,7 @@ pub struct Display {
 
 /// State of the ROBO TX's serial transfer, 4 bytes. Not used online.
 #[doc(alias = "TRANSFER_STATUS")]
+#[doc(alias = "TA_STATUS")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Status {
@@ -59,6 +63,7 @@ pub struct Status {
 
 /// Change marks of the ROBO TX's serial transfer, 8 bytes. Not used online.
 #[doc(alias = "CHANGE_STATE")]
+#[doc(alias = "TA_CHANGE")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {

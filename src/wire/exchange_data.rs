@@ -35,14 +35,18 @@ mod response_field {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExchangeData {
     /// O1 to O8: 0..=512.
+    #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; 8],
     /// M1 to M4: the motor to follow, see [`Output::master`](crate::transfer_area::Output::master).
+    #[doc(alias = "m_motor_master")]
     pub master: [i16; 4],
     /// M1 to M4: distance in pulses, or the error to inject. The kit calls it signed.
+    #[doc(alias = "m_motor_distance")]
     pub distance: [u16; 4],
     /// M1 to M4: ids of the motor commands.
     pub motor_command_id: [u16; 4],
     /// C1 to C4: ids of the counter resets.
+    #[doc(alias = "m_counter_reset_command_id")]
     pub counter_reset_id: [u16; 4],
     /// Id of the sound command.
     pub sound_command_id: u16,
@@ -86,17 +90,23 @@ impl ExchangeData {
 }
 
 /// What one infrared remote sends.
+#[doc(alias = "IR")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IrRemote {
     /// Left joystick, left to right: −15..=15.
+    #[doc(alias = "m_ir_leftX")]
     pub left_x: i8,
     /// Left joystick, backwards to forward: −15..=15.
+    #[doc(alias = "m_ir_leftY")]
     pub left_y: i8,
     /// Right joystick, left to right: −15..=15.
+    #[doc(alias = "m_ir_rightX")]
     pub right_x: i8,
     /// Right joystick, backwards to forward: −15..=15.
+    #[doc(alias = "m_ir_rightY")]
     pub right_y: i8,
     /// Bit 0 the ON button, 1 the OFF button, 2 and 3 the DIP switches 1 and 2.
+    #[doc(alias = "m_ir_bits")]
     pub bits: u8,
 }
 
@@ -105,12 +115,15 @@ pub struct IrRemote {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExchangeDataResponse {
     /// I1 to I8, in the unit of the configured mode.
+    #[doc(alias = "m_universalInputs")]
     pub uni: [i16; 8],
     /// C1 to C4: the level, 0 or 1.
     pub counter_input: [i16; 4],
     /// C1 to C4: pulses since the last reset.
+    #[doc(alias = "m_counter_value")]
     pub counter: [i16; 4],
     /// C1 to C4: id of the last counter reset that is done.
+    #[doc(alias = "m_counter_command_id")]
     pub counter_reset_id: [u16; 4],
     /// M1 to M4: id of the last motor command that is done.
     pub motor_command_id: [u16; 4],

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use byteorder::LittleEndian;
+
 use super::{check_id, ID_LEN};
 use crate::error::Error;
 
@@ -138,7 +140,7 @@ impl ResponseId {
 
     /// Checks that `bytes`, at least [`ID_LEN`] of them, start with this id.
     pub fn check(self, bytes: &[u8]) -> Result<(), Error> {
-        check_id(bytes, self.name(), self.id())
+        check_id::<LittleEndian>(bytes, self.name(), self.id())
     }
 }
 

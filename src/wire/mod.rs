@@ -2,8 +2,8 @@
 //!
 //! Nothing here does I/O or looks at a clock, and nothing panics on bytes that came from
 //! outside: `parse` checks id and size and returns an [`Error`]. All integers are
-//! little-endian. One file per packet kind; each packet is a plain struct with `parse`, a size
-//! and `emit`, which writes into a buffer.
+//! little-endian, but for those of I2C. One file per packet kind; each packet is a plain struct
+//! with `parse`, a size and `emit`, which writes into a buffer.
 //!
 //! Source: the sections of the kit's document on the commands, and `docs/protocol.md` for what it
 //! leaves out.
@@ -13,6 +13,7 @@ mod compression;
 mod crc;
 mod exchange_data;
 mod exchange_data_cmpr;
+mod i2c;
 mod id;
 mod query_status;
 mod start_online;
@@ -23,6 +24,7 @@ pub use compression::{Compressor, Expander};
 pub use crc::crc_of_words;
 pub use exchange_data::{ExchangeData, ExchangeDataResponse, IrRemote};
 pub use exchange_data_cmpr::{CmprHeader, MAX_EXTRA_SIZE};
+pub use i2c::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 pub use id::{CommandId, ResponseId};
 pub use query_status::QueryStatusResponse;
 pub use start_online::StartOnline;
@@ -37,7 +39,17 @@ pub const ID_LEN: usize = 4;
 
 /// Checks that `bytes` are a whole packet of this id and size.
 fn check(bytes: &[u8], packet: &'static str, id: u32, size: usize) -> Result<(), Error> {
-    check_id(bytes, packet, id)?;
+    check_in::<LittleEndian>(bytes, packet, id, size)
+}
+
+/// The same in another byte order.
+fn check_in<B: ByteOrder>(
+    bytes: &[u8],
+    packet: &'static str,
+    id: u32,
+    size: usize,
+) -> Result<(), Error> {
+    check_id::<B>(bytes, packet, id)?;
     if bytes.len() != size {
         return Err(Error::WrongSize { packet, expected: size, found: bytes.len() });
     }
@@ -45,11 +57,11 @@ fn check(bytes: &[u8], packet: &'static str, id: u32, size: usize) -> Result<(),
 }
 
 /// Checks the id at the start of `bytes`.
-fn check_id(bytes: &[u8], packet: &'static str, id: u32) -> Result<(), Error> {
+fn check_id<B: ByteOrder>(bytes: &[u8], packet: &'static str, id: u32) -> Result<(), Error> {
     let Some(start) = bytes.get(..ID_LEN) else {
         return Err(Error::WrongSize { packet, expected: ID_LEN, found: bytes.len() });
     };
-    let found = LittleEndian::read_u32(start);
+    let found = B::read_u32(start);
     if found != id {
         return Err(Error::WrongId { packet, expected: id, found });
     }

@@ -12,6 +12,7 @@ mod microphone;
 mod motor_control;
 mod oddities;
 mod refusal;
+mod shipped_worlds;
 mod wire_client;
 mod world;
 

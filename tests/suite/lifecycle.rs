@@ -40,6 +40,24 @@ fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
 }
 
 #[test]
+fn a_handler_tells_whether_its_transfer_runs() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler_for(&txt).build().unwrap();
+    assert!(!handler.is_running());
+    handler.begin_transfer().unwrap();
+    assert!(handler.is_running());
+    handler.end_transfer().unwrap();
+    assert!(!handler.is_running());
+    handler.begin_transfer().unwrap();
+    assert!(handler.is_running());
+    drop(txt);
+    while handler.wait_cycle().is_ok() {}
+    assert!(!handler.is_running(), "an error ended it");
+    assert!(handler.begin_transfer().is_err());
+    assert!(!handler.is_running(), "it could not begin again");
+}
+
+#[test]
 fn inputs_of_all_extensions_reach_their_areas() {
     let txt = unpaced().extensions(2).start().unwrap();
     txt.with_machine(|machine| {

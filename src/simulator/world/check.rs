@@ -23,7 +23,7 @@ pub(super) struct Mistake {
 }
 
 impl Mistake {
-    fn new(reason: impl Into<String>) -> Self {
+    pub(super) fn new(reason: impl Into<String>) -> Self {
         Self { place: Vec::new(), reason: reason.into() }
     }
 
@@ -34,10 +34,10 @@ impl Mistake {
     }
 }
 
-type Checked = Result<(), Mistake>;
+pub(super) type Checked = Result<(), Mistake>;
 
 /// Checks what has a name.
-fn at(name: impl Display, checked: Checked) -> Checked {
+pub(super) fn at(name: impl Display, checked: Checked) -> Checked {
     checked.map_err(|mistake| mistake.within(name))
 }
 
@@ -47,7 +47,7 @@ fn each<T>(name: &str, values: &[T], check: impl Fn(&T) -> Checked) -> Checked {
     numbered.into_iter().try_for_each(|(number, value)| at(name, at(number, check(value))))
 }
 
-fn expect(holds: bool, reason: impl FnOnce() -> String) -> Checked {
+pub(super) fn expect(holds: bool, reason: impl FnOnce() -> String) -> Checked {
     if holds {
         Ok(())
     } else {

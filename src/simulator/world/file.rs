@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 use toml::Spanned;
 
 use super::check::Mistake;
-use super::World;
+use super::{shape, World};
 use crate::error::Error;
 
 impl World {
@@ -19,11 +19,14 @@ impl World {
     ///
     /// [`Error::World`] with the line that is wrong and what was expected there.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        let world: Self = toml::from_str(text).map_err(|error| misread(text, &error))?;
-        world.find_mistake().map_err(|mistake| Error::World {
+        let mistaken = |mistake: Mistake| Error::World {
             line: line_of(text, &mistake.place),
             reason: mistake.reason,
-        })?;
+        };
+        let table = DeTable::parse(text).map_err(|error| misread(text, &error))?;
+        shape::check(table.get_ref()).map_err(mistaken)?;
+        let world: Self = toml::from_str(text).map_err(|error| misread(text, &error))?;
+        world.find_mistake().map_err(mistaken)?;
         Ok(world)
     }
 
@@ -35,11 +38,15 @@ impl World {
     /// the file can't be read.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
-        let text = fs::read_to_string(path).map_err(|error| Error::World {
+        let bytes = fs::read(path).map_err(|error| Error::World {
             line: 0,
             reason: format!("{} can't be read ({error})", path.display()),
         })?;
-        Self::from_toml(&text)
+        let text = std::str::from_utf8(&bytes).map_err(|error| Error::World {
+            line: line_at(&bytes, error.valid_up_to()),
+            reason: String::from("text in UTF-8 is expected; save the file with that encoding"),
+        })?;
+        Self::from_toml(text)
     }
 
     /// Checks a world that was built in code, and so has no lines.
@@ -52,9 +59,20 @@ impl World {
 }
 
 fn misread(text: &str, error: &toml::de::Error) -> Error {
-    let line = error.span().map_or(1, |span| line_at(text, &span));
-    let reason = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    let line = error.span().map_or(1, |span| line_at(text.as_bytes(), span.start));
+    let reason = error.message().split_whitespace().map(in_words).collect::<Vec<_>>().join(" ");
+    // This alone does not say what is expected.
+    let reason = reason.replace("duplicate key", "this is there already, and expected only once");
     Error::World { line, reason }
+}
+
+/// What a number is called in the file where the program has a type for it.
+fn in_words(word: &str) -> &str {
+    match word {
+        "f64" => "a number",
+        "i8" | "u16" | "u32" | "usize" => "a whole number in its range",
+        word => word,
+    }
 }
 
 /// The line in which the value at this place stands, or what it should stand in.
@@ -66,7 +84,7 @@ fn line_of(text: &str, place: &[String]) -> usize {
         let Some((next, at)) = step_into(value.get_ref(), name) else { break };
         (value, span) = (next, at);
     }
-    line_at(text, &span)
+    line_at(text.as_bytes(), span.start)
 }
 
 /// The value of this name or number, or the string itself, and where it is: at its key, if it has one.
@@ -89,9 +107,9 @@ fn step_into<'a, 'i>(
     }
 }
 
-/// The line in which this begins, counted from 1.
-fn line_at(text: &str, span: &Range<usize>) -> usize {
-    1 + text.bytes().take(span.start).filter(|byte| *byte == b'\n').count()
+/// The line of the byte with this index, counted from 1.
+fn line_at(text: &[u8], index: usize) -> usize {
+    1 + text.iter().take(index).filter(|byte| **byte == b'\n').count()
 }
 
 #[cfg(test)]
@@ -131,14 +149,39 @@ mod tests {
             ("\n\n[boss]\n", 3, "unknown field `boss`, expected one of `master`"),
             ("[master.inputs]\n\nI9 = { resistor = { ohms = 1 } }", 3, "unknown variant `I9`"),
             ("[master.inputs]\nI1 = { resistor = { ohm = 1 } }", 2, "available keys: ohms"),
-            ("[master.inputs]\nI1 = { resistor = { ohms = -1 } }", 2, "expected u32"),
+            ("[master.inputs]\nI1 = { resistor = { ohms = -1 } }", 2, "expected a whole number"),
             ("[master.inputs]\nI1 = { heater = {} }", 2, "unknown variant `heater`"),
             ("[master.inputs]\nI1 = { voltage = {} }", 2, "missing field `mv`"),
             ("[master.inputs]\nI1 = { ntc = { celsius = 900 } }", 2, "-50 to 150"),
             ("[master.inputs]\n\nI1.ntc.celsius = nan", 3, "-50 to 150"),
             ("[master.inputs]\nI1 = { photo_transistor = { light = 2 } }", 2, "0 to 1"),
             ("[master.inputs]\nI1 = { ultrasonic = { cm = -1 } }", 2, "0 or more"),
-            ("[master.motors.M1]\nload = \"heavy\"", 2, "expected f64"),
+            ("[master.motors.M1]\nload = \"heavy\"", 2, "expected a number"),
+            ("[master]\nlamps = []\nlamps = []", 3, "expected only once"),
+            ("master = 5", 1, "a table is expected, as in [master]"),
+            ("[[master]]\nlamps = []", 1, "a table is expected, as in [master]"),
+            ("\n[extensions]\nlamps = []", 2, "double brackets are expected, as in [[extensions]]"),
+            ("[remotes]\ndip1 = true", 1, "double brackets are expected, as in [[remotes]]"),
+            ("script = []", 1, "as in [script]"),
+            ("[script]\nevents = {}", 2, "as in [[script.events]]"),
+            ("[script]\nevents = [1]", 2, "expected an event, as in { at = 1,"),
+            ("remotes = [\"1\"]", 1, "expected a remote, as in { dip1 = true }"),
+            (&format!("{slide}travel.pulses = 9\nseen_by = \"I4\""), 6, "expected { input = \"I4\""),
+            ("[master]\ninputs = [\"I1\"]", 2, "as in [master.inputs]"),
+            ("[master.inputs]\nI1 = {}", 2, "one sensor is expected, as in I1 = { button = {} }"),
+            ("[master.inputs]\nI1 = \"button\"", 2, "one sensor is expected"),
+            ("[[extensions]]\n[[extensions]]\ninputs.I1 = 5", 3, "one sensor is expected"),
+            ("[master.inputs]\nI1 = { button = {}, switch = {} }", 2, "one sensor is expected"),
+            ("[master.inputs]\n\nI1 = { ultrasonic = 30 }", 3, "{ ultrasonic = { cm = 30 } }"),
+            ("[master.inputs]\nI1 = { button = { pressed = \"yes\" } }", 2, "expected a boolean"),
+            ("[master.inputs]\ni1 = { button = {} }", 2, "expected one of `I1`"),
+            ("[master.motors]\nM1 = 3", 2, "a motor is expected, as in M1 ="),
+            ("[master.motors.M1]\nslide = true", 2, "a slide is expected, as in slide ="),
+            ("[master.motors.M1.slide]\ntravel = 1000", 2, "as in travel = { pulses = 1000 }"),
+            ("[master.motors.M1.slide]\ntravel = {}", 2, "as in travel = { pulses = 1000 }"),
+            ("[master.motors.M1]\nload = 0,5", 2, "expected newline"),
+            ("[master.inputs]\nI1 = button", 2, "must be quoted"),
+            ("[master.inputs]\nI1 = { button = {}", 2, "expected `}`"),
             ("[master.motors.M1]\n\nload = 1.5", 3, "0 to 1"),
             ("[master.motors.M1]\ntop_speed = 0", 2, "more than 0"),
             ("[master.motors.M1]\ntime_constant = 2", 2, "0 to 1"),
@@ -201,6 +244,16 @@ mod tests {
         let scripted =
             format!("{SLIDE}\n[[script.events]]\nat = 1\ninput = \"I1\"\npressed = true\n");
         assert!(mistake(&scripted).1.contains("slide"));
+    }
+
+    #[test]
+    fn a_file_in_another_encoding_is_told_with_its_line() {
+        let path = std::env::temp_dir().join(format!("latin-1-{}.toml", std::process::id()));
+        fs::write(&path, b"[master]\n# T\xFCr\nlamps = []\n").unwrap();
+        let result = World::load(&path);
+        fs::remove_file(&path).unwrap();
+        let Err(Error::World { line: 2, reason }) = result else { panic!("{result:?}") };
+        assert!(reason.contains("UTF-8 is expected"), "{reason}");
     }
 
     #[test]

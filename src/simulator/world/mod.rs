@@ -51,6 +51,7 @@ mod motor_model;
 mod remote;
 mod sensor;
 mod shaft;
+mod shape;
 mod state;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -111,7 +112,10 @@ pub struct Script {
 
 /// A button is pressed or let go.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "an event, as in { at = 1, input = \"I3\", pressed = true }"
+)]
 pub struct ScriptEvent {
     /// When, in seconds of machine time since the start or since the script began again; at least
     /// 0, and less than the period. To the millisecond.

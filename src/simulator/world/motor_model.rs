@@ -86,7 +86,7 @@ impl Travel {
 
 /// An ultrasonic sensor that looks at a slide. Between start and end, its distance changes evenly.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "{ input = \"I4\", start_cm = 5, end_cm = 25 }")]
 pub struct SeenBy {
     /// Where the sensor is plugged in.
     pub input: Input,

@@ -9,7 +9,7 @@ pub(super) const AXIS_MAX: i8 = 15;
 
 /// An infrared remote as somebody holds it. Every controller sees it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "a remote, as in { dip1 = true }")]
 pub struct Remote {
     /// The first DIP switch.
     pub dip1: bool,

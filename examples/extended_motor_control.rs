@@ -1,0 +1,114 @@
+//! Extended motor control: motors that the controller stops after so many pulses of their encoders,
+//! alone and synchronised, and how to leave that mode again. A port of what FtTxtLib's sample
+//! TestProj02 and the TX library's sample of extended motor control do.
+//!
+//! Wiring: two encoder motors on M1 and M2, their encoders on C1 and C2.
+//!
+//! ```text
+//! cargo run --example extended_motor_control                  # a simulated TXT
+//! cargo run --example extended_motor_control -- 192.168.7.2   # a TXT on USB
+//! cargo run --example extended_motor_control -- --seconds 60 127.0.0.1:65000
+//! ```
+//!
+//! The motors turn as soon as it starts, for about four seconds. Ctrl-C stops them.
+
+mod common;
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use common::Example;
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::Counter::{C1, C2};
+use ft_transfer_area::tx::Direction::{Ccw, Cw};
+use ft_transfer_area::tx::Motor::{M1, M2};
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+
+const USAGE: &str = "usage: extended_motor_control [--seconds N] [HOST[:PORT]]";
+
+/// A little more than two turns of fischertechnik's encoder motor.
+const PULSES: u16 = 150;
+
+/// Longer than anything takes, unless a motor is stuck or its encoder is not plugged in.
+const LIMIT: Duration = Duration::from_secs(20);
+
+fn main() -> ExitCode {
+    common::main(run)
+}
+
+fn run() -> common::Result {
+    let example = Example::start(USAGE, simulated)?;
+    let mut handler = example.handler().build()?;
+    handler.begin_transfer()?;
+    example.stop_in_time(&handler);
+
+    println!("M1 turns for {PULSES} pulses.");
+    handler.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
+    let areas = handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
+    print_counters("arrived", &areas[LOCAL_IO]);
+    drop(areas);
+
+    // A distance begins with a reset of its counters. So that nobody takes the old counts for new
+    // ones until the first response, they are reset before.
+    handler.lock()[LOCAL_IO].start_counter_reset(C1);
+    handler.lock()[LOCAL_IO].start_counter_reset(C2);
+    handler.wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
+    let areas = handler.wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
+    print_counters("counters reset", &areas[LOCAL_IO]);
+    drop(areas);
+
+    println!("M1 and M2 turn together for {PULSES} pulses, M2 the other way round.");
+    let slaves = [(M2, Ccw)];
+    handler.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &slaves, PULSES.into())?;
+    for quarter in 1..4 {
+        let enough =
+            |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4;
+        let areas = handler.wait_until(enough, LIMIT)?;
+        print_counters("on the way", &areas[LOCAL_IO]);
+    }
+    // Each motor of the group tells for itself when it has arrived.
+    handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
+    let areas = handler.wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
+    print_counters("arrived", &areas[LOCAL_IO]);
+    drop(areas);
+
+    println!("At plain speed nothing turns: the controller holds both where they have arrived.");
+    turn_half_a_second(&handler)?;
+
+    println!("They leave the extended mode, and turn at plain speed.");
+    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(M1)?;
+    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(M2)?;
+    turn_half_a_second(&handler)?;
+
+    handler.end_transfer()?;
+    Ok(())
+}
+
+/// Turns both motors at plain speed for 50 cycles, half a second.
+fn turn_half_a_second(handler: &TransferAreaComHandler) -> Result<(), Error> {
+    set_both(&mut handler.lock()[LOCAL_IO], DUTY_MAX)?;
+    for _ in 0..50 {
+        handler.wait_cycle()?;
+    }
+    let mut areas = handler.wait_cycle()?;
+    set_both(&mut areas[LOCAL_IO], 0)?;
+    print_counters("after half a second", &areas[LOCAL_IO]);
+    Ok(())
+}
+
+fn set_both(area: &mut FishX1Transfer, duty: i16) -> Result<(), Error> {
+    area.set_out_motor_values(M1, duty, Cw)?;
+    area.set_out_motor_values(M2, duty, Ccw)
+}
+
+fn print_counters(what: &str, area: &FishX1Transfer) {
+    println!("  {what}: C1 {}, C2 {}", area.get_in_cnt_count(C1), area.get_in_cnt_count(C2));
+}
+
+/// Two encoder motors, of which M2 has more to carry.
+fn simulated() -> common::Result<SimulatedTxtBuilder> {
+    let world = World::from_toml(include_str!("worlds/two_motors.toml"))?;
+    Ok(SimulatedTxt::builder().world(world))
+}

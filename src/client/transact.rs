@@ -1,0 +1,96 @@
+//! Bytes to the controller and back: a command and its response, and the last words.
+
+use std::io::{Read, Write};
+use std::net::Shutdown;
+use std::time::{Duration, Instant};
+
+use super::connect::SHORTEST_LIMIT;
+use super::connection::PacketNames;
+use super::TxtClient;
+use crate::error::Error;
+use crate::wire::{
+    CmprHeader, CommandId, ExchangeDataResponse, QueryStatusResponse, ResponseId, ID_LEN,
+};
+
+/// How long a failing connection may take to say its last words.
+const FAREWELL_LIMIT: Duration = Duration::from_millis(500);
+
+impl TxtClient {
+    /// Notes the error after which the connection is of no further use.
+    pub(super) fn broken(&mut self, error: Error) -> Error {
+        self.broken = Some(error.clone());
+        error
+    }
+
+    /// Sends one command and reads its response.
+    pub(super) fn command<T>(
+        &mut self,
+        command: CommandId,
+        emit: impl FnOnce(&mut Vec<u8>),
+        parse: impl FnOnce(&[u8]) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        self.usable()?;
+        self.request.clear();
+        emit(&mut self.request);
+        let size = self.transact(command)?;
+        parse(&self.response[..size]).map_err(|error| self.broken(error))
+    }
+
+    /// Sends what is in `request` and reads the response; returns its size.
+    pub(super) fn transact(&mut self, command: CommandId) -> Result<usize, Error> {
+        let names = PacketNames { request: command.name(), response: command.response().name() };
+        self.connection
+            .transact(names, &self.request, &mut self.response[..], |start| {
+                response_size(command, start)
+            })
+            .map_err(|error| self.broken(error))
+    }
+
+    /// Leaves a connection on which something went wrong: sends this request and StopOnline
+    /// whatever came before, so that the controller hears it if it can hear anything. Errors are
+    /// of no interest any more. Blocks for half a second at most for each direction.
+    pub(crate) fn abandon(&mut self, last_request: &[u8]) {
+        let deadline = Instant::now() + FAREWELL_LIMIT;
+        let mut farewell = last_request.to_vec();
+        CommandId::StopOnline.emit(&mut farewell);
+        let stream = &mut self.connection.stream;
+        let _ = stream.set_write_timeout(Some(FAREWELL_LIMIT));
+        if stream.write_all(&farewell).is_err() {
+            return;
+        }
+        let _ = stream.shutdown(Shutdown::Write);
+        // Closing with unread bytes would reset the connection, and the controller might never
+        // read what was just sent. So read until it has closed its side.
+        while let Some(rest) = deadline.checked_duration_since(Instant::now()) {
+            let _ = stream.set_read_timeout(Some(rest.max(SHORTEST_LIMIT)));
+            if !matches!(stream.read(&mut self.response[..]), Ok(1..)) {
+                return;
+            }
+        }
+    }
+}
+
+/// The size of a response of which the first bytes have come in, once they tell it.
+fn response_size(command: CommandId, start: &[u8]) -> Result<Option<usize>, Error> {
+    let response = command.response();
+    if start.len() < ID_LEN {
+        return Ok(None);
+    }
+    response.check(start)?;
+    Ok(match response {
+        ResponseId::QueryStatus => Some(QueryStatusResponse::LEN),
+        ResponseId::ExchangeData => Some(ExchangeDataResponse::LEN),
+        ResponseId::ExchangeDataCmpr => match start.get(..CmprHeader::LEN) {
+            Some(header) => {
+                let header = CmprHeader::parse_response(header)?;
+                Some(CmprHeader::LEN + header.extra_size as usize)
+            }
+            None => None,
+        },
+        ResponseId::StartOnline
+        | ResponseId::UpdateConfig
+        | ResponseId::StopOnline
+        | ResponseId::StartCameraOnline
+        | ResponseId::StopCameraOnline => Some(ID_LEN),
+    })
+}

@@ -1,0 +1,186 @@
+//! What has happened between two responses.
+
+use super::{Event, EventKind, Joystick, KindSet};
+use crate::exchange::{Inputs, SentConfigs};
+use crate::sockets::{Counter, Input, Motor};
+use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};
+use crate::tx::IrDevice;
+use crate::wire::ExchangeDataResponse;
+
+/// A response and the one before it.
+#[derive(Debug)]
+pub(in crate::handler) struct Comparison<'a> {
+    /// Whether this is the first response of its transfer; the one before is of an earlier one
+    /// then, or none.
+    pub(in crate::handler) first: bool,
+    /// The events that are asked for.
+    pub(in crate::handler) kinds: KindSet,
+    pub(in crate::handler) before: &'a Inputs,
+    pub(in crate::handler) now: &'a Inputs,
+    /// What was sent before each of the two.
+    pub(in crate::handler) configs_before: &'a SentConfigs,
+    pub(in crate::handler) configs: &'a SentConfigs,
+    /// The outputs to which this is the response.
+    pub(in crate::handler) sent: &'a [FishX1Transfer],
+}
+
+impl Comparison<'_> {
+    pub(in crate::handler) fn for_each_event(&self, mut tell: impl FnMut(Event)) {
+        if !self.first && self.asks_for(EventKind::ExtensionChanged) {
+            self.compare_extensions(&mut tell);
+        }
+        for (area, sent) in self.sent.iter().enumerate() {
+            let (before, now) = (self.before.area(area), self.now.area(area));
+            if before == now {
+                continue;
+            }
+            let Some(now) = now else { continue };
+            if let (Some(before), false) = (before, self.first) {
+                self.compare_inputs(area, before, now, &mut tell);
+                self.compare_counters(area, before, now, &mut tell);
+                self.compare_joysticks(area, before, now, &mut tell);
+            }
+            // Commands can be done by the first response already, but those of an extension that
+            // comes are not sent before it has come.
+            let none = ExchangeDataResponse::default();
+            if let Some(before) = before.or((area == LOCAL_IO).then_some(&none)) {
+                self.compare_resets(area, sent, before, now, &mut tell);
+                self.compare_motors(area, sent, before, now, &mut tell);
+            }
+        }
+    }
+
+    fn asks_for(&self, kind: EventKind) -> bool {
+        self.kinds.contains(kind)
+    }
+
+    fn compare_extensions(&self, tell: &mut impl FnMut(Event)) {
+        let changed = self.before.alive() ^ self.now.alive();
+        for extension in
+            (1..=MAX_EXTENSIONS).filter(|extension| changed >> (extension - 1) & 1 != 0)
+        {
+            let alive = self.now.alive() >> (extension - 1) & 1 != 0;
+            tell(Event::ExtensionChanged { extension, alive });
+        }
+    }
+
+    fn compare_inputs(
+        &self,
+        area: usize,
+        before: &ExchangeDataResponse,
+        now: &ExchangeDataResponse,
+        tell: &mut impl FnMut(Event),
+    ) {
+        if !self.asks_for(EventKind::InputChanged) {
+            return;
+        }
+        for input in Input::ALL {
+            let pressed = now.uni[input.index()] != 0;
+            let changed = pressed != (before.uni[input.index()] != 0);
+            if changed && self.stays_digital(area, input) {
+                tell(Event::InputChanged { area, input, pressed });
+            }
+        }
+    }
+
+    /// Whether an input was configured as digital for both responses.
+    fn stays_digital(&self, area: usize, input: Input) -> bool {
+        let config = |configs: &SentConfigs| {
+            configs.get(area)?.map(|update| update.config.uni[input.index()])
+        };
+        let now = config(self.configs);
+        now.is_some_and(|now| now.digital != 0) && now == config(self.configs_before)
+    }
+
+    fn compare_counters(
+        &self,
+        area: usize,
+        before: &ExchangeDataResponse,
+        now: &ExchangeDataResponse,
+        tell: &mut impl FnMut(Event),
+    ) {
+        if !self.asks_for(EventKind::CounterChanged) {
+            return;
+        }
+        for counter in Counter::ALL {
+            let count = now.counter[counter.index()];
+            if count != before.counter[counter.index()] {
+                // Negative beyond 32767.
+                tell(Event::CounterChanged { area, counter, count: count as u16 });
+            }
+        }
+    }
+
+    fn compare_joysticks(
+        &self,
+        area: usize,
+        before: &ExchangeDataResponse,
+        now: &ExchangeDataResponse,
+        tell: &mut impl FnMut(Event),
+    ) {
+        if !self.asks_for(EventKind::JoystickMoved) {
+            return;
+        }
+        for device in IrDevice::ALL {
+            let (before, now) = (before.ir[device.index()], now.ir[device.index()]);
+            let mut compare = |joystick, before, (x, y): (i8, i8)| {
+                if (x, y) != before {
+                    let (x, y) = (x.into(), y.into());
+                    tell(Event::JoystickMoved { area, device, joystick, x, y });
+                }
+            };
+            compare(Joystick::Left, (before.left_x, before.left_y), (now.left_x, now.left_y));
+            compare(Joystick::Right, (before.right_x, before.right_y), (now.right_x, now.right_y));
+        }
+    }
+
+    fn compare_resets(
+        &self,
+        area: usize,
+        sent: &FishX1Transfer,
+        before: &ExchangeDataResponse,
+        now: &ExchangeDataResponse,
+        tell: &mut impl FnMut(Event),
+    ) {
+        if !self.asks_for(EventKind::CounterReset) {
+            return;
+        }
+        for counter in Counter::ALL {
+            let index = counter.index();
+            let command_id = now.counter_reset_id[index];
+            let news = command_id != before.counter_reset_id[index];
+            if news && command_id == sent.output.cnt_reset_cmd_id[index] {
+                tell(Event::CounterReset { area, counter, command_id });
+            }
+        }
+    }
+
+    fn compare_motors(
+        &self,
+        area: usize,
+        sent: &FishX1Transfer,
+        before: &ExchangeDataResponse,
+        now: &ExchangeDataResponse,
+        tell: &mut impl FnMut(Event),
+    ) {
+        if !self.asks_for(EventKind::MotorReached) {
+            return;
+        }
+        for motor in Motor::ALL {
+            let index = motor.index();
+            let output = &sent.output;
+            let command_id = now.motor_command_id[index];
+            let news = command_id != before.motor_command_id[index];
+            // Otherwise the distance is an error to inject.
+            let has_distance =
+                output.distance[index] != 0 && usize::from(output.master[index]) <= IZ_MOTOR;
+            if news && command_id == output.motor_ex_cmd_id[index] && has_distance {
+                let position = now.counter[motor.counter().index()] as u16;
+                tell(Event::MotorReached { area, motor, position, command_id });
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,250 @@
+//! Waiting for more than the next response.
+
+use std::time::{Duration, Instant};
+
+use super::{TransferArea, TransferAreaComHandler, TransferAreaGuard};
+use crate::error::Error;
+use crate::sockets::{Counter, Input, Motor};
+use crate::transfer_area::FishX1Transfer;
+
+impl TransferArea {
+    /// Waits until a condition holds and returns the areas locked, as they were found then.
+    ///
+    /// The condition is checked at once, and then once for each response, as by a loop around
+    /// [`wait_cycle`](Self::wait_cycle): it sees the response's inputs, and what is written under
+    /// the guard goes out in the very next request. In a transfer that has not had a response yet,
+    /// the first check waits for one. The condition runs with the areas locked, so it has to be
+    /// quick and must not lock them itself; when it panics, that is a panic under a guard.
+    ///
+    /// Between two checks the areas are not locked; waiting does not slow the exchange down.
+    ///
+    /// Blocks up to `limit`; the lock itself may take longer, when another thread holds a guard.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    ///
+    /// use ft_transfer_area::transfer_area::LOCAL_IO;
+    /// use ft_transfer_area::{Error, FishX1Transfer, TransferArea};
+    ///
+    /// /// Turns M1 until the end switch at I1 is pressed.
+    /// fn go_home(area: &TransferArea) -> Result<(), Error> {
+    ///     area.lock()[LOCAL_IO].output.duty[0] = 300;
+    ///     let pressed = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[0] != 0;
+    ///     let mut areas = area.wait_until(pressed, Duration::from_secs(5))?;
+    ///     areas[LOCAL_IO].output.duty[0] = 0;
+    ///     Ok(())
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WaitTimedOut`] when the condition did not hold in time; the areas and the transfer
+    /// are as they were. [`Error::NotStarted`] without a transfer, or the error that ended it.
+    pub fn wait_until(
+        &self,
+        mut condition: impl FnMut(&[FishX1Transfer]) -> bool,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        let deadline = deadline_after(limit);
+        let timed_out = || Error::WaitTimedOut { limit };
+        let mut reacts_to = if self.shared().has_inputs()? {
+            self.shared().join_window()
+        } else {
+            Some(self.shared().wait_cycle(0, deadline)?.ok_or_else(timed_out)?)
+        };
+        loop {
+            let areas = self.guard(reacts_to);
+            if condition(&areas) {
+                self.note_seen(&areas);
+                return Ok(areas);
+            }
+            let seen = areas.attended();
+            drop(areas);
+            // Responses may come in faster than they can be checked.
+            if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+                return Err(timed_out());
+            }
+            reacts_to = Some(self.shared().wait_cycle(seen, deadline)?.ok_or_else(timed_out)?);
+        }
+    }
+
+    /// Waits until the last command of a motor in the extended mode
+    /// [is done](FishX1Transfer::is_motor_ex_ready).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`wait_until`](Self::wait_until).
+    pub fn wait_motor_ex(
+        &self,
+        area: usize,
+        motor: Motor,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        self.wait_area(area, |area| area.is_motor_ex_ready(motor), limit)
+    }
+
+    /// Waits until the last reset of a counter [is done](FishX1Transfer::is_cnt_reset_ready).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`wait_until`](Self::wait_until).
+    pub fn wait_counter_reset(
+        &self,
+        area: usize,
+        counter: Counter,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        self.wait_area(area, |area| area.is_cnt_reset_ready(counter), limit)
+    }
+
+    /// Waits until the last sound command [is done](FishX1Transfer::is_sound_ready).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`wait_until`](Self::wait_until).
+    pub fn wait_sound(&self, area: usize, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
+        self.wait_area(area, FishX1Transfer::is_sound_ready, limit)
+    }
+
+    /// Waits until a universal input reports another value than it does at the beginning, however
+    /// little that differs.
+    ///
+    /// A new configuration changes the value too; wait for it by
+    /// [`update_config`](Self::update_config) before.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`wait_until`](Self::wait_until).
+    pub fn wait_input_change(
+        &self,
+        area: usize,
+        input: Input,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        let mut before = None;
+        let has_changed = |area: &FishX1Transfer| {
+            let value = area.input.uni[input.index()];
+            *before.get_or_insert(value) != value
+        };
+        self.wait_area(area, has_changed, limit)
+    }
+
+    /// Waits until a condition holds for one area.
+    fn wait_area(
+        &self,
+        area: usize,
+        mut condition: impl FnMut(&FishX1Transfer) -> bool,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        let most = self.shared().area_count() as i64 - 1;
+        Error::check_range("area's index", area, 0..=most)?;
+        self.wait_until(|areas| condition(&areas[area]), limit)
+    }
+}
+
+impl TransferAreaComHandler {
+    /// Waits until a condition holds. See [`TransferArea::wait_until`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that ended the transfer.
+    pub fn wait_until(
+        &self,
+        condition: impl FnMut(&[FishX1Transfer]) -> bool,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        self.area.wait_until(condition, limit)
+    }
+
+    /// Waits until the last extended command of a motor is done. See
+    /// [`TransferArea::wait_motor_ex`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
+    /// ended the transfer.
+    pub fn wait_motor_ex(
+        &self,
+        area: usize,
+        motor: Motor,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        self.area.wait_motor_ex(area, motor, limit)
+    }
+
+    /// Waits until the last reset of a counter is done. See [`TransferArea::wait_counter_reset`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
+    /// ended the transfer.
+    pub fn wait_counter_reset(
+        &self,
+        area: usize,
+        counter: Counter,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        self.area.wait_counter_reset(area, counter, limit)
+    }
+
+    /// Waits until the last sound command is done. See [`TransferArea::wait_sound`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
+    /// ended the transfer.
+    pub fn wait_sound(&self, area: usize, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
+        self.area.wait_sound(area, limit)
+    }
+
+    /// Waits until a universal input reports another value. See
+    /// [`TransferArea::wait_input_change`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
+    /// ended the transfer.
+    pub fn wait_input_change(
+        &self,
+        area: usize,
+        input: Input,
+        limit: Duration,
+    ) -> Result<TransferAreaGuard<'_>, Error> {
+        self.area.wait_input_change(area, input, limit)
+    }
+}
+
+/// The end of a time limit; `None` when that is beyond all time.
+pub(super) fn deadline_after(limit: Duration) -> Option<Instant> {
+    Instant::now().checked_add(limit)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::exchange::Inputs;
+
+    #[test]
+    fn the_window_of_a_response_that_comes_in_during_the_first_look_is_not_left_to_itself() {
+        let area = TransferArea::new(1);
+        let shared = area.shared();
+        let respond = || {
+            shared.deliver(&Inputs::default(), 0, &mut Inputs::default());
+            shared.open_window();
+        };
+        shared.begin(0);
+        respond();
+        shared.hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
+        let reacts_to = shared.join_window();
+        assert_eq!(reacts_to, None);
+        respond();
+        let seen = area.guard(reacts_to).attended();
+        assert_eq!(shared.wait_cycle(seen, Some(Instant::now())), Ok(Some(2)));
+        let seen = area.guard(Some(2)).attended();
+        assert_eq!(shared.wait_cycle(seen, Some(Instant::now())), Ok(None));
+    }
+}

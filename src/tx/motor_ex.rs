@@ -1,0 +1,227 @@
+//! Motors in the extended mode: distances and synchronisation.
+
+use super::output::check_duty;
+use super::{Direction, Motor};
+use crate::error::Error;
+use crate::transfer_area::{FishX1Transfer, IZ_MOTOR};
+
+impl FishX1Transfer {
+    /// Lets the controller turn a motor for so many pulses of its counter, 1..=65535, alone or
+    /// together with up to three others, and hold them there.
+    ///
+    /// The master turns with this duty, 0..=512, in its direction; the slaves follow it with the
+    /// same duty, each in its own direction, for as many pulses. The counters of all of them are
+    /// reset. A command that is under way is replaced. With duty 0 or [`Direction::Halt`] the
+    /// motor waits for a duty.
+    ///
+    /// [`is_motor_ex_ready`](Self::is_motor_ex_ready) tells for each of them when it has arrived,
+    /// and its [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) becomes 1
+    /// then; both are reset here.
+    /// Afterwards the motors stay in the extended mode: call
+    /// [`stop_motor_ex_cmd`](Self::stop_motor_ex_cmd) for each before plain speed control.
+    ///
+    /// FtTxtLib has three calls of this name, for 0, 1 and 3 slaves; the TX library has
+    /// `StartMotorExCmd4` for the last.
+    ///
+    /// ```
+    /// use ft_transfer_area::tx::{Direction, Motor};
+    /// use ft_transfer_area::{Error, FishX1Transfer};
+    ///
+    /// # fn main() -> Result<(), Error> {
+    /// let mut area = FishX1Transfer::default();
+    /// area.start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 1000)?;
+    /// let slaves = [(Motor::M3, Direction::Cw), (Motor::M4, Direction::Ccw)];
+    /// area.start_motor_ex_cmd(Motor::M2, 300, Direction::Cw, &slaves, 500)?;
+    /// assert_eq!(area.output.distance, [1000, 500, 500, 500]);
+    /// assert_eq!(area.output.master, [0, 0, 2, 2]);
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the duty and the pulses, [`Error::MotorTwice`] for a slave that
+    /// is the master or named twice, [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "StartMotorExCmd")]
+    #[doc(alias = "StartMotorExCmd4")]
+    pub fn start_motor_ex_cmd(
+        &mut self,
+        motor: Motor,
+        duty: i16,
+        direction: Direction,
+        slaves: &[(Motor, Direction)],
+        pulses: u32,
+    ) -> Result<(), Error> {
+        check_duty(duty)?;
+        Error::check_range("number of pulses", pulses, 1..=u16::MAX.into())?;
+        self.check_group(motor, slaves)?;
+        // Checked above.
+        let distance = pulses as u16;
+        self.begin_motor_ex(motor, duty, direction, distance, 0);
+        for &(slave, direction) in slaves {
+            // The area counts motors from 1; 0 is no master.
+            self.begin_motor_ex(slave, duty, direction, distance, motor.index() as u8 + 1);
+        }
+        Ok(())
+    }
+
+    /// Errs unless these are different motors.
+    fn check_group(&self, motor: Motor, slaves: &[(Motor, Direction)]) -> Result<(), Error> {
+        self.check_motor(motor)?;
+        let mut named = [false; IZ_MOTOR];
+        named[motor.index()] = true;
+        for &(slave, _) in slaves {
+            if std::mem::replace(&mut named[slave.index()], true) {
+                return Err(Error::MotorTwice { motor: slave });
+            }
+            self.check_motor(slave)?;
+        }
+        Ok(())
+    }
+
+    fn begin_motor_ex(
+        &mut self,
+        motor: Motor,
+        duty: i16,
+        direction: Direction,
+        distance: u16,
+        master: u8,
+    ) {
+        self.set_duties(motor, duty, direction);
+        self.output.distance[motor.index()] = distance;
+        self.output.master[motor.index()] = master;
+        self.raise_motor_ex_id(motor);
+    }
+
+    /// Whether the last command of a motor is done: its distance, or leaving the mode. Also `true`
+    /// for a motor that has never had one.
+    ///
+    /// A command that has just been started is never done, whatever comes back of older ones.
+    #[doc(alias = "IsMotorExReady")]
+    #[doc(alias = "IsMotorExCmdReady")]
+    #[must_use]
+    pub fn is_motor_ex_ready(&self, motor: Motor) -> bool {
+        let index = motor.index();
+        self.input.motor_ex_cmd_id[index] == self.output.motor_ex_cmd_id[index]
+    }
+
+    /// Stops a motor and leaves the extended mode: duty, distance and master 0, by a new command.
+    ///
+    /// Those that follow this motor stay in the mode, and wait for it; stop them too.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "StopMotorExCmd")]
+    pub fn stop_motor_ex_cmd(&mut self, motor: Motor) -> Result<(), Error> {
+        self.check_motor(motor)?;
+        self.leave_motor_ex(motor);
+        Ok(())
+    }
+
+    /// Stops all motors of this controller and leaves the extended mode. Single outputs stay as
+    /// they are; [`Output::stop_motors`](crate::transfer_area::Output::stop_motors) switches
+    /// these off too.
+    #[doc(alias = "StopAllMotorExCmd")]
+    pub fn stop_all_motor_ex_cmd(&mut self) {
+        for motor in Motor::ALL {
+            if self.is_motor(motor) {
+                self.leave_motor_ex(motor);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Direction::{Ccw, Cw};
+    use Motor::{M1, M2, M3, M4};
+
+    #[test]
+    fn a_command_sets_distance_master_duty_and_a_new_id_for_the_whole_group() {
+        let mut area = FishX1Transfer::default();
+        area.input.motor_ex_reached = [1; 4];
+        area.output.master = [4; 4];
+        area.start_motor_ex_cmd(M3, 400, Ccw, &[(M1, Cw), (M4, Ccw)], 65_535).unwrap();
+        assert_eq!(area.output.duty, [400, 0, 0, 0, 0, 400, 0, 400]);
+        assert_eq!(area.output.distance, [65_535, 0, 65_535, 65_535]);
+        assert_eq!(area.output.master, [3, 4, 0, 3]);
+        assert_eq!(area.output.motor_ex_cmd_id, [1, 0, 1, 1]);
+        assert_eq!(area.input.motor_ex_reached, [0, 1, 0, 0]);
+        assert_eq!(
+            Motor::ALL.map(|motor| area.is_motor_ex_ready(motor)),
+            [false, true, false, false]
+        );
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_and_changes_nothing() {
+        let mut area = FishX1Transfer::default();
+        area.set_ft_motor_config(M4, false);
+        let before = area;
+        for pulses in [0, 65_536, u32::MAX] {
+            let given = pulses.into();
+            assert_eq!(
+                area.start_motor_ex_cmd(M1, 512, Cw, &[], pulses),
+                Err(Error::OutOfRange { what: "number of pulses", given, least: 1, most: 65_535 })
+            );
+        }
+        for duty in [-1, 513] {
+            let error = area.start_motor_ex_cmd(M1, duty, Cw, &[], 1).unwrap_err();
+            assert!(matches!(error, Error::OutOfRange { what: "duty", .. }), "{error}");
+        }
+        for (master, slaves, error) in [
+            (M1, &[(M1, Cw)][..], Error::MotorTwice { motor: M1 }),
+            (M1, &[(M2, Cw), (M2, Ccw)], Error::MotorTwice { motor: M2 }),
+            (M1, &[(M2, Cw), (M3, Cw), (M1, Cw), (M3, Cw)], Error::MotorTwice { motor: M1 }),
+            (M4, &[], Error::NotAMotor { motor: M4 }),
+            (M1, &[(M2, Cw), (M4, Cw)], Error::NotAMotor { motor: M4 }),
+        ] {
+            assert_eq!(area.start_motor_ex_cmd(master, 512, Cw, slaves, 1), Err(error));
+        }
+        assert_eq!(area.stop_motor_ex_cmd(M4), Err(Error::NotAMotor { motor: M4 }));
+        assert_eq!(area, before);
+    }
+
+    #[test]
+    fn leaving_the_mode_is_a_command_of_its_own() {
+        let mut area = FishX1Transfer::default();
+        area.start_motor_ex_cmd(M1, 512, Cw, &[(M2, Cw)], 100).unwrap();
+        area.input.motor_ex_cmd_id = area.output.motor_ex_cmd_id;
+        area.stop_motor_ex_cmd(M2).unwrap();
+        assert!(area.is_motor_ex_ready(M1) && !area.is_motor_ex_ready(M2));
+        assert_eq!(area.output.distance, [100, 0, 0, 0]);
+        assert_eq!(area.output.master, [0; 4]);
+        assert_eq!(area.output.duty, [512, 0, 0, 0, 0, 0, 0, 0]);
+        assert_eq!(area.output.motor_ex_cmd_id, [1, 2, 0, 0]);
+    }
+
+    #[test]
+    fn stopping_all_motors_leaves_single_outputs_on() {
+        let mut area = FishX1Transfer::default();
+        area.set_ft_motor_config(M4, false);
+        let ids = area.output.motor_ex_cmd_id;
+        area.output.duty = [512; 8];
+        area.output.distance = [7; 4];
+        area.stop_all_motor_ex_cmd();
+        assert_eq!(area.output.duty, [0, 0, 0, 0, 0, 0, 512, 512]);
+        assert_eq!(area.output.distance, [0, 0, 0, 7]);
+        let is_new = |motor: Motor| {
+            let index = motor.index();
+            area.output.motor_ex_cmd_id[index] != ids[index]
+        };
+        assert_eq!(Motor::ALL.map(is_new), [true, true, true, false]);
+    }
+
+    #[test]
+    fn a_new_command_never_has_the_id_of_an_old_one_that_comes_back() {
+        let mut area = FishX1Transfer::default();
+        // A controller that remembers an earlier program's command.
+        area.input.motor_ex_cmd_id[0] = 3;
+        for _ in 0..70_000 {
+            area.start_motor_ex_cmd(M1, 512, Cw, &[], 1).unwrap();
+            assert!(!area.is_motor_ex_ready(M1));
+        }
+    }
+}

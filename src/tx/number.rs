@@ -1,0 +1,113 @@
+//! Numbers of a C program, made into the types of the calls.
+
+use std::ops::RangeInclusive;
+
+use super::{Counter, Direction, Input, IrDevice, Motor, Output, Sound};
+use crate::error::Error;
+use crate::transfer_area::{CounterMode, InputMode};
+
+/// The variant with this place among all, which have the numbers of this range.
+fn variant<T: Copy>(
+    what: &'static str,
+    given: i64,
+    range: RangeInclusive<i64>,
+    all: &[T],
+) -> Result<T, Error> {
+    let place = usize::try_from(given - range.start()).ok();
+    let found = place.and_then(|place| all.get(place)).copied();
+    let (least, most) = (*range.start(), *range.end());
+    found.ok_or(Error::OutOfRange { what, given, least, most })
+}
+
+/// Implements `TryFrom` for types whose variants have consecutive numbers.
+macro_rules! from_numbers {
+    ($($(#[$about:meta])* $type:ty, $number:ty: $what:literal, $range:expr, $all:expr;)+) => {$(
+        $(#[$about])*
+        ///
+        /// # Errors
+        ///
+        /// [`Error::OutOfRange`] for any other number.
+        impl TryFrom<$number> for $type {
+            type Error = Error;
+
+            fn try_from(number: $number) -> Result<Self, Error> {
+                variant($what, i64::try_from(number).unwrap_or(i64::MAX), $range, &$all)
+            }
+        }
+    )+};
+}
+
+from_numbers! {
+    /// 0 is I1, as the C libraries count.
+    Input, usize: "input's index", 0..=7, Input::ALL;
+    /// 0 is C1, as the C libraries count.
+    Counter, usize: "counter's index", 0..=3, Counter::ALL;
+    /// 0 is M1, as the C libraries count.
+    Motor, usize: "motor's index", 0..=3, Motor::ALL;
+    /// 0 is O1, as the C libraries count.
+    Output, usize: "output's index", 0..=7, Output::ALL;
+    /// −1 is counterclockwise, 0 is halt, 1 is clockwise.
+    Direction, i32: "direction", -1..=1, [Direction::Ccw, Direction::Halt, Direction::Cw];
+    /// The number that an area holds.
+    InputMode, u8: "input's mode", 0..=3, [
+        InputMode::Voltage,
+        InputMode::Resistance,
+        InputMode::Resistance15k,
+        InputMode::Ultrasonic,
+    ];
+    /// The number that an area holds.
+    CounterMode, u8: "counter's mode", 0..=1, [CounterMode::Inverted, CounterMode::Normal];
+    /// The index of the infrared remote in an area.
+    IrDevice, usize: "infrared remote's index", 0..=4, IrDevice::ALL;
+    /// The number of the sound's file.
+    Sound, u16: "sound's index", 1..=29, Sound::ALL;
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fmt::Debug;
+
+    use super::*;
+
+    /// Checks that these numbers are the variants in order, and those around them refused.
+    fn check<T, N>(numbers: RangeInclusive<i64>, all: &[T])
+    where
+        T: TryFrom<N, Error = Error> + PartialEq + Debug,
+        N: TryFrom<i64>,
+    {
+        for (number, variant) in numbers.clone().zip(all) {
+            let Ok(number) = N::try_from(number) else { panic!("{number} does not fit") };
+            assert_eq!(T::try_from(number).as_ref(), Ok(variant));
+        }
+        assert_eq!(numbers.clone().count(), all.len());
+        for number in [numbers.start() - 1, numbers.end() + 1, 255, 32_767] {
+            if let Ok(wrong) = N::try_from(number) {
+                let error = T::try_from(wrong).unwrap_err();
+                let (least, most) = (*numbers.start(), *numbers.end());
+                assert!(
+                    matches!(error, Error::OutOfRange { given, least: l, most: m, .. }
+                        if (given, l, m) == (number, least, most)),
+                    "{error:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_refused() {
+        check::<Input, usize>(0..=7, &Input::ALL);
+        check::<Counter, usize>(0..=3, &Counter::ALL);
+        check::<Motor, usize>(0..=3, &Motor::ALL);
+        check::<Output, usize>(0..=7, &Output::ALL);
+        check::<Direction, i32>(-1..=1, &[Direction::Ccw, Direction::Halt, Direction::Cw]);
+        check::<CounterMode, u8>(0..=1, &[CounterMode::Inverted, CounterMode::Normal]);
+        check::<IrDevice, usize>(0..=4, &IrDevice::ALL);
+        check::<Sound, u16>(1..=29, &Sound::ALL);
+        for mode in 0..=3 {
+            assert_eq!(InputMode::try_from(mode).map(|mode| mode as u8), Ok(mode));
+        }
+        assert!(InputMode::try_from(4).is_err());
+        assert!(Motor::try_from(usize::MAX).is_err());
+        assert!(Direction::try_from(i32::MIN).is_err());
+    }
+}

@@ -1,0 +1,208 @@
+//! Motors at plain speed control, and single outputs.
+
+use super::{Motor, Output};
+use crate::error::Error;
+use crate::transfer_area::{FishX1Transfer, DUTY_MAX};
+
+/// Which way a motor turns. The numbers are FtTxtLib's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// Counterclockwise: the second output of the pair is on.
+    #[doc(alias = "CCW")]
+    Ccw = -1,
+    /// Not at all, whatever the duty.
+    Halt = 0,
+    /// Clockwise: the first output of the pair is on.
+    #[doc(alias = "CW")]
+    Cw = 1,
+}
+
+impl FishX1Transfer {
+    /// Turns a motor with this duty, 0..=512, in this direction.
+    ///
+    /// In the extended mode the duty is taken over, and the motor goes on to its distance.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the duty, [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "SetOutMotorValues")]
+    pub fn set_out_motor_values(
+        &mut self,
+        motor: Motor,
+        duty: i16,
+        direction: Direction,
+    ) -> Result<(), Error> {
+        check_duty(duty)?;
+        self.check_motor(motor)?;
+        self.set_duties(motor, duty, direction);
+        Ok(())
+    }
+
+    /// Turns a motor with this power: −512 counterclockwise to 512 clockwise. FtTxtLib has it under
+    /// the same name as [`set_out_motor_values`](Self::set_out_motor_values).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the power, [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "SetOutMotorValues")]
+    pub fn set_out_motor_power(&mut self, motor: Motor, power: i16) -> Result<(), Error> {
+        let most = i64::from(DUTY_MAX);
+        Error::check_range("motor's power", power, -most..=most)?;
+        let direction = if power < 0 { Direction::Ccw } else { Direction::Cw };
+        self.set_out_motor_values(motor, power.abs(), direction)
+    }
+
+    /// Lets a motor turn the other way with the same duty.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "SetOutMotorInverse")]
+    pub fn set_out_motor_inverse(&mut self, motor: Motor) -> Result<(), Error> {
+        self.check_motor(motor)?;
+        let [first, second] = motor.outputs();
+        self.output.duty.swap(first.index(), second.index());
+        Ok(())
+    }
+
+    /// The power of a motor, −512 to 512: the duty of its first output less that of its second.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "GetOutMotorValues")]
+    pub fn get_out_motor_values(&self, motor: Motor) -> Result<i16, Error> {
+        self.check_motor(motor)?;
+        let [first, second] = motor.outputs().map(|output| self.output.duty[output.index()]);
+        Ok(first.saturating_sub(second))
+    }
+
+    /// Switches a single output to this duty, 0 off to 512 full.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the duty, [`Error::NotAnOutput`] for half of a motor.
+    #[doc(alias = "SetOutPwmValues")]
+    pub fn set_out_pwm_values(&mut self, output: Output, duty: i16) -> Result<(), Error> {
+        check_duty(duty)?;
+        self.check_output(output)?;
+        self.output.duty[output.index()] = duty;
+        Ok(())
+    }
+
+    /// The duty of a single output.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotAnOutput`] for half of a motor.
+    #[doc(alias = "GetOutPwmValues")]
+    pub fn get_out_pwm_values(&self, output: Output) -> Result<i16, Error> {
+        self.check_output(output)?;
+        Ok(self.output.duty[output.index()])
+    }
+
+    /// Sets both outputs of a pair.
+    pub(super) fn set_duties(&mut self, motor: Motor, duty: i16, direction: Direction) {
+        let duties = match direction {
+            Direction::Cw => [duty, 0],
+            Direction::Halt => [0, 0],
+            Direction::Ccw => [0, duty],
+        };
+        for (output, duty) in motor.outputs().into_iter().zip(duties) {
+            self.output.duty[output.index()] = duty;
+        }
+    }
+
+    /// Errs when the pair is two single outputs.
+    pub(super) fn check_motor(&self, motor: Motor) -> Result<(), Error> {
+        if self.is_motor(motor) {
+            Ok(())
+        } else {
+            Err(Error::NotAMotor { motor })
+        }
+    }
+
+    fn check_output(&self, output: Output) -> Result<(), Error> {
+        if self.is_motor(output.motor()) {
+            Err(Error::NotAnOutput { output })
+        } else {
+            Ok(())
+        }
+    }
+}
+
+/// Errs when it is no duty.
+pub(super) fn check_duty(duty: i16) -> Result<(), Error> {
+    Error::check_range("duty", duty, 0..=DUTY_MAX.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_switches_one_output_on_and_the_other_off() {
+        let mut area = FishX1Transfer::default();
+        for (direction, duties, power) in [
+            (Direction::Cw, [300, 0], 300),
+            (Direction::Ccw, [0, 300], -300),
+            (Direction::Halt, [0, 0], 0),
+        ] {
+            area.set_out_motor_values(Motor::M2, 300, direction).unwrap();
+            assert_eq!(area.output.duty, [0, 0, duties[0], duties[1], 0, 0, 0, 0]);
+            assert_eq!(area.get_out_motor_values(Motor::M2), Ok(power));
+            area.set_out_motor_inverse(Motor::M2).unwrap();
+            assert_eq!(area.get_out_motor_values(Motor::M2), Ok(-power));
+            area.set_out_motor_power(Motor::M2, power).unwrap();
+            assert_eq!(area.output.duty[2..4], duties);
+        }
+    }
+
+    #[test]
+    fn duties_out_of_range_are_refused_and_change_nothing() {
+        let mut area = FishX1Transfer::default();
+        area.set_ft_motor_config(Motor::M4, false);
+        area.output.duty = [512, 0, 0, 0, 0, 0, 100, 0];
+        let before = area;
+        for duty in [-1, 513, i16::MIN, i16::MAX] {
+            let given = i64::from(duty);
+            let refused = Err(Error::OutOfRange { what: "duty", given, least: 0, most: 512 });
+            assert_eq!(area.set_out_motor_values(Motor::M1, duty, Direction::Cw), refused);
+            assert_eq!(area.set_out_pwm_values(Output::O7, duty), refused);
+        }
+        for power in [-513, 513, i16::MIN, i16::MAX] {
+            let error = area.set_out_motor_power(Motor::M1, power).unwrap_err();
+            assert!(matches!(error, Error::OutOfRange { least: -512, most: 512, .. }), "{error}");
+        }
+        assert_eq!(area, before);
+        area.set_out_motor_power(Motor::M1, -512).unwrap();
+        area.set_out_pwm_values(Output::O7, 512).unwrap();
+        assert_eq!(area.output.duty, [0, 512, 0, 0, 0, 0, 512, 0]);
+    }
+
+    #[test]
+    fn motors_and_single_outputs_refuse_each_others_calls() {
+        let mut area = FishX1Transfer::default();
+        area.set_ft_motor_config(Motor::M4, false);
+        area.set_out_pwm_values(Output::O8, 40).unwrap();
+        let before = area;
+        let (motor, output) = (Motor::M4, Output::O1);
+        let not_a_motor = Error::NotAMotor { motor };
+        assert_eq!(area.set_out_motor_values(motor, 1, Direction::Cw), Err(not_a_motor.clone()));
+        assert_eq!(area.set_out_motor_power(motor, 1), Err(not_a_motor.clone()));
+        assert_eq!(area.set_out_motor_inverse(motor), Err(not_a_motor.clone()));
+        assert_eq!(area.get_out_motor_values(motor), Err(not_a_motor));
+        assert_eq!(area.set_out_pwm_values(output, 1), Err(Error::NotAnOutput { output }));
+        assert_eq!(area.get_out_pwm_values(output), Err(Error::NotAnOutput { output }));
+        assert_eq!(area, before);
+        assert_eq!(area.get_out_pwm_values(Output::O8), Ok(40));
+    }
+
+    #[test]
+    fn any_bits_in_the_area_have_a_power() {
+        let mut area = FishX1Transfer::default();
+        area.output.duty = [i16::MAX, i16::MIN, i16::MIN, i16::MAX, 0, 0, 0, 0];
+        assert_eq!(area.get_out_motor_values(Motor::M1), Ok(i16::MAX));
+        assert_eq!(area.get_out_motor_values(Motor::M2), Ok(i16::MIN));
+    }
+}

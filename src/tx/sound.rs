@@ -1,0 +1,172 @@
+//! Sounds.
+
+use super::next_id;
+use crate::error::Error;
+use crate::transfer_area::FishX1Transfer;
+
+/// The index of no sound at all, which ends the one that plays.
+pub const SILENCE: u16 = 0;
+
+/// Sound files have a number of two digits.
+const SOUND_MAX: i64 = 99;
+
+/// Declares the sounds in the order of their numbers, from 1, each with the name of its file.
+macro_rules! sounds {
+    ($($sound:ident $name:literal)+) => {
+        /// The sounds that a TXT is delivered with, by the names of their files.
+        ///
+        /// The files lie in `/opt/knobloch/SoundFiles` on the controller and can be exchanged. Source:
+        /// appendix A of the kit's document.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[repr(u16)]
+        pub enum Sound {
+            $(#[doc = $name] $sound),+
+        }
+
+        impl Sound {
+            /// All of them, in the order of their numbers: the first has number 1.
+            pub const ALL: [Self; 29] = [$(Self::$sound),+];
+
+            /// The name of its file, without number and ending.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$sound => $name),+
+                }
+            }
+        }
+    };
+}
+
+sounds! {
+    Airplane "Airplane"
+    Alarm "Alarm"
+    Bell "Bell"
+    Braking "Braking"
+    CarHornLong "Car-horn-long"
+    CarHornShort "Car-horn-short"
+    CracklingWood "Crackling-wood"
+    Excavator "Excavator"
+    Fantasy1 "Fantasy-1"
+    Fantasy2 "Fantasy-2"
+    Fantasy3 "Fantasy-3"
+    Fantasy4 "Fantasy-4"
+    Farm "Farm"
+    FireDepartment "Fire-department"
+    FireNoises "Fire-noises"
+    Formula1 "Formula1"
+    Helicopter "Helicopter"
+    Hydraulic "Hydraulic"
+    MotorSound "Motor-sound"
+    MotorStarting "Motor-starting"
+    PropellerAirplane "Propeller-airplane"
+    RollerCoaster "Roller-coaster"
+    ShipsHorn "Ships-horn"
+    Tractor "Tractor"
+    Truck "Truck"
+    Augenzwinkern "Augenzwinkern"
+    Fahrgeraeusch "Fahrgeraeusch"
+    KopfHeben "Kopf_heben"
+    KopfNeigen "Kopf_neigen"
+}
+
+impl Sound {
+    /// Its number, 1..=29: what [`sound_index`](crate::transfer_area::TxtOutputs::sound_index) holds.
+    pub const fn index(self) -> u16 {
+        self as u16 + 1
+    }
+}
+
+/// Its number, 1..=29.
+impl From<Sound> for u16 {
+    fn from(sound: Sound) -> Self {
+        sound.index()
+    }
+}
+
+impl FishX1Transfer {
+    /// Plays a sound so many times, 0 until the next sound command; it replaces the one that plays.
+    ///
+    /// The sound is a [`Sound`], or the number of a file that somebody has put onto the
+    /// controller, at most 99; [`SILENCE`] ends the sound that plays.
+    /// [`is_sound_ready`](Self::is_sound_ready) tells when it is done.
+    ///
+    /// ```
+    /// use ft_transfer_area::tx::{Sound, SILENCE};
+    /// use ft_transfer_area::FishX1Transfer;
+    ///
+    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// let mut area = FishX1Transfer::default();
+    /// area.set_sound(Sound::Bell, 2)?;
+    /// assert_eq!((area.txt_outputs.sound_index, area.txt_outputs.sound_repeat), (3, 2));
+    /// area.set_sound(SILENCE, 1)?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a number of more than two digits.
+    #[doc(alias = "SetSound")]
+    pub fn set_sound(&mut self, sound: impl Into<u16>, repeat: u16) -> Result<(), Error> {
+        let index = sound.into();
+        Error::check_range("sound's index", index, 0..=SOUND_MAX)?;
+        let outputs = &mut self.txt_outputs;
+        outputs.sound_index = index;
+        outputs.sound_repeat = repeat;
+        outputs.sound_cmd_id = next_id(outputs.sound_cmd_id, self.txt_inputs.sound_cmd_id);
+        Ok(())
+    }
+
+    /// Whether the last sound command is done. Also `true` when there was none; a sound that repeats
+    /// for ever is never done.
+    #[doc(alias = "IsSoundReady")]
+    #[must_use]
+    pub fn is_sound_ready(&self) -> bool {
+        self.txt_inputs.sound_cmd_id == self.txt_outputs.sound_cmd_id
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sounds_have_the_numbers_of_their_files() {
+        let numbers: Vec<u16> = Sound::ALL.iter().map(|sound| sound.index()).collect();
+        assert_eq!(numbers, (1..=29).collect::<Vec<u16>>());
+        // Some of the appendix.
+        for (file, sound) in [
+            ("01_Airplane.wav", Sound::Airplane),
+            ("03_Bell.wav", Sound::Bell),
+            ("14_Fire-department.wav", Sound::FireDepartment),
+            ("16_Formula1.wav", Sound::Formula1),
+            ("23_Ships-horn.wav", Sound::ShipsHorn),
+            ("29_Kopf_neigen.wav", Sound::KopfNeigen),
+        ] {
+            assert_eq!(format!("{:02}_{}.wav", sound.index(), sound.name()), file);
+        }
+    }
+
+    #[test]
+    fn a_sound_is_done_when_its_own_id_comes_back() {
+        let mut area = FishX1Transfer::default();
+        assert!(area.is_sound_ready());
+        area.txt_inputs.sound_cmd_id = 1;
+        area.set_sound(Sound::Alarm, 0).unwrap();
+        assert_eq!((area.txt_outputs.sound_cmd_id, area.is_sound_ready()), (2, false));
+        area.txt_inputs.sound_cmd_id = 2;
+        assert!(area.is_sound_ready());
+    }
+
+    #[test]
+    fn a_number_that_no_file_can_have_is_refused_and_changes_nothing() {
+        let mut area = FishX1Transfer::default();
+        area.set_sound(99_u16, 1).unwrap();
+        let before = area;
+        for index in [100, u16::MAX] {
+            let error = area.set_sound(index, 1).unwrap_err();
+            assert!(matches!(error, Error::OutOfRange { least: 0, most: 99, .. }), "{error}");
+        }
+        assert_eq!(area, before);
+    }
+}

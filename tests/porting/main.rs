@@ -1,0 +1,196 @@
+//! docs/porting.md names every field and every call of the C headers with its Rust name. Here the
+//! tables are made from the crate's source and compared with the document's.
+//!
+//! `UPDATE_PORTING=1 cargo test --test porting` writes them anew.
+
+mod fields;
+mod libraries;
+mod names;
+mod public;
+mod source;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use libraries::{Library, CALLS, PENDING, USES};
+use names::{NAMES, PACKETS, PACKET_IDS};
+use source::{Item, Source};
+
+const BEGIN: &str = "<!-- The tables from here on are made by tests/porting. -->\n";
+const END: &str = "<!-- The tables end here. -->";
+const UPDATE: &str = "UPDATE_PORTING";
+
+#[test]
+fn the_document_names_every_field_and_call() {
+    let source = Source::read();
+    let (fields, mut mistakes) = fields::rows(&source);
+    let mut tables = Tables { source: &source, by_name: by_name(&source), lines: Vec::new() };
+    tables.section("Fields of the transfer area", &fields);
+    for library in CALLS.iter().chain(NAMES) {
+        mistakes.extend(tables.library(library));
+    }
+    mistakes.extend(tables.packets());
+    tables.further_names();
+    mistakes.extend(tables.pending());
+    // Several libraries have the same call.
+    let mistakes: BTreeSet<String> = mistakes.into_iter().collect();
+    assert!(mistakes.is_empty(), "{mistakes:#?}");
+
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/porting.md");
+    let document = fs::read_to_string(&path).unwrap().replace("\r\n", "\n");
+    let (before, rest) = document.split_once(BEGIN).expect("no line where the tables begin");
+    let (present, after) = rest.split_once(END).expect("no line where the tables end");
+    let expected = format!("\n{}\n", tables.lines.join("\n"));
+    if std::env::var_os(UPDATE).is_some() {
+        fs::write(&path, format!("{before}{BEGIN}{expected}{END}{after}")).unwrap();
+        return;
+    }
+    let difference = difference(present, &expected);
+    assert!(
+        difference.is_empty(),
+        "docs/porting.md is not as the crate's names are:\n{difference}\
+         {UPDATE}=1 cargo test --test porting writes its tables anew\n"
+    );
+}
+
+/// What the document says and should not (`-`), and the other way round (`+`).
+fn difference(present: &str, expected: &str) -> String {
+    let [old, new] = [present, expected].map(|text| text.lines().collect::<BTreeSet<_>>());
+    let removed = old.difference(&new).map(|line| format!("- {line}\n"));
+    let added = new.difference(&old).map(|line| format!("+ {line}\n"));
+    let lines: String = removed.chain(added).collect();
+    if lines.is_empty() && present != expected {
+        return "the same lines in another order\n".to_owned();
+    }
+    lines
+}
+
+/// What has each C name: as an alias, or a constant as its own name.
+fn by_name(source: &Source) -> BTreeMap<&str, Vec<String>> {
+    let mut names = source.by_alias();
+    for item in source.constants() {
+        names.entry(&item.name).or_insert_with(|| vec![source.show(item)]);
+    }
+    names
+}
+
+struct Tables<'a> {
+    source: &'a Source,
+    by_name: BTreeMap<&'a str, Vec<String>>,
+    lines: Vec<String>,
+}
+
+impl Tables<'_> {
+    fn section(&mut self, heading: &str, rows: &[String]) {
+        self.lines.extend([format!("### {heading}"), String::new()]);
+        self.table(rows);
+    }
+
+    fn table(&mut self, rows: &[String]) {
+        self.lines.extend_from_slice(rows);
+        self.lines.push(String::new());
+    }
+
+    /// Adds a library's tables; tells which names lack a counterpart, or a reason for none.
+    fn library(&mut self, library: &Library) -> Vec<String> {
+        let mut mistakes = Vec::new();
+        let mut rows = head("Rust");
+        let mut kept = Vec::new();
+        for name in library.names {
+            match self.by_name.get(name) {
+                Some(shown) if *shown == [format!("transfer_area::{name}")] => {
+                    kept.push(format!("`{name}`"));
+                }
+                Some(shown) => rows.push(row(name, shown)),
+                None if PENDING.contains(name) => {}
+                None => mistakes.push(format!("nothing has #[doc(alias = \"{name}\")]")),
+            }
+        }
+        if !kept.is_empty() {
+            rows.push(format!("| {} | the same names in `transfer_area` |", kept.join(", ")));
+        }
+        self.section(library.heading, &rows);
+        let mut rows = head("none, because");
+        for (names, reason) in library.without {
+            for name in names.iter().filter(|name| self.by_name.contains_key(*name)) {
+                mistakes.push(format!("{name} has a counterpart, so it needs no reason for none"));
+            }
+            let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+            rows.push(format!("| {} | {reason} |", names.join(", ")));
+        }
+        if !library.without.is_empty() {
+            self.table(&rows);
+        }
+        mistakes
+    }
+
+    fn packets(&mut self) -> Vec<String> {
+        let mut mistakes = Vec::new();
+        let mut rows = head("Rust");
+        for id in PACKET_IDS {
+            match self.by_name.get(id) {
+                Some(shown) => rows.push(row(id, shown)),
+                None => mistakes.push(format!("nothing has #[doc(alias = \"{id}\")]")),
+            }
+        }
+        for (packet, c_fields) in PACKETS {
+            let is_packet = |item: &&Item| item.aliases.iter().any(|alias| alias == packet);
+            let Some(item) = self.source.items.iter().find(is_packet) else {
+                mistakes.push(format!("nothing has #[doc(alias = \"{packet}\")]"));
+                continue;
+            };
+            rows.push(row(packet, &[self.source.show(item)]));
+            let fields: Vec<&Item> = self.source.fields(item).collect();
+            if fields.len() != c_fields.len() {
+                mistakes.push(format!("{} has not the fields of {packet}", item.place()));
+            }
+            for (field, name) in fields.into_iter().zip(*c_fields) {
+                rows.push(row(&format!("{packet}.{name}"), &[self.source.show(field)]));
+                if name.strip_prefix("m_") != Some(&field.name) {
+                    mistakes.extend(fields::unnamed(field, name));
+                }
+            }
+        }
+        self.section("Packets", &rows);
+        mistakes
+    }
+
+    /// Adds what has a name that is in none of the tables yet, such as an argument's.
+    fn further_names(&mut self) {
+        let cells = self.lines.iter().filter_map(|line| line.split(" | ").next());
+        // Of a path its last part, of which an array has `[0]` behind it.
+        let names = cells.flat_map(|cell| cell.split(['|', '`', '.', '[', ' ']));
+        let tx = self.lines.iter().filter_map(|line| line.split(" | ").nth(1));
+        let tx = tx.flat_map(|cell| cell.split(['`', '.', '[']));
+        let told: BTreeSet<&str> = names.chain(tx).collect();
+        let aliases = self.source.by_alias().into_iter();
+        let further = aliases.filter(|(name, _)| !told.contains(name));
+        let rows = further.map(|(name, shown)| row(name, &shown));
+        let head = ["| name | Rust |", "|---|---|"].map(str::to_owned);
+        let rows: Vec<String> = head.into_iter().chain(rows).collect();
+        self.section("Further names", &rows);
+    }
+
+    /// Tells which names are no longer to come, and which nobody asks for.
+    fn pending(&self) -> Vec<String> {
+        let asked: BTreeSet<&str> =
+            CALLS.iter().flat_map(|library| library.names).copied().collect();
+        let here = PENDING.iter().filter(|name| self.by_name.contains_key(*name));
+        let unasked = PENDING.iter().filter(|name| !asked.contains(*name));
+        here.map(|name| format!("{name} has a counterpart: take it from PENDING"))
+            .chain(unasked.map(|name| format!("{name} is in PENDING, but in no library")))
+            .collect()
+    }
+}
+
+fn head(second: &str) -> Vec<String> {
+    vec![format!("| C | {second} |"), "|---|---|".to_owned()]
+}
+
+fn row(name: &str, shown: &[String]) -> String {
+    let shown: Vec<String> = shown.iter().map(|name| format!("`{name}`")).collect();
+    let used = USES.iter().find(|(used, _)| *used == name);
+    let used = used.map(|(_, code)| format!(": `{code}`")).unwrap_or_default();
+    format!("| `{name}` | {}{used} |", shown.join(", "))
+}

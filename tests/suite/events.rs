@@ -1,0 +1,375 @@
+//! Events: what responses and the transfer's end tell, on channels.
+
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::tx::{Counter, Direction, Input, IrDevice, Motor};
+use ft_transfer_area::{Error, Event, EventKind, Events, Joystick, TransferAreaComHandler};
+
+use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
+
+/// Room for all that happens in a test.
+const ROOM: usize = 10_000;
+
+fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
+    handler_for(txt).areas(2).reaction_window(Duration::ZERO).build().unwrap()
+}
+
+/// Lets a change of the machine come in.
+fn pass(handler: &TransferAreaComHandler) {
+    // The response under way may be older than the change.
+    for _ in 0..2 {
+        handler.wait_cycle().unwrap();
+    }
+}
+
+fn next(events: &Events) -> Event {
+    events.recv_timeout(DEADLINE).unwrap()
+}
+
+/// What has come until the transfer is ended here.
+fn end(handler: &mut TransferAreaComHandler, events: &Events) -> Vec<Event> {
+    handler.end_transfer().unwrap();
+    events.receiver().try_iter().collect()
+}
+
+fn changed(area: usize, input: Input, pressed: bool) -> Event {
+    Event::InputChanged { area, input, pressed }
+}
+
+const ENDED: Event = Event::TransferEnded { error: None };
+
+#[test]
+fn every_change_of_a_digital_input_is_told_once_and_in_order() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let press = |area: usize, index: usize, value| {
+        txt.with_machine(|machine| machine.controllers[area].uni[index] = value);
+    };
+    press(LOCAL_IO, 0, 1);
+    let mut handler = handler(&txt);
+    let events = handler.events(&[EventKind::InputChanged], ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    pass(&handler);
+    for _ in 0..50 {
+        press(LOCAL_IO, 0, 0);
+        assert_eq!(next(&events), changed(LOCAL_IO, Input::I1, false));
+        press(REMOTE_IO_1, 7, 1);
+        assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I8, true));
+        press(LOCAL_IO, 0, 1);
+        assert_eq!(next(&events), changed(LOCAL_IO, Input::I1, true));
+        press(REMOTE_IO_1, 7, 0);
+        assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I8, false));
+    }
+    pass(&handler);
+    assert_eq!(end(&mut handler, &events), []);
+    assert_eq!(events.lost(), 0);
+}
+
+#[test]
+fn an_input_is_digital_when_the_controller_was_told_so() {
+    let txt = unpaced().start().unwrap();
+    let set = |value| txt.with_machine(|machine| machine.controllers[0].uni = [value; 8]);
+    let mut handler = handler(&txt);
+    handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
+    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    pass(&handler);
+    // I2 is to be measured from now on, but nobody is told.
+    handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
+    set(1);
+    let others = |pressed| Input::ALL[1..].iter().map(move |&input| changed(0, input, pressed));
+    for expected in others(true) {
+        assert_eq!(next(&events), expected);
+    }
+    // The value of the new configuration comes in with the first response by it.
+    handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, true);
+    handler.update_config().unwrap();
+    set(0);
+    assert_eq!(next(&events), changed(0, Input::I1, false));
+    for expected in others(false).skip(1) {
+        assert_eq!(next(&events), expected);
+    }
+    assert_eq!(end(&mut handler, &events), [ENDED]);
+}
+
+#[test]
+fn a_value_by_a_new_configuration_is_no_change() {
+    // Measures what a digital input of the same voltage takes for 0, and is not digital at first.
+    let txt = unpaced().on_exchange(|machine| {
+        let controller = &mut machine.controllers[0];
+        controller.uni[2] = if controller.config.uni[2].digital == 0 { 300 } else { 0 };
+    });
+    let txt = txt.start().unwrap();
+    let mut handler = handler(&txt);
+    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    for round in 0..20 {
+        let digital = round % 2 != 0;
+        handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, digital);
+        handler.update_config().unwrap();
+    }
+    assert_eq!(end(&mut handler, &events), [ENDED]);
+}
+
+#[test]
+fn a_command_is_told_to_be_done_once() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut handler = handler(&txt);
+    let kinds = [EventKind::MotorReached, EventKind::CounterReset];
+    let events = handler.events(&kinds, ROOM).unwrap();
+    // These go out with the first exchange already.
+    handler.lock()[LOCAL_IO].start_counter_reset(Counter::C4);
+    handler.begin_transfer().unwrap();
+    let reset = |area, counter, command_id| Event::CounterReset { area, counter, command_id };
+    assert_eq!(next(&events), reset(LOCAL_IO, Counter::C4, 1));
+    pass(&handler);
+    let (cw, ccw) = (Direction::Cw, Direction::Ccw);
+    for area in [LOCAL_IO, REMOTE_IO_1] {
+        for round in 1..=30 {
+            let mut areas = handler.lock();
+            let slaves = [(Motor::M4, ccw)];
+            areas[area].start_motor_ex_cmd(Motor::M1, 512, cw, &slaves, 2 + round).unwrap();
+            let ids = areas[area].output.motor_ex_cmd_id;
+            drop(areas);
+            let position = 2 + round as u16;
+            for (motor, command_id) in [(Motor::M1, ids[0]), (Motor::M4, ids[3])] {
+                let expected = Event::MotorReached { area, motor, position, command_id };
+                assert_eq!(next(&events), expected);
+            }
+            // Leaving the mode is a command too, but no arrival.
+            handler.lock()[area].stop_all_motor_ex_cmd();
+            handler.wait_motor_ex(area, Motor::M1, DEADLINE).unwrap();
+            handler.lock()[area].start_counter_reset(Counter::C2);
+            assert_eq!(next(&events), reset(area, Counter::C2, round as u16));
+        }
+    }
+    assert_eq!(end(&mut handler, &events), []);
+    check_client(&txt);
+}
+
+#[test]
+fn counters_are_told_by_each_response_in_which_they_differ() {
+    let txt = unpaced().start().unwrap();
+    let set = |counter| txt.with_machine(|machine| machine.controllers[0].counter = counter);
+    set([4, 0, 0, 0]);
+    let mut handler = handler(&txt);
+    let events = handler.events(&[EventKind::CounterChanged], ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    pass(&handler);
+    let told = |counter, count| Event::CounterChanged { area: LOCAL_IO, counter, count };
+    set([5, 0, 0, -32_768]);
+    assert_eq!(next(&events), told(Counter::C1, 5));
+    assert_eq!(next(&events), told(Counter::C4, 32_768));
+    handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
+    assert_eq!(next(&events), told(Counter::C1, 0));
+    assert_eq!(end(&mut handler, &events), []);
+}
+
+#[test]
+fn a_joystick_is_told_when_it_moves() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut handler = handler(&txt);
+    let events = handler.events(&[EventKind::JoystickMoved], ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    pass(&handler);
+    txt.with_machine(|machine| {
+        for index in [IrDevice::Any.index(), IrDevice::OnOff.index()] {
+            machine.controllers[1].ir[index].right_y = -15;
+            machine.controllers[1].ir[index].bits = 4;
+        }
+    });
+    for device in [IrDevice::Any, IrDevice::OnOff] {
+        let (joystick, x, y) = (Joystick::Right, 0, -15);
+        let expected = Event::JoystickMoved { area: REMOTE_IO_1, device, joystick, x, y };
+        assert_eq!(next(&events), expected);
+    }
+    assert_eq!(end(&mut handler, &events), []);
+}
+
+#[test]
+fn extensions_are_told_to_come_and_go_and_their_inputs_stay() {
+    let txt = unpaced().extensions(2).start().unwrap();
+    txt.with_machine(|machine| machine.controllers[1].uni[0] = 1);
+    let mut handler = handler(&txt);
+    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    pass(&handler);
+    for _ in 0..20 {
+        for alive in [false, true] {
+            for extension in [1, 2] {
+                txt.with_machine(|machine| machine.alive[extension - 1] = alive);
+                assert_eq!(next(&events), Event::ExtensionChanged { extension, alive });
+            }
+        }
+    }
+    // What has changed in between is told when it is back.
+    txt.with_machine(|machine| machine.alive[0] = false);
+    assert_eq!(next(&events), Event::ExtensionChanged { extension: 1, alive: false });
+    txt.with_machine(|machine| machine.controllers[1].uni[0] = 0);
+    pass(&handler);
+    txt.with_machine(|machine| machine.alive[0] = true);
+    assert_eq!(next(&events), Event::ExtensionChanged { extension: 1, alive: true });
+    assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I1, false));
+    assert_eq!(end(&mut handler, &events), [ENDED]);
+}
+
+#[test]
+fn a_transfers_first_response_is_compared_with_none() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let mut handler = handler(&txt);
+    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    for round in 0..10 {
+        txt.with_machine(|machine| {
+            machine.alive[0] = round % 2 != 0;
+            for controller in &mut machine.controllers {
+                controller.uni = [round % 2; 8];
+                controller.counter = [round; 4];
+                controller.ir[3].left_x = round as i8;
+            }
+        });
+        handler.begin_transfer().unwrap();
+        pass(&handler);
+        assert_eq!(end(&mut handler, &events), [ENDED]);
+    }
+}
+
+#[test]
+fn who_listens_in_the_middle_of_a_transfer_hears_what_changes_from_then_on() {
+    let txt = unpaced().start().unwrap();
+    let press = |value| txt.with_machine(|machine| machine.controllers[0].uni[4] = value);
+    let mut handler = handler(&txt);
+    handler.begin_transfer().unwrap();
+    for value in [1, 0, 1, 0, 1] {
+        press(value);
+        pass(&handler);
+        let area = handler.transfer_area();
+        let events = area.events(&[EventKind::InputChanged], ROOM).unwrap();
+        press(1 - value);
+        assert_eq!(next(&events), changed(LOCAL_IO, Input::I5, value == 0));
+        pass(&handler);
+        assert_eq!(events.receiver().len(), 0);
+    }
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_listener_finds_the_inputs_in_the_areas_and_its_answer_goes_out_in_the_very_next_request() {
+    const CHANGES: usize = 200;
+    let answers = Arc::new(Mutex::new(Vec::new()));
+    let noted = Arc::clone(&answers);
+    let mut number = 0;
+    let txt = unpaced().on_exchange(move |machine| {
+        let controller = &mut machine.controllers[0];
+        noted.lock().unwrap().push((number, controller.outputs.duty[0]));
+        number += 1;
+        controller.uni[0] = number % 2;
+        controller.uni[1] = number;
+    });
+    let txt = txt.start().unwrap();
+    let mut handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
+    handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
+    let events = handler.events(&[EventKind::InputChanged], ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    let area = handler.transfer_area();
+    drop(area.wait_cycle().unwrap());
+    for number in 2..CHANGES as i16 {
+        assert_eq!(next(&events), changed(LOCAL_IO, Input::I1, number % 2 != 0));
+        let mut areas = handler.lock();
+        assert_eq!(areas[LOCAL_IO].input.uni[1], number);
+        areas[LOCAL_IO].output.duty[0] = number;
+        drop(areas);
+        // The answer is out of the program's hands now, so the window may end.
+        drop(area.wait_cycle().unwrap());
+    }
+    wait_until(&txt, "the last answer", |machine| machine.exchanges() as usize >= CHANGES);
+    handler.end_transfer().unwrap();
+    for (number, answer) in &answers.lock().unwrap()[2..CHANGES] {
+        assert_eq!(answer, number, "an event was not answered at once");
+    }
+}
+
+#[test]
+fn a_slow_listener_keeps_the_oldest_events_and_a_count_of_the_others() {
+    let txt = unpaced().on_exchange(|machine| {
+        machine.controllers[0].uni[0] = (machine.exchanges().min(150) % 2) as i16;
+    });
+    let txt = txt.start().unwrap();
+    let mut handler = handler(&txt);
+    let slow = handler.events(&EventKind::ALL, 3).unwrap();
+    let quick = handler.events(&EventKind::ALL, ROOM).unwrap();
+    handler.begin_transfer().unwrap();
+    // The exchange goes on whatever the listener does.
+    wait_until(&txt, "exchanges", |machine| machine.exchanges() > 200);
+    let all = end(&mut handler, &quick);
+    let kept: Vec<Event> = slow.receiver().try_iter().collect();
+    assert_eq!(kept[..3], all[..3]);
+    assert_eq!(kept[3..], [ENDED]);
+    assert_eq!(slow.lost() as usize, all.len() - kept.len());
+    assert_eq!(quick.lost(), 0);
+    assert_eq!(all.len(), 150 + 1, "the changes and the end");
+}
+
+#[test]
+fn the_end_of_each_transfer_is_told_with_its_error() {
+    let fault = Fault::at_response(20, FaultKind::WrongCrc);
+    let txt = unpaced().fault(fault).start().unwrap();
+    let mut handler = handler(&txt);
+    let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle().is_ok() {}
+    let error = handler.error();
+    assert!(matches!(error, Some(Error::WrongCrc { .. })));
+    assert_eq!(next(&events), Event::TransferEnded { error });
+    handler.begin_transfer().unwrap();
+    handler.end_transfer().unwrap();
+    assert_eq!(next(&events), ENDED);
+    drop(txt);
+    handler.begin_transfer().unwrap_err();
+    handler.end_transfer().unwrap_err();
+    assert_eq!(events.receiver().len(), 0, "what has not begun does not end");
+}
+
+#[test]
+fn the_channel_ends_with_the_handler_though_others_hold_the_areas() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler(&txt);
+    let area = handler.transfer_area();
+    let events = area.events(&EventKind::ALL, 10).unwrap();
+    let listening = thread::spawn(move || events.into_iter().collect::<Vec<Event>>());
+    handler.begin_transfer().unwrap();
+    drop(handler);
+    assert_eq!(listening.join().unwrap(), [ENDED]);
+    assert!(area.events(&EventKind::ALL, 10).unwrap().recv().is_err());
+}
+
+#[test]
+fn who_does_not_listen_any_more_is_told_nothing_and_holds_nothing_up() {
+    let txt = unpaced().start().unwrap();
+    let mut handler = handler(&txt);
+    let events = handler.events(&EventKind::ALL, 1).unwrap();
+    let receiver = events.receiver().clone();
+    handler.begin_transfer().unwrap();
+    drop(events);
+    for value in [1, 0, 1] {
+        txt.with_machine(|machine| machine.controllers[0].uni[0] = value);
+        pass(&handler);
+    }
+    handler.end_transfer().unwrap();
+    assert!(receiver.recv().is_err());
+}
+
+#[test]
+fn a_capacity_that_can_not_be_is_out_of_range() {
+    let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+    let most = Events::MAX_CAPACITY;
+    for (capacity, given) in [(0, 0), (most + 1, most as i64 + 1), (usize::MAX, i64::MAX)] {
+        let error = handler.events(&EventKind::ALL, capacity).unwrap_err();
+        let (what, least, most) = ("capacity for events", 1, most as i64);
+        assert_eq!(error, Error::OutOfRange { what, given, least, most });
+    }
+    handler.events(&[], 1).unwrap();
+    handler.events(&EventKind::ALL, most).unwrap();
+}

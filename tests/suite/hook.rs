@@ -1,0 +1,325 @@
+//! The cycle hook.
+
+use std::ops::ControlFlow::{self, Break, Continue};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO};
+use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+
+use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
+
+/// How many input changes a hook or a program answers.
+const CHANGES: usize = 200;
+
+/// What a response told on I1, and what the next request had on O1 and O3.
+type Answer = (i16, [i16; 2]);
+
+/// A simulated TXT that changes I1 with every response.
+fn examiner() -> (SimulatedTxt, Arc<Mutex<Vec<Answer>>>) {
+    let answers = Arc::new(Mutex::new(Vec::new()));
+    let noted = Arc::clone(&answers);
+    let mut asked = 0;
+    let txt = unpaced().on_exchange(move |machine: &mut Machine| {
+        let controller = &mut machine.controllers[LOCAL_IO];
+        let duty = controller.outputs.duty;
+        noted.lock().unwrap().push((asked, [duty[0], duty[2]]));
+        asked = asked % 500 + 1;
+        controller.uni[0] = asked;
+    });
+    (txt.start().unwrap(), answers)
+}
+
+/// A hook that answers I1 on the output with this index.
+fn answer(output: usize) -> impl FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> {
+    move |areas| {
+        areas[LOCAL_IO].output.duty[output] = areas[LOCAL_IO].input.uni[0];
+        Continue(())
+    }
+}
+
+/// A hook that counts its calls.
+fn count(calls: &Arc<AtomicU64>) -> impl FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> {
+    let calls = Arc::clone(calls);
+    move |_| {
+        calls.fetch_add(1, Ordering::Relaxed);
+        Continue(())
+    }
+}
+
+fn wait_for_calls(calls: &AtomicU64, more: u64) {
+    let begin = (calls.load(Ordering::Relaxed), Instant::now());
+    while calls.load(Ordering::Relaxed) < begin.0 + more {
+        assert!(begin.1.elapsed() < DEADLINE, "the hook is not called");
+        thread::yield_now();
+    }
+}
+
+fn build(txt: &SimulatedTxt, window: Duration) -> TransferAreaComHandler {
+    handler_for(txt).reaction_window(window).build().unwrap()
+}
+
+fn duties(txt: &SimulatedTxt) -> [i16; 8] {
+    txt.with_machine(|machine| machine.controllers[LOCAL_IO].outputs.duty)
+}
+
+#[test]
+fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
+    let (txt, answers) = examiner();
+    let mut handler = build(&txt, Duration::ZERO);
+    let calls = Arc::new(AtomicU64::new(0));
+    let mut counted = count(&calls);
+    let mut answered = answer(0);
+    handler.set_cycle_hook(move |areas| {
+        let _ = counted(areas);
+        answered(areas)
+    });
+    for round in 1..=3 {
+        handler.begin_transfer().unwrap();
+        let wanted = round * CHANGES as u64;
+        wait_until(&txt, "exchanges", |machine| machine.exchanges() > wanted);
+        handler.end_transfer().unwrap();
+        // But for the last exchange, which stops the motors, and the one in which that is asked for.
+        let uncalled = handler.statistics().cycles - calls.swap(0, Ordering::Relaxed);
+        assert!((1..=2).contains(&uncalled), "{uncalled}");
+        assert_eq!(handler.statistics().late_reactions, 0);
+    }
+    let answers = answers.lock().unwrap();
+    // The first request of each transfer is no answer, and the last one has the motors stopped.
+    let unanswered = answers.iter().filter(|(asked, answer)| answer[0] != *asked).count();
+    assert!(unanswered <= 5, "{unanswered} inputs were not answered at once");
+    assert!(answers.len() > 3 * CHANGES);
+    check_client(&txt);
+}
+
+#[test]
+fn threads_that_wait_find_what_it_wrote_and_have_the_last_word() {
+    let (txt, answers) = examiner();
+    let mut handler = build(&txt, DEADLINE);
+    handler.set_cycle_hook(|areas| {
+        areas[LOCAL_IO].output.duty[0] = -1;
+        areas[LOCAL_IO].output.duty[2] = areas[LOCAL_IO].input.uni[0];
+        Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    for _ in 0..CHANGES {
+        let mut areas = handler.wait_cycle().unwrap();
+        let asked = areas[LOCAL_IO].input.uni[0];
+        assert_eq!(areas[LOCAL_IO].output.duty[..3], [-1, 0, asked]);
+        areas[LOCAL_IO].output.duty[0] = asked;
+    }
+    wait_until(&txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
+    handler.end_transfer().unwrap();
+    for (asked, answer) in &answers.lock().unwrap()[1..=CHANGES] {
+        assert_eq!(*answer, [*asked; 2], "an input was not answered at once");
+    }
+}
+
+#[test]
+fn it_leaves_programs_that_poll_their_window() {
+    let (txt, answers) = examiner();
+    let mut handler = build(&txt, DEADLINE);
+    handler.set_cycle_hook(answer(2));
+    handler.begin_transfer().unwrap();
+    let window = handler.transfer_area();
+    let mut asked = 0;
+    for _ in 0..CHANGES {
+        let last = asked;
+        while asked == last {
+            // The hook gets its turn, however often the areas are locked.
+            let mut areas = handler.lock();
+            asked = areas[LOCAL_IO].input.uni[0];
+            areas[LOCAL_IO].output.duty[0] = asked;
+        }
+        // What was written is out of the program's hands now, so the window may end.
+        drop(window.wait_cycle().unwrap());
+    }
+    wait_until(&txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
+    assert_eq!(handler.statistics().late_reactions, 0);
+    handler.end_transfer().unwrap();
+    for (asked, answer) in &answers.lock().unwrap()[1..=CHANGES] {
+        assert_eq!(*answer, [*asked; 2], "an input was not answered at once");
+    }
+}
+
+#[test]
+fn stop_ends_the_transfer_well_with_the_motors_stopped() {
+    let record = Record::default();
+    let noted = record.clone();
+    let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
+    let mut handler = build(&txt, Duration::ZERO);
+    let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
+    let mut calls = 0;
+    handler.set_cycle_hook(move |areas| {
+        calls += 1;
+        areas[LOCAL_IO].output.duty = [512, 0, 0, 300, 0, 0, 0, 1];
+        if calls % 20 == 0 {
+            Break(())
+        } else {
+            Continue(())
+        }
+    });
+    for round in 1..=3 {
+        handler.begin_transfer().unwrap();
+        let ended = events.recv_timeout(DEADLINE).unwrap();
+        assert_eq!(ended, Event::TransferEnded { error: None });
+        assert_eq!(handler.error(), None);
+        assert_eq!(handler.wait_cycle().unwrap_err(), Error::NotStarted);
+        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+        assert_eq!(handler.end_transfer(), Ok(()));
+        // The last exchange comes behind the twentieth response.
+        assert_eq!(record.outputs().len(), round * 21);
+        assert_eq!(record.outputs()[round * 21 - 2].duty, [512, 0, 0, 300, 0, 0, 0, 1]);
+        assert_eq!(record.last().duty, [0; 8]);
+        assert!(!txt.with_machine(|machine| machine.online()));
+    }
+    check_client(&txt);
+}
+
+#[test]
+fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
+    let record = Record::default();
+    let noted = record.clone();
+    let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
+    let mut handler = build(&txt, Duration::ZERO);
+    let area = handler.transfer_area();
+    let mut calls = 0;
+    handler.set_cycle_hook(move |areas| {
+        calls += 1;
+        areas[LOCAL_IO].output.duty[0] = 512;
+        if calls >= 20 {
+            areas[LOCAL_IO].output.duty[0] = 99;
+            areas[LOCAL_IO].config.motor[0] = 99;
+            areas[LOCAL_IO].state.config_id += 1;
+            panic!("a hook with a mistake");
+        }
+        Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    // Others take the areas while it ends.
+    while area.wait_cycle().is_ok() {}
+    assert_eq!(handler.error(), Some(Error::ProgramPanicked));
+    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+    assert_eq!(record.outputs().len(), 21);
+    assert!(record.outputs().iter().all(|outputs| outputs.duty[0] != 99));
+    assert_eq!(record.last().duty, [0; 8]);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.motor[0]), 1);
+    // It is still there, and still has its mistake.
+    handler.begin_transfer().unwrap();
+    while area.wait_cycle().is_ok() {}
+    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+    handler.clear_cycle_hook();
+    handler.begin_transfer().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = 100;
+    wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[0] == 100);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_guard_that_is_held_over_the_window_makes_it_miss_its_turn() {
+    let (txt, _) = examiner();
+    for window in [Duration::ZERO, Duration::from_millis(2)] {
+        let mut handler = build(&txt, window);
+        let calls = Arc::new(AtomicU64::new(0));
+        handler.set_cycle_hook(count(&calls));
+        handler.begin_transfer().unwrap();
+        wait_for_calls(&calls, 3);
+        let mut areas = handler.lock();
+        areas[LOCAL_IO].output.duty[4] = 44;
+        let (before, late) = (calls.load(Ordering::Relaxed), handler.statistics().late_reactions);
+        let begin = txt.with_machine(|machine| machine.exchanges());
+        wait_until(&txt, "exchanges", |machine| machine.exchanges() > begin + 10);
+        assert_eq!(calls.load(Ordering::Relaxed), before);
+        // In each of these windows the guard is late, and the hook because of it.
+        let missed = handler.statistics().late_reactions - late;
+        assert!(missed >= 2 * 9, "{missed}");
+        assert_eq!(duties(&txt)[4], 0);
+        drop(areas);
+        wait_for_calls(&calls, 3);
+        wait_until(&txt, "the duty", |machine| machine.controllers[0].outputs.duty[4] == 44);
+        handler.end_transfer().unwrap();
+    }
+}
+
+#[test]
+fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
+    let (txt, answers) = examiner();
+    let mut handler = build(&txt, DEADLINE);
+    handler.set_cycle_hook(answer(2));
+    let area = handler.transfer_area();
+    let areas = area.lock();
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "the first exchange", |machine| machine.exchanges() == 1);
+    // Time enough for its turn to come.
+    thread::sleep(Duration::from_millis(20));
+    drop(areas);
+    drop(area.wait_cycle().unwrap());
+    wait_until(&txt, "the second exchange", |machine| machine.exchanges() == 2);
+    assert_eq!(answers.lock().unwrap()[1], (1, [0, 1]));
+    assert_eq!(handler.statistics().late_reactions, 0);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn ending_the_transfer_does_not_wait_for_a_guard_because_of_it() {
+    let (txt, _) = examiner();
+    let mut handler = build(&txt, 4 * DEADLINE);
+    handler.set_cycle_hook(answer(0));
+    let area = handler.transfer_area();
+    let areas = area.lock();
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "the first exchange", |machine| machine.exchanges() == 1);
+    let begin = Instant::now();
+    handler.end_transfer().unwrap();
+    assert!(begin.elapsed() < DEADLINE);
+    drop(areas);
+}
+
+#[test]
+fn it_can_be_set_replaced_and_cleared_at_any_time() {
+    let (txt, _) = examiner();
+    let mut handler = build(&txt, Duration::ZERO);
+    handler.begin_transfer().unwrap();
+    let first = Arc::new(AtomicU64::new(0));
+    let second = Arc::new(AtomicU64::new(0));
+    handler.set_cycle_hook(count(&first));
+    wait_for_calls(&first, 5);
+    // Under a guard, too.
+    let areas = handler.lock();
+    handler.set_cycle_hook(count(&second));
+    drop(areas);
+    let called = first.load(Ordering::Relaxed);
+    wait_for_calls(&second, 5);
+    assert_eq!(first.load(Ordering::Relaxed), called);
+    assert_eq!(Arc::strong_count(&first), 1, "a hook that is replaced is dropped");
+    handler.clear_cycle_hook();
+    let called = second.load(Ordering::Relaxed);
+    assert_eq!(Arc::strong_count(&second), 1);
+    for _ in 0..5 {
+        handler.wait_cycle().unwrap();
+    }
+    assert_eq!(second.load(Ordering::Relaxed), called);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn what_it_owns_is_dropped_with_the_handler() {
+    let (txt, _) = examiner();
+    let mut handler = build(&txt, Duration::ZERO);
+    let calls = Arc::new(AtomicU64::new(0));
+    let (area, mut counted) = (handler.transfer_area(), count(&calls));
+    handler.set_cycle_hook(move |areas| {
+        // Figures can be asked for from inside.
+        assert!(area.statistics().cycles > 0);
+        counted(areas)
+    });
+    handler.begin_transfer().unwrap();
+    wait_for_calls(&calls, 5);
+    let area = handler.transfer_area();
+    drop(handler);
+    assert_eq!(Arc::strong_count(&calls), 1);
+    assert!(area.wait_cycle().is_err());
+}
