@@ -81,6 +81,8 @@ impl I2cClient {
     ///
     /// [`Error::HostNotFound`], [`Error::ConnectionRefused`], [`Error::ConnectTimedOut`] or
     /// [`Error::ConnectFailed`].
+    #[doc(alias = "InitI2C")]
+    #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
         Ok(Self {
             host: host.to_owned(),
@@ -104,6 +106,8 @@ impl I2cClient {
     /// [`Error::OutOfRange`], with nothing sent; [`Error::I2cNoDevice`]; any error of connecting or
     /// talking to the controller.
     #[doc(alias = "i2c_read")]
+    #[doc(alias = "ftxI2cRead")]
+    #[doc(alias = "I2cRead")]
     pub fn read(&mut self, device: u8, register: u8, buffer: &mut [u8]) -> Result<(), Error> {
         Error::check_range("number of bytes to read", buffer.len(), 1..=READ_MAX)?;
         self.transact(device, &[register], &[], buffer)
@@ -119,6 +123,8 @@ impl I2cClient {
     /// [`Error::OutOfRange`], with nothing sent; [`Error::I2cNoDevice`]; any error of connecting or
     /// talking to the controller.
     #[doc(alias = "i2c_write")]
+    #[doc(alias = "ftxI2cWrite")]
+    #[doc(alias = "I2cWrite")]
     pub fn write(&mut self, device: u8, register: u8, values: &[u8]) -> Result<(), Error> {
         Error::check_range("number of bytes to write", values.len(), 1..=WRITE_MAX - 1)?;
         self.transact(device, &[register], values, &mut [])
@@ -136,6 +142,7 @@ impl I2cClient {
     /// [`Error::OutOfRange`], with nothing sent; [`Error::I2cNoDevice`]; any error of connecting or
     /// talking to the controller.
     #[doc(alias = "i2c_write_bytes")]
+    #[doc(alias = "KeLibI2cTransfer")]
     #[doc(alias = "i2c_write_buffer")]
     pub fn write_read(&mut self, device: u8, write: &[u8], read: &mut [u8]) -> Result<(), Error> {
         Error::check_range("number of bytes to write", write.len(), 1..=WRITE_MAX)?;

@@ -276,7 +276,7 @@ mod tests {
         let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let (stream, _) = listener.accept().unwrap();
         // Far more than the sockets hold comes back.
-        client.write_all(&head(1, 0, u16::MAX).repeat(500)).unwrap();
+        client.write_all(&header(1, 0, u16::MAX).repeat(500)).unwrap();
         let shared = Arc::new(Shared::new(machine));
         let server = I2cServer { listener, shared, idle_limit: Duration::MAX };
         assert!(matches!(server.serve(stream), End::Unread));

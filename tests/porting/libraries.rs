@@ -8,35 +8,6 @@ pub(crate) struct Library {
     pub(crate) without: &'static [(&'static [&'static str], &'static str)],
 }
 
-/// Names whose counterparts are still to come. They are left out of the document; one that has a
-/// counterpart must not be here any more.
-pub(crate) const PENDING: &[&str] = &[
-    // The cycle hook.
-    "SetTransferAreaCompleteCallback",
-    "TransferAreaCallbackFunction",
-    // Events.
-    "SetFtTaCompleted",
-    "SetFtCbJoyStick",
-    "SetCBMotorExReached",
-    "SetCBCounterResetted",
-    "SetCBRoboExtState",
-    "tCbUniInputDigChanged",
-    "tCbMotorReached",
-    "tCbCntResetReady",
-    "tCbCount",
-    "tCbTaCompleted",
-    "tCbTaJoyStick",
-    // I2C.
-    "InitI2C",
-    "KeLibI2cTransfer",
-    "StartI2C",
-    "StopI2C",
-    "ftxI2cRead",
-    "ftxI2cWrite",
-    "I2cRead",
-    "I2cWrite",
-];
-
 /// How a name is used whose counterpart does not say it.
 pub(crate) const USES: &[(&str, &str)] = &[
     ("PrintIO", "println!(\"{area}\")"),
@@ -129,9 +100,11 @@ pub(crate) const CALLS: &[Library] = &[
             "GetMicLog",
             "IsSlaveActive",
             "StartI2C",
-            "StopI2C",
         ],
-        without: &[(&["PrintIR"], "print `area.txt_inputs.ir_input`")],
+        without: &[
+            (&["PrintIR"], "print `area.txt_inputs.ir_input`"),
+            (&["StopI2C"], "dropping the `I2cClient` closes its connection"),
+        ],
     },
     Library {
         heading: "The ROBO TX's library: `ftMscLib`",

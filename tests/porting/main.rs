@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use libraries::{Library, CALLS, PENDING, USES};
+use libraries::{Library, CALLS, USES};
 use names::{NAMES, PACKETS, PACKET_IDS};
 use source::{Item, Source};
 
@@ -32,7 +32,6 @@ fn the_document_names_every_field_and_call() {
     }
     mistakes.extend(tables.packets());
     tables.further_names();
-    mistakes.extend(tables.pending());
     // Several libraries have the same call.
     let mistakes: BTreeSet<String> = mistakes.into_iter().collect();
     assert!(mistakes.is_empty(), "{mistakes:#?}");
@@ -103,7 +102,6 @@ impl Tables<'_> {
                     kept.push(format!("`{name}`"));
                 }
                 Some(shown) => rows.push(row(name, shown)),
-                None if PENDING.contains(name) => {}
                 None => mistakes.push(format!("nothing has #[doc(alias = \"{name}\")]")),
             }
         }
@@ -170,17 +168,6 @@ impl Tables<'_> {
         let head = ["| name | Rust |", "|---|---|"].map(str::to_owned);
         let rows: Vec<String> = head.into_iter().chain(rows).collect();
         self.section("Further names", &rows);
-    }
-
-    /// Tells which names are no longer to come, and which nobody asks for.
-    fn pending(&self) -> Vec<String> {
-        let asked: BTreeSet<&str> =
-            CALLS.iter().flat_map(|library| library.names).copied().collect();
-        let here = PENDING.iter().filter(|name| self.by_name.contains_key(*name));
-        let unasked = PENDING.iter().filter(|name| !asked.contains(*name));
-        here.map(|name| format!("{name} has a counterpart: take it from PENDING"))
-            .chain(unasked.map(|name| format!("{name} is in PENDING, but in no library")))
-            .collect()
     }
 }
 

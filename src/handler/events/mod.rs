@@ -51,6 +51,7 @@ pub enum Event {
     /// The counter reset that was sent last is done, as
     /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) tells.
     #[doc(alias = "tCbCntResetReady")]
+    #[doc(alias = "SetCBCounterResetted")]
     CounterReset {
         /// Index of the area.
         area: usize,
@@ -63,6 +64,7 @@ pub enum Event {
     /// A motor has come to the end of its distance: the command that was sent last is done, and
     /// has one. Once for each command; leaving the extended mode is none.
     #[doc(alias = "tCbMotorReached")]
+    #[doc(alias = "SetCBMotorExReached")]
     MotorReached {
         /// Index of the area.
         area: usize,
@@ -92,6 +94,7 @@ pub enum Event {
     },
     /// An extension has come or gone since the response before, in the same transfer. While it is
     /// gone its inputs keep their last values.
+    #[doc(alias = "SetCBRoboExtState")]
     ExtensionChanged {
         /// The extension, 1..=8, which is the index of its area, if there is one for it.
         extension: usize,
