@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::{CameraFrame, CameraOptions};
+use ft_transfer_area::{CameraFrame, CameraOptions, Error};
 use serde_json::{json, Value};
 
 use crate::ftrobopy::Ftrobopy;
@@ -48,7 +48,7 @@ fn frame(hex: &Value) -> CameraFrame {
     }
 }
 
-/// Ends the program, which has told of the lamps of so many controllers.
+/// The log tells of the lamps of so many controllers.
 fn assert_lamps(log: &str, areas: usize) {
     for told in &["the master: O7 is set to 300", "extension 1: O7 is set to 301"][..areas] {
         assert!(log.contains(told), "{told} is not told in {log}");
@@ -131,7 +131,28 @@ impl Own {
         taken
     }
 
-    /// The script's `services`, but for the camera, and I2C, which this crate has not.
+    /// The script's `i2c`.
+    fn i2c(&self, program: &mut Program) -> Value {
+        for (register, value) in (0x3F..).zip([200, 0, 1]) {
+            program.type_line(&format!("I2C 24 {register} {value}"));
+        }
+        let mut i2c = self.handler.i2c().unwrap();
+        let mut there = [0; 3];
+        let begin = Instant::now();
+        while there[2] != 1 {
+            assert!(begin.elapsed() < DEADLINE, "the I2C device is not plugged in");
+            // It is not there before the first line is carried out.
+            let _ = i2c.read(0x18, 0x3F, &mut there);
+        }
+        let written = i2c.write(0x18, 0x10, &[7]).is_ok();
+        let mut register = [0];
+        i2c.read(0x18, 0x10, &mut register).unwrap();
+        let nobody = i2c.read(0x19, 0x3F, &mut [0]).unwrap_err();
+        assert!(matches!(nobody, Error::I2cNoDevice { device: 0x19, .. }), "{nobody}");
+        json!([there, written, register, null])
+    }
+
+    /// The script's `services`, but for the camera.
     fn services(&self, program: &mut Program) -> Value {
         for area in 0..self.areas {
             self.together(area, |own| own.output.duty[6] = 300 + area as i16);
@@ -144,6 +165,7 @@ impl Own {
             "c4": (0..self.areas).map(|area| self.counter_input(program, area)).collect::<Value>(),
             "sounds": self.sounds(),
             "remotes": self.remotes(program),
+            "i2c": self.i2c(program),
         })
     }
 }
@@ -156,6 +178,7 @@ fn assert_right(result: &Value) {
         assert_eq!(area, &json!([1, 0]));
     }
     assert_eq!(result["sounds"], json!([true, true]));
+    assert_eq!(result["i2c"], json!([[200, 0, 1], true, [7], null]));
     let remotes = [
         [15, -14, 7, -2, 1, 0],
         [4, -4, 8, -8, 0, 1],
@@ -172,10 +195,9 @@ fn compare(exchange: Exchange) {
     let mut read = ftrobopy.run(&mut program, "services", exchange);
     assert_lamps(&program.interrupt(), exchange.areas());
     assert_right(&read);
-    let mut take = |name: &str| read.as_object_mut().unwrap().remove(name).unwrap();
-    let frames: Vec<CameraFrame> = take("pictures").as_array().unwrap().iter().map(frame).collect();
+    let pictures = read.as_object_mut().unwrap().remove("pictures").unwrap();
+    let frames: Vec<CameraFrame> = pictures.as_array().unwrap().iter().map(frame).collect();
     assert_pictures(&frames);
-    assert_eq!(take("i2c"), json!([[200, 0, 1], true, [7], null]));
 
     let mut program = start("inputs.toml", &OPTIONS);
     let mut own = Own::begin(&program, exchange);
