@@ -40,22 +40,11 @@ impl Ports {
 
     /// Listens on all three, the main one first.
     pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
-        let mut result = self.try_to_listen();
-        if self.main != 0 {
-            return result;
+        if self.main == 0 {
+            find(|main| Self { main, ..self }.try_to_listen())
+        } else {
+            self.try_to_listen()
         }
-        // The next two may be taken by somebody else.
-        let chosen = iter::repeat_n(self.main, usize::from(ATTEMPTS));
-        // Other programs begin elsewhere.
-        let start = BELOW + 3 * (process::id() % 3000) as u16;
-        let below = (0..ATTEMPTS).map(|attempt| start + 3 * attempt);
-        for main in chosen.chain(below) {
-            if result.is_ok() {
-                break;
-            }
-            result = Self { main, ..self }.try_to_listen();
-        }
-        result
     }
 
     fn try_to_listen(self) -> io::Result<[TcpListener; 3]> {
@@ -65,6 +54,22 @@ impl Ports {
         let i2c = listen_on(behind(port, 2, self.i2c)?)?;
         Ok([main, camera, i2c])
     }
+}
+
+/// Tries main ports until one has what it needs behind it: 0, for what the system chooses, then
+/// those below.
+fn find<T>(mut listen: impl FnMut(u16) -> io::Result<T>) -> io::Result<T> {
+    // Other programs begin elsewhere.
+    let start = BELOW + 3 * (process::id() % 3000) as u16;
+    let below = (0..ATTEMPTS).map(|attempt| start + 3 * attempt);
+    let mut result = listen(0);
+    for main in iter::repeat_n(0, usize::from(ATTEMPTS) - 1).chain(below) {
+        if result.is_ok() {
+            break;
+        }
+        result = listen(main);
+    }
+    result
 }
 
 /// The port that was asked for, or the one so far behind the main one.
@@ -100,6 +105,21 @@ mod tests {
         let any = Ports { camera: Some(0), i2c: Some(0), ..free }.listen().unwrap();
         assert!(ports(&any).iter().all(|port| *port != 0));
         assert_eq!(behind(7, 1, Some(99)).unwrap(), 99);
+    }
+
+    #[test]
+    fn ports_that_the_system_does_not_choose_are_the_last_resort() {
+        let is_low = |port: u16| (BELOW..20_000).contains(&port);
+        let mut tried = Vec::new();
+        let found = find(|main| {
+            tried.push(main);
+            let found = is_low(main) && tried.len() > 105;
+            found.then_some(main).ok_or_else(|| io::ErrorKind::AddrInUse.into())
+        });
+        assert_eq!(found.ok(), tried.last().copied());
+        assert!(tried[..100] == [0; 100] && tried[100..].iter().all(|port| is_low(*port)));
+        let error = find(|main| Err::<(), _>(io::Error::other(main.to_string()))).unwrap_err();
+        assert!(error.to_string().parse().is_ok_and(is_low), "{error}");
     }
 
     #[test]

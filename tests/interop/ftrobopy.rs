@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
+use std::sync::Once;
 
 use serde_json::Value;
 
@@ -14,13 +15,14 @@ pub(crate) struct Ftrobopy {
 }
 
 impl Ftrobopy {
-    /// `None`, and a note, when it is not to be tested here.
+    /// `None`, with a note, when it is not to be tested here.
     pub(crate) fn find() -> Option<Self> {
         let python = std::env::var("FTROBOPY_PYTHON").ok().filter(|python| !python.is_empty());
         if python.is_none() {
+            static NOTE: Once = Once::new();
             // Past the test's captured output, so that whoever runs the tests sees it.
             let note = "SKIPPED: set FTROBOPY_PYTHON to a Python with ftrobopy for tests/interop";
-            let _ = writeln!(std::io::stderr(), "{note}");
+            NOTE.call_once(|| drop(writeln!(std::io::stderr(), "{note}")));
         }
         python.map(|python| Self { python })
     }

@@ -5,8 +5,8 @@
 //! so both find the same world. As a world goes by machine time, a step per exchange, whatever
 //! begins and ends with an exchange is compared number by number: inputs in every mode, and the
 //! counts of ordered distances. Where a client has to see something before it goes on, such as
-//! the pulses of a motor that turns freely, the time it takes decides, so each is only checked to be
-//! in range.
+//! the pulses of a motor that turns freely, the time it takes decides, so each is only checked to
+//! be in range.
 //!
 //! It runs when `FTROBOPY_PYTHON` names a Python that has `tests/interop/requirements.txt`
 //! installed, as `.ci/run` does, and says so when it does not run.

@@ -41,9 +41,9 @@ const RESISTANCE: [(u8, u8); 8] = [(2, 0); 8];
 fn ftrobopy_reads_an_extension_again_that_was_cut_off() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
     let mut program = start("inputs.toml", &[]);
-    // ftrobopy does not look at which controllers a response is from, and always expands the words of
-    // two. Without the extension there are too few, so it ends with a network error and says that
-    // it is offline, as does a new connection with use_extension. One without goes on.
+    // ftrobopy does not look at which controllers a response is from, and always expands the words
+    // of two. Without the extension there are too few, so it ends with a network error and says
+    // that it is offline, as does a new connection with use_extension. One without goes on.
     let read = ftrobopy.run(&mut program, "extension", Exchange::Compressed);
     assert_eq!(read, json!([[2200, 12_345], [2200], [2300, 12_345]]));
     program.interrupt();
