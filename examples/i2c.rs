@@ -7,25 +7,24 @@
 //! ```text
 //! cargo run --example i2c                        # a simulated TXT with a sensor that is turned
 //! cargo run --example i2c -- 192.168.7.2         # a TXT on USB
-//! cargo run --example i2c -- --seconds 60 192.168.8.2
-//! cargo run --example i2c -- --i2c-port 65012 127.0.0.1
+//! cargo run --example i2c -- --seconds 60 127.0.0.1:65000
 //! ```
 //!
 //! Four times a second a line is printed. Ctrl-C goes offline before the program exits. The sample
 //! motor_on_off_switch shows inputs and outputs.
 
-use std::error::Error;
+mod common;
+
 use std::f64::consts::TAU;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
-use ft_transfer_area::{I2cClient, TransferAreaComHandler, PORT};
+use common::Example;
+use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::I2cClient;
 
-const USAGE: &str = "usage: i2c [--seconds N] [--i2c-port N] [HOST]";
+const USAGE: &str = "usage: i2c [--seconds N] [HOST[:PORT]]";
 
 /// The address of the chip's acceleration sensor.
 const DEVICE: u8 = 0x18;
@@ -46,38 +45,14 @@ const TEMPERATURE_0: f64 = 23.0;
 const DEGREE: f64 = 2.0;
 
 fn main() -> ExitCode {
-    match run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{error}");
-            ExitCode::FAILURE
-        }
-    }
+    common::main(run)
 }
 
-fn run() -> Result<(), Box<dyn Error>> {
-    let Some(Arguments { host, i2c_port, seconds }) = Arguments::parse()? else {
-        println!("{USAGE}");
-        return Ok(());
-    };
-    let interrupted = Arc::new(AtomicBool::new(false));
-    ctrlc::set_handler({
-        let interrupted = Arc::clone(&interrupted);
-        move || interrupted.store(true, Ordering::Relaxed)
-    })?;
-
-    // Without a host, a simulated TXT takes the controller's place for as long as this lives.
-    let simulated = if host.is_none() { Some(simulated_txt()?) } else { None };
-    let (host, port) = match (&host, &simulated) {
-        (None, Some(txt)) => ("127.0.0.1", txt.port()),
-        (host, _) => (host.as_deref().unwrap_or_default(), PORT),
-    };
-    let mut builder = TransferAreaComHandler::builder(host).port(port);
-    if let Some(port) = i2c_port {
-        builder = builder.i2c_port(port);
-    }
-    let mut handler = builder.build()?;
+fn run() -> common::Result {
+    let example = Example::start(USAGE, simulated)?;
+    let mut handler = example.handler().build()?;
     handler.begin_transfer()?;
+    drop(handler.wait_cycle()?); // the controller exchanges
     let mut i2c = handler.i2c()?;
 
     // Check that it is the right device, and set it up.
@@ -88,10 +63,7 @@ fn run() -> Result<(), Box<dyn Error>> {
     }
     i2c.write(DEVICE, RANGE_REGISTER, &[RANGE_2_G])?;
 
-    for _ in 0..4 * u32::from(seconds) {
-        if interrupted.load(Ordering::Relaxed) {
-            break;
-        }
+    while example.goes_on() {
         let ([x, y, z], temperature) = measure(&mut i2c)?;
         println!("x {x:5.2} g  y {y:5.2} g  z {z:5.2} g  {temperature:4.1} °C");
         thread::sleep(Duration::from_millis(250));
@@ -111,13 +83,9 @@ fn measure(i2c: &mut I2cClient) -> Result<([f64; 3], f64), ft_transfer_area::Err
     Ok((axes.map(|axis| f64::from(axis) / G), temperature))
 }
 
-/// A simulated TXT with a sensor that is turned once in four seconds, and slowly gets warmer.
-fn simulated_txt() -> Result<SimulatedTxt, ft_transfer_area::Error> {
-    println!("No host given, so this is a simulated TXT with a simulated sensor.");
-    let txt = SimulatedTxt::builder().on_exchange(turn).start()?;
-    // It is there before the first exchange.
-    txt.with_machine(turn);
-    Ok(txt)
+/// A sensor that is turned once in four seconds, and slowly gets warmer.
+fn simulated() -> common::Result<SimulatedTxtBuilder> {
+    Ok(SimulatedTxt::builder().on_exchange(turn))
 }
 
 fn turn(machine: &mut Machine) {
@@ -131,31 +99,5 @@ fn turn(machine: &mut Machine) {
     let measured = axes.into_iter().flat_map(i16::to_le_bytes).chain([temperature]);
     for (register, value) in registers[usize::from(MEASURED_REGISTER)..].iter_mut().zip(measured) {
         *register = value;
-    }
-}
-
-struct Arguments {
-    host: Option<String>,
-    i2c_port: Option<u16>,
-    seconds: u16,
-}
-
-impl Arguments {
-    /// The command line, or `None` when it asks for help.
-    fn parse() -> Result<Option<Self>, Box<dyn Error>> {
-        use lexopt::prelude::{Long, Short, Value, ValueExt};
-
-        let mut arguments = Self { host: None, i2c_port: None, seconds: 10 };
-        let mut parser = lexopt::Parser::from_env();
-        while let Some(argument) = parser.next()? {
-            match argument {
-                Long("seconds") => arguments.seconds = parser.value()?.parse()?,
-                Long("i2c-port") => arguments.i2c_port = Some(parser.value()?.parse()?),
-                Long("help") | Short('h') => return Ok(None),
-                Value(host) if arguments.host.is_none() => arguments.host = Some(host.string()?),
-                other => return Err(format!("{}\n{USAGE}", other.unexpected()).into()),
-            }
-        }
-        Ok(Some(arguments))
     }
 }

@@ -3,18 +3,16 @@
 use std::io;
 use std::iter;
 use std::net::{Ipv4Addr, TcpListener};
-use std::process;
+use std::ops::Range;
 
 use crate::error::Error;
 
-/// How often three free ports in a row are looked for among those that the system chooses, and then
-/// below them.
-const ATTEMPTS: u16 = 100;
+/// How often three free ports in a row are looked for among those that the system gives away.
+const ATTEMPTS: usize = 20;
 
-/// The first of the ports below. No system gives these to clients, whose closed connections keep a
-/// port for a minute; after some ten thousand of them none of the system's has two free ones behind
-/// it.
-const BELOW: u16 = 10_000;
+/// Where they are looked for then, three by three. Systems rarely give these to clients, behind
+/// whom a port is taken for another minute, so they are free even where thousands come and go.
+const ELSEWHERE: Range<u16> = 10_000..20_000;
 
 /// The ports that were asked for.
 #[derive(Clone, Copy, Debug)]
@@ -40,11 +38,23 @@ impl Ports {
 
     /// Listens on all three, the main one first.
     pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
-        if self.main == 0 {
-            find(|main| Self { main, ..self }.try_to_listen())
-        } else {
-            self.try_to_listen()
+        if self.main != 0 {
+            return self.try_to_listen();
         }
+        // Where the system chooses the main port, the next two may be taken by somebody else.
+        self.listen_behind(iter::repeat_n(0, ATTEMPTS).chain(ELSEWHERE.step_by(3)))
+    }
+
+    /// Listens on all three where the first of these main ports makes that possible.
+    fn listen_behind(self, main: impl IntoIterator<Item = u16>) -> io::Result<[TcpListener; 3]> {
+        let mut result = Err(io::ErrorKind::AddrInUse.into());
+        for main in main {
+            result = Self { main, ..self }.try_to_listen();
+            if result.is_ok() {
+                break;
+            }
+        }
+        result
     }
 
     fn try_to_listen(self) -> io::Result<[TcpListener; 3]> {
@@ -54,22 +64,6 @@ impl Ports {
         let i2c = listen_on(behind(port, 2, self.i2c)?)?;
         Ok([main, camera, i2c])
     }
-}
-
-/// Tries main ports until one has what it needs behind it: 0, for what the system chooses, then
-/// those below.
-fn find<T>(mut listen: impl FnMut(u16) -> io::Result<T>) -> io::Result<T> {
-    // Other programs begin elsewhere.
-    let start = BELOW + 3 * (process::id() % 3000) as u16;
-    let below = (0..ATTEMPTS).map(|attempt| start + 3 * attempt);
-    let mut result = listen(0);
-    for main in iter::repeat_n(0, usize::from(ATTEMPTS) - 1).chain(below) {
-        if result.is_ok() {
-            break;
-        }
-        result = listen(main);
-    }
-    result
 }
 
 /// The port that was asked for, or the one so far behind the main one.
@@ -108,18 +102,17 @@ mod tests {
     }
 
     #[test]
-    fn ports_that_the_system_does_not_choose_are_the_last_resort() {
-        let is_low = |port: u16| (BELOW..20_000).contains(&port);
-        let mut tried = Vec::new();
-        let found = find(|main| {
-            tried.push(main);
-            let found = is_low(main) && tried.len() > 105;
-            found.then_some(main).ok_or_else(|| io::ErrorKind::AddrInUse.into())
-        });
-        assert_eq!(found.ok(), tried.last().copied());
-        assert!(tried[..100] == [0; 100] && tried[100..].iter().all(|port| is_low(*port)));
-        let error = find(|main| Err::<(), _>(io::Error::other(main.to_string()))).unwrap_err();
-        assert!(error.to_string().parse().is_ok_and(is_low), "{error}");
+    fn ports_are_looked_for_until_three_in_a_row_are_free() {
+        let any = Ports { main: 0, camera: None, i2c: None };
+        let taken = any.listen().unwrap();
+        let [main, camera, _] = ports(&taken);
+        // The first has a taken one behind it.
+        let candidates = [main - 1, main, camera];
+        let error = any.listen_behind(candidates).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::AddrInUse);
+        let found = any.listen_behind(candidates.into_iter().chain(ELSEWHERE)).unwrap();
+        let [main, camera, i2c] = ports(&found);
+        assert!(ELSEWHERE.contains(&main) && [camera, i2c] == [main + 1, main + 2]);
     }
 
     #[test]
