@@ -1,29 +1,26 @@
 //! The examples as a user runs them.
 #![cfg(unix)]
 
+mod program;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
-use std::path::PathBuf;
-use std::process::{Child, ChildStdin, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::wire::{ExchangeData, StartOnline};
 use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
-/// Longer than anything takes on a busy machine; only a test that fails waits so long.
-const DEADLINE: Duration = Duration::from_secs(60);
-
-/// An example, built along with the tests.
-fn example(name: &str) -> Command {
-    let tests: PathBuf = std::env::current_exe().unwrap();
-    let path = tests.ancestors().nth(2).unwrap().join("examples").join(name);
-    assert!(path.exists(), "{path:?} is not built: run the tests without naming a target");
-    Command::new(path)
-}
+use program::{example, Program, DEADLINE};
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
+}
+
+/// What the samples take for it.
+fn host(program: &Program) -> String {
+    format!("127.0.0.1:{}", program.ports[0])
 }
 
 /// The output of a program, which is ended if it does not end.
@@ -79,7 +76,7 @@ fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
 fn the_motor_follows_the_switch_in_the_kits_world() {
     let program = Program::start(&["--world", "kit", "--extensions", "1"]);
     let mut child = example("motor_on_off_switch")
-        .args(["--seconds", "3600", &program.host()])
+        .args(["--seconds", "3600", &host(&program)])
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -160,7 +157,7 @@ fn ctrl_c_stops_the_motors_and_goes_offline() {
 fn the_camera_sample_saves_20_pictures() {
     assert_saves_pictures("own", &[]);
     let program = Program::start(&["--camera-start-up", "100"]);
-    assert_saves_pictures("program", &[&program.host()]);
+    assert_saves_pictures("program", &[&host(&program)]);
     let log = program.interrupt();
     assert!(log.contains("the client sends StartCameraOnline"), "{log}");
 }
@@ -197,69 +194,6 @@ fn the_i2c_sample_reads_the_sensor() {
     assert_ne!(lines[0], lines[3], "the sensor does not turn");
 }
 
-/// The simulated TXT as a program on free ports, ended when it is dropped.
-struct Program {
-    child: Child,
-    stdin: Option<ChildStdin>,
-    /// Main, camera, I2C.
-    ports: [u16; 3],
-}
-
-impl Program {
-    fn start(options: &[&str]) -> Self {
-        let mut child = example("simulated_txt")
-            .args(["--port", "0"])
-            .args(options)
-            .env("RUST_LOG", "info")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let ports = ["main", "camera", "i2c"].map(|name| {
-            let line = lines.next().unwrap().unwrap();
-            let port = line.strip_prefix(name).and_then(|rest| rest.strip_prefix(" 127.0.0.1:"));
-            port.unwrap_or_else(|| panic!("{line:?} is no {name} port")).parse().unwrap()
-        });
-        let stdin = child.stdin.take();
-        Self { child, stdin, ports }
-    }
-
-    /// What the samples take for it.
-    fn host(&self) -> String {
-        format!("127.0.0.1:{}", self.ports[0])
-    }
-
-    fn type_line(&mut self, line: &str) {
-        writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
-    }
-
-    fn handler(&self) -> TransferAreaComHandler {
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(self.ports[0]).areas(2);
-        builder.build().unwrap()
-    }
-
-    /// Ends it as Ctrl-C does; what it said on stderr.
-    fn interrupt(mut self) -> String {
-        let id = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-        let mut stderr = String::new();
-        std::io::Read::read_to_string(&mut self.child.stderr.take().unwrap(), &mut stderr).unwrap();
-        let status = self.child.wait().unwrap();
-        assert!(status.success(), "{status}: {stderr}");
-        stderr
-    }
-}
-
-impl Drop for Program {
-    fn drop(&mut self) {
-        // It has ended already unless a test failed.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-}
-
 #[test]
 fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     let mut program = Program::start(&[
@@ -277,7 +211,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     program.type_line("I9 1");
     for (line, area, value) in [("I1 1", 0, 1), ("e1.i1 7", 1, 7), ("I1 -3", 0, -3)] {
         program.type_line(line);
-        let mut handler = program.handler();
+        let mut handler = program.handler().areas(2).build().unwrap();
         handler.begin_transfer().unwrap();
         assert_eq!(handler.device_name().as_deref(), Some("Hugo"));
         assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 1, 6)));
@@ -289,7 +223,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     }
     // The end of its input does not end it.
     program.stdin = None;
-    program.handler().begin_transfer().unwrap();
+    program.handler().build().unwrap().begin_transfer().unwrap();
     let log = program.interrupt();
     assert!(log.contains("connects to the main port"), "{log}");
     assert!(log.contains("the client sends StartOnline"), "{log}");
@@ -299,7 +233,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&[]);
-    let mut handler = program.handler();
+    let mut handler = program.handler().areas(2).build().unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[0].state.config_id += 1;
     handler.begin_transfer().unwrap();
@@ -340,7 +274,7 @@ fn wait_until(handler: &mut TransferAreaComHandler, condition: impl Fn(&FishX1Tr
 #[test]
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     let program = Program::start(&[]);
-    let mut handler = program.handler();
+    let mut handler = program.handler().areas(2).build().unwrap();
     handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[LOCAL_IO].state.config_id += 1;
     handler.begin_transfer().unwrap();
@@ -402,7 +336,7 @@ fn why_a_client_is_cut_off_is_told() {
 #[test]
 fn the_simulated_txt_commits_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);
-    let mut handler = program.handler();
+    let mut handler = program.handler().areas(2).build().unwrap();
     handler.begin_transfer().unwrap_err();
     handler.begin_transfer().unwrap();
     while handler.wait_cycle().is_ok() {}

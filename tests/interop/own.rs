@@ -1,0 +1,77 @@
+//! This crate's handler in the same scenarios.
+
+use std::time::Instant;
+
+use ft_transfer_area::transfer_area::{UniConfig, LOCAL_IO};
+use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
+use serde_json::Value;
+
+use crate::program::{Program, DEADLINE};
+use crate::Exchange;
+
+/// A handler that is online.
+pub(crate) struct Own {
+    pub(crate) handler: TransferAreaComHandler,
+    pub(crate) areas: usize,
+}
+
+impl Own {
+    pub(crate) fn begin(program: &Program, exchange: Exchange) -> Self {
+        let areas = exchange.areas();
+        let builder = program.handler().areas(areas).mode(exchange.mode());
+        let mut handler = builder.build().unwrap();
+        for area in handler.lock().iter_mut() {
+            area.config.motor = [1; 4];
+        }
+        handler.begin_transfer().unwrap();
+        Self { handler, areas }
+    }
+
+    pub(crate) fn end(mut self) {
+        self.handler.end_transfer().unwrap();
+    }
+
+    /// What each area gives, one after the other.
+    pub(crate) fn each(&self, f: impl Fn(&Self, usize) -> Value) -> Value {
+        (0..self.areas).map(|area| f(self, area)).collect()
+    }
+
+    /// Sets the inputs to these modes, a pair of mode and digital each.
+    pub(crate) fn configure(&self, area: usize, inputs: [(u8, u8); 8]) {
+        let mut areas = self.handler.lock();
+        areas[area].config.uni =
+            inputs.map(|(mode, digital)| UniConfig { mode, digital, dummy: [0; 2] });
+        areas[area].state.config_id += 1;
+    }
+
+    /// Changes an area's outputs, all in one exchange, which is over at the end.
+    pub(crate) fn together(&self, area: usize, change: impl FnOnce(&mut FishX1Transfer)) {
+        change(&mut self.handler.lock()[area]);
+        self.cycles(2);
+    }
+
+    /// Cycles until the condition holds.
+    pub(crate) fn until(&self, mut condition: impl FnMut(&[FishX1Transfer]) -> bool) {
+        let begin = Instant::now();
+        while !condition(&self.handler.wait_cycle().unwrap()) {
+            assert!(begin.elapsed() < DEADLINE, "waited in vain");
+        }
+    }
+
+    /// Waits for so many exchanges, of which the second begins after this call.
+    pub(crate) fn cycles(&self, count: usize) {
+        for _ in 0..count {
+            self.handler.wait_cycle().unwrap();
+        }
+    }
+
+    /// Looks at an area.
+    pub(crate) fn look<R>(&self, area: usize, f: impl FnOnce(&FishX1Transfer) -> R) -> R {
+        f(&self.handler.lock()[area])
+    }
+
+    /// Looks at the master, which has the remotes and the sounds.
+    pub(crate) fn master<R>(&self, f: impl FnOnce(&FishX1Transfer) -> R) -> R {
+        self.look(LOCAL_IO, f)
+    }
+}

@@ -1,0 +1,76 @@
+//! Going online and offline, and an extension that comes and goes.
+
+use ft_transfer_area::transfer_area::{InputMode, UniConfig};
+use serde_json::json;
+
+use crate::ftrobopy::Ftrobopy;
+use crate::own::Own;
+use crate::{end_well, start, Exchange};
+
+/// How often the log tells so.
+fn times(log: &str, told: &str) -> usize {
+    log.lines().filter(|line| line.contains(told)).count()
+}
+
+#[test]
+fn both_go_online_and_offline_a_hundred_times() {
+    let Some(ftrobopy) = Ftrobopy::find() else { return };
+    let mut program = start("inputs.toml", &[]);
+    // A closed circuit of 2200 Ω, as a new connection begins with digital inputs.
+    assert_eq!(ftrobopy.run(&mut program, "reconnect", Exchange::Compressed), json!([1]));
+    let mut handler = program.handler().areas(2).build().unwrap();
+    for area in handler.lock().iter_mut() {
+        area.config.uni = [UniConfig::digital(InputMode::Resistance); 8];
+    }
+    for _ in 0..100 {
+        handler.begin_transfer().unwrap();
+        assert_eq!(handler.wait_cycle().unwrap()[0].input.uni[2], 1);
+        handler.end_transfer().unwrap();
+    }
+    let log = program.interrupt();
+    for told in ["connects to the main port", "sends StartOnline", "sends StopOnline"] {
+        assert_eq!(times(&log, told), 200, "{told}: {log}");
+    }
+    assert_eq!(times(&log, "is refused"), 0, "{log}");
+}
+
+/// I3 as a resistance up to 15 kΩ.
+const RESISTANCE: [(u8, u8); 8] = [(2, 0); 8];
+
+#[test]
+fn ftrobopy_reads_an_extension_again_that_was_cut_off() {
+    let Some(ftrobopy) = Ftrobopy::find() else { return };
+    let mut program = start("inputs.toml", &[]);
+    // ftrobopy does not look at which controllers a response is from, and always expands the words
+    // of two. Without the extension there are too few, so it ends with a network error and says
+    // that it is offline, as does a new connection with use_extension. One without goes on.
+    let read = ftrobopy.run(&mut program, "extension", Exchange::Compressed);
+    assert_eq!(read, json!([[2200, 12_345], [2200], [2300, 12_345]]));
+    program.interrupt();
+}
+
+#[test]
+fn this_crate_goes_on_without_an_extension_and_has_it_again() {
+    // Without ftrobopy too, as it does what ftrobopy does not.
+    let mut program = start("inputs.toml", &[]);
+    let own = Own::begin(&program, Exchange::Compressed);
+    for area in 0..2 {
+        own.configure(area, RESISTANCE);
+    }
+    own.until(|areas| areas[0].input.uni[2] == 2200 && areas[1].input.uni[2] == 12_345);
+    assert_eq!(own.master(|master| master.state.io_slave_alive[0]), 1);
+
+    program.type_line("E1 0");
+    own.until(|areas| areas[0].state.io_slave_alive[0] == 0);
+    program.type_line("E1.I3 9999");
+    program.type_line("I3 2300");
+    own.until(|areas| areas[0].input.uni[2] == 2300);
+    assert_eq!(own.look(1, |extension| extension.input.uni[2]), 12_345, "as it was last seen");
+
+    program.type_line("E1 1");
+    own.until(|areas| areas[0].state.io_slave_alive[0] == 1);
+    own.until(|areas| areas[1].input.uni[2] == 9999);
+    assert_eq!(own.master(|master| master.input.uni[2]), 2300);
+    own.end();
+    end_well(program);
+}

@@ -1,0 +1,92 @@
+//! The examples as child processes.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::PathBuf;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+
+/// Longer than anything takes on a busy machine; only a test that fails waits so long.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
+
+/// An example, built along with the tests.
+pub(crate) fn example(name: &str) -> Command {
+    let tests: PathBuf = std::env::current_exe().unwrap();
+    let path = tests.ancestors().nth(2).unwrap().join("examples").join(name);
+    assert!(path.exists(), "{path:?} is not built: cargo build --examples");
+    Command::new(path)
+}
+
+/// Reads what a child process says all the time, or it would have to wait at some point.
+pub(crate) fn read_all(mut stream: impl Read + Send + 'static) -> JoinHandle<String> {
+    thread::spawn(move || {
+        let mut said = Vec::new();
+        stream.read_to_end(&mut said).unwrap();
+        String::from_utf8(said).unwrap()
+    })
+}
+
+/// The simulated TXT as a program on free ports, ended when it is dropped.
+pub(crate) struct Program {
+    child: Child,
+    /// Where lines are typed; `None` ends its input.
+    pub(crate) stdin: Option<ChildStdin>,
+    /// Main, camera, I2C.
+    pub(crate) ports: [u16; 3],
+    log: Option<JoinHandle<String>>,
+}
+
+impl Program {
+    pub(crate) fn start(options: &[&str]) -> Self {
+        let mut child = example("simulated_txt")
+            .args(["--port", "0"])
+            .args(options)
+            .env("RUST_LOG", "info")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let log = read_all(child.stderr.take().unwrap());
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        let ports = ["main", "camera", "i2c"].map(|name| {
+            let line = lines.next().unwrap().unwrap();
+            let port = line.strip_prefix(name).and_then(|rest| rest.strip_prefix(" 127.0.0.1:"));
+            port.unwrap_or_else(|| panic!("{line:?} is no {name} port")).parse().unwrap()
+        });
+        let stdin = child.stdin.take();
+        Self { child, stdin, ports, log: Some(log) }
+    }
+
+    pub(crate) fn type_line(&mut self, line: &str) {
+        writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
+    }
+
+    /// Settings for a handler of it.
+    pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
+        TransferAreaComHandler::builder("127.0.0.1").port(self.ports[0])
+    }
+
+    /// Ends it as Ctrl-C does; what it said on stderr.
+    pub(crate) fn interrupt(mut self) -> String {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        let log = self.log.take().unwrap().join().unwrap();
+        let status = self.child.wait().unwrap();
+        assert!(status.success(), "{status}: {log}");
+        log
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        // It has ended already unless a test failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if let Some(Ok(log)) = self.log.take().map(JoinHandle::join) {
+            eprintln!("{log}");
+        }
+    }
+}
