@@ -1,7 +1,9 @@
 //! The examples as a user runs them.
 #![cfg(unix)]
 
+#[path = "../program/mod.rs"]
 mod program;
+mod samples;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
@@ -44,26 +46,6 @@ fn number_before(output: &Output, ending: &str) -> u64 {
     line.split(' ').next().unwrap().parse().unwrap()
 }
 
-#[test]
-fn the_motor_follows_the_switch_on_master_and_extension() {
-    let output = example("motor_on_off_switch").args(["--seconds", "2"]).output().unwrap();
-    assert!(output.status.success());
-    let transfers = number_before(&output, " transfers done");
-    assert!(transfers > 10, "only {transfers} transfers in two seconds");
-    for id in 0..2 {
-        let lines = text(&output.stdout).lines();
-        let start = format!("Transfer ID={id} I=");
-        let states: Vec<(bool, bool)> = lines
-            .filter_map(|line| line.strip_prefix(&start))
-            .map(|line| (line.starts_with('1'), line.contains("O=512-0")))
-            .collect();
-        for state in [(false, false), (true, true)] {
-            assert!(states.contains(&state), "no {state:?} on {id}");
-        }
-        assert!(states.iter().all(|(pressed, runs)| pressed == runs), "{id}: {states:?}");
-    }
-}
-
 /// What the sample prints of a controller's I1, M1 and C1: pressed, running, count.
 fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
     let values = line.strip_prefix(&format!("Transfer ID={id} I="))?;
@@ -73,14 +55,28 @@ fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
 }
 
 #[test]
-fn the_motor_follows_the_switch_in_the_kits_world() {
+fn the_motor_follows_the_switch_on_master_and_extension() {
+    assert_motor_follows(&[]);
     let program = Program::start(&["--world", "kit", "--extensions", "1"]);
+    assert_motor_follows(&[&host(&program)]);
+    let log = program.interrupt();
+    for controller in ["the master", "extension 1"] {
+        for duty in [512, 0] {
+            let told = format!("{controller}: O1 is set to {duty}");
+            assert!(log.matches(&told).count() >= 2, "no {told:?} in {log}");
+        }
+    }
+}
+
+/// Runs the sample in the kit's world until both buttons have been pressed twice.
+fn assert_motor_follows(host: &[&str]) {
     let mut child = example("motor_on_off_switch")
-        .args(["--seconds", "3600", &host(&program)])
+        .args(["--seconds", "3600"])
+        .args(host)
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    // Until both buttons have been pressed and let go twice, which their script does.
+    // Their script presses and lets go.
     let mut states = [Vec::new(), Vec::new()];
     let begin = Instant::now();
     let releases = |states: &Vec<(bool, bool, i64)>| {
@@ -107,26 +103,6 @@ fn the_motor_follows_the_switch_in_the_kits_world() {
         };
         // It runs on a little when it is switched off.
         assert!(counted(true) > 2 * counted(false) && counted(true) > 50, "{id}: {states:?}");
-    }
-    let log = program.interrupt();
-    for controller in ["the master", "extension 1"] {
-        for duty in [512, 0] {
-            let told = format!("{controller}: O1 is set to {duty}");
-            assert!(log.matches(&told).count() >= 2, "no {told:?} in {log}");
-        }
-    }
-}
-
-#[test]
-fn a_host_that_can_not_be_reached_ends_in_one_sentence_and_status_1() {
-    // No part of a name has more than 63 characters, so nobody is asked for this one.
-    let host = "x".repeat(64);
-    for name in ["motor_on_off_switch", "camera", "i2c"] {
-        let output = example(name).arg(&host).output().unwrap();
-        assert_eq!(output.status.code(), Some(1), "{name}");
-        let message = text(&output.stderr);
-        assert_eq!(message.lines().count(), 1, "{name}: {message}");
-        assert!(message.contains("there is no host"), "{name}: {message}");
     }
 }
 
