@@ -1,12 +1,13 @@
 //! The I2C port and the devices behind it.
 
 use std::collections::BTreeMap;
-use std::io::{self, Read, Write};
+use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::shared::{is_due_to_waiting, Shared, Stopped};
+use super::end::End;
+use super::shared::{is_due_to_waiting, Shared};
 use crate::error::Error;
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
@@ -140,14 +141,7 @@ impl I2cServer {
             self.shared.with_machine(|machine| machine.i2c().client_came());
             let end = self.serve(stream);
             self.shared.with_machine(|machine| machine.i2c().client_left());
-            match end {
-                End::Stopped => {}
-                End::Left => log::info!("the I2C client has left"),
-                End::Idle => log::info!("the I2C client is cut off: it sent no request"),
-                End::Unread => log::warn!("the I2C client is cut off: it reads no responses"),
-                End::Misbehaved(what) => log::warn!("the I2C client is cut off: {what}"),
-                End::Broken(error) => log::info!("the I2C connection broke: {error}"),
-            }
+            end.tell("the I2C client");
         }
     }
 
@@ -194,42 +188,11 @@ impl I2cServer {
             }
             self.shared.rest(Duration::ZERO)?;
             if !buffer.is_empty() && begin.elapsed() >= self.idle_limit {
-                return Err(End::Idle);
+                // As the controller does, and its clients know.
+                return Err(End::Closed("nothing was asked in time"));
             }
         }
         Ok(())
-    }
-}
-
-/// Why a connection ends.
-#[derive(Debug)]
-enum End {
-    /// The thread should end.
-    Stopped,
-    /// The client closed it.
-    Left,
-    /// No request came in time.
-    Idle,
-    /// A response was not read in time.
-    Unread,
-    Misbehaved(String),
-    Broken(io::Error),
-}
-
-impl From<Stopped> for End {
-    fn from(Stopped: Stopped) -> Self {
-        Self::Stopped
-    }
-}
-
-impl From<io::Error> for End {
-    /// Reading waits on, so what gave up waiting is writing.
-    fn from(error: io::Error) -> Self {
-        if is_due_to_waiting(&error) {
-            Self::Unread
-        } else {
-            Self::Broken(error)
-        }
     }
 }
 

@@ -121,6 +121,7 @@ mod camera;
 mod command;
 mod controller;
 mod delivery;
+mod end;
 mod fault;
 mod fault_text;
 mod i2c;

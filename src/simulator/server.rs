@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
 use super::delivery::Delivery;
+use super::end::End;
 use super::fault::{Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
@@ -41,14 +42,8 @@ impl Server {
             self.shared.with_machine(Machine::client_came);
             let end = self.serve(stream);
             self.shared.with_machine(Machine::client_left);
-            match end {
-                Ok(()) | Err(End::Stopped) => {}
-                Err(End::Misbehaved(what)) => log::warn!("the client is cut off: {what}"),
-                Err(End::Idle) => log::warn!("the client is cut off: it sent no command"),
-                Err(End::Unread) => log::warn!("the client is cut off: it reads no responses"),
-                Err(End::Left) => log::info!("the client has left"),
-                Err(End::Fault) => log::info!("the connection is closed, as was ordered"),
-                Err(End::Broken(error)) => log::info!("the connection broke: {error}"),
+            if let Err(end) = end {
+                end.tell("the client");
             }
         }
     }
@@ -87,42 +82,9 @@ impl Drop for Server {
     }
 }
 
-/// Why a connection ends.
-enum End {
-    /// The thread should end.
-    Stopped,
-    /// The client closed it.
-    Left,
-    /// No command came in time.
-    Idle,
-    /// A response was not read in time.
-    Unread,
-    /// It was ordered.
-    Fault,
-    Misbehaved(Misbehaviour),
-    Broken(io::Error),
-}
-
-impl From<Stopped> for End {
-    fn from(Stopped: Stopped) -> Self {
-        Self::Stopped
-    }
-}
-
-impl From<io::Error> for End {
-    /// Reading waits on, so what gave up waiting is writing.
-    fn from(error: io::Error) -> Self {
-        if is_due_to_waiting(&error) {
-            Self::Unread
-        } else {
-            Self::Broken(error)
-        }
-    }
-}
-
 impl From<Misbehaviour> for End {
     fn from(what: Misbehaviour) -> Self {
-        Self::Misbehaved(what)
+        Self::Misbehaved(what.to_string())
     }
 }
 
@@ -269,7 +231,7 @@ impl Connection<'_> {
             self.stream.flush()?;
         }
         if delivery.close {
-            return Err(End::Fault);
+            return Err(End::Closed("that was ordered"));
         }
         Ok(())
     }

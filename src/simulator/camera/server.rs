@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use super::frame::frame;
 use super::test_card::TestCard;
 use super::{CameraRun, Format};
+use crate::simulator::end::End;
 use crate::simulator::machine::Machine;
 use crate::simulator::shared::{is_due_to_waiting, Shared, Stopped, POLL};
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
@@ -39,14 +40,8 @@ impl CameraServer {
                 log::info!("the camera does not serve: the connection is closed");
                 continue;
             };
-            match self.serve(stream, run) {
-                Ok(()) | Err(End::Stopped) => {}
-                Err(End::Off) => log::info!("the camera was stopped: its connection is closed"),
-                Err(End::Left) => log::info!("the camera's client has left"),
-                Err(End::WrongAcknowledge(id)) => {
-                    log::warn!("the camera's client is cut off: {id:02X?} acknowledges no frame");
-                }
-                Err(End::Broken(error)) => log::info!("the camera connection broke: {error}"),
+            if let Err(end) = self.serve(stream, run) {
+                end.tell("the camera client");
             }
         }
     }
@@ -70,31 +65,6 @@ impl CameraServer {
             connection.send_frame()?;
             connection.read_acknowledge()?;
         }
-    }
-}
-
-/// Why a camera connection ends.
-enum End {
-    /// The thread should end.
-    Stopped,
-    /// The camera was stopped, or started anew.
-    Off,
-    /// The client closed it.
-    Left,
-    /// The client sent something else where an acknowledge was due.
-    WrongAcknowledge([u8; 4]),
-    Broken(io::Error),
-}
-
-impl From<Stopped> for End {
-    fn from(Stopped: Stopped) -> Self {
-        Self::Stopped
-    }
-}
-
-impl From<io::Error> for End {
-    fn from(error: io::Error) -> Self {
-        Self::Broken(error)
     }
 }
 
@@ -168,7 +138,7 @@ impl Connection<'_> {
             read += self.read(&mut id[read..])?;
         }
         if id != CAMERA_FRAME_ACKNOWLEDGE {
-            return Err(End::WrongAcknowledge(id));
+            return Err(End::Misbehaved(format!("{id:02X?} acknowledges no frame")));
         }
         self.server.shared.with_machine(Machine::note_camera_acknowledge);
         Ok(())
@@ -215,7 +185,7 @@ impl Connection<'_> {
         if self.server.shared.look(Machine::camera_run) == Some(self.run) {
             Ok(())
         } else {
-            Err(End::Off)
+            Err(End::Closed("the camera was stopped"))
         }
     }
 }
@@ -258,6 +228,6 @@ mod tests {
     fn a_client_that_never_reads_holds_nobody_up() {
         assert!(matches!(write_until(Shared::stop), End::Stopped));
         let stop = |shared: &Shared| shared.with_machine(Machine::stop_camera);
-        assert!(matches!(write_until(stop), End::Off));
+        assert!(matches!(write_until(stop), End::Closed(_)));
     }
 }
