@@ -43,7 +43,7 @@ fn main() -> ExitCode {
             }
         },
         Err(error) => {
-            eprintln!("{error}; --help tells what there is");
+            eprintln!("{error}");
             ExitCode::from(2)
         }
     }

@@ -50,21 +50,23 @@ const NUMBERS: &str = "a whole number is expected, 0 or more";
 /// How many bytes of a name are reported.
 const NAME_LEN: usize = 16;
 
-/// A simulated TXT as the command line wants it, or `None` when it asks for help.
-pub(crate) fn from_env() -> Result<Option<SimulatedTxtBuilder>, lexopt::Error> {
+/// A simulated TXT as the command line wants it, or `None` when it asks for help. Otherwise a
+/// sentence.
+pub(crate) fn from_env() -> Result<Option<SimulatedTxtBuilder>, String> {
     let mut parser = lexopt::Parser::from_env();
     let mut txt = SimulatedTxt::builder().port(PORT);
     let mut world = Some(World::default());
-    while let Some(argument) = parser.next()? {
+    while let Some(argument) = parser.next().map_err(with_hint)? {
         let name = match argument {
             Short('h') | Long("help") => return Ok(None),
             Long(name) => name.to_owned(),
-            other => return Err(other.unexpected()),
+            other => return Err(with_hint(other.unexpected())),
         };
         if name == "world" {
-            world = read_world(parser.value()?)?;
+            world = read_world(parser.value().map_err(with_hint)?)?;
         } else {
-            txt = apply(txt, &name, &mut parser).map_err(|error| in_context(&name, error))?;
+            txt = apply(txt, &name, &mut parser)
+                .map_err(|error| with_hint(in_context(&name, error)))?;
         }
     }
     Ok(Some(match world {
@@ -73,8 +75,13 @@ pub(crate) fn from_env() -> Result<Option<SimulatedTxtBuilder>, lexopt::Error> {
     }))
 }
 
+/// The sentence for a mistake in the command line.
+fn with_hint(error: lexopt::Error) -> String {
+    format!("{error}; --help tells what there is")
+}
+
 /// The world of this name, or in this file.
-fn read_world(name: OsString) -> Result<Option<World>, lexopt::Error> {
+fn read_world(name: OsString) -> Result<Option<World>, String> {
     match name.to_str() {
         Some("slide") => Ok(Some(World::default())),
         Some("kit") => in_file(&name, World::from_toml(include_str!("../worlds/kit.toml"))),
@@ -85,8 +92,8 @@ fn read_world(name: OsString) -> Result<Option<World>, lexopt::Error> {
 }
 
 /// Says which file a mistake is in.
-fn in_file(name: &OsStr, world: Result<World, Error>) -> Result<Option<World>, lexopt::Error> {
-    Ok(Some(world.map_err(|error| format!("{}: {error}", Path::new(name).display()))?))
+fn in_file(name: &OsStr, world: Result<World, Error>) -> Result<Option<World>, String> {
+    world.map(Some).map_err(|error| format!("{}: {error}", Path::new(name).display()))
 }
 
 /// Sets what one option says.

@@ -60,20 +60,26 @@ impl World {
 
 fn misread(text: &str, error: &toml::de::Error) -> Error {
     let line = error.span().map_or(1, |span| line_at(text.as_bytes(), span.start));
-    let reason = error.message().split_whitespace().map(in_words).collect::<Vec<_>>().join(" ");
-    // This alone does not say what is expected.
-    let reason = reason.replace("duplicate key", "this is there already, and expected only once");
+    let mut reason = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+    for (theirs, ours) in IN_WORDS {
+        reason = reason.replace(theirs, ours);
+    }
     Error::World { line, reason }
 }
 
-/// What a number is called in the file where the program has a type for it.
-fn in_words(word: &str) -> &str {
-    match word {
-        "f64" => "a number",
-        "i8" | "u16" | "u32" | "usize" => "a whole number in its range",
-        word => word,
-    }
-}
+/// What the library says of a mistake, in words for somebody who only knows the file.
+const IN_WORDS: [(&str, &str); 9] = [
+    // This alone does not say what is expected.
+    ("duplicate key", "this is there already, and expected only once"),
+    ("unknown variant", "unknown name"),
+    ("unknown field", "unknown key"),
+    ("expected a boolean", "expected true or false"),
+    ("expected f64", "expected a number"),
+    ("expected i8", "expected a whole number from -15 to 15"),
+    ("expected u16", "expected a whole number from 0 to 65535"),
+    ("expected u32", "expected a whole number, 0 or more"),
+    ("expected usize", "expected a whole number, 0 or more"),
+];
 
 /// The line in which the value at this place stands, or what it should stand in.
 fn line_of(text: &str, place: &[String]) -> usize {
@@ -146,11 +152,11 @@ mod tests {
         let slide = "\n[master.motors.M1]\npulses_per_turn = 10\n[master.motors.M1.slide]\n";
         for (text, line, expected) in [
             ("[master\n", 1, "expected"),
-            ("\n\n[boss]\n", 3, "unknown field `boss`, expected one of `master`"),
-            ("[master.inputs]\n\nI9 = { resistor = { ohms = 1 } }", 3, "unknown variant `I9`"),
+            ("\n\n[boss]\n", 3, "unknown key `boss`, expected one of `master`"),
+            ("[master.inputs]\n\nI9 = { resistor = { ohms = 1 } }", 3, "unknown name `I9`"),
             ("[master.inputs]\nI1 = { resistor = { ohm = 1 } }", 2, "available keys: ohms"),
             ("[master.inputs]\nI1 = { resistor = { ohms = -1 } }", 2, "expected a whole number"),
-            ("[master.inputs]\nI1 = { heater = {} }", 2, "unknown variant `heater`"),
+            ("[master.inputs]\nI1 = { heater = {} }", 2, "unknown name `heater`"),
             ("[master.inputs]\nI1 = { voltage = {} }", 2, "missing field `mv`"),
             ("[master.inputs]\nI1 = { ntc = { celsius = 900 } }", 2, "-50 to 150"),
             ("[master.inputs]\n\nI1.ntc.celsius = nan", 3, "-50 to 150"),
@@ -173,7 +179,7 @@ mod tests {
             ("[[extensions]]\n[[extensions]]\ninputs.I1 = 5", 3, "one sensor is expected"),
             ("[master.inputs]\nI1 = { button = {}, switch = {} }", 2, "one sensor is expected"),
             ("[master.inputs]\n\nI1 = { ultrasonic = 30 }", 3, "{ ultrasonic = { cm = 30 } }"),
-            ("[master.inputs]\nI1 = { button = { pressed = \"yes\" } }", 2, "expected a boolean"),
+            ("[master.inputs]\nI1 = { button = { pressed = \"yes\" } }", 2, "expected true or false"),
             ("[master.inputs]\ni1 = { button = {} }", 2, "expected one of `I1`"),
             ("[master.motors]\nM1 = 3", 2, "a motor is expected, as in M1 ="),
             ("[master.motors.M1]\nslide = true", 2, "a slide is expected, as in slide ="),
@@ -200,6 +206,7 @@ mod tests {
                 6,
                 "an ultrasonic sensor on I3",
             ),
+            ("[script]\nevents = [{ controller = -1 }]", 2, "a whole number, 0 or more"),
             ("[script]\nperiod = 0", 2, "0.001"),
             (
                 "master.inputs.I1.button = {}\n[[script.events]]\nat=-1\ninput=\"I1\"\npressed=true",
