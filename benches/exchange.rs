@@ -12,8 +12,8 @@ use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{CmprHeader, Compressor};
 use ft_transfer_area::{
-    Exchange, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode,
-    TxtClient,
+    EventKind, Exchange, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler,
+    TransferMode, TxtClient,
 };
 
 fn main() {
@@ -70,16 +70,28 @@ fn do_transfer(bencher: Bencher, extensions: usize) {
 #[divan::bench(args = [0, 8])]
 fn wait_cycle(bencher: Bencher, extensions: usize) {
     let txt = unpaced(extensions);
-    let mut handler = TransferAreaComHandler::builder("127.0.0.1")
-        .port(txt.port())
-        .areas(1 + extensions)
-        .build()
-        .expect("1 to 9 areas are right");
+    let mut handler = handler_for(&txt, extensions);
+    handler.begin_transfer().expect("the simulated TXT answers");
+    bencher.bench_local(|| answer(&handler));
+}
+
+/// The same with somebody who listens for all events, 8 of each controller in each response.
+#[divan::bench(args = [0, 8])]
+fn wait_cycle_and_listen(bencher: Bencher, extensions: usize) {
+    let txt = unpaced(extensions);
+    let mut handler = handler_for(&txt, extensions);
+    let events = handler.events(&EventKind::ALL, 1000).expect("there is room for so many");
     handler.begin_transfer().expect("the simulated TXT answers");
     bencher.bench_local(|| {
-        let mut areas = handler.wait_cycle().expect("the transfer goes on");
-        areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
+        answer(&handler);
+        events.receiver().try_iter().count()
     });
+}
+
+/// Answers the next response.
+fn answer(handler: &TransferAreaComHandler) {
+    let mut areas = handler.wait_cycle().expect("the transfer goes on");
+    areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
 }
 
 /// What a polling program pays for a look at the areas.
@@ -115,10 +127,25 @@ fn response(controller: &mut Compressor, count: usize, value: u16) -> Vec<u8> {
     response
 }
 
+/// A simulated TXT that does not wait, and whose inputs change with every response.
 fn unpaced(extensions: usize) -> SimulatedTxt {
     SimulatedTxt::builder()
         .extensions(extensions)
         .pace(Duration::ZERO)
+        .on_exchange(|machine| {
+            for controller in &mut machine.controllers {
+                controller.uni = controller.uni.map(|value| 1 - value);
+            }
+        })
         .start()
         .expect("a simulated TXT starts")
+}
+
+/// A handler for it, with an area for each extension.
+fn handler_for(txt: &SimulatedTxt, extensions: usize) -> TransferAreaComHandler {
+    TransferAreaComHandler::builder("127.0.0.1")
+        .port(txt.port())
+        .areas(1 + extensions)
+        .build()
+        .expect("1 to 9 areas are right")
 }

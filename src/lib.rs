@@ -33,6 +33,9 @@
 //! | to | use |
 //! |---|---|
 //! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
+//! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and its like |
+//! | hear of what changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
+//! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
 //! | port a C program with a loop around `DoTransferCompressed` | [`TxtClient::do_transfer`] with an [`Exchange`] |
 //! | send single commands, without a transfer area | [`TxtClient`] |
 //! | drive the exchange over a connection of your own | [`Exchange`] |
@@ -67,8 +70,8 @@
 //! # Dependencies
 //!
 //! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
-//! thread can wait on with a limit, `crossbeam-channel` hands over camera frames, `jpeg-decoder`
-//! decodes them, and `log` takes the lines above. With the feature `simulator` only, `jpeg-encoder`
+//! thread can wait on with a limit, `crossbeam-channel` hands over events and camera frames,
+//! `jpeg-decoder` decodes these, and `log` takes the lines above. With the feature `simulator` only, `jpeg-encoder`
 //! encodes what the simulated camera sees, and `serde` and `toml` read the files of its worlds.
 
 mod camera;

@@ -40,7 +40,9 @@ use thread::Cycler;
 /// Between [`begin_transfer`](Self::begin_transfer) and [`end_transfer`](Self::end_transfer) a
 /// background thread exchanges the areas' outputs for inputs as fast as the controller answers,
 /// about 100 times a second. The program reads and writes the areas under a
-/// [`lock`](Self::lock), or in step with the exchange by [`wait_cycle`](Self::wait_cycle).
+/// [`lock`](Self::lock), or in step with the exchange by [`wait_cycle`](Self::wait_cycle). It can
+/// also wait [for a condition](Self::wait_until), hear of [events](Self::events), and have a
+/// [function called](Self::set_cycle_hook) in each cycle.
 ///
 /// - What is written under one lock goes out in one request.
 /// - Inputs of a response are answered in the very next request by a program that waits, and by

@@ -228,23 +228,55 @@ mod tests {
     use super::*;
     use crate::exchange::Inputs;
 
+    /// Areas of a transfer that is running.
+    fn begun() -> TransferArea {
+        let area = TransferArea::new(1);
+        area.shared().begin(0);
+        area
+    }
+
+    /// A response comes in; its window stays open.
+    fn respond(area: &TransferArea) {
+        area.shared().deliver(&Inputs::default(), 0, &mut Inputs::default());
+        area.shared().open_window();
+    }
+
     #[test]
     fn the_window_of_a_response_that_comes_in_during_the_first_look_is_not_left_to_itself() {
-        let area = TransferArea::new(1);
-        let shared = area.shared();
-        let respond = || {
-            shared.deliver(&Inputs::default(), 0, &mut Inputs::default());
-            shared.open_window();
-        };
-        shared.begin(0);
-        respond();
-        shared.hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
-        let reacts_to = shared.join_window();
+        let area = begun();
+        respond(&area);
+        area.shared().hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
+        let reacts_to = area.shared().join_window();
         assert_eq!(reacts_to, None);
-        respond();
+        respond(&area);
         let seen = area.guard(reacts_to).attended();
-        assert_eq!(shared.wait_cycle(seen, Some(Instant::now())), Ok(Some(2)));
+        assert_eq!(area.shared().wait_cycle(seen, Some(Instant::now())), Ok(Some(2)));
         let seen = area.guard(Some(2)).attended();
-        assert_eq!(shared.wait_cycle(seen, Some(Instant::now())), Ok(None));
+        assert_eq!(area.shared().wait_cycle(seen, Some(Instant::now())), Ok(None));
+    }
+
+    #[test]
+    fn the_limit_is_kept_though_there_is_always_another_response() {
+        let area = begun();
+        respond(&area);
+        let mut checks = 0;
+        let condition = |_: &[FishX1Transfer]| {
+            checks += 1;
+            assert_eq!(checks, 1, "checked after the limit");
+            respond(&area);
+            false
+        };
+        let limit = Duration::ZERO;
+        let error = area.wait_until(condition, limit).unwrap_err();
+        assert_eq!(error, Error::WaitTimedOut { limit });
+    }
+
+    #[test]
+    fn a_response_that_was_found_is_not_the_next_one() {
+        let area = begun();
+        respond(&area);
+        let limit = Duration::ZERO;
+        drop(area.wait_until(|_| true, limit).unwrap());
+        assert_eq!(area.wait_cycle_for(limit).unwrap_err(), Error::WaitTimedOut { limit });
     }
 }

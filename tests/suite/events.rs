@@ -1,7 +1,6 @@
 //! Events: what responses and the transfer's end tell, on channels.
 
 use std::sync::{Arc, Mutex};
-use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
@@ -338,11 +337,14 @@ fn the_channel_ends_with_the_handler_though_others_hold_the_areas() {
     let mut handler = handler(&txt);
     let area = handler.transfer_area();
     let events = area.events(&EventKind::ALL, 10).unwrap();
-    let listening = thread::spawn(move || events.into_iter().collect::<Vec<Event>>());
+    let looped = area.events(&EventKind::ALL, 10).unwrap();
     handler.begin_transfer().unwrap();
     drop(handler);
-    assert_eq!(listening.join().unwrap(), [ENDED]);
-    assert!(area.events(&EventKind::ALL, 10).unwrap().recv().is_err());
+    assert_eq!(next(&events), ENDED);
+    assert!(events.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
+    assert_eq!(looped.into_iter().collect::<Vec<Event>>(), [ENDED]);
+    let late = area.events(&EventKind::ALL, 10).unwrap();
+    assert!(late.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
 }
 
 #[test]
@@ -358,7 +360,7 @@ fn who_does_not_listen_any_more_is_told_nothing_and_holds_nothing_up() {
         pass(&handler);
     }
     handler.end_transfer().unwrap();
-    assert!(receiver.recv().is_err());
+    assert!(receiver.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
 }
 
 #[test]

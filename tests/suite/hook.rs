@@ -266,7 +266,7 @@ fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
 #[test]
 fn ending_the_transfer_does_not_wait_for_a_guard_because_of_it() {
     let (txt, _) = examiner();
-    let mut handler = build(&txt, 4 * DEADLINE);
+    let mut handler = build(&txt, 2 * DEADLINE);
     handler.set_cycle_hook(answer(0));
     let area = handler.transfer_area();
     let areas = area.lock();

@@ -68,7 +68,7 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
 #[test]
 fn what_holds_already_is_found_at_once_and_answered_at_once() {
     let (txt, answers) = counting();
-    let mut handler = begin(&txt, DEADLINE);
+    let mut handler = begin(&txt, 4 * DEADLINE);
     // Nobody waits for the first response, so its window is open for long.
     wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
     let mut areas = handler.wait_until(|_| true, DEADLINE).unwrap();

@@ -93,6 +93,8 @@ impl Shared {
 
 #[cfg(test)]
 mod tests {
+    use crossbeam_channel::TryRecvError;
+
     use super::*;
     use crate::handler::events::EventKind;
 
@@ -191,13 +193,15 @@ mod tests {
         let events = subscribe(&shared, &EventKind::ALL, 1);
         let receiver = events.receiver().clone();
         drop(events);
-        assert!(receiver.recv().is_err());
+        assert_eq!(receiver.try_recv(), Err(TryRecvError::Disconnected));
         let events = subscribe(&shared, &EventKind::ALL, 1);
         shared.listeners.lock().tell(&came(1), 1);
         shared.end_listening();
         assert_eq!(events.recv(), Ok(came(1)), "what is in it can still be received");
-        assert!(events.recv().is_err());
-        assert!(subscribe(&shared, &EventKind::ALL, 1).recv().is_err());
+        let late = subscribe(&shared, &EventKind::ALL, 1);
+        for ended in [events, late] {
+            assert_eq!(ended.receiver().try_recv(), Err(TryRecvError::Disconnected));
+        }
         assert!(shared.mail.lock().listened.is_empty());
     }
 }
