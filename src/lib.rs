@@ -33,6 +33,7 @@
 //! | to | use |
 //! |---|---|
 //! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
+//! | port the calls of the TX library or of FtTxtLib | [`tx`] |
 //! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and its like |
 //! | hear of what changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
 //! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
