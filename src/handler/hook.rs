@@ -34,9 +34,9 @@ impl TransferAreaComHandler {
     /// outputs: the controller's `SetTransferAreaCompleteCallback`.
     ///
     /// The function gets the areas locked, with the inputs that have just come in; what it writes
-    /// goes out in the very next request. With [`ControlFlow::Break`] it stops the machine, as it
-    /// does on the controller by returning `false`: the transfer ends well, with all motors stopped.
-    /// When it panics, the transfer ends with all motors stopped and
+    /// goes out in the very next request. With [`ControlFlow::Break`] it stops the machine, as on
+    /// the controller with `false`: the transfer ends well, with all motors stopped. When it
+    /// panics, the transfer ends with all motors stopped and
     /// [`Error::ProgramPanicked`](crate::Error::ProgramPanicked), and nothing that it wrote in that
     /// cycle goes out.
     ///
@@ -48,9 +48,10 @@ impl TransferAreaComHandler {
     ///
     /// The exchange stands still while it runs, so it has to be quick, a millisecond or so, and
     /// must not wait: from inside it, locking the areas, waiting for a cycle and setting or
-    /// clearing a hook wait for ever. When a thread of the program holds a guard, it waits for that,
-    /// but not longer than the reaction window; then it is skipped for that cycle and counted as a
-    /// [late reaction](crate::Statistics::late_reactions).
+    /// clearing a hook wait for ever. While a thread of the program holds a guard, its turn is put
+    /// off, but not beyond the reaction window; then it is skipped for that cycle and counted as a
+    /// [late reaction](crate::Statistics::late_reactions). Without a window, any guard that is held
+    /// when the response comes in makes it miss its turn.
     ///
     /// Blocks while an earlier hook runs.
     ///

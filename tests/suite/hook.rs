@@ -82,7 +82,7 @@ fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
         let wanted = round * CHANGES as u64;
         wait_until(&txt, "exchanges", |machine| machine.exchanges() > wanted);
         handler.end_transfer().unwrap();
-        // But for the last exchange, which stops the motors, and the one in which that is asked for.
+        // But for the last exchange, which stops the motors, and maybe the one before.
         let uncalled = handler.statistics().cycles - calls.swap(0, Ordering::Relaxed);
         assert!((1..=2).contains(&uncalled), "{uncalled}");
         assert_eq!(handler.statistics().late_reactions, 0);

@@ -18,8 +18,8 @@ use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 /// Long enough for a few cycles, short enough to be waited for.
 const SHORT: Duration = Duration::from_millis(50);
 
-/// A simulated TXT whose I1 counts the responses, and what O1 was in each request: the answer to the
-/// count before.
+/// A simulated TXT whose I1 counts the responses, and what O1 was in each request: the answer to
+/// the count before.
 fn counting() -> (SimulatedTxt, Arc<Mutex<Vec<i16>>>) {
     let answers = Arc::new(Mutex::new(Vec::new()));
     let noted = Arc::clone(&answers);
