@@ -74,11 +74,11 @@ fn run() -> common::Result {
     let example =
         Example::start_with(USAGE, simulated, |option, parser| options.take(option, parser))?;
     let Options { folder, width, height, pause } = options;
-    fs::create_dir_all(&folder)?;
 
     // The camera has the port behind this one.
     let mut handler = example.handler().build()?;
     handler.begin_transfer()?;
+    fs::create_dir_all(&folder)?;
     let frames =
         handler.start_camera(CameraOptions { width, height, ..CameraOptions::default() })?;
     println!("Camera started at {}; its first frame takes a second or two.", example.host);
