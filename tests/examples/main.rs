@@ -46,9 +46,10 @@ fn number_before(output: &Output, ending: &str) -> u64 {
     line.split(' ').next().unwrap().parse().unwrap()
 }
 
-/// What the sample prints of a controller's I1, M1 and C1: pressed, running, count.
+/// What the sample prints of a controller's I1, M1 and C1: pressed, running, count. I2 measures.
 fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
     let values = line.strip_prefix(&format!("Transfer ID={id} I="))?;
+    assert_eq!(values.split(' ').nth(1), [Some("40"), Some("25")][id], "{line}");
     let (_, counters) = values.split_once(" C=")?;
     let count = counters.split(' ').next()?.parse().ok()?;
     Some((values.starts_with('1'), values.contains("O=512-0"), count))

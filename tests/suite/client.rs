@@ -182,3 +182,27 @@ fn a_response_in_pieces_leaves_the_next_one_its_whole_time() {
     client.query_status().unwrap();
     server.join().unwrap();
 }
+
+#[test]
+fn the_limit_is_for_a_response_and_not_for_each_piece_of_it() {
+    let limit = Duration::from_millis(300);
+    let (port, server) = controller(move |mut stream| {
+        let mut response = Vec::new();
+        QueryStatusResponse { device_name: [b'x'; 16], version: FirmwareVersion::new(4, 7, 0) }
+            .emit(&mut response);
+        stream.read_exact(&mut [0; 4]).unwrap();
+        // Each comes in time, all of them together take eight times as long.
+        for piece in response.chunks(1) {
+            if stream.write_all(piece).is_err() {
+                break;
+            }
+            thread::sleep(limit / 3);
+        }
+    });
+    let limits = TimeLimits { read: limit, ..TimeLimits::default() };
+    let mut client = TxtClient::connect("127.0.0.1", port, limits).unwrap();
+    let error = client.query_status().unwrap_err();
+    assert!(matches!(error, Error::NoAnswer { received: 1.., .. }), "{error:?}");
+    drop(client);
+    server.join().unwrap();
+}
