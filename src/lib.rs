@@ -72,8 +72,9 @@
 //!
 //! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
 //! thread can wait on with a limit, `crossbeam-channel` hands over events and camera frames,
-//! `jpeg-decoder` decodes these, and `log` takes the lines above. With the feature `simulator` only, `jpeg-encoder`
-//! encodes what the simulated camera sees, and `serde` and `toml` read the files of its worlds.
+//! `jpeg-decoder` decodes these, and `log` takes the lines above. With the feature `simulator`
+//! only, `jpeg-encoder` encodes what the simulated camera sees, and `serde` and `toml` read the
+//! files of its worlds.
 
 mod camera;
 mod client;

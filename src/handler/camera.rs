@@ -61,8 +61,8 @@ impl TransferAreaComHandler {
 
     /// Stops the camera and ends its channel; frames in it can still be received.
     ///
-    /// Blocks for one or two exchanges and their reaction windows. Does nothing when the camera was never started, or has
-    /// ended with its transfer.
+    /// Blocks for one or two exchanges and their reaction windows. Does nothing when the camera was
+    /// never started, or has ended with its transfer.
     ///
     /// # Errors
     ///
