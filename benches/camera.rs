@@ -24,7 +24,7 @@ fn frame((width, height): (u16, u16)) -> CameraFrame {
         .camera_start_up(Duration::ZERO)
         .start()
         .expect("a simulated TXT starts");
-    let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+    let handler = TransferAreaComHandler::builder("127.0.0.1")
         .port(txt.port())
         .camera_port(txt.camera_port())
         .build()

@@ -70,7 +70,7 @@ fn do_transfer(bencher: Bencher, extensions: usize) {
 #[divan::bench(args = [0, 8])]
 fn wait_cycle(bencher: Bencher, extensions: usize) {
     let txt = unpaced(extensions);
-    let mut handler = handler_for(&txt, extensions);
+    let handler = handler_for(&txt, extensions);
     handler.begin_transfer().expect("the simulated TXT answers");
     bencher.bench_local(|| answer(&handler));
 }
@@ -79,7 +79,7 @@ fn wait_cycle(bencher: Bencher, extensions: usize) {
 #[divan::bench(args = [0, 8])]
 fn wait_cycle_and_listen(bencher: Bencher, extensions: usize) {
     let txt = unpaced(extensions);
-    let mut handler = handler_for(&txt, extensions);
+    let handler = handler_for(&txt, extensions);
     let events = handler.events(&EventKind::ALL, 1000).expect("there is room for so many");
     handler.begin_transfer().expect("the simulated TXT answers");
     bencher.bench_local(|| {

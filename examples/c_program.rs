@@ -51,7 +51,7 @@ fn run() -> common::Result {
     // C:     ftIF2013TransferAreaComHandlerEx2 *txt =
     // C:         new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2", "65000");
     let example = Example::start(USAGE, simulated)?;
-    let mut txt = example.handler().areas(1).build()?;
+    let txt = example.handler().areas(1).build()?;
 
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I1, InputMode::MODE_R, true);
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);

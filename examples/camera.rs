@@ -76,7 +76,7 @@ fn run() -> common::Result {
     let Options { folder, width, height, pause } = options;
 
     // The camera has the port behind this one.
-    let mut handler = example.handler().build()?;
+    let handler = example.handler().build()?;
     handler.begin_transfer()?;
     fs::create_dir_all(&folder)?;
     let frames =

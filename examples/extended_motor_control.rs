@@ -40,7 +40,7 @@ fn main() -> ExitCode {
 
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
-    let mut handler = example.handler().build()?;
+    let handler = example.handler().build()?;
     handler.begin_transfer()?;
     example.stop_in_time(&handler);
 

@@ -33,7 +33,7 @@ fn main() -> ExitCode {
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
     // The master and one extension.
-    let mut handler = example.handler().areas(2).build()?;
+    let handler = example.handler().areas(2).build()?;
     handler.lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 

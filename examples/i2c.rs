@@ -50,7 +50,7 @@ fn main() -> ExitCode {
 
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
-    let mut handler = example.handler().build()?;
+    let handler = example.handler().build()?;
     handler.begin_transfer()?;
     drop(handler.wait_cycle()?); // the controller exchanges
     let mut i2c = handler.i2c()?;

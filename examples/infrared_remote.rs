@@ -43,7 +43,7 @@ fn run() -> common::Result {
         }
         Ok(option == "remote")
     })?;
-    let mut handler = example.handler().build()?;
+    let handler = example.handler().build()?;
     handler.begin_transfer()?;
 
     println!("Press ON, and drive with both joysticks.");

@@ -33,7 +33,7 @@ fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
 
     // Create the communication handler with its transfer areas: the master and one extension.
-    let mut handler = example.handler().areas(2).build()?;
+    let handler = example.handler().areas(2).build()?;
 
     // Configure I2 of master and extension to ultrasonic.
     for area in handler.lock().iter_mut() {

@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
-    let mut handler = example.handler().build()?;
+    let handler = example.handler().build()?;
     {
         let area = &mut handler.lock()[LOCAL_IO];
         area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);

@@ -17,7 +17,7 @@ use crate::sockets::{Input, Motor, Output};
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
 /// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh;
 /// an [`I2cClient`](crate::I2cClient) connects anew at its next call.
-/// The errors that leave the connection as it was say so.
+/// The errors that leave the connection as it was say so, and so do those after which a transfer goes on.
 #[doc(alias = "FtErrors")]
 #[doc(alias = "ftxGetLibErrorString")]
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -215,6 +215,31 @@ pub enum Error {
     /// A thread of the program panicked with the transfer area in its hands; the motors were
     /// stopped and the transfer ended.
     ProgramPanicked,
+    /// The cycle hook did not return within its limit; the motors were stopped and the transfer ended. The
+    /// hook is not called again, and its thread ends when it returns.
+    HookHangs {
+        /// The limit that was set.
+        limit: Duration,
+    },
+    /// The program showed no sign of life for the watchdog's limit: all outputs were set to 0, and what it
+    /// wrote since is gone. The transfer goes on, and so can the program.
+    WatchdogExpired {
+        /// The limit that was set.
+        limit: Duration,
+    },
+    /// The connection was lost and is made again: all outputs were set to 0, all commands forgotten, and
+    /// what the program wrote before is gone. The transfer goes on, and so can the program.
+    ConnectionLost {
+        /// What went wrong with the connection.
+        cause: Box<Error>,
+    },
+    /// A lost connection could not be made again within the limit for that, and the transfer ended.
+    ReconnectFailed {
+        /// The limit that was set.
+        limit: Duration,
+        /// What went wrong with the last attempt.
+        cause: Box<Error>,
+    },
     /// A thread for the transfer or the camera could not be started, or ended by a panic. The
     /// latter is a defect of this crate.
     #[doc(alias = "FTLIB_ERR_THREAD_NOT_STARTABLE")]
@@ -238,7 +263,14 @@ pub enum Error {
     },
 }
 
-impl std::error::Error for Error {}
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::ConnectionLost { cause } | Self::ReconnectFailed { cause, .. } => Some(cause),
+            _ => None,
+        }
+    }
+}
 
 impl Error {
     /// Errs unless a number is in its range.

@@ -49,7 +49,7 @@ const NAMES: PacketNames =
 /// use ft_transfer_area::TransferAreaComHandler;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
-/// let mut handler = TransferAreaComHandler::builder("192.168.7.2").build()?;
+/// let handler = TransferAreaComHandler::builder("192.168.7.2").build()?;
 /// handler.begin_transfer()?;
 /// let mut i2c = handler.i2c()?;
 /// i2c.write(0x18, 0x0F, &[0x0C])?; // register 0x0F of the device 0x18

@@ -8,7 +8,7 @@
 //! use ft_transfer_area::{Error, TransferAreaComHandler};
 //!
 //! fn run(host: &str, port: u16) -> Result<(), Error> {
-//!     let mut handler = TransferAreaComHandler::builder(host).port(port).build()?;
+//!     let handler = TransferAreaComHandler::builder(host).port(port).build()?;
 //!     handler.begin_transfer()?;
 //!     for _ in 0..100 {
 //!         let mut areas = handler.wait_cycle()?; // the inputs of the newest exchange

@@ -56,6 +56,7 @@ impl CameraStream {
     pub(crate) fn start(
         address: SocketAddr,
         options: CameraOptions,
+        _rides_out: Option<Duration>,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
         let (sender, receiver) = bounded(options.channel_frames);
         let control = Arc::new(CameraControl::default());
@@ -104,6 +105,10 @@ impl CameraControl {
         self.stopped.notify_all();
     }
 
+    pub(crate) fn pause(&self) {}
+
+    pub(crate) fn resume(&self, _address: SocketAddr) {}
+
     /// Why the stream has ended, unless it was stopped or goes on.
     pub(crate) fn error(&self) -> Option<Error> {
         self.state.lock().error.clone()
@@ -118,7 +123,7 @@ impl CameraControl {
     }
 
     /// Waits so long, or until it is stopped.
-    fn pause(&self, time: Duration) {
+    fn rest(&self, time: Duration) {
         let mut state = self.state.lock();
         self.stopped.wait_while_for(&mut state, |state| !state.stopping, time);
     }
@@ -175,7 +180,7 @@ impl Reader {
             if !early || self.gives_up(start) {
                 return Err(error);
             }
-            self.control.pause(RETRY);
+            self.control.rest(RETRY);
         }
     }
 
@@ -201,7 +206,7 @@ impl Reader {
                         error => error,
                     });
                 }
-                Err(_) => self.control.pause(RETRY),
+                Err(_) => self.control.rest(RETRY),
             }
         }
     }

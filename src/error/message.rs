@@ -148,6 +148,26 @@ impl fmt::Display for Error {
                 "a thread of the program panicked while it used the transfer area; the motors \
                  were stopped"
             ),
+            Self::HookHangs { limit } => write!(
+                f,
+                "the cycle hook did not return within {limit:?}; the motors were stopped, and the hook is \
+                 not called again; make it quick, and let it wait for nothing"
+            ),
+            Self::WatchdogExpired { limit } => write!(
+                f,
+                "the program showed no sign of life for {limit:?}, so the watchdog has set all outputs to \
+                 0; find out what it waited for, or allow more time; to go on, set the outputs anew"
+            ),
+            Self::ConnectionLost { cause } => write!(
+                f,
+                "the connection to the controller was lost and is being made again; all outputs are 0 and \
+                 all commands forgotten, so set them anew; what went wrong: {cause}"
+            ),
+            Self::ReconnectFailed { limit, cause } => write!(
+                f,
+                "the connection to the controller was lost and could not be made again within {limit:?}; \
+                 what went wrong at last: {cause}"
+            ),
             Self::Thread { reason } => {
                 write!(f, "a thread for the transfer or the camera failed: {reason}")
             }

@@ -31,6 +31,11 @@ impl Inputs {
         self.areas.get(index)?.as_ref().map(|area| &area.data)
     }
 
+    /// The same, to be changed before the program sees it.
+    pub(crate) fn area_mut(&mut self, index: usize) -> Option<&mut ExchangeDataResponse> {
+        self.areas.get_mut(index)?.as_mut().map(|area| &mut area.data)
+    }
+
     /// Writes the newest inputs of each area that has ever taken part into it, and which extensions
     /// are alive into the first one's `io_slave_alive`.
     ///

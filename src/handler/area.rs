@@ -1,26 +1,45 @@
-//! The program's side of the shared areas: handle and guard.
+//! The program's handle to the shared areas.
 
 use std::fmt;
-use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 use std::time::Duration;
 
-use parking_lot::MutexGuard;
-
-use super::mail::Stop;
+use super::guard::{PanicCheck, TransferAreaGuard};
+use super::program_side::Known;
 use super::shared::Shared;
+use super::state::Stop;
 use super::wait::deadline_after;
-use super::Statistics;
+use super::statistics::Statistics;
 use crate::error::Error;
-use crate::transfer_area::FishX1Transfer;
 
 /// A handle to the areas of a [`TransferAreaComHandler`](super::TransferAreaComHandler), for
 /// other threads than the one that owns it.
 ///
 /// It lives as long as one likes; after the handler is dropped the areas keep their last state.
-/// When a thread that owns a handle or holds a guard panics, the transfer ends with all motors
-/// stopped and [`Error::ProgramPanicked`], because nobody minds what that thread minded.
+///
+/// # When a thread panics
+///
+/// A panic stops the motors where it can be seen: in a thread that holds a guard, in a cycle hook, and in
+/// a thread that owns a handle or the handler, which is dropped by the panic. The transfer ends with
+/// [`Error::ProgramPanicked`], because nobody does any more what that thread did, and what it wrote
+/// under a guard that it held is undone. **A panic can't be seen** in a thread that shares a handle or
+/// the handler with others, by reference or in an `Arc`, and panics between two guards. So give each
+/// thread a handle of its own (`handler.transfer_area()`, or a clone), and have the
+/// [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) cover the rest.
+///
+/// # When outputs count
+///
+/// The end of a transfer, a lost connection and the watchdog set all outputs to 0. From then on, until
+/// the exchange goes on, what is written through a handle counts only if the handle knows of that:
+///
+/// - by an error of any of its calls that wait, or of [`feed_watchdog`](Self::feed_watchdog),
+/// - by `false` from [`is_running`](Self::is_running), or an error from [`error`](Self::error),
+/// - the handler's own calls by `end_transfer` and `begin_transfer`, too.
+///
+/// What others write meanwhile is thrown away. So nothing that was meant for the time before moves a
+/// motor afterwards, and a program that polls finds its outputs at 0 while nobody sends them. The timers
+/// stand still after the end, as the inputs do. A configuration counts always.
 ///
 /// ```
 /// use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -36,19 +55,31 @@ use crate::transfer_area::FishX1Transfer;
 /// ```
 pub struct TransferArea {
     shared: Arc<Shared>,
-    /// The newest cycle that this handle's `wait_cycle` has returned.
-    seen: AtomicU64,
+    known: AtomicKnown,
     panicking: PanicCheck,
 }
 
-impl TransferArea {
-    /// Areas in the kit's default configuration.
-    pub(super) fn new(count: usize) -> Self {
-        Self::with_shared(Arc::new(Shared::new(count)), 0)
-    }
+/// What a handle knows. Threads that share the handle share this.
+#[derive(Debug, Default)]
+struct AtomicKnown {
+    returned: AtomicU64,
+    shown: AtomicU64,
+    interruptions: AtomicU64,
+}
 
-    fn with_shared(shared: Arc<Shared>, seen: u64) -> Self {
-        Self { shared, seen: AtomicU64::new(seen), panicking: PanicCheck::new() }
+impl AtomicKnown {
+    fn get(&self) -> Known {
+        Known {
+            returned: self.returned.load(Ordering::Relaxed),
+            shown: self.shown.load(Ordering::Relaxed),
+            interruptions: self.interruptions.load(Ordering::Relaxed),
+        }
+    }
+}
+
+impl TransferArea {
+    pub(super) fn new(shared: Arc<Shared>) -> Self {
+        Self { shared, known: AtomicKnown::default(), panicking: PanicCheck::new() }
     }
 
     pub(super) fn shared(&self) -> &Arc<Shared> {
@@ -62,12 +93,26 @@ impl TransferArea {
         }
     }
 
+    /// Has a call tell what this handle does not know yet, and remembers what it knows then.
+    pub(super) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
+        let mut known = self.known.get();
+        let result = call(&mut known);
+        self.known.interruptions.fetch_max(known.interruptions, Ordering::Relaxed);
+        result
+    }
+
     /// Locks the areas, with the newest inputs in them.
     ///
-    /// Works before, during and after a transfer. Blocks while another thread holds a guard. The
-    /// exchange goes on meanwhile with what the areas last held; inputs that come in while the
-    /// guard is held are there at the next lock. A thread that locks again while it holds a guard
-    /// waits for itself for ever.
+    /// Works before, during and after a transfer. Blocks while another thread holds a guard, and those
+    /// that wait get the areas one after the other. The exchange goes on meanwhile with what the areas
+    /// last held; inputs that come in while the guard is held are there at the next lock.
+    ///
+    /// # Panics
+    ///
+    /// When this thread holds a guard already, because it would wait for itself for ever. So stop the
+    /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
+    /// of its block, or of the statement that locks: `match handler.lock()[0].input.uni[0] { … }` and
+    /// `println!` hold it until their end.
     #[must_use = "the areas are locked only as long as the guard lives"]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
         self.guard(None)
@@ -81,12 +126,19 @@ impl TransferArea {
     /// that opened it, unless this handle has returned it before.
     ///
     /// Blocks until a response comes in or the transfer ends, so at most as long as the transfer's
-    /// time limits and its reaction window allow; then as long as another thread holds a guard. A
-    /// thread that holds a guard itself waits for ever.
+    /// time limits, its reaction window and its [limit for
+    /// reconnecting](crate::TransferAreaComHandlerBuilder::reconnect) allow; then as long as another
+    /// thread holds a guard.
     ///
     /// # Errors
     ///
-    /// [`Error::NotStarted`] without a transfer, or the error that ended it.
+    /// [`Error::NotStarted`] without a transfer, or the error that ended it. [`Error::ConnectionLost`]
+    /// and [`Error::WatchdogExpired`] tell this handle once each time that the outputs were stopped;
+    /// the transfer goes on, and so can the program.
+    ///
+    /// # Panics
+    ///
+    /// When this thread holds a guard, as [`lock`](Self::lock).
     pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait(None)
     }
@@ -99,29 +151,33 @@ impl TransferArea {
     ///
     /// [`Error::WaitTimedOut`] when no response came in time; the transfer goes on. Otherwise as
     /// `wait_cycle`.
+    ///
+    /// # Panics
+    ///
+    /// When this thread holds a guard, as [`lock`](Self::lock).
     pub fn wait_cycle_for(&self, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait(Some(limit))
     }
 
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
         let deadline = limit.and_then(deadline_after);
-        let cycle = self.shared.wait_cycle(self.seen.load(Ordering::Relaxed), deadline)?;
+        let response = self.learn(|known| self.shared.wait_cycle(known, deadline))?;
         let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
-        let guard = self.guard(Some(cycle.ok_or_else(timed_out)?));
-        self.note_seen(&guard);
+        let guard = self.guard(Some(response.ok_or_else(timed_out)?));
+        self.note_returned(&guard);
         Ok(guard)
     }
 
-    /// Remembers that this handle has returned the guard's response.
-    pub(super) fn note_seen(&self, guard: &TransferAreaGuard<'_>) {
-        self.seen.store(guard.cycle, Ordering::Relaxed);
+    /// Remembers that a wait of this handle has returned the guard's response.
+    pub(super) fn note_returned(&self, guard: &TransferAreaGuard<'_>) {
+        self.known.returned.store(guard.response(), Ordering::Relaxed);
     }
 
     /// Locks the areas for a thread that may have waited for a response.
     pub(super) fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
-        let (areas, cycle) = self.shared.lock(reacts_to);
-        let panicking = PanicCheck::new();
-        TransferAreaGuard { shared: &self.shared, areas, cycle, reacts_to, panicking }
+        let taken = self.shared.lock(self.known.get(), reacts_to);
+        self.known.shown.fetch_max(taken.newest, Ordering::Relaxed);
+        TransferAreaGuard::new(&self.shared, taken)
     }
 
     /// Waits until the controller has the configuration that the areas hold now.
@@ -131,7 +187,11 @@ impl TransferArea {
     ///
     /// # Errors
     ///
-    /// [`Error::NotStarted`] without a transfer, or the error that ended it.
+    /// As [`wait_cycle`](Self::wait_cycle).
+    ///
+    /// # Panics
+    ///
+    /// When this thread holds a guard, as [`lock`](Self::lock).
     #[doc(alias = "UpdateConfig")]
     pub fn update_config(&self) -> Result<(), Error> {
         // The request under way may have left before the last change; the one after it goes out
@@ -142,15 +202,49 @@ impl TransferArea {
         Ok(())
     }
 
+    /// Tells the [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) that the program is alive,
+    /// and the program what it does not know yet. For programs that poll, also without a watchdog: it
+    /// does not wait.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::WatchdogExpired`] and [`Error::ConnectionLost`], to each handle once each time: all
+    /// outputs were set to 0; set them anew and go on. [`Error::NotStarted`] without a transfer, or the
+    /// error that ended it.
+    pub fn feed_watchdog(&self) -> Result<(), Error> {
+        self.learn(|known| self.shared.feed_watchdog(known))
+    }
+
+    /// Whether a transfer is running: from `begin_transfer` on until it ends, by `end_transfer` or
+    /// by an error, which [`error`](Self::error) tells then. Also while a lost connection is made again.
+    #[doc(alias = "ftxIsTransferActiv")]
+    #[doc(alias = "MotorIOLib_ThreadIsRunning")]
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.learn(|known| self.shared.is_running(known))
+    }
+
+    /// The error that ended the last transfer, until the next `begin_transfer`.
+    pub fn error(&self) -> Option<Error> {
+        self.learn(|known| self.shared.error(known))
+    }
+
     /// Figures of the transfer that runs, or of the last one.
     pub fn statistics(&self) -> Statistics {
         self.shared.statistics()
     }
 }
 
+/// The clone knows what this handle knows.
 impl Clone for TransferArea {
     fn clone(&self) -> Self {
-        Self::with_shared(Arc::clone(&self.shared), self.seen.load(Ordering::Relaxed))
+        let Known { returned, shown, interruptions } = self.known.get();
+        let known = AtomicKnown {
+            returned: returned.into(),
+            shown: shown.into(),
+            interruptions: interruptions.into(),
+        };
+        Self { shared: Arc::clone(&self.shared), known, panicking: PanicCheck::new() }
     }
 }
 
@@ -163,115 +257,5 @@ impl fmt::Debug for TransferArea {
 impl Drop for TransferArea {
     fn drop(&mut self) {
         self.stop_on_panic();
-    }
-}
-
-/// The areas, locked: a slice with the master at
-/// [`LOCAL_IO`](crate::transfer_area::LOCAL_IO) and the extensions behind it.
-///
-/// Dropping it lets what was written go out with the next request, all of it or nothing.
-pub struct TransferAreaGuard<'a> {
-    shared: &'a Shared,
-    areas: MutexGuard<'a, Vec<FishX1Transfer>>,
-    /// The newest response that is in the areas.
-    cycle: u64,
-    /// The response for which the thread waited.
-    reacts_to: Option<u64>,
-    panicking: PanicCheck,
-}
-
-impl TransferAreaGuard<'_> {
-    /// The newest response that needs no waiting for any more. One that came in while this thread
-    /// did not expect it does: its window waits for somebody still.
-    pub(super) fn attended(&self) -> u64 {
-        let expected = self.reacts_to == Some(self.cycle);
-        if expected {
-            self.cycle
-        } else {
-            self.cycle.saturating_sub(1)
-        }
-    }
-}
-
-impl Deref for TransferAreaGuard<'_> {
-    type Target = [FishX1Transfer];
-
-    fn deref(&self) -> &Self::Target {
-        &self.areas
-    }
-}
-
-impl DerefMut for TransferAreaGuard<'_> {
-    fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.areas
-    }
-}
-
-impl fmt::Debug for TransferAreaGuard<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.areas.iter()).finish()
-    }
-}
-
-impl Drop for TransferAreaGuard<'_> {
-    fn drop(&mut self) {
-        // A panic may have left half of what belongs together in the areas.
-        let areas = (!self.panicking.has_begun()).then_some(self.areas.as_slice());
-        self.shared.release(areas, self.reacts_to);
-    }
-}
-
-/// Tells a panic that began after this was made from one that was under way already, as when a
-/// destructor uses the area while its thread unwinds.
-#[derive(Debug)]
-struct PanicCheck {
-    before: bool,
-}
-
-impl PanicCheck {
-    fn new() -> Self {
-        Self { before: std::thread::panicking() }
-    }
-
-    fn has_begun(&self) -> bool {
-        !self.before && std::thread::panicking()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::panic::{catch_unwind, AssertUnwindSafe};
-
-    use super::*;
-
-    fn config_id(areas: &[FishX1Transfer]) -> u8 {
-        areas[0].state.config_id
-    }
-
-    /// Panics before all of a new configuration is written.
-    fn panic_half_way(area: &TransferArea) {
-        let panicked = catch_unwind(AssertUnwindSafe(|| {
-            let mut areas = area.lock();
-            areas[0].state.config_id = 2;
-            panic!("before the configuration is written");
-        }));
-        panicked.unwrap_err();
-    }
-
-    #[test]
-    fn what_a_panic_has_left_half_written_goes_out_by_no_other_guard_either() {
-        let area = TransferArea::new(1);
-        area.shared().begin(0);
-        panic_half_way(&area);
-        drop(area.lock());
-        assert_eq!(config_id(&area.shared().outgoing()), 1);
-        area.shared().finish(Err(Error::ProgramPanicked), &[FishX1Transfer::default()]);
-
-        // What the program writes now is whole again.
-        area.lock()[0].state.config_id = 3;
-        assert_eq!(config_id(&area.shared().outgoing()), 3);
-        area.shared().begin(0);
-        area.lock()[0].state.config_id = 4;
-        assert_eq!(config_id(&area.shared().outgoing()), 4);
     }
 }

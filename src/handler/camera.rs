@@ -1,13 +1,18 @@
 //! The handler's camera.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use crossbeam_channel::Receiver;
 
-use super::mail::Errand;
-use super::TransferAreaComHandler;
+use super::builder::Settings;
+use super::com_handler::{Camera, TransferAreaComHandler};
+use super::command::Command;
 use crate::camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream};
 use crate::error::Error;
+
+/// How much later than by its limit the transfer thread may notice that the connection is lost.
+const NOTICE: Duration = Duration::from_secs(1);
 
 impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.
@@ -21,11 +26,13 @@ impl TransferAreaComHandler {
     ///
     /// The channel ends when the stream does: by [`stop_camera`](Self::stop_camera), with the
     /// transfer, or by an error, for which ask [`camera_error`](Self::camera_error). The transfer
-    /// goes on after an error of the camera, and the camera can be started again.
+    /// goes on after an error of the camera, and the camera can be started again. A transfer that
+    /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect) starts it again by itself after a gap,
+    /// and the channel goes on.
     ///
     /// ```
     /// # use ft_transfer_area::{CameraOptions, Error, TransferAreaComHandler};
-    /// fn save_a_picture(handler: &mut TransferAreaComHandler) -> Result<(), Error> {
+    /// fn save_a_picture(handler: &TransferAreaComHandler) -> Result<(), Error> {
     ///     let frames = handler.start_camera(CameraOptions::default())?;
     ///     if let Ok(frame) = frames.recv() {
     ///         let _ = std::fs::write("picture.jpg", frame.jpeg()?);
@@ -40,22 +47,28 @@ impl TransferAreaComHandler {
     /// in, [`Error::OutOfRange`] when an option is out of its range, [`Error::Thread`], or the error
     /// that ended the transfer.
     #[doc(alias = "StartCamera")]
-    pub fn start_camera(&mut self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {
+    pub fn start_camera(&self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {
         let command = options.command()?;
-        self.area.shared().check_running()?;
-        if self.camera.as_ref().is_some_and(|camera| !camera.is_finished()) {
+        let shared = self.area().shared();
+        shared.check_running()?;
+        let mut camera = self.camera();
+        if camera.stream.as_ref().is_some_and(|stream| !stream.is_finished()) {
             return Err(Error::CameraAlreadyStarted);
         }
         // A stream that failed has left the controller's server running.
-        self.stop_camera()?;
-        self.area.shared().run_errand(Errand::StartCamera(command))?;
-        self.camera_server_started = true;
-        let port = self.settings.camera_port.unwrap_or(self.settings.port.wrapping_add(1));
+        self.stop(&mut camera)?;
+        shared.run_command(Command::StartCamera(command))?;
+        camera.server_started = true;
         // A transfer is running, so there was a connection.
-        let host = self.address.ok_or(Error::NotStarted)?;
-        let (camera, frames) = CameraStream::start((host, port).into(), options)?;
-        self.area.shared().set_camera(Arc::clone(camera.control()));
-        self.camera = Some(camera);
+        let host = self.controller().and_then(|controller| controller.address);
+        let host = host.ok_or(Error::NotStarted)?;
+        let Settings { camera_port, reconnect, limits, .. } = self.settings();
+        // A lost connection shows on the main connection within its limit for an answer.
+        let rides_out = reconnect.map(|_| limits.read + NOTICE);
+        let (stream, frames) =
+            CameraStream::start((host, *camera_port).into(), options, rides_out)?;
+        shared.set_camera(Arc::clone(stream.control()));
+        camera.stream = Some(stream);
         Ok(frames)
     }
 
@@ -68,13 +81,17 @@ impl TransferAreaComHandler {
     ///
     /// The error that ended the transfer meanwhile.
     #[doc(alias = "StopCamera")]
-    pub fn stop_camera(&mut self) -> Result<(), Error> {
-        if let Some(camera) = &mut self.camera {
-            camera.join();
+    pub fn stop_camera(&self) -> Result<(), Error> {
+        self.stop(&mut self.camera())
+    }
+
+    fn stop(&self, camera: &mut Camera) -> Result<(), Error> {
+        if let Some(stream) = &mut camera.stream {
+            stream.join();
         }
-        let shared = self.area.shared();
-        if std::mem::take(&mut self.camera_server_started) && shared.is_running() {
-            shared.run_errand(Errand::StopCamera)?;
+        let shared = self.area().shared();
+        if std::mem::take(&mut camera.server_started) && shared.check_running().is_ok() {
+            shared.run_command(Command::StopCamera)?;
         }
         Ok(())
     }
@@ -82,11 +99,11 @@ impl TransferAreaComHandler {
     /// The error that ended the camera's stream; `None` while it goes on, and when it was stopped
     /// or ended with the transfer. A controller that goes away ends both, whichever is first.
     pub fn camera_error(&self) -> Option<Error> {
-        self.camera.as_ref().and_then(|camera| camera.control().error())
+        self.camera().stream.as_ref().and_then(|stream| stream.control().error())
     }
 
     /// Figures of the camera's stream, the present or the last one.
     pub fn camera_statistics(&self) -> CameraStatistics {
-        self.camera.as_ref().map(|camera| camera.control().statistics()).unwrap_or_default()
+        self.camera().stream.as_ref().map(|stream| stream.control().statistics()).unwrap_or_default()
     }
 }

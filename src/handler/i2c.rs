@@ -1,6 +1,7 @@
 //! The handler's I2C devices.
 
-use super::TransferAreaComHandler;
+use super::builder::Settings;
+use super::com_handler::TransferAreaComHandler;
 use crate::error::Error;
 use crate::i2c::I2cClient;
 
@@ -16,7 +17,7 @@ impl TransferAreaComHandler {
     /// [`Error::HostNotFound`], [`Error::ConnectionRefused`], [`Error::ConnectTimedOut`] or
     /// [`Error::ConnectFailed`].
     pub fn i2c(&self) -> Result<I2cClient, Error> {
-        let port = self.settings.i2c_port.unwrap_or(self.settings.port.wrapping_add(2));
-        I2cClient::connect(&self.settings.host, port, self.settings.limits)
+        let Settings { host, i2c_port, limits, .. } = self.settings();
+        I2cClient::connect(host, *i2c_port, *limits)
     }
 }

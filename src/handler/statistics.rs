@@ -10,16 +10,24 @@ pub struct Statistics {
     pub cycles: u64,
     /// Configurations that were handed over, those before the first exchange included.
     pub config_updates: u64,
-    /// Guards that were still held, or waited for, when a reaction window ended, so that what they
-    /// wrote went out a request later. A guard that is held for longer counts in each window; a
-    /// [cycle hook](crate::TransferAreaComHandler::set_cycle_hook) that is skipped because of one
-    /// counts as well.
+    /// Reactions to a response that were not in the request behind it.
+    ///
+    /// The first guard by which a handle shows a response to the program is the reaction to that
+    /// response, whether it came from a wait or from a lock. It is late when it is dropped after the
+    /// outputs for the next request were taken, and then counts once, however long it is held. So a
+    /// program that answers each response by a value of its own can be checked from outside: as many
+    /// of its values are missing in the request behind the response. A
+    /// [cycle hook](crate::TransferAreaComHandler::set_cycle_hook) that misses its turn counts as
+    /// well. A response of which a handle shows nothing has no reaction, and does not count.
     pub late_reactions: u64,
-    /// Time between the last two responses; 0 before there were two.
+    /// How often the connection was lost and a transfer that
+    /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect) went on without it.
+    pub gaps: u64,
+    /// Time between the last two responses of one connection; 0 before there were two.
     pub last_cycle: Duration,
-    /// The shortest time between two responses; 0 before there were two.
+    /// The shortest time between two responses of one connection; 0 before there were two.
     pub shortest_cycle: Duration,
-    /// The longest time between two responses; 0 before there were two.
+    /// The longest time between two responses of one connection; 0 before there were two.
     pub longest_cycle: Duration,
 }
 
@@ -31,7 +39,8 @@ impl Statistics {
         let cycle = now.saturating_duration_since(previous);
         self.last_cycle = cycle;
         self.longest_cycle = self.longest_cycle.max(cycle);
-        self.shortest_cycle = if self.cycles == 2 { cycle } else { self.shortest_cycle.min(cycle) };
+        let is_first = self.shortest_cycle.is_zero();
+        self.shortest_cycle = if is_first { cycle } else { self.shortest_cycle.min(cycle) };
     }
 }
 

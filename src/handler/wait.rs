@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use super::{TransferArea, TransferAreaComHandler, TransferAreaGuard};
+use super::area::TransferArea;
+use super::com_handler::TransferAreaComHandler;
+use super::guard::TransferAreaGuard;
 use crate::error::Error;
 use crate::sockets::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
@@ -14,7 +16,7 @@ impl TransferArea {
     /// [`wait_cycle`](Self::wait_cycle): it sees the response's inputs, and what is written under
     /// the guard goes out in the very next request. In a transfer that has not had a response yet,
     /// the first check waits for one. The condition runs with the areas locked, so it has to be
-    /// quick and must not lock them itself; when it panics, that is a panic under a guard.
+    /// quick and must not lock them itself, which panics; a panic in it is one under a guard.
     ///
     /// Between two checks the areas are not locked; waiting does not slow the exchange down.
     ///
@@ -39,7 +41,11 @@ impl TransferArea {
     /// # Errors
     ///
     /// [`Error::WaitTimedOut`] when the condition did not hold in time; the areas and the transfer
-    /// are as they were. [`Error::NotStarted`] without a transfer, or the error that ended it.
+    /// are as they were. Otherwise as [`wait_cycle`](Self::wait_cycle).
+    ///
+    /// # Panics
+    ///
+    /// When this thread holds a guard, as [`lock`](Self::lock).
     pub fn wait_until(
         &self,
         mut condition: impl FnMut(&[FishX1Transfer]) -> bool,
@@ -47,15 +53,22 @@ impl TransferArea {
     ) -> Result<TransferAreaGuard<'_>, Error> {
         let deadline = deadline_after(limit);
         let timed_out = || Error::WaitTimedOut { limit };
-        let mut reacts_to = if self.shared().has_inputs()? {
+        let next = |seen| {
+            let response = self.learn(|known| {
+                known.returned = seen;
+                self.shared().wait_cycle(known, deadline)
+            })?;
+            response.map(Some).ok_or_else(timed_out)
+        };
+        let mut reacts_to = if self.learn(|known| self.shared().has_inputs(known))? {
             self.shared().join_window()
         } else {
-            Some(self.shared().wait_cycle(0, deadline)?.ok_or_else(timed_out)?)
+            next(0)?
         };
         loop {
             let areas = self.guard(reacts_to);
             if condition(&areas) {
-                self.note_seen(&areas);
+                self.note_returned(&areas);
                 return Ok(areas);
             }
             let seen = areas.attended();
@@ -64,7 +77,7 @@ impl TransferArea {
             if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
                 return Err(timed_out());
             }
-            reacts_to = Some(self.shared().wait_cycle(seen, deadline)?.ok_or_else(timed_out)?);
+            reacts_to = next(seen)?;
         }
     }
 
@@ -73,7 +86,7 @@ impl TransferArea {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
     pub fn wait_motor_ex(
         &self,
@@ -88,7 +101,7 @@ impl TransferArea {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
     pub fn wait_counter_reset(
         &self,
@@ -103,7 +116,7 @@ impl TransferArea {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
     pub fn wait_sound(&self, area: usize, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait_area(area, FishX1Transfer::is_sound_ready, limit)
@@ -117,7 +130,7 @@ impl TransferArea {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for an area that there is not; otherwise as
+    /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
     pub fn wait_input_change(
         &self,
@@ -151,13 +164,13 @@ impl TransferAreaComHandler {
     ///
     /// # Errors
     ///
-    /// [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that ended the transfer.
+    /// [`Error::WaitTimedOut`]; otherwise as [`wait_cycle`](Self::wait_cycle).
     pub fn wait_until(
         &self,
         condition: impl FnMut(&[FishX1Transfer]) -> bool,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_until(condition, limit)
+        self.area().wait_until(condition, limit)
     }
 
     /// Waits until the last extended command of a motor is done. See
@@ -165,40 +178,37 @@ impl TransferAreaComHandler {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
-    /// ended the transfer.
+    /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
     pub fn wait_motor_ex(
         &self,
         area: usize,
         motor: Motor,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_motor_ex(area, motor, limit)
+        self.area().wait_motor_ex(area, motor, limit)
     }
 
     /// Waits until the last reset of a counter is done. See [`TransferArea::wait_counter_reset`].
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
-    /// ended the transfer.
+    /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
     pub fn wait_counter_reset(
         &self,
         area: usize,
         counter: Counter,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_counter_reset(area, counter, limit)
+        self.area().wait_counter_reset(area, counter, limit)
     }
 
     /// Waits until the last sound command is done. See [`TransferArea::wait_sound`].
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
-    /// ended the transfer.
+    /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
     pub fn wait_sound(&self, area: usize, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_sound(area, limit)
+        self.area().wait_sound(area, limit)
     }
 
     /// Waits until a universal input reports another value. See
@@ -206,15 +216,14 @@ impl TransferAreaComHandler {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`], [`Error::WaitTimedOut`], [`Error::NotStarted`], or the error that
-    /// ended the transfer.
+    /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
     pub fn wait_input_change(
         &self,
         area: usize,
         input: Input,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_input_change(area, input, limit)
+        self.area().wait_input_change(area, input, limit)
     }
 }
 
@@ -223,22 +232,38 @@ pub(super) fn deadline_after(limit: Duration) -> Option<Instant> {
     Instant::now().checked_add(limit)
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(shuttle)))]
 mod tests {
+    use std::sync::Arc;
+
     use super::*;
     use crate::exchange::Inputs;
+    use crate::handler::shared::Shared;
+    use crate::handler::watchdog::Watchdog;
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferArea {
-        let area = TransferArea::new(1);
-        area.shared().begin(0);
+        let area = TransferArea::new(Arc::new(Shared::new(1, Watchdog::new(None))));
+        area.shared().begin().unwrap();
+        area.shared().run(0).unwrap();
         area
     }
 
     /// A response comes in; its window stays open.
     fn respond(area: &TransferArea) {
-        area.shared().deliver(&Inputs::default(), 0, &mut Inputs::default());
+        let nothing = &mut Inputs::default();
+        area.shared().deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
         area.shared().open_window();
+    }
+
+    /// What a wait for a newer response than `seen` finds at once.
+    fn look(area: &TransferArea, seen: u64) -> Option<u64> {
+        let look = |known: &mut _| {
+            let known: &mut crate::handler::program_side::Known = known;
+            known.returned = seen;
+            area.shared().wait_cycle(known, Some(Instant::now()))
+        };
+        area.learn(look).unwrap()
     }
 
     #[test]
@@ -250,9 +275,9 @@ mod tests {
         assert_eq!(reacts_to, None);
         respond(&area);
         let seen = area.guard(reacts_to).attended();
-        assert_eq!(area.shared().wait_cycle(seen, Some(Instant::now())), Ok(Some(2)));
+        assert_eq!(look(&area, seen), Some(2));
         let seen = area.guard(Some(2)).attended();
-        assert_eq!(area.shared().wait_cycle(seen, Some(Instant::now())), Ok(None));
+        assert_eq!(look(&area, seen), None);
     }
 
     #[test]

@@ -188,7 +188,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     program.type_line("I9 1");
     for (line, area, value) in [("I1 1", 0, 1), ("e1.i1 7", 1, 7), ("I1 -3", 0, -3)] {
         program.type_line(line);
-        let mut handler = program.handler().areas(2).build().unwrap();
+        let handler = program.handler().areas(2).build().unwrap();
         handler.begin_transfer().unwrap();
         assert_eq!(handler.device_name().as_deref(), Some("Hugo"));
         assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 1, 6)));
@@ -210,7 +210,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&[]);
-    let mut handler = program.handler().areas(2).build().unwrap();
+    let handler = program.handler().areas(2).build().unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[0].state.config_id += 1;
     handler.begin_transfer().unwrap();
@@ -241,7 +241,7 @@ fn typed_lines_press_the_buttons_of_a_world() {
 }
 
 /// Cycles until the master is as it should be.
-fn wait_until(handler: &mut TransferAreaComHandler, condition: impl Fn(&FishX1Transfer) -> bool) {
+fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transfer) -> bool) {
     let begin = Instant::now();
     while !condition(&handler.wait_cycle().unwrap()[LOCAL_IO]) {
         assert!(begin.elapsed() < DEADLINE, "it does not come about");
@@ -251,21 +251,21 @@ fn wait_until(handler: &mut TransferAreaComHandler, condition: impl Fn(&FishX1Tr
 #[test]
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     let program = Program::start(&[]);
-    let mut handler = program.handler().areas(2).build().unwrap();
+    let handler = program.handler().areas(2).build().unwrap();
     handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[LOCAL_IO].state.config_id += 1;
     handler.begin_transfer().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
-    wait_until(&mut handler, |area| area.input.uni[1] == 1);
+    wait_until(&handler, |area| area.input.uni[1] == 1);
     handler.lock()[LOCAL_IO].output.duty[0] = 0;
-    wait_until(&mut handler, |area| area.input.uni[3] == 25);
+    wait_until(&handler, |area| area.input.uni[3] == 25);
     {
         let output = &mut handler.lock()[LOCAL_IO].output;
         output.duty[1] = 512;
         output.distance[0] = 600;
         output.motor_ex_cmd_id[0] += 1;
     }
-    wait_until(&mut handler, |area| area.input.motor_ex_reached[0] == 1);
+    wait_until(&handler, |area| area.input.motor_ex_reached[0] == 1);
     {
         let area = handler.lock()[LOCAL_IO];
         assert!((600..=603).contains(&area.input.counter[0]), "{area}");
@@ -313,7 +313,7 @@ fn why_a_client_is_cut_off_is_told() {
 #[test]
 fn the_simulated_txt_commits_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);
-    let mut handler = program.handler().areas(2).build().unwrap();
+    let handler = program.handler().areas(2).build().unwrap();
     handler.begin_transfer().unwrap_err();
     handler.begin_transfer().unwrap();
     while handler.wait_cycle().is_ok() {}

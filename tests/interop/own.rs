@@ -19,7 +19,7 @@ impl Own {
     pub(crate) fn begin(program: &Program, exchange: Exchange) -> Self {
         let areas = exchange.areas();
         let builder = program.handler().areas(areas).mode(exchange.mode());
-        let mut handler = builder.build().unwrap();
+        let handler = builder.build().unwrap();
         for area in handler.lock().iter_mut() {
             area.config.motor = [1; 4];
         }
@@ -27,7 +27,7 @@ impl Own {
         Self { handler, areas }
     }
 
-    pub(crate) fn end(mut self) {
+    pub(crate) fn end(self) {
         self.handler.end_transfer().unwrap();
     }
 

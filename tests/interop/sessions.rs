@@ -18,7 +18,7 @@ fn both_go_online_and_offline_a_hundred_times() {
     let mut program = start("inputs.toml", &[]);
     // A closed circuit of 2200 Ω, as a new connection begins with digital inputs.
     assert_eq!(ftrobopy.run(&mut program, "reconnect", Exchange::Compressed), json!([1]));
-    let mut handler = program.handler().areas(2).build().unwrap();
+    let handler = program.handler().areas(2).build().unwrap();
     for area in handler.lock().iter_mut() {
         area.config.uni = [UniConfig::digital(InputMode::Resistance); 8];
     }

@@ -27,7 +27,7 @@ fn this_crates_client_copes_with_either() {
         let firmware = FirmwareVersion::new(4, 2, patch);
         let txt = unpaced().firmware(firmware).microphone(microphone).start().unwrap();
         txt.with_machine(|machine| machine.controllers[0].mic_lin = 7);
-        let mut handler =
+        let handler =
             TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
         handler.begin_transfer().unwrap();
         let master: FishX1Transfer = handler.wait_cycle().unwrap()[0];

@@ -186,7 +186,7 @@ fn flicker(machine: &mut Machine) {
 fn this_crates_client_is_not_odd() {
     for mode in [TransferMode::Compressed, TransferMode::Simple] {
         let txt = unpaced().extensions(1).on_exchange(flicker).start().unwrap();
-        let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+        let handler = TransferAreaComHandler::builder("127.0.0.1")
             .port(txt.port())
             .areas(2)
             .mode(mode)
@@ -219,7 +219,7 @@ fn this_crates_farewell_is_not_odd() {
         for response in 6..9 {
             let fault = Fault::at_response(response, kind);
             let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
-            let mut handler = hasty_handler(&txt);
+            let handler = hasty_handler(&txt);
             handler.begin_transfer().unwrap();
             while handler.wait_cycle().is_ok() {}
             assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));

@@ -26,7 +26,7 @@ fn m1(duty: i16) -> ExchangeData {
 
 /// Waits until the condition holds, for a number of exchanges that is more than enough.
 fn wait_until(
-    handler: &mut TransferAreaComHandler,
+    handler: &TransferAreaComHandler,
     mut condition: impl FnMut(&FishX1Transfer) -> bool,
 ) {
     for _ in 0..10_000 {
@@ -40,17 +40,17 @@ fn wait_until(
 #[test]
 fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
     let txt = unpaced().world(World::default()).start().unwrap();
-    let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+    let handler = TransferAreaComHandler::builder("127.0.0.1")
         .port(txt.port())
         .reaction_window(Duration::ZERO)
         .build()
         .unwrap();
     handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.begin_transfer().unwrap();
-    wait_until(&mut handler, |area| area.input.uni[..5] == [0, 0, 0, 15, 0]);
+    wait_until(&handler, |area| area.input.uni[..5] == [0, 0, 0, 15, 0]);
 
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
-    wait_until(&mut handler, |area| area.input.uni[1] == 1);
+    wait_until(&handler, |area| area.input.uni[1] == 1);
     handler.lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&[0, 0]);
     assert!(txt.with_machine(|machine| slide(machine)) >= 990.0);
     assert_eq!(handler.lock()[LOCAL_IO].input.uni[3], 25);
@@ -62,12 +62,12 @@ fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
         output.distance[0] = 600;
         output.motor_ex_cmd_id[0] += 1;
     }
-    wait_until(&mut handler, |area| area.input.motor_ex_reached[0] == 1);
+    wait_until(&handler, |area| area.input.motor_ex_reached[0] == 1);
     let counter = handler.lock()[LOCAL_IO].input.counter[0];
     assert!((600..=603).contains(&counter), "{counter}");
     let position = txt.with_machine(|machine| slide(machine));
     assert!((380.0..=410.0).contains(&position), "{position}");
-    wait_until(&mut handler, |area| area.input.uni[..3] == [0, 0, 0]);
+    wait_until(&handler, |area| area.input.uni[..3] == [0, 0, 0]);
     handler.end_transfer().unwrap();
     assert!(txt.with_machine(|machine| machine.oddities().next().is_none()));
 }

@@ -43,7 +43,7 @@ fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
 /// Runs a transfer until it fails, and checks what every failure has in common.
 fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
     let limits = TimeLimits { read: Duration::from_secs(20), ..TimeLimits::default() };
-    let mut handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
+    let handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
     let before = handler.lock()[LOCAL_IO];
     let error = match handler.begin_transfer() {
         Ok(()) => loop {
@@ -75,7 +75,7 @@ fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
 fn a_host_that_does_not_exist() {
     // No part of a name has more than 63 characters, so nobody is asked for this one.
     let host = "x".repeat(64);
-    let mut handler = TransferAreaComHandler::builder(host.as_str()).build().unwrap();
+    let handler = TransferAreaComHandler::builder(host.as_str()).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
     assert!(matches!(&error, Error::HostNotFound { host: named, .. } if *named == host));
     assert!(error.to_string().contains("192.168.7.2 for USB"), "{error}");
@@ -84,7 +84,7 @@ fn a_host_that_does_not_exist() {
 #[test]
 fn a_port_that_nobody_listens_on() {
     let port = unused_ports();
-    let mut handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+    let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
     let address = format!("127.0.0.1:{port}");
     assert!(error.to_string().contains(&address), "{error}");
@@ -212,7 +212,7 @@ fn bytes_that_arrive_one_at_a_time_are_no_error() {
     });
     let txt = builder.start().unwrap();
     txt.with_machine(|machine| machine.controllers[0].uni = [1, 22, 333, 4444, 5, 6, 7, 8]);
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..10 {
         let areas = handler.wait_cycle().unwrap();
@@ -261,7 +261,7 @@ fn numbers_of_areas_that_there_can_not_be() {
 #[test]
 fn beginning_twice_leaves_the_transfer_alone() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.begin_transfer(), Err(Error::AlreadyStarted));
     handler.wait_cycle().unwrap();
@@ -271,7 +271,7 @@ fn beginning_twice_leaves_the_transfer_alone() {
 
 #[test]
 fn waiting_and_updating_before_the_beginning() {
-    let mut handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+    let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
     assert_eq!(handler.wait_cycle().unwrap_err(), Error::NotStarted);
     assert_eq!(handler.wait_cycle_for(Duration::ZERO).unwrap_err(), Error::NotStarted);
     assert_eq!(handler.update_config(), Err(Error::NotStarted));

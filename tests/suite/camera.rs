@@ -15,7 +15,7 @@ use crate::support::{handler_for, unpaced, unused_ports, wait_until, DEADLINE};
 /// A transfer with a simulated TXT whose camera starts at once.
 fn begin(txt: SimulatedTxtBuilder) -> (SimulatedTxt, TransferAreaComHandler) {
     let txt = txt.camera_start_up(Duration::ZERO).start().unwrap();
-    let mut handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
+    let handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
     handler.begin_transfer().unwrap();
     (txt, handler)
 }
@@ -44,7 +44,7 @@ fn check_end(frames: &Receiver<CameraFrame>) {
 
 #[test]
 fn frames_come_in_and_decode_while_the_exchange_goes_on() {
-    let (txt, mut handler) = begin(unpaced().camera_tables(false));
+    let (txt, handler) = begin(unpaced().camera_tables(false));
     let options =
         CameraOptions { framerate: 60, power_line: PowerLine::Hz60, ..CameraOptions::default() };
     let frames = handler.start_camera(options).unwrap();
@@ -78,7 +78,7 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
 
 #[test]
 fn a_consumer_that_keeps_up_gets_every_frame() {
-    let (txt, mut handler) = begin(SimulatedTxt::builder());
+    let (txt, handler) = begin(SimulatedTxt::builder());
     let options = CameraOptions {
         width: 640,
         height: 480,
@@ -101,7 +101,7 @@ fn a_consumer_that_keeps_up_gets_every_frame() {
 
 #[test]
 fn a_slow_consumer_gets_one_of_the_newest_frames() {
-    let (_txt, mut handler) = begin(unpaced());
+    let (_txt, handler) = begin(unpaced());
     let options = CameraOptions { framerate: 200, ..CameraOptions::default() };
     let frames = handler.start_camera(options).unwrap();
     let mut received = 0;
@@ -121,7 +121,7 @@ fn a_slow_consumer_gets_one_of_the_newest_frames() {
 #[test]
 fn the_server_may_take_its_time_to_start() {
     let txt = unpaced().camera_start_up(Duration::from_millis(300)).start().unwrap();
-    let mut handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
+    let handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
     handler.begin_transfer().unwrap();
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     assert_eq!(receive(&frames).sequence, 0);
@@ -129,7 +129,7 @@ fn the_server_may_take_its_time_to_start() {
 
 #[test]
 fn a_camera_may_deliver_another_size() {
-    let (_txt, mut handler) = begin(unpaced());
+    let (_txt, handler) = begin(unpaced());
     let options = CameraOptions { width: 1280, height: 960, ..CameraOptions::default() };
     let frames = handler.start_camera(options).unwrap();
     let frame = receive(&frames);
@@ -138,7 +138,7 @@ fn a_camera_may_deliver_another_size() {
 
 #[test]
 fn stopping_ends_the_channel_and_the_camera_starts_again() {
-    let (txt, mut handler) = begin(unpaced());
+    let (txt, handler) = begin(unpaced());
     for _ in 0..3 {
         let frames = handler.start_camera(CameraOptions::default()).unwrap();
         receive(&frames);
@@ -153,7 +153,7 @@ fn stopping_ends_the_channel_and_the_camera_starts_again() {
 
 #[test]
 fn the_camera_stops_with_the_transfer() {
-    let (txt, mut handler) = begin(unpaced());
+    let (txt, handler) = begin(unpaced());
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
     handler.lock()[LOCAL_IO].output.duty[0] = 1;
@@ -178,7 +178,7 @@ fn the_end_of_a_transfer_is_no_error_of_the_camera() {
     let delay = FaultKind::Delay(Duration::from_millis(20));
     let slow =
         (0..1000).fold(unpaced(), |txt, response| txt.fault(Fault::at_response(response, delay)));
-    let (_txt, mut handler) = begin(slow);
+    let (_txt, handler) = begin(slow);
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
     handler.end_transfer().unwrap();
@@ -187,7 +187,7 @@ fn the_end_of_a_transfer_is_no_error_of_the_camera() {
 
 #[test]
 fn the_camera_stops_when_the_program_panics() {
-    let (_txt, mut handler) = begin(unpaced());
+    let (_txt, handler) = begin(unpaced());
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
     let area = handler.transfer_area();
@@ -207,7 +207,7 @@ fn the_default_port_is_the_one_behind_the_main_connections() {
     let port = unused_ports();
     let txt = unpaced().port(port).camera_start_up(Duration::ZERO).start().unwrap();
     assert_eq!(txt.camera_port(), port + 1);
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
@@ -215,7 +215,7 @@ fn the_default_port_is_the_one_behind_the_main_connections() {
 
 #[test]
 fn the_camera_stops_when_the_controller_goes_away() {
-    let (txt, mut handler) = begin(unpaced());
+    let (txt, handler) = begin(unpaced());
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
     drop(txt);
@@ -226,7 +226,7 @@ fn the_camera_stops_when_the_controller_goes_away() {
 
 #[test]
 fn calls_at_the_wrong_time_err_and_change_nothing() {
-    let (txt, mut handler) = begin(unpaced());
+    let (txt, handler) = begin(unpaced());
     assert_eq!(handler.stop_camera(), Ok(()), "it was never started");
     let defaults = CameraOptions::default();
     for (option, given, options) in [

@@ -56,7 +56,7 @@ fn stream_with_limit(
 
 fn stream_at(port: u16, frame_limit: Duration) -> (usize, Option<Error>) {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).camera_port(port).build().unwrap();
+    let handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
     let options = CameraOptions {
         start_limit: Duration::from_millis(300),
@@ -107,7 +107,7 @@ fn a_port_that_refuses_at_first_is_tried_again() {
         stay(stream);
     });
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).camera_port(port).build().unwrap();
+    let handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
     let options = CameraOptions { start_limit: DEADLINE, ..CameraOptions::default() };
     let frames = handler.start_camera(options).unwrap();

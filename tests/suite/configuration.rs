@@ -12,7 +12,7 @@ use crate::support::{handler_for, unpaced, wait_until};
 #[test]
 fn all_areas_are_configured_before_the_first_exchange() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    let handler = handler_for(&txt).areas(2).build().unwrap();
     handler.lock()[REMOTE_IO_1].config.motor = [0; 4];
     handler.begin_transfer().unwrap();
     txt.with_machine(|machine| {
@@ -38,7 +38,7 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
         }
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
     for number in 2..50 {
         let mut areas = handler.lock();
@@ -62,7 +62,7 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
 #[test]
 fn update_config_returns_when_the_controller_has_the_configuration() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     for id in 2..50 {
         let mut areas = handler.lock();
@@ -83,7 +83,7 @@ fn update_config_returns_when_the_controller_has_the_configuration() {
 #[test]
 fn a_config_without_a_new_id_stays_where_it_is() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     handler.lock()[LOCAL_IO].config.motor = [0; 4];
     handler.update_config().unwrap();

@@ -30,7 +30,7 @@ fn next(events: &Events) -> Event {
 }
 
 /// What has come until the transfer is ended here.
-fn end(handler: &mut TransferAreaComHandler, events: &Events) -> Vec<Event> {
+fn end(handler: &TransferAreaComHandler, events: &Events) -> Vec<Event> {
     handler.end_transfer().unwrap();
     events.receiver().try_iter().collect()
 }
@@ -48,7 +48,7 @@ fn every_change_of_a_digital_input_is_told_once_and_in_order() {
         txt.with_machine(|machine| machine.controllers[area].uni[index] = value);
     };
     press(LOCAL_IO, 0, 1);
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&[EventKind::InputChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
@@ -63,7 +63,7 @@ fn every_change_of_a_digital_input_is_told_once_and_in_order() {
         assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I8, false));
     }
     pass(&handler);
-    assert_eq!(end(&mut handler, &events), []);
+    assert_eq!(end(&handler, &events), []);
     assert_eq!(events.lost(), 0);
 }
 
@@ -71,7 +71,7 @@ fn every_change_of_a_digital_input_is_told_once_and_in_order() {
 fn an_input_is_digital_when_the_controller_was_told_so() {
     let txt = unpaced().start().unwrap();
     let set = |value| txt.with_machine(|machine| machine.controllers[0].uni = [value; 8]);
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
     let events = handler.events(&EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
@@ -91,7 +91,7 @@ fn an_input_is_digital_when_the_controller_was_told_so() {
     for expected in others(false).skip(1) {
         assert_eq!(next(&events), expected);
     }
-    assert_eq!(end(&mut handler, &events), [ENDED]);
+    assert_eq!(end(&handler, &events), [ENDED]);
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_value_by_a_new_configuration_is_no_change() {
         controller.uni[2] = if controller.config.uni[2].digital == 0 { 300 } else { 0 };
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     for round in 0..20 {
@@ -110,13 +110,13 @@ fn a_value_by_a_new_configuration_is_no_change() {
         handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, digital);
         handler.update_config().unwrap();
     }
-    assert_eq!(end(&mut handler, &events), [ENDED]);
+    assert_eq!(end(&handler, &events), [ENDED]);
 }
 
 #[test]
 fn a_command_is_told_to_be_done_once() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let kinds = [EventKind::MotorReached, EventKind::CounterReset];
     let events = handler.events(&kinds, ROOM).unwrap();
     // These go out with the first exchange already.
@@ -145,7 +145,7 @@ fn a_command_is_told_to_be_done_once() {
             assert_eq!(next(&events), reset(area, Counter::C2, round as u16));
         }
     }
-    assert_eq!(end(&mut handler, &events), []);
+    assert_eq!(end(&handler, &events), []);
     check_client(&txt);
 }
 
@@ -154,7 +154,7 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
     let txt = unpaced().start().unwrap();
     let set = |counter| txt.with_machine(|machine| machine.controllers[0].counter = counter);
     set([4, 0, 0, 0]);
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&[EventKind::CounterChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
@@ -164,13 +164,13 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
     assert_eq!(next(&events), told(Counter::C4, 32_768));
     handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
     assert_eq!(next(&events), told(Counter::C1, 0));
-    assert_eq!(end(&mut handler, &events), []);
+    assert_eq!(end(&handler, &events), []);
 }
 
 #[test]
 fn a_joystick_is_told_when_it_moves() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&[EventKind::JoystickMoved], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
@@ -185,14 +185,14 @@ fn a_joystick_is_told_when_it_moves() {
         let expected = Event::JoystickMoved { area: REMOTE_IO_1, device, joystick, x, y };
         assert_eq!(next(&events), expected);
     }
-    assert_eq!(end(&mut handler, &events), []);
+    assert_eq!(end(&handler, &events), []);
 }
 
 #[test]
 fn extensions_are_told_to_come_and_go_and_their_inputs_stay() {
     let txt = unpaced().extensions(2).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1);
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
@@ -212,13 +212,13 @@ fn extensions_are_told_to_come_and_go_and_their_inputs_stay() {
     txt.with_machine(|machine| machine.alive[0] = true);
     assert_eq!(next(&events), Event::ExtensionChanged { extension: 1, alive: true });
     assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I1, false));
-    assert_eq!(end(&mut handler, &events), [ENDED]);
+    assert_eq!(end(&handler, &events), [ENDED]);
 }
 
 #[test]
 fn a_transfers_first_response_is_compared_with_none() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&EventKind::ALL, ROOM).unwrap();
     for round in 0..10 {
         txt.with_machine(|machine| {
@@ -231,7 +231,7 @@ fn a_transfers_first_response_is_compared_with_none() {
         });
         handler.begin_transfer().unwrap();
         pass(&handler);
-        assert_eq!(end(&mut handler, &events), [ENDED]);
+        assert_eq!(end(&handler, &events), [ENDED]);
     }
 }
 
@@ -239,7 +239,7 @@ fn a_transfers_first_response_is_compared_with_none() {
 fn who_listens_in_the_middle_of_a_transfer_hears_what_changes_from_then_on() {
     let txt = unpaced().start().unwrap();
     let press = |value| txt.with_machine(|machine| machine.controllers[0].uni[4] = value);
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     handler.begin_transfer().unwrap();
     for value in [1, 0, 1, 0, 1] {
         press(value);
@@ -268,7 +268,7 @@ fn a_listener_finds_the_inputs_in_the_areas_and_its_answer_goes_out_in_the_very_
         controller.uni[1] = number;
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
     handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
     let events = handler.events(&[EventKind::InputChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
@@ -296,13 +296,13 @@ fn a_slow_listener_keeps_the_oldest_events_and_a_count_of_the_others() {
         machine.controllers[0].uni[0] = (machine.exchanges().min(150) % 2) as i16;
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let slow = handler.events(&EventKind::ALL, 3).unwrap();
     let quick = handler.events(&EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     // The exchange goes on whatever the listener does.
     wait_until(&txt, "exchanges", |machine| machine.exchanges() > 200);
-    let all = end(&mut handler, &quick);
+    let all = end(&handler, &quick);
     let kept: Vec<Event> = slow.receiver().try_iter().collect();
     assert_eq!(kept[..3], all[..3]);
     assert_eq!(kept[3..], [ENDED]);
@@ -315,7 +315,7 @@ fn a_slow_listener_keeps_the_oldest_events_and_a_count_of_the_others() {
 fn the_end_of_each_transfer_is_told_with_its_error() {
     let fault = Fault::at_response(20, FaultKind::WrongCrc);
     let txt = unpaced().fault(fault).start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
     handler.begin_transfer().unwrap();
     while handler.wait_cycle().is_ok() {}
@@ -334,7 +334,7 @@ fn the_end_of_each_transfer_is_told_with_its_error() {
 #[test]
 fn the_channel_ends_with_the_handler_though_others_hold_the_areas() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let area = handler.transfer_area();
     let events = area.events(&EventKind::ALL, 10).unwrap();
     let looped = area.events(&EventKind::ALL, 10).unwrap();
@@ -350,7 +350,7 @@ fn the_channel_ends_with_the_handler_though_others_hold_the_areas() {
 #[test]
 fn who_does_not_listen_any_more_is_told_nothing_and_holds_nothing_up() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler(&txt);
+    let handler = handler(&txt);
     let events = handler.events(&EventKind::ALL, 1).unwrap();
     let receiver = events.receiver().clone();
     handler.begin_transfer().unwrap();

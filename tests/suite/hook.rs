@@ -69,7 +69,7 @@ fn duties(txt: &SimulatedTxt) -> [i16; 8] {
 #[test]
 fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
     let (txt, answers) = examiner();
-    let mut handler = build(&txt, Duration::ZERO);
+    let handler = build(&txt, Duration::ZERO);
     let calls = Arc::new(AtomicU64::new(0));
     let mut counted = count(&calls);
     let mut answered = answer(0);
@@ -98,7 +98,7 @@ fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
 #[test]
 fn threads_that_wait_find_what_it_wrote_and_have_the_last_word() {
     let (txt, answers) = examiner();
-    let mut handler = build(&txt, DEADLINE);
+    let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(|areas| {
         areas[LOCAL_IO].output.duty[0] = -1;
         areas[LOCAL_IO].output.duty[2] = areas[LOCAL_IO].input.uni[0];
@@ -121,7 +121,7 @@ fn threads_that_wait_find_what_it_wrote_and_have_the_last_word() {
 #[test]
 fn it_leaves_programs_that_poll_their_window() {
     let (txt, answers) = examiner();
-    let mut handler = build(&txt, DEADLINE);
+    let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(answer(2));
     handler.begin_transfer().unwrap();
     let window = handler.transfer_area();
@@ -150,7 +150,7 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
     let record = Record::default();
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
-    let mut handler = build(&txt, Duration::ZERO);
+    let handler = build(&txt, Duration::ZERO);
     let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
     let mut calls = 0;
     handler.set_cycle_hook(move |areas| {
@@ -184,7 +184,7 @@ fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
     let record = Record::default();
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
-    let mut handler = build(&txt, Duration::ZERO);
+    let handler = build(&txt, Duration::ZERO);
     let area = handler.transfer_area();
     let mut calls = 0;
     handler.set_cycle_hook(move |areas| {
@@ -222,7 +222,7 @@ fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
 fn a_guard_that_is_held_over_the_window_makes_it_miss_its_turn() {
     let (txt, _) = examiner();
     for window in [Duration::ZERO, Duration::from_millis(2)] {
-        let mut handler = build(&txt, window);
+        let handler = build(&txt, window);
         let calls = Arc::new(AtomicU64::new(0));
         handler.set_cycle_hook(count(&calls));
         handler.begin_transfer().unwrap();
@@ -233,9 +233,9 @@ fn a_guard_that_is_held_over_the_window_makes_it_miss_its_turn() {
         let begin = txt.with_machine(|machine| machine.exchanges());
         wait_until(&txt, "exchanges", |machine| machine.exchanges() > begin + 10);
         assert_eq!(calls.load(Ordering::Relaxed), before);
-        // In each of these windows the guard is late, and the hook because of it.
+        // In each of these windows the hook is late because of the guard.
         let missed = handler.statistics().late_reactions - late;
-        assert!(missed >= 2 * 9, "{missed}");
+        assert!(missed >= 9, "{missed}");
         assert_eq!(duties(&txt)[4], 0);
         drop(areas);
         wait_for_calls(&calls, 3);
@@ -247,7 +247,7 @@ fn a_guard_that_is_held_over_the_window_makes_it_miss_its_turn() {
 #[test]
 fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
     let (txt, answers) = examiner();
-    let mut handler = build(&txt, DEADLINE);
+    let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(answer(2));
     let area = handler.transfer_area();
     let areas = area.lock();
@@ -266,7 +266,7 @@ fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
 #[test]
 fn ending_the_transfer_does_not_wait_for_a_guard_because_of_it() {
     let (txt, _) = examiner();
-    let mut handler = build(&txt, 2 * DEADLINE);
+    let handler = build(&txt, 2 * DEADLINE);
     handler.set_cycle_hook(answer(0));
     let area = handler.transfer_area();
     let areas = area.lock();
@@ -281,7 +281,7 @@ fn ending_the_transfer_does_not_wait_for_a_guard_because_of_it() {
 #[test]
 fn it_can_be_set_replaced_and_cleared_at_any_time() {
     let (txt, _) = examiner();
-    let mut handler = build(&txt, Duration::ZERO);
+    let handler = build(&txt, Duration::ZERO);
     handler.begin_transfer().unwrap();
     let first = Arc::new(AtomicU64::new(0));
     let second = Arc::new(AtomicU64::new(0));
@@ -308,7 +308,7 @@ fn it_can_be_set_replaced_and_cleared_at_any_time() {
 #[test]
 fn what_it_owns_is_dropped_with_the_handler() {
     let (txt, _) = examiner();
-    let mut handler = build(&txt, Duration::ZERO);
+    let handler = build(&txt, Duration::ZERO);
     let calls = Arc::new(AtomicU64::new(0));
     let (area, mut counted) = (handler.transfer_area(), count(&calls));
     handler.set_cycle_hook(move |areas| {

@@ -86,7 +86,7 @@ fn controller(
 fn registers_are_read_and_written_while_a_transfer_runs() {
     let txt = unpaced().start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(DEVICE)[0x3F..0x42].copy_from_slice(&[7, 8, 9]));
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut i2c = handler.i2c().unwrap();
     let mut values = [0; 3];

@@ -14,7 +14,7 @@ use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
     let txt = unpaced().firmware(FirmwareVersion::new(4, 7, 0)).device_name("TXT on the desk");
     let txt = txt.start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     assert_eq!((handler.version(), handler.device_name()), (None, None));
     handler.begin_transfer().unwrap();
     assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 7, 0)));
@@ -42,7 +42,7 @@ fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
 #[test]
 fn a_handler_tells_whether_its_transfer_runs() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     assert!(!handler.is_running());
     handler.begin_transfer().unwrap();
     assert!(handler.is_running());
@@ -67,7 +67,7 @@ fn inputs_of_all_extensions_reach_their_areas() {
             controller.mic_log = 7 + index as u16;
         }
     });
-    let mut handler = handler_for(&txt).areas(3).build().unwrap();
+    let handler = handler_for(&txt).areas(3).build().unwrap();
     handler.lock()[REMOTE_IO_2].output.duty[3] = 9;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the duty of extension 2", |m| m.controllers[2].outputs.duty[3] == 9);
@@ -86,7 +86,7 @@ fn inputs_of_all_extensions_reach_their_areas() {
 fn extensions_beyond_the_areas_are_read_past() {
     let txt = unpaced().extensions(8).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1234);
-    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    let handler = handler_for(&txt).areas(2).build().unwrap();
     handler.lock()[REMOTE_IO_1].output.duty[6] = 8;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the duty of extension 1", |m| m.controllers[1].outputs.duty[6] == 8);
@@ -101,7 +101,7 @@ fn extensions_beyond_the_areas_are_read_past() {
 #[test]
 fn extensions_come_and_go() {
     let txt = unpaced().extensions(3).start().unwrap();
-    let mut handler = handler_for(&txt).areas(4).build().unwrap();
+    let handler = handler_for(&txt).areas(4).build().unwrap();
     handler.begin_transfer().unwrap();
     for round in 1..50 {
         let alive = [round & 1 != 0, round & 2 != 0, round & 4 != 0];
@@ -146,7 +146,7 @@ fn firmware_before_4_2_4_and_the_simple_mode_work_as_well() {
     ] {
         let txt = unpaced().firmware(firmware).start().unwrap();
         txt.with_machine(|machine| machine.controllers[0].uni = [1, 2, 3, 4, 5, 6, 7, 8]);
-        let mut handler = handler_for(&txt).mode(mode).build().unwrap();
+        let handler = handler_for(&txt).mode(mode).build().unwrap();
         handler.lock()[LOCAL_IO].output.duty[7] = 512;
         handler.begin_transfer().unwrap();
         wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[7] == 512);
@@ -163,7 +163,7 @@ fn the_checksum_tells_how_many_words_a_response_has() {
         let txt = unpaced().extensions(1).firmware(firmware).microphone(microphone);
         let txt = txt.start().unwrap();
         txt.with_machine(|machine| machine.controllers[1].uni[0] = 77);
-        let mut handler = handler_for(&txt).areas(2).build().unwrap();
+        let handler = handler_for(&txt).areas(2).build().unwrap();
         handler.begin_transfer().unwrap();
         for _ in 0..5 {
             assert_eq!(handler.wait_cycle().unwrap()[REMOTE_IO_1].input.uni[0], 77);
@@ -175,7 +175,7 @@ fn the_checksum_tells_how_many_words_a_response_has() {
 #[test]
 fn the_timers_count_from_the_beginning_and_catch_up_after_a_pause() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     assert_eq!(handler.lock()[LOCAL_IO].timer.timer_1ms, 0);
     let before = Instant::now();
     handler.begin_transfer().unwrap();
@@ -197,7 +197,7 @@ fn the_timers_count_from_the_beginning_and_catch_up_after_a_pause() {
 #[test]
 fn finished_commands_set_their_flags_and_the_program_clears_them() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut areas = handler.wait_cycle().unwrap();
     areas[LOCAL_IO].output.cnt_reset_cmd_id[2] += 1;
@@ -228,7 +228,7 @@ fn finished_commands_set_their_flags_and_the_program_clears_them() {
 #[test]
 fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
     let txt = SimulatedTxt::builder().pace(Duration::from_millis(200)).start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
     handler.wait_cycle().unwrap();
     let limit = Duration::from_millis(1);
@@ -251,7 +251,7 @@ fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
 fn a_thread_that_has_given_up_waiting_holds_nothing_up() {
     let pace = Duration::from_millis(200);
     let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut given_up = 0;
     while given_up < 3 {
@@ -266,7 +266,7 @@ fn a_thread_that_has_given_up_waiting_holds_nothing_up() {
 #[test]
 fn beginning_and_ending_do_not_wait_for_a_guard() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
     let mut areas = area.lock();
     handler.begin_transfer().unwrap();
@@ -283,7 +283,7 @@ fn beginning_and_ending_do_not_wait_for_a_guard() {
 #[test]
 fn a_thread_that_waits_learns_of_the_end() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     let area = handler.transfer_area();
     let waiting = thread::spawn(move || loop {
@@ -299,7 +299,7 @@ fn a_thread_that_waits_learns_of_the_end() {
 fn a_controller_that_says_nothing_ends_every_wait_in_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let limits = TimeLimits { read: Duration::from_millis(50), ..TimeLimits::default() };
-    let mut handler = TransferAreaComHandler::builder("127.0.0.1")
+    let handler = TransferAreaComHandler::builder("127.0.0.1")
         .port(listener.local_addr().unwrap().port())
         .time_limits(limits)
         .build()
@@ -315,7 +315,7 @@ fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
     let fault = Fault::at_response(10, FaultKind::Silence);
     let txt = unpaced().fault(fault).start().unwrap();
     let limits = TimeLimits { read: Duration::from_secs(2), ..TimeLimits::default() };
-    let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
+    let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {
         if let Err(error) = handler.wait_cycle() {
@@ -335,7 +335,7 @@ fn a_transfer_begins_again_after_its_end_and_after_an_error() {
     let fault = Fault::at_response(50, FaultKind::WrongCrc);
     let txt = unpaced().extensions(1).fault(fault).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni = [1, 0, 333, 4, 0, 0, 0, 9]);
-    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    let handler = handler_for(&txt).areas(2).build().unwrap();
     let mut failures = 0;
     for round in 0..5 {
         handler.begin_transfer().unwrap();

@@ -33,7 +33,7 @@ impl Running {
         let txt = txt.start().unwrap();
         // Of use for a controller that falls silent, long enough for a busy machine.
         let limits = TimeLimits { read: Duration::from_secs(3), ..TimeLimits::default() };
-        let mut handler = handler_for(&txt).time_limits(limits).build().unwrap();
+        let handler = handler_for(&txt).time_limits(limits).build().unwrap();
         let mut areas = handler.lock();
         let output = &mut areas[LOCAL_IO].output;
         output.duty = [512, 0, 0, 300, 0, 0, 100, 0];
@@ -62,7 +62,7 @@ impl Running {
 
 #[test]
 fn end_transfer_stops_the_motors_and_the_area_says_so() {
-    let Running { txt, record, mut handler } = Running::start(None);
+    let Running { txt, record, handler } = Running::start(None);
     handler.end_transfer().unwrap();
     Running::check_stopped(&txt, &record);
     let output = handler.lock()[LOCAL_IO].output;
@@ -74,7 +74,7 @@ fn end_transfer_stops_the_motors_and_the_area_says_so() {
 #[test]
 fn end_transfer_stops_the_motors_of_extensions_too() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    let handler = handler_for(&txt).areas(2).build().unwrap();
     handler.lock()[1].output.duty[0] = 200;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "a duty", |machine| machine.controllers[1].outputs.duty[0] == 200);
@@ -105,7 +105,7 @@ fn a_panic_in_the_thread_that_owns_the_handler_stops_the_motors() {
 
 #[test]
 fn a_panic_under_a_guard_stops_the_motors_and_lets_nothing_half_written_out() {
-    let Running { txt, record, mut handler } = Running::start(None);
+    let Running { txt, record, handler } = Running::start(None);
     let panicked = catch_unwind(AssertUnwindSafe(|| {
         let mut areas = handler.lock();
         areas[LOCAL_IO].output.distance[0] = 1;
@@ -161,7 +161,7 @@ fn a_response_that_is_wrong_stops_the_motors() {
         FaultKind::Silence,
     ] {
         println!("{fault:?}");
-        let Running { txt, record, mut handler } = Running::start(Some(fault));
+        let Running { txt, record, handler } = Running::start(Some(fault));
         wait_until(&txt, "a lost client", |machine| !machine.connected());
         Running::check_stopped(&txt, &record);
         handler.end_transfer().unwrap_err();
@@ -171,7 +171,7 @@ fn a_response_that_is_wrong_stops_the_motors() {
 
 #[test]
 fn a_connection_that_is_lost_leaves_no_motor_running() {
-    let Running { txt, mut handler, .. } = Running::start(Some(FaultKind::Close { after: 5 }));
+    let Running { txt, handler, .. } = Running::start(Some(FaultKind::Close { after: 5 }));
     wait_until(&txt, "a lost client", |machine| !machine.connected());
     let outputs = txt.with_machine(|machine| machine.controllers[0].outputs);
     assert_eq!(outputs.duty, [0; 8]);

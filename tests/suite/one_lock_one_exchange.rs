@@ -18,7 +18,7 @@ fn distance_and_command_id_written_under_one_lock_are_never_seen_apart() {
         move |machine| record.note(machine)
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
 
     let mut number = 0_u16;
@@ -52,7 +52,7 @@ fn different(seen: &[ExchangeData]) -> usize {
 #[test]
 fn a_guard_that_is_held_keeps_its_writes_to_itself_while_the_exchange_goes_on() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut areas = handler.lock();
     areas[LOCAL_IO].output.duty[0] = 77;

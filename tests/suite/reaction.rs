@@ -71,7 +71,7 @@ fn answer_all(examiner: &Examiner, area: &TransferArea) {
 #[test]
 fn a_waiting_program_answers_every_input_change_in_the_very_next_request() {
     let examiner = Examiner::start(SimulatedTxt::builder().idle_limit(2 * DEADLINE));
-    let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
+    let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     answer_all(&examiner, &handler.transfer_area());
     assert_eq!(handler.statistics().late_reactions, 0);
@@ -84,7 +84,7 @@ fn the_request_waits_for_all_threads_that_waited_for_the_response() {
     const TOGETHER: usize = 20;
     let pace = Duration::from_millis(20);
     let examiner = Examiner::start(SimulatedTxt::builder().pace(pace));
-    let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
+    let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     let stop = AtomicBool::new(false);
     // What each thread was asked. One may come too late for a response, and then gets the next.
@@ -124,7 +124,7 @@ fn the_request_waits_for_all_threads_that_waited_for_the_response() {
 #[test]
 fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
     let examiner = Examiner::start(unpaced());
-    let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
+    let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     let window = handler.transfer_area();
     let mut asked = 0;
@@ -143,7 +143,7 @@ fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
 fn a_window_in_which_nobody_waits_ends_by_itself() {
     let examiner = Examiner::start(unpaced());
     let window = Duration::from_millis(500);
-    let mut handler = handler_for(&examiner.txt).reaction_window(window).build().unwrap();
+    let handler = handler_for(&examiner.txt).reaction_window(window).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut asked = 0;
     for _ in 0..5 {
@@ -173,7 +173,7 @@ fn poll_until_asked(handler: &TransferAreaComHandler, last: i16) -> i16 {
 #[test]
 fn a_program_that_comes_late_joins_the_window_while_it_is_open() {
     let examiner = Examiner::start(unpaced());
-    let mut handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
+    let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     // Nobody waits for the first response, so its window is open for long.
     wait_until(&examiner.txt, "the first response", |machine| machine.exchanges() == 1);
@@ -185,7 +185,7 @@ fn a_program_that_comes_late_joins_the_window_while_it_is_open() {
 #[test]
 fn without_a_window_requests_leave_at_once() {
     let txt = unpaced().start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
     let areas = handler.wait_cycle().unwrap();
     let begin = txt.with_machine(|machine| machine.exchanges());
@@ -215,8 +215,10 @@ fn a_guard_held_longer_than_the_window_is_counted_and_its_outputs_follow_later()
     let txt = unpaced().start().unwrap();
     for waiting in [false, true] {
         let window = Duration::from_millis(1);
-        let mut handler = handler_for(&txt).reaction_window(window).build().unwrap();
+        let handler = handler_for(&txt).reaction_window(window).build().unwrap();
         handler.begin_transfer().unwrap();
+        let begin = txt.with_machine(|machine| machine.exchanges());
+        wait_until(&txt, "a response", |machine| machine.exchanges() > begin + 1);
         check_late(&handler, &txt, |handler| {
             if waiting {
                 handler.wait_cycle().unwrap()
@@ -232,23 +234,23 @@ fn a_guard_held_longer_than_the_window_is_counted_and_its_outputs_follow_later()
 fn a_thread_that_waits_for_the_lock_longer_than_the_window_is_counted() {
     let pace = Duration::from_millis(200);
     let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
-    let mut handler = handler_for(&txt).reaction_window(pace / 2).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(pace / 2).build().unwrap();
     handler.begin_transfer().unwrap();
     let second = handler.transfer_area();
     thread::scope(|scope| {
         let areas = handler.wait_cycle().unwrap();
-        let first_cycle = handler.statistics().cycles;
         scope.spawn(move || second.wait_cycle().map(drop).unwrap());
-        // The held guard is late once in each window up to the present one, the thread once.
-        loop {
-            let now = handler.statistics();
-            let windows = now.cycles - first_cycle + 1;
-            assert!(windows < 100, "the waiting thread is not counted");
-            if now.late_reactions > windows {
-                break;
-            }
+        // The held guard is late once, and so is the thread, however many windows pass.
+        let cycles = handler.statistics().cycles;
+        while handler.statistics().late_reactions < 2 {
+            assert!(handler.statistics().cycles < cycles + 100, "the waiting thread is not counted");
             thread::sleep(Duration::from_millis(1));
         }
+        let cycles = handler.statistics().cycles;
+        while handler.statistics().cycles < cycles + 3 {
+            thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(handler.statistics().late_reactions, 2);
         drop(areas);
     });
     handler.end_transfer().unwrap();

@@ -50,13 +50,13 @@ fn encoder_motor() -> MotorModel {
 /// A transfer with a world.
 fn begin(world: World) -> (SimulatedTxt, TransferAreaComHandler) {
     let txt = unpaced().extensions(1).world(world).start().unwrap();
-    let mut handler = handler_for(&txt).areas(2).build().unwrap();
+    let handler = handler_for(&txt).areas(2).build().unwrap();
     handler.begin_transfer().unwrap();
     (txt, handler)
 }
 
 /// Ends it, and checks that nothing odd was seen.
-fn end(txt: &SimulatedTxt, mut handler: TransferAreaComHandler) {
+fn end(txt: &SimulatedTxt, handler: TransferAreaComHandler) {
     handler.end_transfer().unwrap();
     check_client(txt);
 }

@@ -33,7 +33,7 @@ fn counting() -> (SimulatedTxt, Arc<Mutex<Vec<i16>>>) {
 
 /// A handler whose transfer has begun.
 fn begin(txt: &SimulatedTxt, window: Duration) -> TransferAreaComHandler {
-    let mut handler = handler_for(txt).reaction_window(window).areas(2).build().unwrap();
+    let handler = handler_for(txt).reaction_window(window).areas(2).build().unwrap();
     handler.begin_transfer().unwrap();
     handler
 }
@@ -41,7 +41,7 @@ fn begin(txt: &SimulatedTxt, window: Duration) -> TransferAreaComHandler {
 #[test]
 fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
     let (txt, answers) = counting();
-    let mut handler = begin(&txt, DEADLINE);
+    let handler = begin(&txt, DEADLINE);
     let mut checked = Vec::new();
     for asked in (10..500).step_by(10) {
         let condition = |areas: &[FishX1Transfer]| {
@@ -68,7 +68,7 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
 #[test]
 fn what_holds_already_is_found_at_once_and_answered_at_once() {
     let (txt, answers) = counting();
-    let mut handler = begin(&txt, 4 * DEADLINE);
+    let handler = begin(&txt, 4 * DEADLINE);
     // Nobody waits for the first response, so its window is open for long.
     wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
     let mut areas = handler.wait_until(|_| true, DEADLINE).unwrap();
@@ -88,7 +88,7 @@ fn a_condition_that_never_holds_ends_at_the_limit_and_changes_nothing() {
     // Responses come in faster than they are checked, and not at all.
     for pace in [Duration::ZERO, 4 * SHORT] {
         let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
-        let mut handler = begin(&txt, Duration::ZERO);
+        let handler = begin(&txt, Duration::ZERO);
         handler.lock()[LOCAL_IO].output.duty[3] = 33;
         handler.wait_cycle().unwrap();
         let written = |area: &FishX1Transfer| (area.config, area.output, area.txt_outputs);
@@ -136,7 +136,7 @@ fn check_errors(area: &TransferArea, expected: &Error) {
 #[test]
 fn without_a_transfer_there_is_nothing_to_wait_for() {
     let txt = unpaced().fault(Fault::at_response(50, FaultKind::WrongCrc)).start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
     check_errors(&area, &Error::NotStarted);
     handler.begin_transfer().unwrap();
@@ -152,7 +152,7 @@ fn without_a_transfer_there_is_nothing_to_wait_for() {
 #[test]
 fn a_transfer_that_is_ended_ends_the_wait() {
     let (txt, _) = counting();
-    let mut handler = begin(&txt, DEADLINE);
+    let handler = begin(&txt, DEADLINE);
     let area = handler.transfer_area();
     let waiting = thread::spawn(move || area.wait_until(|_| false, Duration::MAX).map(drop));
     wait_until(&txt, "checks", |machine| machine.exchanges() > 5);
@@ -187,7 +187,7 @@ fn inputs_of_an_earlier_transfer_are_not_looked_at() {
         machine.controllers[LOCAL_IO].uni[0] = 1;
     });
     let txt = txt.start().unwrap();
-    let mut handler = handler_for(&txt).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     for begun_before in [false, true] {
         held.store(true, Ordering::Relaxed);
         handler.begin_transfer().unwrap();
@@ -214,7 +214,7 @@ fn inputs_of_an_earlier_transfer_are_not_looked_at() {
 #[test]
 fn a_condition_that_panics_stops_the_motors() {
     let (txt, _) = counting();
-    let mut handler = begin(&txt, DEADLINE);
+    let handler = begin(&txt, DEADLINE);
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
     let mistake = |areas: &[FishX1Transfer]| {
         assert!(areas[LOCAL_IO].input.uni[0] < 5, "a condition with a mistake");
@@ -228,7 +228,7 @@ fn a_condition_that_panics_stops_the_motors() {
 #[test]
 fn a_motors_distance_is_waited_for_and_never_over_early() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = begin(&txt, DEADLINE);
+    let handler = begin(&txt, DEADLINE);
     // Outputs of an extension go out when a response has told of it.
     handler.wait_cycle().unwrap();
     for area in [LOCAL_IO, REMOTE_IO_1] {
@@ -256,7 +256,7 @@ fn a_motors_distance_is_waited_for_and_never_over_early() {
 #[test]
 fn a_counters_reset_is_waited_for() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let mut handler = begin(&txt, DEADLINE);
+    let handler = begin(&txt, DEADLINE);
     handler.wait_cycle().unwrap();
     for area in [LOCAL_IO, REMOTE_IO_1] {
         for count in 1..20 {

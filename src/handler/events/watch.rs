@@ -1,6 +1,6 @@
 //! What has happened between two responses.
 
-use super::{Event, EventKind, Joystick, KindSet};
+use super::event::{Event, EventKind, Joystick, KindSet};
 use crate::exchange::{Inputs, SentConfigs};
 use crate::sockets::{Counter, Input, Motor};
 use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};

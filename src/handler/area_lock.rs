@@ -1,0 +1,220 @@
+//! Who has the areas, and who is next.
+
+use std::time::Instant;
+
+use super::sync::ThreadId;
+use crate::transfer_area::FishX1Transfer;
+
+/// The areas go from hand to hand: whoever locks them takes them out, and puts them back.
+///
+/// Nobody can overtake those who wait, so a thread that locks again and again does not starve the
+/// others. First comes the cycle hook, then whoever answers a response, then whoever just locks.
+#[derive(Debug)]
+pub(super) struct AreaLock {
+    /// `None` while somebody has them.
+    areas: Option<Vec<FishX1Transfer>>,
+    /// Counts the holders, so that one who was deprived of them is known.
+    turn: u64,
+    holder: Option<Holder>,
+    /// The kind of those who wait to whom the areas were promised.
+    promised: Option<Waiter>,
+    /// How many wait, by kind.
+    waiting: [usize; 2],
+    hook_waits: bool,
+}
+
+/// Who has the areas, and since when.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Holder {
+    pub(super) thread: ThreadId,
+    pub(super) since: Instant,
+}
+
+/// The kinds of threads of the program that wait for the areas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Waiter {
+    /// The next request waits for it.
+    Reacting,
+    Other,
+}
+
+impl AreaLock {
+    pub(super) fn new(areas: Vec<FishX1Transfer>) -> Self {
+        Self {
+            areas: Some(areas),
+            turn: 0,
+            holder: None,
+            promised: None,
+            waiting: [0; 2],
+            hook_waits: false,
+        }
+    }
+
+    /// Takes the areas unless somebody has them or was promised them; tells the holder's turn.
+    pub(super) fn try_take(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
+        if self.promised.is_some() || self.hook_waits {
+            return None;
+        }
+        self.take(holder)
+    }
+
+    /// Takes the areas if they were promised to this kind of waiter.
+    pub(super) fn take_promised(
+        &mut self,
+        waiter: Waiter,
+        holder: Holder,
+    ) -> Option<(Vec<FishX1Transfer>, u64)> {
+        self.promised.take_if(|promised| *promised == waiter)?;
+        self.take(holder)
+    }
+
+    /// Takes the areas for the cycle hook, or has it be the next.
+    pub(super) fn take_for_hook(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
+        let taken = if self.promised.is_none() { self.take(holder) } else { None };
+        self.hook_waits = taken.is_none();
+        taken
+    }
+
+    fn take(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
+        let areas = self.areas.take()?;
+        self.turn += 1;
+        self.holder = Some(holder);
+        Some((areas, self.turn))
+    }
+
+    /// The hook's turn has passed. Tells whom to wake, as [`put_back`](Self::put_back).
+    pub(super) fn pass_hook(&mut self) -> Option<Waiter> {
+        self.hook_waits = false;
+        if self.areas.is_none() || self.promised.is_some() {
+            return None;
+        }
+        self.promise()
+    }
+
+    /// A thread begins to wait for the areas.
+    pub(super) fn wait(&mut self, waiter: Waiter) {
+        self.waiting[waiter as usize] += 1;
+    }
+
+    /// A thread has waited for the areas.
+    pub(super) fn waited(&mut self, waiter: Waiter) {
+        self.waiting[waiter as usize] -= 1;
+    }
+
+    /// Puts the areas back; tells the kind of waiters of whom one is to be woken. What a holder
+    /// brings whose turn is over is thrown away.
+    pub(super) fn put_back(&mut self, areas: Vec<FishX1Transfer>, turn: u64) -> Option<Waiter> {
+        if turn != self.turn {
+            return None;
+        }
+        self.areas = Some(areas);
+        self.holder = None;
+        self.promise()
+    }
+
+    /// Gives the areas up for lost with whoever has them; these take their place.
+    pub(super) fn replace(&mut self, areas: Vec<FishX1Transfer>) -> Option<Waiter> {
+        self.turn += 1;
+        self.put_back(areas, self.turn)
+    }
+
+    fn promise(&mut self) -> Option<Waiter> {
+        if self.hook_waits {
+            return None;
+        }
+        let next = |waiter: &Waiter| self.waiting[*waiter as usize] > 0;
+        self.promised = [Waiter::Reacting, Waiter::Other].into_iter().find(next);
+        self.promised
+    }
+
+    /// The areas go on to another thread.
+    pub(super) fn hand_to(&mut self, thread: ThreadId) {
+        if let Some(holder) = &mut self.holder {
+            holder.thread = thread;
+        }
+    }
+
+    pub(super) fn hook_waits(&self) -> bool {
+        self.hook_waits
+    }
+
+    pub(super) fn holder(&self) -> Option<Holder> {
+        self.holder
+    }
+
+    /// Whether this is still the turn of a holder.
+    pub(super) fn is_turn(&self, turn: u64) -> bool {
+        self.turn == turn
+    }
+}
+
+#[cfg(all(test, not(shuttle)))]
+mod tests {
+    use super::*;
+    use crate::handler::sync::thread_id;
+
+    fn lock() -> AreaLock {
+        AreaLock::new(vec![FishX1Transfer::default()])
+    }
+
+    fn me() -> Holder {
+        Holder { thread: thread_id(), since: Instant::now() }
+    }
+
+    #[test]
+    fn nobody_overtakes_who_waits() {
+        let mut lock = lock();
+        let (areas, turn) = lock.try_take(me()).unwrap();
+        assert!(lock.try_take(me()).is_none());
+        lock.wait(Waiter::Other);
+        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
+        assert!(lock.try_take(me()).is_none(), "they are promised");
+        assert!(lock.take_promised(Waiter::Reacting, me()).is_none(), "to another kind");
+        assert!(lock.take_promised(Waiter::Other, me()).is_some());
+        lock.waited(Waiter::Other);
+        assert!(lock.take_promised(Waiter::Other, me()).is_none(), "once");
+    }
+
+    #[test]
+    fn who_answers_a_response_comes_before_who_just_locks() {
+        let mut lock = lock();
+        let (areas, turn) = lock.try_take(me()).unwrap();
+        lock.wait(Waiter::Other);
+        lock.wait(Waiter::Reacting);
+        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
+        let (areas, turn) = lock.take_promised(Waiter::Reacting, me()).unwrap();
+        lock.waited(Waiter::Reacting);
+        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
+    }
+
+    #[test]
+    fn the_hook_comes_first_unless_its_turn_has_passed() {
+        let mut lock = lock();
+        let (areas, turn) = lock.try_take(me()).unwrap();
+        lock.wait(Waiter::Reacting);
+        assert!(lock.take_for_hook(me()).is_none());
+        assert_eq!(lock.put_back(areas, turn), None);
+        assert!(lock.try_take(me()).is_none());
+        let (areas, turn) = lock.take_for_hook(me()).unwrap();
+        assert!(!lock.hook_waits());
+        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
+        let (areas, turn) = lock.take_promised(Waiter::Reacting, me()).unwrap();
+        assert!(lock.take_for_hook(me()).is_none());
+        assert_eq!(lock.put_back(areas, turn), None);
+        assert_eq!(lock.pass_hook(), Some(Waiter::Reacting));
+    }
+
+    #[test]
+    fn a_holder_whose_turn_is_over_puts_nothing_back() {
+        let mut lock = lock();
+        let (mut areas, turn) = lock.try_take(me()).unwrap();
+        areas[0].output.duty[0] = 512;
+        lock.replace(vec![FishX1Transfer::default()]);
+        let (fresh, next) = lock.try_take(me()).unwrap();
+        assert_eq!(lock.put_back(areas, turn), None);
+        assert!(lock.holder().is_some(), "another one has them now");
+        assert_eq!(fresh[0].output.duty[0], 0);
+        lock.put_back(fresh, next);
+        assert!(lock.holder().is_none());
+    }
+}

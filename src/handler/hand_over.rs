@@ -1,0 +1,166 @@
+//! What the program and the transfer hand over to each other: outputs one way, inputs the other.
+
+use std::time::Duration;
+
+use super::unfinished::{Cut, Unfinished};
+use crate::exchange::Inputs;
+use crate::transfer_area::FishX1Transfer;
+
+/// The outputs as the last guard left them, and the inputs that have come in since.
+///
+/// A guard may keep the areas as long as it likes, so the transfer does not use them: it takes the
+/// outputs from here and leaves the inputs here, and both come and go with the guards, in one piece.
+#[derive(Debug)]
+pub(super) struct HandOver {
+    /// The areas as the last guard left them.
+    outgoing: Vec<FishX1Transfer>,
+    incoming: Inputs,
+    /// Whether `incoming` has something that is not yet in the areas.
+    inputs_due: bool,
+    /// Whether the outputs were stopped or refused, and that is not yet in the areas.
+    outputs_due: bool,
+    unfinished: Unfinished,
+}
+
+impl HandOver {
+    pub(super) fn new(areas: Vec<FishX1Transfer>) -> Self {
+        Self {
+            outgoing: areas,
+            incoming: Inputs::default(),
+            inputs_due: false,
+            outputs_due: false,
+            unfinished: Unfinished::default(),
+        }
+    }
+
+    // The program's side.
+
+    /// Brings the areas up to date for a guard: carries what has come in into them, and sets the
+    /// master's timers to the time since the transfer began.
+    pub(super) fn bring_up_to_date(&mut self, areas: &mut [FishX1Transfer], elapsed: Duration) {
+        if std::mem::take(&mut self.outputs_due) {
+            for (area, outgoing) in areas.iter_mut().zip(&self.outgoing) {
+                area.output = outgoing.output;
+                area.txt_outputs = outgoing.txt_outputs;
+            }
+        }
+        if std::mem::take(&mut self.inputs_due) {
+            self.incoming.apply(areas);
+        }
+        if let Some(master) = areas.first_mut() {
+            master.timer.set_elapsed(elapsed);
+        }
+    }
+
+    /// Takes the areas as a guard leaves them; of the outputs only if they count.
+    pub(super) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
+        if outputs_count {
+            self.outgoing.copy_from_slice(areas);
+            return;
+        }
+        for (outgoing, area) in self.outgoing.iter_mut().zip(areas) {
+            let FishX1Transfer { output, txt_outputs, .. } = *outgoing;
+            *outgoing = FishX1Transfer { output, txt_outputs, ..*area };
+        }
+        self.outputs_due = true;
+    }
+
+    /// Undoes what a guard has done that was dropped by a panic.
+    pub(super) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
+        areas.clone_from(&self.outgoing);
+        self.inputs_due = true;
+    }
+
+    // The transfer's side.
+
+    /// The areas as the last guard left them.
+    pub(super) fn outgoing(&self) -> &[FishX1Transfer] {
+        &self.outgoing
+    }
+
+    /// Takes in the inputs of a response.
+    pub(super) fn put(&mut self, inputs: &Inputs) {
+        self.incoming.clone_from(inputs);
+        self.unfinished.hide(&mut self.incoming, &self.outgoing);
+        self.inputs_due = true;
+    }
+
+    /// The newest inputs, as the program sees them.
+    pub(super) fn incoming(&self) -> &Inputs {
+        &self.incoming
+    }
+
+    /// Stops all outputs. Commands that this cuts off never read as done.
+    pub(super) fn stop(&mut self, cut: Cut) {
+        self.unfinished.stop(cut, &self.incoming, &mut self.outgoing);
+        self.outputs_due = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::ExchangeDataResponse;
+
+    fn hand_over() -> (HandOver, Vec<FishX1Transfer>) {
+        let areas = vec![FishX1Transfer::default()];
+        (HandOver::new(areas.clone()), areas)
+    }
+
+    fn put(hand_over: &mut HandOver, first_input: i16) {
+        let mut inputs = Inputs::default();
+        let uni = [first_input; 8];
+        inputs.take_simple(ExchangeDataResponse { uni, ..Default::default() });
+        hand_over.put(&inputs);
+    }
+
+    #[test]
+    fn a_guard_finds_the_newest_inputs_and_leaves_outputs() {
+        let (mut hand_over, mut areas) = hand_over();
+        put(&mut hand_over, 1);
+        put(&mut hand_over, 2);
+        hand_over.bring_up_to_date(&mut areas, Duration::from_millis(1234));
+        assert_eq!((areas[0].input.uni[0], areas[0].timer.timer_1ms), (2, 1234));
+        areas[0].output.duty[0] = 512;
+        hand_over.take(&areas, true);
+        assert_eq!(hand_over.outgoing(), areas);
+    }
+
+    #[test]
+    fn outputs_that_do_not_count_are_undone_but_a_configuration_stays() {
+        let (mut hand_over, mut areas) = hand_over();
+        areas[0].output.duty[0] = 512;
+        areas[0].txt_outputs.sound_cmd_id = 1;
+        areas[0].state.config_id = 2;
+        hand_over.take(&areas, false);
+        assert_eq!(hand_over.outgoing()[0].output.duty[0], 0);
+        assert_eq!(hand_over.outgoing()[0].txt_outputs.sound_cmd_id, 0);
+        assert_eq!(hand_over.outgoing()[0].state.config_id, 2);
+        hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
+        assert_eq!(areas, hand_over.outgoing());
+    }
+
+    #[test]
+    fn what_a_panic_has_left_half_written_is_undone() {
+        let (mut hand_over, mut areas) = hand_over();
+        put(&mut hand_over, 1);
+        hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
+        areas[0].state.config_id = 9;
+        areas[0].input.uni[0] = 99;
+        hand_over.restore(&mut areas);
+        hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
+        assert_eq!((areas[0].state.config_id, areas[0].input.uni[0]), (1, 1));
+    }
+
+    #[test]
+    fn stopped_outputs_reach_the_areas_and_a_guard_of_before_does_not_undo_that() {
+        let (mut hand_over, mut areas) = hand_over();
+        areas[0].output.duty[0] = 512;
+        hand_over.take(&areas, true);
+        hand_over.stop(Cut::Connection);
+        assert_eq!(hand_over.outgoing()[0].output.duty[0], 0);
+        hand_over.take(&areas, false);
+        hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
+        assert_eq!(areas[0].output.duty[0], 0);
+    }
+}

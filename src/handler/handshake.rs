@@ -1,0 +1,47 @@
+//! Making a connection on which the exchange can begin.
+
+use std::time::Duration;
+
+use log::info;
+
+use super::builder::Settings;
+use super::shared::Controller;
+use crate::client::{TimeLimits, TxtClient};
+use crate::error::Error;
+use crate::exchange::Exchange;
+use crate::firmware::FirmwareVersion;
+use crate::transfer_area::FishX1Transfer;
+
+/// A connection in online mode, and the exchange on it.
+pub(super) struct Link {
+    pub(super) client: TxtClient,
+    pub(super) exchange: Exchange,
+}
+
+/// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
+/// Tells whom the connection leads to, and how many configurations there were.
+///
+/// Any thread can do so. Connecting takes at most `limit`, and each answer as long as the settings
+/// allow.
+pub(super) fn connect(
+    settings: &Settings,
+    limit: Duration,
+    areas: &[FishX1Transfer],
+    mut found: impl FnMut(Controller),
+) -> Result<(Link, u64), Error> {
+    let Settings { host, port, .. } = settings;
+    let limits = TimeLimits { connect: limit, ..settings.limits };
+    let mut client = TxtClient::connect(host, *port, limits)?;
+    let address = client.address();
+    let status = client.query_status()?;
+    found(Controller { status, address });
+    let (version, required) = (status.version, FirmwareVersion::OLDEST_SUPPORTED);
+    if version < required {
+        return Err(Error::FirmwareTooOld { found: version, required });
+    }
+    info!("{} with firmware {version} at {host}:{port}", status.name());
+    client.start_online()?;
+    let mut exchange = Exchange::new(settings.mode, version);
+    let config_updates = client.update_configs(&mut exchange, areas)?;
+    Ok((Link { client, exchange }, config_updates))
+}

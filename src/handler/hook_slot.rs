@@ -1,0 +1,141 @@
+//! The cycle hook's place: the function itself, and whose turn it is.
+
+use std::fmt;
+use std::ops::ControlFlow;
+use std::time::{Duration, Instant};
+
+use super::sync::ThreadId;
+use crate::transfer_area::FishX1Transfer;
+
+/// The program's function.
+pub(super) type Hook = Box<dyn FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> + Send>;
+
+/// Where the program leaves its hook, and where the hook's thread gets its turns.
+///
+/// The hook runs in a thread of its own, so that the transfer thread can go on without it.
+#[derive(Default)]
+pub(super) struct HookSlot {
+    /// `None` while it runs, too.
+    hook: Option<Hook>,
+    /// Counts the hooks that were set and cleared, so that one that was replaced while it ran is known.
+    version: u64,
+    turn: Turn,
+    /// When the turn that is under way was given.
+    called: Option<Instant>,
+    /// Counts the hook's threads, so that one whose hook did not return is known.
+    thread: u64,
+}
+
+/// What the hook's thread is to do, or is doing.
+#[derive(Debug, Default)]
+enum Turn {
+    /// Nothing.
+    #[default]
+    None,
+    /// To call the hook with these areas, in the holder's turn of this number.
+    Called(Vec<FishX1Transfer>, u64),
+    /// The hook of this version runs in this thread.
+    Running(ThreadId, u64),
+}
+
+/// A turn that has begun: the hook, if it was not cleared, and what it gets.
+pub(super) struct Begun {
+    pub(super) hook: Option<Hook>,
+    version: u64,
+    pub(super) areas: Vec<FishX1Transfer>,
+    pub(super) turn: u64,
+}
+
+impl HookSlot {
+    /// Whether there is a hook that can be called now.
+    pub(super) fn is_ready(&self) -> bool {
+        self.hook.is_some() && matches!(self.turn, Turn::None)
+    }
+
+    /// Puts a hook in, or none; gives back the one before, unless it runs.
+    pub(super) fn put(&mut self, hook: Option<Hook>) -> Option<Hook> {
+        self.version += 1;
+        std::mem::replace(&mut self.hook, hook)
+    }
+
+    /// Whether a hook still runs, in another thread, that is not the present one any more.
+    pub(super) fn old_one_runs_elsewhere(&self, me: ThreadId) -> bool {
+        matches!(self.turn, Turn::Running(thread, version)
+            if thread != me && version != self.version)
+    }
+
+    /// Whether the hook runs in this thread.
+    pub(super) fn runs_in(&self, me: ThreadId) -> bool {
+        matches!(self.turn, Turn::Running(thread, _) if thread == me)
+    }
+
+    // What the transfer thread calls.
+
+    /// A new thread for the hook begins; its number.
+    pub(super) fn start(&mut self) -> u64 {
+        self.thread += 1;
+        self.turn = Turn::None;
+        self.thread
+    }
+
+    /// Gives the hook's thread a turn.
+    pub(super) fn call(&mut self, areas: Vec<FishX1Transfer>, turn: u64) {
+        self.turn = Turn::Called(areas, turn);
+        self.called = Some(Instant::now());
+    }
+
+    /// When the turn that is under way was given; `None` without one.
+    pub(super) fn busy_since(&self) -> Option<Instant> {
+        self.called.filter(|_| matches!(self.turn, Turn::Called(..) | Turn::Running(..)))
+    }
+
+    /// Ends the thread: after its turn, or, if the hook does not return, whenever it does.
+    pub(super) fn end(&mut self) {
+        self.thread += 1;
+        self.turn = Turn::None;
+    }
+
+    // What the hook's thread calls.
+
+    /// Whether the thread with this number is to end.
+    pub(super) fn is_over(&self, thread: u64) -> bool {
+        self.thread != thread
+    }
+
+    /// Begins a turn, if there is one.
+    pub(super) fn begin(&mut self, me: ThreadId) -> Option<Begun> {
+        match std::mem::take(&mut self.turn) {
+            Turn::Called(areas, turn) => {
+                self.turn = Turn::Running(me, self.version);
+                Some(Begun { hook: self.hook.take(), version: self.version, areas, turn })
+            }
+            other => {
+                self.turn = other;
+                None
+            }
+        }
+    }
+
+    /// Ends a turn. Gives the hook back when it is not the present one any more, to be dropped
+    /// elsewhere.
+    pub(super) fn done(&mut self, begun: Begun, me: ThreadId) -> Option<Hook> {
+        let is_given_up = !self.runs_in(me);
+        if !is_given_up {
+            self.turn = Turn::None;
+        }
+        if is_given_up || begun.version != self.version {
+            return begun.hook;
+        }
+        self.hook = begun.hook;
+        None
+    }
+}
+
+impl fmt::Debug for HookSlot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("HookSlot").field("turn", &self.turn).finish_non_exhaustive()
+    }
+}
+
+/// How long a hook may take unless the program says otherwise.
+pub(super) const DEFAULT_LIMIT: Duration = Duration::from_millis(500);

@@ -1,0 +1,170 @@
+//! The cycle hook's turns, and the thread that it runs in.
+
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use super::area_lock::Holder;
+use super::hook_slot::Begun;
+use super::program_side::Taken;
+use super::shared::Shared;
+use super::state::Stop;
+use super::sync::{earlier, thread_id, wait_until};
+use crate::error::Error;
+
+/// The transfer thread's hold on the hook: gives it a turn in each cycle, and goes on without it when
+/// it does not return.
+pub(super) struct HookThread {
+    shared: Arc<Shared>,
+    /// How long the reaction window lasts.
+    window: Duration,
+    /// How long the hook may take.
+    limit: Duration,
+    /// There is one from the first turn on.
+    thread: Option<JoinHandle<()>>,
+}
+
+impl HookThread {
+    pub(super) fn new(shared: Arc<Shared>, window: Duration, limit: Duration) -> Self {
+        Self { shared, window, limit, thread: None }
+    }
+
+    /// Calls the hook, if there is one, with the areas and the response that has just come in, and
+    /// waits until it has returned.
+    ///
+    /// While somebody has the areas its turn is put off, until the reaction window ends. When the
+    /// watchdog expires first, the transfer goes on while the hook runs.
+    pub(super) fn take_turn(&mut self) -> Result<(), Error> {
+        self.start()?;
+        if self.give_turn() {
+            self.wait_until_done();
+        }
+        Ok(())
+    }
+
+    /// Starts the thread when there is a hook and no thread yet.
+    fn start(&mut self) -> Result<(), Error> {
+        if self.thread.is_some() || !self.shared.state().hook.is_ready() {
+            return Ok(());
+        }
+        let number = self.shared.state().hook.start();
+        let shared = Arc::clone(&self.shared);
+        let thread = std::thread::Builder::new()
+            .name("cycle-hook".to_owned())
+            .spawn(move || serve(&shared, number))
+            .map_err(|error| Error::not_started(&error))?;
+        self.thread = Some(thread);
+        Ok(())
+    }
+
+    /// Gives the hook a turn unless there is none; whether it has one.
+    fn give_turn(&self) -> bool {
+        let shared = &*self.shared;
+        let mut state = shared.state();
+        if state.hook.busy_since().is_some() {
+            state.statistics.late_reactions += 1;
+            return true;
+        }
+        if !state.hook.is_ready() {
+            return false;
+        }
+        let end = state.window_end(self.window);
+        let mut is_over = false;
+        while state.transfer.stop().is_none() {
+            let holder = Holder { thread: thread_id(), since: Instant::now() };
+            if let Some((mut areas, turn)) = state.area_lock.take_for_hook(holder) {
+                let elapsed = state.transfer.elapsed();
+                state.hand_over.bring_up_to_date(&mut areas, elapsed);
+                state.hook.call(areas, turn);
+                shared.hook_turn.notify_all();
+                return true;
+            }
+            if is_over {
+                state.statistics.late_reactions += 1;
+                break;
+            }
+            let deadline = earlier(end, state.watchdog.deadline());
+            is_over = wait_until(&shared.attended, &mut state, deadline);
+        }
+        let next = state.area_lock.pass_hook();
+        shared.wake_next(&state, next);
+        false
+    }
+
+    fn wait_until_done(&self) {
+        let shared = &*self.shared;
+        let mut state = shared.state();
+        while let Some(since) = state.hook.busy_since() {
+            let end = since.checked_add(self.limit);
+            let deadline = earlier(end, state.watchdog.deadline());
+            if !wait_until(&shared.attended, &mut state, deadline) {
+                continue;
+            }
+            if state.hook.busy_since().is_none() {
+                return;
+            }
+            if end.is_some_and(|end| end <= Instant::now()) {
+                state.transfer.ask_to_stop(Stop::HookHangs(self.limit));
+            }
+            return;
+        }
+    }
+
+    /// Ends the thread. A hook that does not return is left to itself, and the areas that it has are
+    /// replaced: it can do no harm with them.
+    pub(super) fn end(&mut self) {
+        let Some(thread) = self.thread.take() else { return };
+        let shared = &*self.shared;
+        self.wait_until_done();
+        let mut state = shared.state();
+        let hangs = state.hook.busy_since().is_some();
+        state.hook.end();
+        if hangs {
+            let areas = state.hand_over.outgoing().to_vec();
+            let next = state.area_lock.replace(areas);
+            shared.wake_next(&state, next);
+        }
+        drop(state);
+        shared.hook_turn.notify_all();
+        if !hangs {
+            // It catches the hook's panics, so there is nothing to learn here.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The hook's thread: takes its turns until it is to end.
+fn serve(shared: &Shared, number: u64) {
+    loop {
+        let mut state = shared.state();
+        let mut begun = loop {
+            if state.hook.is_over(number) {
+                return;
+            }
+            if let Some(begun) = state.hook.begin(thread_id()) {
+                break begun;
+            }
+            shared.hook_turn.wait(&mut state);
+        };
+        state.area_lock.hand_to(thread_id());
+        let taken = Taken::for_hook(&state, std::mem::take(&mut begun.areas), begun.turn);
+        drop(state);
+        run(shared, &mut begun, taken);
+        let replaced = shared.state().hook.done(begun, thread_id());
+        shared.attended.notify_one();
+        shared.hook_turn.notify_all();
+        // Not under the lock, because what it owns is the program's.
+        drop(replaced);
+    }
+}
+
+/// Calls the hook and puts the areas back.
+fn run(shared: &Shared, begun: &mut Begun, mut taken: Taken) {
+    let Some(hook) = &mut begun.hook else { return shared.release(&mut taken, false) };
+    let result = catch_unwind(AssertUnwindSafe(|| hook(&mut taken.areas)));
+    shared.release(&mut taken, result.is_err());
+    if result.is_ok_and(|goes_on| goes_on.is_break()) {
+        shared.ask_to_stop(Stop::Asked);
+    }
+}

@@ -1,0 +1,89 @@
+//! What has stopped the outputs behind the program's back, and which handle knows of it.
+
+use std::collections::VecDeque;
+
+use crate::error::Error;
+
+/// How many are kept for a handle that has not asked for long.
+const KEPT: usize = 16;
+
+/// Counts whatever has set the outputs to 0: the end of a transfer, a lost connection, the watchdog.
+///
+/// Each handle remembers of how many it knows. Those that do not end the transfer are told by an
+/// error, to each handle once.
+#[derive(Debug, Default)]
+pub(super) struct Interruptions {
+    count: u64,
+    /// By number, the error that tells of it.
+    untold: VecDeque<(u64, Error)>,
+}
+
+impl Interruptions {
+    /// How many there were so far.
+    pub(super) fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The outputs were stopped in a transfer that goes on.
+    pub(super) fn note(&mut self, error: Error) {
+        self.count += 1;
+        if self.untold.len() == KEPT {
+            self.untold.pop_front();
+        }
+        self.untold.push_back((self.count, error));
+    }
+
+    /// A transfer ends, of which its own error tells.
+    pub(super) fn note_end(&mut self) {
+        self.count += 1;
+        self.untold.clear();
+    }
+
+    /// What a handle that knows of the first `known` has to be told next, and of how many it knows
+    /// then.
+    pub(super) fn news(&self, known: u64) -> Option<(u64, Error)> {
+        self.untold.iter().find(|(number, _)| *number > known).cloned()
+    }
+
+    pub(super) fn has_news(&self, known: u64) -> bool {
+        self.untold.back().is_some_and(|(number, _)| *number > known)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    fn expired(seconds: u64) -> Error {
+        Error::WatchdogExpired { limit: Duration::from_secs(seconds) }
+    }
+
+    #[test]
+    fn each_handle_is_told_of_each_once_in_order() {
+        let mut interruptions = Interruptions::default();
+        assert_eq!(interruptions.news(0), None);
+        interruptions.note(expired(1));
+        interruptions.note(expired(2));
+        assert_eq!(interruptions.news(0), Some((1, expired(1))));
+        assert_eq!(interruptions.news(1), Some((2, expired(2))));
+        assert_eq!((interruptions.news(2), interruptions.has_news(2)), (None, false));
+        assert!(interruptions.has_news(1));
+    }
+
+    #[test]
+    fn an_end_leaves_nothing_to_tell_but_counts() {
+        let mut interruptions = Interruptions::default();
+        interruptions.note(expired(1));
+        interruptions.note_end();
+        assert_eq!((interruptions.count(), interruptions.news(0)), (2, None));
+    }
+
+    #[test]
+    fn the_newest_are_kept_for_who_does_not_ask() {
+        let mut interruptions = Interruptions::default();
+        (1..=100).for_each(|number| interruptions.note(expired(number)));
+        assert_eq!(interruptions.news(0), Some((85, expired(85))));
+    }
+}

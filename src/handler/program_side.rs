@@ -1,0 +1,317 @@
+//! What the program's threads do with what they share with the transfer thread.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::area_lock::{Holder, Waiter};
+use super::command::Command;
+use super::shared::{Shared, State};
+use super::state::Stop;
+use super::sync::{thread_id, wait_until, MutexGuard};
+use crate::camera::CameraControl;
+use crate::error::Error;
+use crate::transfer_area::FishX1Transfer;
+
+/// What one handle to the areas has been told, so that it is told the rest, and nothing twice.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Known {
+    /// The newest response that a wait of this handle has returned.
+    pub(super) returned: u64,
+    /// The newest response that any guard of this handle has shown.
+    pub(super) shown: u64,
+    /// How many interruptions it knows of.
+    pub(super) interruptions: u64,
+}
+
+/// The areas in the hands of a guard, and what has to be known when they are put back.
+#[derive(Debug)]
+pub(super) struct Taken {
+    pub(super) areas: Vec<FishX1Transfer>,
+    /// The holder's turn.
+    turn: u64,
+    /// The newest response whose window was opened.
+    pub(super) response: u64,
+    /// The newest response that is in the areas.
+    pub(super) newest: u64,
+    /// The response for which the thread waited.
+    pub(super) reacts_to: Option<u64>,
+    /// The interruptions before it; with one more its outputs do not count.
+    interruptions: u64,
+    /// Whether its outputs count at all.
+    outputs_count: bool,
+}
+
+impl Taken {
+    /// The areas in the hands of the cycle hook.
+    pub(super) fn for_hook(state: &State, areas: Vec<FishX1Transfer>, turn: u64) -> Self {
+        let interruptions = state.interruptions.count();
+        let known = Known { interruptions, ..Known::default() };
+        Self::new(state, areas, turn, None, state.outputs_count(known))
+    }
+
+    fn new(
+        state: &State,
+        areas: Vec<FishX1Transfer>,
+        turn: u64,
+        reacts_to: Option<u64>,
+        outputs_count: bool,
+    ) -> Self {
+        Self {
+            areas,
+            turn,
+            response: state.window.response(),
+            newest: state.delivered,
+            reacts_to,
+            interruptions: state.interruptions.count(),
+            outputs_count,
+        }
+    }
+}
+
+impl Shared {
+    /// Locks the areas and brings them up to date. The thread may have waited for a response.
+    ///
+    /// # Panics
+    ///
+    /// When the thread has them already.
+    pub(super) fn lock(&self, known: Known, reacts_to: Option<u64>) -> Taken {
+        let mut state = self.state_of_others();
+        let (areas, turn) = self.take_areas(&mut state, reacts_to);
+        let newest = state.delivered;
+        if reacts_to.is_none() && newest > known.shown && state.last_response.is_some() {
+            let late = state.window.look(newest);
+            state.statistics.late_reactions += u64::from(late);
+        }
+        let counts = state.outputs_count(known);
+        let mut taken = Taken::new(&state, areas, turn, reacts_to, counts);
+        let elapsed = state.transfer.elapsed();
+        state.hand_over.bring_up_to_date(&mut taken.areas, elapsed);
+        MutexGuard::unlock_fair(state);
+        taken
+    }
+
+    fn take_areas(
+        &self,
+        state: &mut MutexGuard<'_, State>,
+        reacts_to: Option<u64>,
+    ) -> (Vec<FishX1Transfer>, u64) {
+        let holder = || Holder { thread: thread_id(), since: Instant::now() };
+        if let Some(taken) = state.area_lock.try_take(holder()) {
+            return taken;
+        }
+        let waiter = if reacts_to.is_some() { Waiter::Reacting } else { Waiter::Other };
+        state.area_lock.wait(waiter);
+        loop {
+            self.areas_free(waiter).wait(state);
+            if let Some(taken) = state.area_lock.take_promised(waiter, holder()) {
+                state.area_lock.waited(waiter);
+                return taken;
+            }
+        }
+    }
+
+    /// Takes the areas back from a guard; after a panic as they were before it.
+    pub(super) fn release(&self, taken: &mut Taken, panicked: bool) {
+        let mut areas = std::mem::take(&mut taken.areas);
+        let mut state = self.state();
+        // Others may have been given areas in place of those that the hook did not give back.
+        if state.area_lock.is_turn(taken.turn) {
+            if panicked {
+                state.hand_over.restore(&mut areas);
+                state.transfer.ask_to_stop(Stop::ProgramPanicked);
+            } else {
+                let counts =
+                    taken.outputs_count && state.interruptions.count() == taken.interruptions;
+                state.hand_over.take(&areas, counts);
+                state.watchdog.feed();
+            }
+            let next = state.area_lock.put_back(areas, taken.turn);
+            self.wake_next(&state, next);
+            state.window.leave(taken.reacts_to);
+        }
+        if state.transfer.stop().is_some() || state.window.is_attended() {
+            self.attended.notify_one();
+        }
+        // A thread that locks again at once would otherwise keep all others out.
+        MutexGuard::unlock_fair(state);
+    }
+
+    /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it
+    /// would wait for itself for ever.
+    fn state_of_others(&self) -> MutexGuard<'_, State> {
+        let state = self.state();
+        match state.area_lock.holder() {
+            Some(holder) if holder.thread == thread_id() => {
+                drop(state);
+                panic_of_holder(holder)
+            }
+            _ => state,
+        }
+    }
+
+    /// Waits for a response newer than the handle has returned, and tells which one it is; `None` when
+    /// the deadline comes first.
+    ///
+    /// # Panics
+    ///
+    /// When the thread has the areas.
+    pub(super) fn wait_cycle(
+        &self,
+        known: &mut Known,
+        deadline: Option<Instant>,
+    ) -> Result<Option<u64>, Error> {
+        let mut state = self.state_of_others();
+        state.tell_news(known)?;
+        state.check_running(known)?;
+        if state.window.response() > known.returned {
+            if let Some(response) = state.window.join() {
+                return Ok(Some(response));
+            }
+        }
+        let (transfer, response) = (state.transfer.number(), state.window.response());
+        state.window.expect();
+        loop {
+            let timed_out = wait_until(&self.arrived, &mut state, deadline);
+            let has_news = state.interruptions.has_news(known.interruptions);
+            let goes_on = state.transfer.is_running() && state.transfer.number() == transfer;
+            let is_there = state.window.response() != response;
+            if is_there && goes_on && !has_news {
+                return Ok(Some(response + 1));
+            }
+            if goes_on && !has_news && !timed_out {
+                continue;
+            }
+            state.window.give_up(response);
+            if state.window.is_attended() {
+                self.attended.notify_one();
+            }
+            state.tell_news(known)?;
+            state.check_running(known)?;
+            // Another transfer may have begun meanwhile.
+            return if goes_on { Ok(None) } else { Err(Error::NotStarted) };
+        }
+    }
+
+    /// Whether the present transfer has brought inputs yet; errs without one.
+    pub(super) fn has_inputs(&self, known: &mut Known) -> Result<bool, Error> {
+        let mut state = self.state_of_others();
+        state.tell_news(known)?;
+        state.check_running(known)?;
+        Ok(state.last_response.is_some())
+    }
+
+    /// Has the next request wait for the calling thread, if it has not left yet; tells for which
+    /// response.
+    pub(super) fn join_window(&self) -> Option<u64> {
+        self.state().window.join()
+    }
+
+    /// The program is alive; errs with what the handle has not been told yet.
+    pub(super) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
+        let mut state = self.state();
+        state.watchdog.feed();
+        state.tell_news(known)?;
+        state.check_running(known)
+    }
+
+    /// Whether a transfer is running.
+    pub(super) fn is_running(&self, known: &mut Known) -> bool {
+        self.state().check_running(known).is_ok()
+    }
+
+    /// The handle's owner begins a transfer, so it knows of the last one's end.
+    pub(super) fn know_all(&self, known: &mut Known) {
+        known.interruptions = self.state().interruptions.count();
+    }
+
+    /// Waits until no thread is connecting.
+    pub(super) fn wait_until_begun(&self) {
+        let mut state = self.state();
+        while state.transfer.is_beginning() {
+            self.arrived.wait(&mut state);
+        }
+    }
+
+    /// Whether this thread runs the cycle hook.
+    pub(super) fn hook_runs_here(&self) -> bool {
+        self.state().hook.runs_in(thread_id())
+    }
+
+    /// The error that ended the last transfer, until the next begins.
+    pub(super) fn error(&self, known: &mut Known) -> Option<Error> {
+        let state = self.state();
+        state.check_running(known).err().and_then(|_| state.transfer.error())
+    }
+
+    /// Errs with why no transfer is running.
+    pub(super) fn check_running(&self) -> Result<(), Error> {
+        self.state().transfer.check_running()
+    }
+
+    /// Has the transfer thread send a command, and waits until that is done.
+    pub(super) fn run_command(&self, command: Command) -> Result<(), Error> {
+        let mut state = self.state();
+        state.transfer.check_running()?;
+        state.command = Some(command);
+        while state.command.is_some() && state.transfer.is_running() {
+            self.arrived.wait(&mut state);
+        }
+        state.transfer.check_running()
+    }
+
+    /// Has this stream end with the transfer; at once, when that has ended already.
+    pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
+        let mut state = self.state();
+        if state.transfer.is_running() {
+            state.camera = Some(camera);
+            return;
+        }
+        drop(state);
+        camera.stop();
+    }
+
+    pub(super) fn ask_to_stop(&self, stop: Stop) {
+        self.state().transfer.ask_to_stop(stop);
+        self.attended.notify_one();
+    }
+}
+
+impl State {
+    /// Whether the outputs count that a handle writes now: not while they are stopped and it does not
+    /// know of that.
+    fn outputs_count(&self, known: Known) -> bool {
+        let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();
+        goes_on || known.interruptions >= self.interruptions.count()
+    }
+
+    /// Errs with the next interruption that a handle has not been told.
+    fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
+        let Some((number, error)) = self.interruptions.news(known.interruptions) else {
+            return Ok(());
+        };
+        known.interruptions = number;
+        self.watchdog.acknowledge(number);
+        Err(error)
+    }
+
+    /// Errs with why no transfer is running, which the handle knows then.
+    fn check_running(&self, known: &mut Known) -> Result<(), Error> {
+        self.transfer.check_running().inspect_err(|_| {
+            if !self.transfer.is_beginning() {
+                known.interruptions = self.interruptions.count();
+            }
+        })
+    }
+}
+
+fn panic_of_holder(holder: Holder) -> ! {
+    let thread = std::thread::current();
+    panic!(
+        "the thread {:?} has had the transfer areas locked for {:?} and asks for them once more, so it \
+         would wait for itself for ever; a guard lives until the end of its block, or of its whole \
+         statement (also `match`, `if let` and `println!`): keep it in a variable and use that, or copy \
+         the value that you need and drop the guard first",
+        thread.name().unwrap_or("without a name"),
+        holder.since.elapsed(),
+    )
+}

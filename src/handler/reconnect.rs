@@ -1,0 +1,83 @@
+//! Making a lost connection again.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use log::{debug, info};
+
+use super::builder::Settings;
+use super::cycle::Cycle;
+use super::handshake;
+use super::shared::{Controller, Shared};
+use super::state::Stop;
+use super::transfer_side::Delivered;
+use crate::error::Error;
+
+/// How long to wait after an attempt that failed: twice as long each time.
+const FIRST_PAUSE: Duration = Duration::from_millis(50);
+const LONGEST_PAUSE: Duration = Duration::from_secs(1);
+
+/// How the attempts ended.
+pub(super) enum Attempts {
+    /// The connection stands, and its first response has come in.
+    Connected(Delivered),
+    /// The transfer is to stop.
+    Stopped(Stop),
+}
+
+/// Makes the connection again, however often that fails within the limit.
+///
+/// The outputs are stopped before, and what is sent first are the outputs that the program has written
+/// since it learned of that.
+pub(super) fn reconnect(
+    cycle: &mut Cycle,
+    shared: &Arc<Shared>,
+    settings: &Settings,
+    limit: Duration,
+) -> Result<Attempts, Error> {
+    let begin = Instant::now();
+    let mut pause = FIRST_PAUSE;
+    loop {
+        if let Some(stop) = shared.stop() {
+            return Ok(Attempts::Stopped(stop));
+        }
+        let rest = limit.saturating_sub(begin.elapsed());
+        match attempt(cycle, shared, settings, rest) {
+            Ok(delivered) => {
+                info!("connected again after {:?}", begin.elapsed());
+                shared.resume(begin.elapsed());
+                return Ok(Attempts::Connected(delivered));
+            }
+            // Another attempt would find the same.
+            Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
+            Err(error) if begin.elapsed() >= limit => {
+                return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
+            }
+            Err(error) => debug!("not connected again yet: {error}"),
+        }
+        let rest = limit.saturating_sub(begin.elapsed());
+        shared.wait_for_stop(Instant::now() + pause.min(rest));
+        pause = (2 * pause).min(LONGEST_PAUSE);
+    }
+}
+
+fn attempt(
+    cycle: &mut Cycle,
+    shared: &Arc<Shared>,
+    settings: &Settings,
+    rest: Duration,
+) -> Result<Delivered, Error> {
+    let mut found = None;
+    let limit = settings.limits.connect.min(rest);
+    let note = |controller: Controller| found = Some(controller);
+    let (link, config_updates) = handshake::connect(settings, limit, &shared.outgoing(), note)?;
+    let delivered = cycle.go_on_with(link)?;
+    if let Some(controller) = found {
+        shared.set_controller(controller);
+        if let Some(address) = controller.address.filter(|_| cycle.camera_is_started()) {
+            shared.resume_camera((address, settings.camera_port).into());
+        }
+    }
+    shared.count_config_updates(config_updates);
+    Ok(delivered)
+}

@@ -1,0 +1,229 @@
+//! Where a transfer stands.
+
+use std::time::{Duration, Instant};
+
+use crate::error::Error;
+
+/// Why a transfer stops that nothing is wrong with on the wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stop {
+    /// The program asks for it.
+    Asked,
+    /// A thread of the program panicked.
+    ProgramPanicked,
+    /// The cycle hook did not return within this limit.
+    HookHangs(Duration),
+}
+
+impl Stop {
+    /// How the transfer ends.
+    pub(super) fn result(self) -> Result<(), Error> {
+        match self {
+            Self::Asked => Ok(()),
+            Self::ProgramPanicked => Err(Error::ProgramPanicked),
+            Self::HookHangs(limit) => Err(Error::HookHangs { limit }),
+        }
+    }
+}
+
+/// What a transfer is doing, from which follows what the program may do with it.
+#[derive(Debug)]
+enum Phase {
+    /// There is none; the last one, or the attempt to begin one, ended like this.
+    Idle(Option<Error>),
+    /// A thread of the program connects.
+    Beginning,
+    /// Outputs and inputs are exchanged.
+    Running,
+    /// The connection was lost and is made again.
+    Reconnecting,
+    /// The last exchange is under way.
+    Ending,
+}
+
+/// The state of a transfer. Every change of it is a call here.
+#[derive(Debug)]
+pub(super) struct Transfer {
+    phase: Phase,
+    /// Why it is to stop, while it is there.
+    stop: Option<Stop>,
+    /// Counts the transfers, so that a thread that waits knows its own.
+    number: u64,
+    began: Option<Instant>,
+    /// How long the last one took.
+    lasted: Duration,
+}
+
+impl Transfer {
+    /// None has begun yet.
+    pub(super) fn new() -> Self {
+        Self {
+            phase: Phase::Idle(None),
+            stop: None,
+            number: 0,
+            began: None,
+            lasted: Duration::ZERO,
+        }
+    }
+
+    /// A thread begins to connect.
+    pub(super) fn begin(&mut self) -> Result<(), Error> {
+        if !matches!(self.phase, Phase::Idle(_)) {
+            return Err(Error::AlreadyStarted);
+        }
+        self.phase = Phase::Beginning;
+        self.stop = None;
+        Ok(())
+    }
+
+    /// The connection stands; errs when the transfer was stopped meanwhile.
+    pub(super) fn run(&mut self) -> Result<(), Stop> {
+        if let Some(stop) = self.stop {
+            return Err(stop);
+        }
+        self.phase = Phase::Running;
+        self.number += 1;
+        self.began = Some(Instant::now());
+        Ok(())
+    }
+
+    /// The connection is lost, and another one is to be made.
+    pub(super) fn reconnect(&mut self) {
+        self.phase = Phase::Reconnecting;
+    }
+
+    /// The connection stands again.
+    pub(super) fn resume(&mut self) {
+        self.phase = Phase::Running;
+    }
+
+    /// The last exchange begins.
+    pub(super) fn leave(&mut self) {
+        self.phase = Phase::Ending;
+    }
+
+    /// It has ended, or could not begin.
+    pub(super) fn end(&mut self, error: Option<Error>) {
+        self.lasted = self.elapsed();
+        self.began = None;
+        self.stop = None;
+        self.phase = Phase::Idle(error);
+    }
+
+    /// Has a transfer stop that is there. The first reason is the one that counts.
+    pub(super) fn ask_to_stop(&mut self, stop: Stop) {
+        if !matches!(self.phase, Phase::Idle(_)) {
+            self.stop.get_or_insert(stop);
+        }
+    }
+
+    pub(super) fn stop(&self) -> Option<Stop> {
+        self.stop
+    }
+
+    pub(super) fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// Whether one is there that has begun and not ended.
+    pub(super) fn is_running(&self) -> bool {
+        matches!(self.phase, Phase::Running | Phase::Reconnecting | Phase::Ending)
+    }
+
+    pub(super) fn is_beginning(&self) -> bool {
+        matches!(self.phase, Phase::Beginning)
+    }
+
+    /// Whether what any thread writes goes out with the next request.
+    pub(super) fn is_exchanging(&self) -> bool {
+        matches!(self.phase, Phase::Running)
+    }
+
+    /// Errs with why none is running.
+    pub(super) fn check_running(&self) -> Result<(), Error> {
+        if self.is_running() {
+            return Ok(());
+        }
+        Err(self.error().unwrap_or(Error::NotStarted))
+    }
+
+    /// The error that ended the last one.
+    pub(super) fn error(&self) -> Option<Error> {
+        match &self.phase {
+            Phase::Idle(error) => error.clone(),
+            _ => None,
+        }
+    }
+
+    /// For how long it has been running, or was running when it ended.
+    pub(super) fn elapsed(&self) -> Duration {
+        self.began.map_or(self.lasted, |began| began.elapsed())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn running() -> Transfer {
+        let mut transfer = Transfer::new();
+        transfer.begin().unwrap();
+        transfer.run().unwrap();
+        transfer
+    }
+
+    #[test]
+    fn only_one_transfer_can_be_there() {
+        let mut transfer = Transfer::new();
+        assert_eq!(transfer.check_running(), Err(Error::NotStarted));
+        transfer.begin().unwrap();
+        assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
+        assert!(!transfer.is_running());
+        transfer.run().unwrap();
+        assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
+        transfer.leave();
+        assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
+        assert!(transfer.is_running());
+        transfer.end(None);
+        assert_eq!(transfer.begin(), Ok(()));
+    }
+
+    #[test]
+    fn a_panic_while_it_begins_is_not_forgotten() {
+        let mut transfer = Transfer::new();
+        transfer.begin().unwrap();
+        transfer.ask_to_stop(Stop::ProgramPanicked);
+        assert_eq!(transfer.run(), Err(Stop::ProgramPanicked));
+        assert!(!transfer.is_running());
+    }
+
+    #[test]
+    fn the_first_reason_to_stop_counts_and_ends_with_its_transfer() {
+        let mut transfer = running();
+        transfer.ask_to_stop(Stop::Asked);
+        transfer.ask_to_stop(Stop::ProgramPanicked);
+        assert_eq!(transfer.stop(), Some(Stop::Asked));
+        transfer.end(None);
+        transfer.ask_to_stop(Stop::ProgramPanicked);
+        assert_eq!(transfer.stop(), None, "there is nothing to stop");
+    }
+
+    #[test]
+    fn the_error_of_the_end_stays_until_the_next_begin() {
+        let mut transfer = running();
+        transfer.end(Some(Error::ProgramPanicked));
+        assert_eq!(transfer.check_running(), Err(Error::ProgramPanicked));
+        transfer.begin().unwrap();
+        assert_eq!(transfer.error(), None);
+    }
+
+    #[test]
+    fn its_time_stands_still_after_the_end() {
+        let mut transfer = running();
+        while transfer.elapsed() < Duration::from_millis(2) {}
+        transfer.end(None);
+        let elapsed = transfer.elapsed();
+        assert!(elapsed >= Duration::from_millis(2));
+        assert_eq!(transfer.elapsed(), elapsed);
+    }
+}

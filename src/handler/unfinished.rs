@@ -1,0 +1,208 @@
+//! Commands that were under way when the outputs were stopped, and so are never done.
+
+use crate::exchange::Inputs;
+use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+use crate::wire::ExchangeDataResponse;
+
+/// What has stopped the outputs, which decides which commands it has cut off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cut {
+    /// The connection has ended, or is about to: the controller forgets all commands.
+    Connection,
+    /// The motors alone were stopped.
+    Motors,
+}
+
+/// A command that was cut off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Command {
+    /// The id that the output part has had since.
+    id: u16,
+    /// The id of the last command before it that was done.
+    done: u16,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct AreaCommands {
+    motors: [Option<Command>; IZ_MOTOR],
+    resets: [Option<Command>; IZ_COUNTER],
+    sound: Option<Command>,
+}
+
+/// The commands of all areas that were cut off and not replaced since.
+///
+/// The controller reports them as done all the same: a motor command because leaving the extended
+/// mode is a command, too, and others because a controller that has forgotten them is given their ids
+/// once more. The program must not take that for what it has ordered, so it is not told.
+#[derive(Debug, Default)]
+pub(super) struct Unfinished {
+    areas: [AreaCommands; MAX_AREAS],
+    any: bool,
+}
+
+impl Unfinished {
+    /// Stops the outputs, and notes which commands this cuts off: those that the newest inputs do not
+    /// report as done.
+    pub(super) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [FishX1Transfer]) {
+        self.any = true;
+        for (index, area) in areas.iter_mut().enumerate() {
+            let told = inputs.area(index).copied().unwrap_or_default();
+            let motors_ordered = area.output.motor_ex_cmd_id;
+            area.output.stop_motors();
+            let commands = &mut self.areas[index];
+            for motor in 0..IZ_MOTOR {
+                let id = area.output.motor_ex_cmd_id[motor];
+                let done = told.motor_command_id[motor];
+                note(&mut commands.motors[motor], motors_ordered[motor], done, id);
+            }
+            if cut == Cut::Motors {
+                continue;
+            }
+            for counter in 0..IZ_COUNTER {
+                let id = area.output.cnt_reset_cmd_id[counter];
+                note(&mut commands.resets[counter], id, told.counter_reset_id[counter], id);
+            }
+            let sound = &mut area.txt_outputs;
+            note(&mut commands.sound, sound.sound_cmd_id, told.sound_command_id, sound.sound_cmd_id);
+            // A controller that has forgotten the command would play it again.
+            sound.sound_index = 0;
+        }
+    }
+
+    /// Takes out of the inputs that a command which was cut off is done, unless the program has
+    /// ordered another one since.
+    pub(super) fn hide(&mut self, inputs: &mut Inputs, areas: &[FishX1Transfer]) {
+        if !self.any {
+            return;
+        }
+        self.any = false;
+        for (index, (area, commands)) in areas.iter().zip(&mut self.areas).enumerate() {
+            let mut nothing = ExchangeDataResponse::default();
+            let told = inputs.area_mut(index).unwrap_or(&mut nothing);
+            for motor in 0..IZ_MOTOR {
+                let ordered = area.output.motor_ex_cmd_id[motor];
+                let command = &mut commands.motors[motor];
+                self.any |= hide(command, ordered, &mut told.motor_command_id[motor]);
+            }
+            for counter in 0..IZ_COUNTER {
+                let ordered = area.output.cnt_reset_cmd_id[counter];
+                let command = &mut commands.resets[counter];
+                self.any |= hide(command, ordered, &mut told.counter_reset_id[counter]);
+            }
+            let ordered = area.txt_outputs.sound_cmd_id;
+            self.any |= hide(&mut commands.sound, ordered, &mut told.sound_command_id);
+        }
+    }
+}
+
+/// Notes a command unless it is done. One that was cut off before stays so, under its present id.
+fn note(command: &mut Option<Command>, ordered: u16, done: u16, id: u16) {
+    *command = match *command {
+        Some(before) if before.id == ordered => Some(Command { id, ..before }),
+        _ if ordered != done => Some(Command { id, done }),
+        _ => None,
+    };
+}
+
+/// Whether a command is still to be hidden, which is done then.
+fn hide(command: &mut Option<Command>, ordered: u16, told: &mut u16) -> bool {
+    *command = command.filter(|command| command.id == ordered);
+    if let Some(command) = command {
+        *told = command.done;
+    }
+    command.is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a controller reports that has done these commands.
+    fn inputs(motor: u16, reset: u16, sound: u16) -> Inputs {
+        let mut inputs = Inputs::default();
+        inputs.take_simple(ExchangeDataResponse {
+            motor_command_id: [motor, 0, 0, 0],
+            counter_reset_id: [reset, 0, 0, 0],
+            sound_command_id: sound,
+            ..ExchangeDataResponse::default()
+        });
+        inputs
+    }
+
+    fn told(inputs: &Inputs) -> (u16, u16, u16) {
+        let told = inputs.area(0).unwrap();
+        (told.motor_command_id[0], told.counter_reset_id[0], told.sound_command_id)
+    }
+
+    /// An area in which these commands are ordered.
+    fn area(motor: u16, reset: u16, sound: u16) -> [FishX1Transfer; 1] {
+        let mut area = FishX1Transfer::default();
+        area.output.motor_ex_cmd_id[0] = motor;
+        area.output.distance[0] = 900;
+        area.output.cnt_reset_cmd_id[0] = reset;
+        area.txt_outputs.sound_cmd_id = sound;
+        area.txt_outputs.sound_index = 3;
+        [area]
+    }
+
+    #[test]
+    fn commands_that_were_cut_off_never_read_as_done() {
+        let mut unfinished = Unfinished::default();
+        let mut areas = area(5, 6, 7);
+        unfinished.stop(Cut::Connection, &inputs(4, 5, 6), &mut areas);
+        assert_eq!(areas[0].output.distance[0], 0);
+        assert_eq!(areas[0].txt_outputs.sound_index, 0, "it is not played again");
+        for _ in 0..3 {
+            // Leaving the extended mode was done, and the others once more.
+            let mut inputs = inputs(6, 6, 7);
+            unfinished.hide(&mut inputs, &areas);
+            assert_eq!(told(&inputs), (4, 5, 6));
+        }
+    }
+
+    #[test]
+    fn commands_that_were_done_before_stay_done() {
+        let mut unfinished = Unfinished::default();
+        let mut areas = area(5, 6, 7);
+        unfinished.stop(Cut::Connection, &inputs(5, 6, 7), &mut areas);
+        let mut inputs = inputs(6, 6, 7);
+        unfinished.hide(&mut inputs, &areas);
+        assert_eq!(told(&inputs), (6, 6, 7));
+        assert!(!unfinished.any, "later responses need no look");
+    }
+
+    #[test]
+    fn a_new_command_can_be_done_again() {
+        let mut unfinished = Unfinished::default();
+        let mut areas = area(5, 6, 7);
+        unfinished.stop(Cut::Connection, &inputs(4, 5, 6), &mut areas);
+        areas[0].output.motor_ex_cmd_id[0] += 1;
+        areas[0].txt_outputs.sound_cmd_id += 1;
+        let mut inputs = inputs(7, 6, 8);
+        unfinished.hide(&mut inputs, &areas);
+        assert_eq!(told(&inputs), (7, 5, 8));
+    }
+
+    #[test]
+    fn a_second_cut_leaves_them_unfinished() {
+        let mut unfinished = Unfinished::default();
+        let mut areas = area(5, 6, 7);
+        unfinished.stop(Cut::Connection, &inputs(4, 5, 6), &mut areas);
+        // What was hidden is not in the inputs that the program has.
+        unfinished.stop(Cut::Connection, &inputs(4, 5, 6), &mut areas);
+        let mut inputs = inputs(7, 6, 7);
+        unfinished.hide(&mut inputs, &areas);
+        assert_eq!(told(&inputs), (4, 5, 6));
+    }
+
+    #[test]
+    fn stopping_the_motors_leaves_resets_and_sounds_to_the_controller() {
+        let mut unfinished = Unfinished::default();
+        let mut areas = area(5, 6, 7);
+        unfinished.stop(Cut::Motors, &inputs(4, 5, 6), &mut areas);
+        assert_eq!(areas[0].txt_outputs.sound_index, 3);
+        let mut inputs = inputs(6, 6, 7);
+        unfinished.hide(&mut inputs, &areas);
+        assert_eq!(told(&inputs), (4, 6, 7));
+    }
+}

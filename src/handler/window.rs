@@ -1,0 +1,187 @@
+//! The reaction window: the time after a response in which the program may answer it.
+
+/// Who waits for a response, who is answering it, and who came too late.
+///
+/// Responses are counted over all transfers. The window of a response opens when the program is told
+/// of it and closes when the outputs for the next request are taken.
+#[derive(Debug, Default)]
+pub(super) struct Window {
+    /// The newest response whose window was opened.
+    response: u64,
+    open: bool,
+    /// Threads that wait for the next response.
+    waiting: usize,
+    /// Threads that have waited for this response and have not dropped their guards.
+    reacting: usize,
+    /// Whether there was any such thread.
+    used: bool,
+    /// Whether a guard is held that has not waited, and shows its handle a response for the first
+    /// time, while that can still be answered in time.
+    looking: bool,
+    /// The newest response that was known when outputs were taken.
+    answered: u64,
+}
+
+impl Window {
+    /// The newest response whose window was opened.
+    pub(super) fn response(&self) -> u64 {
+        self.response
+    }
+
+    /// A thread begins to wait for the next response.
+    pub(super) fn expect(&mut self) {
+        self.waiting += 1;
+    }
+
+    /// A thread ends its wait that began when `response` was the newest, without answering.
+    pub(super) fn give_up(&mut self, response: u64) {
+        if self.response == response {
+            self.waiting -= 1;
+        } else {
+            self.react(response + 1);
+        }
+    }
+
+    /// Opens the window of a response: all who wait are expected to answer.
+    pub(super) fn open(&mut self, response: u64) {
+        self.response = response;
+        self.open = true;
+        self.reacting = std::mem::take(&mut self.waiting);
+        self.used = self.reacting > 0;
+    }
+
+    /// Has the next request wait for the calling thread; tells for which response, unless its window
+    /// is closed.
+    pub(super) fn join(&mut self) -> Option<u64> {
+        if !self.open {
+            return None;
+        }
+        self.reacting += 1;
+        self.used = true;
+        Some(self.response)
+    }
+
+    /// A guard is locked that has not waited and shows its handle the response `newest` for the
+    /// first time; tells whether that is too late already.
+    pub(super) fn look(&mut self, newest: u64) -> bool {
+        self.looking = newest > self.answered;
+        !self.looking
+    }
+
+    /// A guard is dropped, which has waited for the response `reacts_to` if it has waited.
+    pub(super) fn leave(&mut self, reacts_to: Option<u64>) {
+        self.looking = false;
+        if let Some(response) = reacts_to {
+            self.react(response);
+        }
+    }
+
+    /// Nobody has to wait any more for one thread that has waited for this response.
+    fn react(&mut self, response: u64) {
+        if self.open && response == self.response {
+            self.reacting -= 1;
+        }
+    }
+
+    /// Whether threads have waited for this response and all have reacted.
+    pub(super) fn is_attended(&self) -> bool {
+        self.used && self.reacting == 0
+    }
+
+    /// Closes the window, because outputs are taken that answer the response `newest`; tells how
+    /// many reactions come too late for them.
+    pub(super) fn close(&mut self, newest: u64) -> u64 {
+        let reacting = if self.open { self.reacting as u64 } else { 0 };
+        self.open = false;
+        self.reacting = 0;
+        self.used = false;
+        self.answered = newest;
+        reacting + u64::from(std::mem::take(&mut self.looking))
+    }
+
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_is_attended_when_all_who_waited_have_reacted() {
+        let mut window = Window::default();
+        window.expect();
+        window.expect();
+        assert!(!window.is_attended());
+        window.open(1);
+        window.leave(Some(1));
+        assert!(!window.is_attended());
+        window.leave(None);
+        assert!(!window.is_attended(), "one that has not waited is not expected");
+        window.leave(Some(1));
+        assert!(window.is_attended());
+        assert_eq!(window.close(1), 0);
+    }
+
+    #[test]
+    fn a_window_for_which_nobody_waits_is_never_attended() {
+        let mut window = Window::default();
+        window.open(1);
+        window.leave(None);
+        assert!(!window.is_attended());
+        assert_eq!(window.close(1), 0);
+    }
+
+    #[test]
+    fn who_comes_while_it_is_open_joins_and_who_comes_later_does_not() {
+        let mut window = Window::default();
+        assert_eq!(window.join(), None);
+        window.open(7);
+        assert_eq!(window.join(), Some(7));
+        assert!(!window.is_attended());
+        window.leave(Some(7));
+        assert!(window.is_attended());
+        window.close(7);
+        assert_eq!(window.join(), None);
+    }
+
+    #[test]
+    fn reactions_that_are_missing_at_the_end_are_late_once() {
+        let mut window = Window::default();
+        window.expect();
+        window.expect();
+        window.open(1);
+        window.leave(Some(1));
+        assert_eq!(window.close(1), 1);
+        window.open(2);
+        // The late one is dropped, and is nobody whom this window waits for.
+        window.leave(Some(1));
+        assert!(!window.is_attended());
+        assert_eq!(window.close(2), 0);
+    }
+
+    #[test]
+    fn a_look_is_late_after_the_answer_and_when_it_lasts_until_then() {
+        let mut window = Window::default();
+        window.open(1);
+        assert!(!window.look(1));
+        window.leave(None);
+        assert_eq!(window.close(1), 0, "it was over in time");
+        assert!(window.look(1), "the answer to this response has left");
+        window.open(2);
+        assert!(!window.look(2));
+        assert_eq!(window.close(2), 1, "it lasts");
+        assert_eq!(window.close(3), 0, "and is counted once");
+    }
+
+    #[test]
+    fn who_gives_up_is_not_expected_any_more() {
+        let mut window = Window::default();
+        window.expect();
+        window.give_up(0);
+        window.expect();
+        window.open(1);
+        // It was told of a response and of an error at the same time, and returns the error.
+        window.give_up(0);
+        assert!(window.is_attended());
+        assert_eq!(window.close(1), 0);
+    }
+}
