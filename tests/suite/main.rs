@@ -1,6 +1,7 @@
 //! The tests that use the crate from outside, in one program so that they link once.
 
 mod bad_input;
+mod between_transfers;
 mod camera;
 mod camera_bad_input;
 mod client;
@@ -10,6 +11,7 @@ mod events;
 mod hook;
 mod i2c;
 mod lifecycle;
+mod locked_twice;
 mod motors_off;
 mod one_lock_one_exchange;
 mod pictures;
@@ -19,3 +21,4 @@ mod support;
 mod tx;
 mod vectors;
 mod waiting;
+mod watchdog;

@@ -1,0 +1,109 @@
+//! A thread that would wait for itself is told so, and its motors stop.
+
+use std::any::Any;
+use std::ops::ControlFlow;
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::time::Duration;
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::tx::{Input, Motor};
+use ft_transfer_area::{Error, TransferAreaComHandler};
+
+use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
+
+fn text(panic: &(dyn Any + Send)) -> &str {
+    panic.downcast_ref::<String>().map_or("no text", String::as_str)
+}
+
+/// Has a program with a running motor lock twice in some way.
+fn check(lock_twice: impl Fn(&TransferAreaComHandler)) {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "a motor", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    let panic = catch_unwind(AssertUnwindSafe(|| lock_twice(&handler))).unwrap_err();
+    let text = text(&*panic);
+    assert!(text.contains("locked_twice::") && text.contains("drop the guard first"), "{text}");
+    wait_until(&txt, "a stopped motor", |machine| !machine.connected());
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
+    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+    check_client(&txt);
+}
+
+#[test]
+fn in_a_match_on_a_value_of_the_area() {
+    check(|handler| match handler.lock()[LOCAL_IO].input.uni[0] {
+        0 => handler.lock()[LOCAL_IO].output.duty[0] = 0,
+        _ => unreachable!("I1 is not pressed"),
+    });
+}
+
+#[test]
+fn in_one_statement() {
+    check(|handler| {
+        println!("{} {}", handler.lock()[0].input.uni[0], handler.lock()[0].input.uni[1]);
+    });
+}
+
+#[test]
+fn by_every_call_that_waits() {
+    check(|handler| {
+        let _areas = handler.lock();
+        let _ = handler.wait_cycle();
+    });
+    check(|handler| {
+        let _areas = handler.wait_cycle().unwrap();
+        let _ = handler.transfer_area().wait_cycle_for(DEADLINE);
+    });
+    check(|handler| {
+        let _areas = handler.lock();
+        let _ = handler.wait_until(|_| true, DEADLINE);
+    });
+    check(|handler| {
+        let _areas = handler.lock();
+        let _ = handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE);
+    });
+    check(|handler| {
+        let _areas = handler.lock();
+        let _ = handler.wait_input_change(LOCAL_IO, Input::I1, DEADLINE);
+    });
+    check(|handler| {
+        let _areas = handler.lock();
+        let _ = handler.update_config();
+    });
+    check(|handler| {
+        let condition = |_: &[_]| handler.lock().is_empty();
+        let _ = handler.wait_until(condition, DEADLINE);
+    });
+}
+
+#[test]
+fn in_a_hook() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let area = handler.transfer_area();
+    handler.set_cycle_hook(move |_| {
+        drop(area.lock());
+        ControlFlow::Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle().is_ok() {}
+    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+    wait_until(&txt, "the end", |machine| !machine.connected());
+}
+
+#[test]
+fn but_not_when_another_thread_has_the_areas_or_the_guard_is_dropped() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let areas = handler.lock();
+    std::thread::scope(|scope| {
+        let waiting = scope.spawn(|| drop(handler.lock()));
+        std::thread::sleep(Duration::from_millis(10));
+        drop(areas);
+        waiting.join().unwrap();
+    });
+    drop(handler.lock());
+    drop(handler.lock());
+}

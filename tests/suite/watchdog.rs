@@ -1,0 +1,243 @@
+//! A program that hangs has its motors stopped, and goes on when it lives again.
+
+use std::ops::ControlFlow;
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::tx::{Direction, Motor};
+use ft_transfer_area::{Error, Event, EventKind, TransferArea, TransferAreaComHandler};
+
+use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
+
+/// Short enough to be waited for. Where a busy machine must not be taken for a program that hangs, the
+/// program is one that hangs.
+const LIMIT: Duration = Duration::from_millis(100);
+
+const EXPIRED: Error = Error::WatchdogExpired { limit: LIMIT };
+
+struct Watched {
+    txt: SimulatedTxt,
+    record: Record,
+    handler: TransferAreaComHandler,
+}
+
+impl Watched {
+    /// A transfer whose motors run, and of a program that does nothing from now on.
+    fn start() -> Self {
+        Self::start_with(|_| ())
+    }
+
+    /// The same, after something that needs the handler before it begins.
+    fn start_with(prepare: impl FnOnce(&TransferAreaComHandler)) -> Self {
+        let record = Record::default();
+        let noted = record.clone();
+        let txt = unpaced().extensions(1).on_exchange(move |machine| noted.note(machine));
+        let txt = txt.start().unwrap();
+        let handler = handler_for(&txt).areas(2).watchdog(LIMIT).build().unwrap();
+        prepare(&handler);
+        let mut areas = handler.lock();
+        areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 60_000).unwrap();
+        areas[REMOTE_IO_1].output.duty[7] = 512;
+        drop(areas);
+        handler.begin_transfer().unwrap();
+        Self { txt, record, handler }
+    }
+
+    /// Waits until the motors were running and are stopped.
+    fn wait_until_stopped(&self) {
+        let is_stopped = |outputs: &ft_transfer_area::wire::ExchangeData| {
+            outputs.duty == [0; 8] && outputs.distance == [0; 4]
+        };
+        wait_until(&self.txt, "running motors", |_| {
+            self.record.outputs().iter().any(|outputs| !is_stopped(outputs))
+        });
+        wait_until(&self.txt, "stopped motors", |machine| {
+            let stopped = [0, 1].map(|index| is_stopped(&machine.controllers[index].outputs));
+            stopped == [true; 2]
+        });
+    }
+
+    /// Waits until some more exchanges have taken place, and checks that no motor ran in one of them.
+    fn check_still_stopped(&self) {
+        let begin = self.record.outputs().len();
+        wait_until(&self.txt, "more exchanges", |_| self.record.outputs().len() > begin + 20);
+        assert!(self.record.outputs()[begin..].iter().all(|outputs| outputs.duty == [0; 8]));
+    }
+
+    fn check_runs_with(&self, duty: i16) {
+        wait_until(&self.txt, "a motor that runs again", |machine| {
+            machine.controllers[LOCAL_IO].outputs.duty[0] == duty
+        });
+    }
+}
+
+/// The next thing that a program which lives is told.
+fn next_error(area: &TransferArea) -> Option<Error> {
+    area.wait_cycle_for(DEADLINE).err()
+}
+
+#[test]
+fn a_program_that_does_nothing_has_its_motors_stopped_and_is_told_once() {
+    let watched = Watched::start();
+    let area = watched.handler.transfer_area();
+    watched.wait_until_stopped();
+    watched.check_still_stopped();
+    assert_eq!(next_error(&area), Some(EXPIRED));
+    assert_eq!(next_error(&area), None, "once");
+    area.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 300;
+    watched.check_runs_with(300);
+    // Another handle is told, too; the motors run on.
+    assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
+    assert_eq!(watched.handler.feed_watchdog(), Ok(()));
+    assert_eq!(watched.handler.error(), None);
+    watched.handler.end_transfer().unwrap();
+    check_client(&watched.txt);
+}
+
+#[test]
+fn a_guard_that_is_held_for_ever_does_not_keep_the_motors_running() {
+    let watched = Watched::start();
+    let mut areas = watched.handler.lock();
+    areas[LOCAL_IO].output.duty[0] = 77;
+    watched.wait_until_stopped();
+    drop(areas);
+    watched.check_still_stopped();
+    assert_eq!(watched.handler.lock()[LOCAL_IO].output.duty[0], 0, "the area tells the truth");
+    watched.handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_program_that_polls_without_asking_does_not_turn_them_on_again() {
+    let watched = Watched::start();
+    watched.wait_until_stopped();
+    let begin = watched.record.outputs().len();
+    while watched.record.outputs().len() < begin + 20 {
+        watched.handler.lock()[LOCAL_IO].output.duty[0] = 400;
+        thread::yield_now();
+    }
+    assert!(watched.record.outputs()[begin..].iter().all(|outputs| outputs.duty == [0; 8]));
+    // It asks, and goes on.
+    assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
+    watched.handler.lock()[LOCAL_IO].output.duty[0] = 400;
+    watched.check_runs_with(400);
+    watched.handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_hook_that_hangs_does_not_keep_the_motors_running() {
+    let (go_on, gate) = mpsc::channel::<()>();
+    let watched = Watched::start_with(|handler| {
+        handler.set_cycle_hook(move |_| {
+            // Until the test is over.
+            let _ = gate.recv();
+            ControlFlow::Continue(())
+        });
+    });
+    watched.wait_until_stopped();
+    drop(go_on);
+    watched.handler.clear_cycle_hook();
+    drop(watched.handler.end_transfer());
+}
+
+#[test]
+fn two_threads_that_wait_for_each_other_do_not_keep_the_motors_running() {
+    let watched = Watched::start();
+    let (to_first, from_second) = mpsc::channel::<()>();
+    let (to_second, from_first) = mpsc::channel::<()>();
+    let (go_on, gate) = (to_first.clone(), to_second.clone());
+    let area = watched.handler.transfer_area();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let _areas = area.lock();
+            let _ = from_second.recv();
+            let _ = to_second.send(());
+        });
+        scope.spawn(move || {
+            let _ = from_first.recv();
+            let _ = to_first.send(());
+        });
+        watched.wait_until_stopped();
+        // The test is over.
+        let _ = (go_on.send(()), gate.send(()));
+    });
+    watched.handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_program_whose_thread_is_gone_has_its_motors_stopped() {
+    let watched = Watched::start();
+    let handler = std::sync::Arc::new(watched.handler);
+    let shared = std::sync::Arc::clone(&handler);
+    // A panic between two guards of a handler that is shared can't be seen.
+    let panicked = thread::spawn(move || {
+        shared.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+        panic!("the thread that minded the motors is gone");
+    });
+    panicked.join().unwrap_err();
+    let watched = Watched { handler: std::sync::Arc::into_inner(handler).unwrap(), ..watched };
+    watched.wait_until_stopped();
+    assert_eq!(watched.handler.error(), None);
+    watched.handler.end_transfer().unwrap();
+}
+
+#[test]
+fn listeners_are_told_and_a_distance_under_way_is_never_reached() {
+    let watched = Watched::start();
+    let events = [EventKind::WatchdogExpired, EventKind::MotorReached];
+    let events = watched.handler.events(&events, 100).unwrap();
+    watched.wait_until_stopped();
+    let expired = Event::WatchdogExpired { limit: LIMIT };
+    assert_eq!(events.recv_timeout(DEADLINE), Ok(expired));
+    assert_eq!(next_error(&watched.handler.transfer_area()), Some(EXPIRED));
+    for _ in 0..10 {
+        let areas = watched.handler.wait_cycle().unwrap();
+        assert!(!areas[LOCAL_IO].is_motor_ex_ready(Motor::M1), "it was cut off");
+        assert_eq!(areas[LOCAL_IO].input.motor_ex_reached, [0; 4]);
+    }
+    assert!(events.receiver().is_empty());
+    // A new one is reached.
+    let mut areas = watched.handler.lock();
+    areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 20).unwrap();
+    drop(areas);
+    drop(watched.handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE).unwrap());
+    watched.handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_program_that_waits_polls_feeds_or_has_a_hook_is_left_alone() {
+    let txt = unpaced().start().unwrap();
+    let limit = DEADLINE / 2;
+    let handler = handler_for(&txt).watchdog(limit).build().unwrap();
+    handler.begin_transfer().unwrap();
+    for _ in 0..20 {
+        handler.wait_cycle().unwrap();
+        drop(handler.lock());
+        handler.feed_watchdog().unwrap();
+    }
+    handler.end_transfer().unwrap();
+    // Without one, a program may sleep while its motor runs.
+    let handler = handler_for(&txt).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = 100;
+    handler.begin_transfer().unwrap();
+    thread::sleep(2 * LIMIT);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 100);
+    assert_eq!(handler.feed_watchdog(), Ok(()));
+    handler.end_transfer().unwrap();
+    assert_eq!(handler.feed_watchdog(), Err(Error::NotStarted));
+}
+
+#[test]
+fn it_begins_anew_with_each_transfer() {
+    let watched = Watched::start();
+    watched.wait_until_stopped();
+    watched.handler.end_transfer().unwrap();
+    watched.handler.begin_transfer().unwrap();
+    let mut areas = watched.handler.wait_cycle().expect("of another transfer");
+    areas[LOCAL_IO].output.duty[0] = 200;
+    drop(areas);
+    watched.check_runs_with(200);
+    watched.handler.end_transfer().unwrap();
+}
