@@ -85,7 +85,7 @@ mod handler;
 mod i2c;
 #[cfg(feature = "simulator")]
 pub mod simulator;
-mod sockets;
+mod terminals;
 pub mod transfer_area;
 pub mod tx;
 pub mod wire;

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::{TransferArea, TransferAreaComHandler, TransferAreaGuard};
 use crate::error::Error;
-use crate::sockets::{Counter, Input, Motor};
+use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
 
 impl TransferArea {

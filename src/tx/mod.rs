@@ -6,7 +6,7 @@
 //! blocks or talks to the controller: each reads or writes the area under the lock that the
 //! program holds, and what is written goes out with the next exchange.
 //!
-//! Sockets, directions, modes and sounds have types, so a wrong number can't be given to a call;
+//! Terminals, directions, modes and sounds have types, so a wrong number can't be given to a call;
 //! it is refused where it becomes one of them, by `try_from`. A call that errs has changed nothing.
 //!
 //! ```
@@ -44,7 +44,7 @@ mod number;
 mod output;
 mod sound;
 
-pub use crate::sockets::{Counter, Input, Motor, Output};
+pub use crate::terminals::{Counter, Input, Motor, Output};
 pub use input::IoValue;
 pub use joystick::{IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
 pub use output::Direction;

@@ -16,7 +16,7 @@ pub(super) use watch::Comparison;
 use super::shared::Shared;
 use super::{TransferArea, TransferAreaComHandler};
 use crate::error::Error;
-use crate::sockets::{Counter, Input, Motor};
+use crate::terminals::{Counter, Input, Motor};
 use crate::tx::IrDevice;
 
 /// What has happened, as told by a response or by the end of the transfer.

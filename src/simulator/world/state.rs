@@ -9,7 +9,7 @@ use super::shaft::Shaft;
 use super::{Script, World};
 use crate::simulator::controller::Controller;
 use crate::simulator::oddity::Encoder;
-use crate::sockets::{Input, Motor, Output};
+use crate::terminals::{Input, Motor, Output};
 
 /// One tick in µs.
 const TICK: u64 = 1000;
