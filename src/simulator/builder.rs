@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::camera::{CameraServer, CameraSettings};
-use super::fault::{Fault, Faults};
-use super::i2c::I2cServer;
+use super::camera::server::{CameraServer, CameraSettings};
+use super::fault::Fault;
+use super::faults::Faults;
+use super::i2c::server::I2cServer;
 use super::machine::Machine;
 use super::ports::Ports;
 use super::server::Server;

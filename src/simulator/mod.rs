@@ -120,15 +120,16 @@ mod builder;
 mod camera;
 mod command;
 mod controller;
-mod delivery;
 mod end;
 mod fault;
 mod fault_text;
+mod faults;
 mod i2c;
 mod journal;
 mod machine;
 mod motor;
 mod oddity;
+mod outgoing;
 mod ports;
 mod random;
 #[cfg(test)]
