@@ -84,6 +84,8 @@ mod firmware;
 mod handler;
 mod i2c;
 #[cfg(feature = "simulator")]
+mod pause;
+#[cfg(feature = "simulator")]
 pub mod simulator;
 mod terminals;
 pub mod transfer_area;
