@@ -1,6 +1,13 @@
 //! Faults that can be ordered.
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
+
+use crate::error::Error;
+
+/// How late a response may be made, in ms: up to an hour. While it is held back, nobody else is
+/// served.
+pub(super) const DELAYS: RangeInclusive<i64> = 0..=3_600_000;
 
 /// A fault that the simulated TXT commits on order.
 ///
@@ -59,6 +66,16 @@ impl Fault {
     pub const fn at_each_exchange(kind: FaultKind) -> Self {
         Self { place: FaultPlace::EachExchange, kind }
     }
+
+    /// Errs when it delays a response for too long.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        match self.kind {
+            FaultKind::Delay(time) | FaultKind::Jitter(time) => {
+                Error::check_range("fault's delay in ms", time.as_millis(), DELAYS)
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// Which response of a connection a fault disturbs.
@@ -82,9 +99,9 @@ pub enum FaultPlace {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultKind {
-    /// It leaves so much later than it should.
+    /// It leaves so much later than it should, at most an hour.
     Delay(Duration),
-    /// It leaves later by a random time, at most so much. The same
+    /// It leaves later by a random time, at most so much, which is at most an hour. The same
     /// [seed](super::SimulatedTxtBuilder::seed) gives the same times.
     Jitter(Duration),
     /// It is not sent; the connection stays open and the next command is answered.
