@@ -20,7 +20,8 @@ pub struct Output {
     /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_master")]
     pub master: [u8; IZ_MOTOR],
-    /// O1 to O8: 0 off to 512 full. May change at any time.
+    /// O1 to O8: 0 off to 512 full. May change at any time. What is less goes out as 0, what is
+    /// more as 512, with a warning in the log.
     #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; IZ_PWM_CHAN],
     /// M1 to M4: stop after so many pulses of the motor's counter, 0 for no limit. Raise

@@ -124,7 +124,8 @@ fn an_exchange_allocates_nothing() {
     let allocations = allocation_counter::measure(|| {
         for duty in 0..100 {
             areas[0].output.duty = [duty; 8];
-            areas[1].output.duty = [duty; 8];
+            // Every other duty is out of range.
+            areas[1].output.duty = [-(duty % 2); 8];
             areas[0].state.config_id = duty as u8;
             client.do_transfer(&mut exchange, &mut areas).unwrap();
         }
