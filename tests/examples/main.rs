@@ -11,6 +11,7 @@ use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
+use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, StartOnline};
 use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
@@ -212,7 +213,7 @@ fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&[]);
     let mut handler = program.handler().areas(2).build().unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[0].state.config_id += 1;
+    handler.lock()[0].raise_config_id();
     handler.begin_transfer().unwrap();
     // Lines are carried out in their order, so this one is before those that are waited for.
     program.type_line("I8 1");
@@ -253,17 +254,17 @@ fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     let program = Program::start(&[]);
     let mut handler = program.handler().areas(2).build().unwrap();
     handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[LOCAL_IO].state.config_id += 1;
+    handler.lock()[LOCAL_IO].raise_config_id();
     handler.begin_transfer().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
     wait_until(&mut handler, |area| area.input.uni[1] == 1);
     handler.lock()[LOCAL_IO].output.duty[0] = 0;
     wait_until(&mut handler, |area| area.input.uni[3] == 25);
     {
-        let output = &mut handler.lock()[LOCAL_IO].output;
-        output.duty[1] = 512;
-        output.distance[0] = 600;
-        output.motor_ex_cmd_id[0] += 1;
+        let area = &mut handler.lock()[LOCAL_IO];
+        area.output.duty[1] = 512;
+        area.output.distance[0] = 600;
+        area.raise_motor_ex_cmd_id(Motor::M1);
     }
     wait_until(&mut handler, |area| area.input.motor_ex_reached[0] == 1);
     {

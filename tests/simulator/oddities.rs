@@ -198,7 +198,7 @@ fn this_crates_client_is_not_odd() {
                 let mut areas = handler.wait_cycle().unwrap();
                 areas[0].output.duty[cycle % 8] = 512;
                 areas[0].output.duty[(cycle % 8) ^ 1] = 0;
-                areas[1].state.config_id += 1;
+                areas[1].raise_config_id();
             }
             handler.end_transfer().unwrap();
         }

@@ -1,6 +1,7 @@
 //! The tests that use the crate from outside, in one program so that they link once.
 
 mod bad_input;
+mod by_hand;
 mod camera;
 mod camera_bad_input;
 mod client;
