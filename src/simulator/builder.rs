@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::camera::server::{CameraServer, CameraSettings};
 use super::fault::{Fault, DELAYS};
 use super::faults::Faults;
-use super::i2c::server::I2cServer;
+use super::i2c::server::{I2cServer, WRITE_LIMIT};
 use super::machine::Machine;
 use super::ports::Ports;
 use super::server::Server;
@@ -243,6 +243,7 @@ impl SimulatedTxtBuilder {
             listener: i2c_listener,
             shared: Arc::clone(&txt.shared),
             idle_limit: self.idle_limit,
+            write_limit: WRITE_LIMIT,
         };
         let server = Server {
             listener,

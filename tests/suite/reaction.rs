@@ -142,7 +142,7 @@ fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
 #[test]
 fn a_window_in_which_nobody_waits_ends_by_itself() {
     let examiner = Examiner::start(unpaced());
-    let window = Duration::from_millis(500);
+    let window = Duration::from_millis(300);
     let mut handler = handler_for(&examiner.txt).reaction_window(window).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut asked = 0;

@@ -15,7 +15,7 @@ use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
 
 /// How long a client may leave a response unread before it is cut off.
-const WRITE_LIMIT: Duration = Duration::from_secs(1);
+pub(in crate::simulator) const WRITE_LIMIT: Duration = Duration::from_secs(1);
 
 /// What the header of a request asks for.
 #[derive(Debug, PartialEq, Eq)]
@@ -56,6 +56,8 @@ pub(in crate::simulator) struct I2cServer {
     pub(in crate::simulator) listener: TcpListener,
     pub(in crate::simulator) shared: Arc<Shared>,
     pub(in crate::simulator) idle_limit: Duration,
+    /// [`WRITE_LIMIT`], and less in a test.
+    pub(in crate::simulator) write_limit: Duration,
 }
 
 impl I2cServer {
@@ -70,7 +72,7 @@ impl I2cServer {
     }
 
     fn serve(&self, mut stream: TcpStream) -> End {
-        if let Err(error) = stream.set_write_timeout(Some(WRITE_LIMIT)) {
+        if let Err(error) = stream.set_write_timeout(Some(self.write_limit)) {
             return error.into();
         }
         loop {
@@ -156,7 +158,12 @@ mod tests {
         // Far more than the sockets hold comes back.
         client.write_all(&header(1, 0, u16::MAX).repeat(500)).unwrap();
         let shared = Arc::new(Shared::new(machine));
-        let server = I2cServer { listener, shared, idle_limit: Duration::MAX };
+        let server = I2cServer {
+            listener,
+            shared,
+            idle_limit: Duration::MAX,
+            write_limit: Duration::from_millis(100),
+        };
         assert!(matches!(server.serve(stream), End::Unread));
     }
 }
