@@ -99,9 +99,9 @@ pub enum FaultPlace {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultKind {
-    /// It leaves so much later than it should, at most an hour.
+    /// It leaves this much later than it should, at most an hour.
     Delay(Duration),
-    /// It leaves later by a random time, at most so much, which is at most an hour. The same
+    /// It leaves later by a random time of at most this, which is at most an hour. The same
     /// [seed](super::SimulatedTxtBuilder::seed) gives the same times.
     Jitter(Duration),
     /// It is not sent; the connection stays open and the next command is answered.
@@ -112,14 +112,14 @@ pub enum FaultKind {
     WrongId,
     /// The announced checksum is not that of the words.
     WrongCrc,
-    /// It announces so many bytes of compressed data, whatever follows.
+    /// It announces this many bytes of compressed data, whatever follows.
     ExtraSize(u32),
     /// It announces these active extensions, whatever follows.
     Mask(u16),
     /// Only the first half of the compressed data, rounded down, is announced and sent; the
     /// checksum stays as it was.
     CutData,
-    /// So many bytes follow that belong to no packet, at most 65536.
+    /// This many bytes follow that belong to no packet, at most 65536.
     Surplus(usize),
     /// The connection is closed within the response or around it.
     Close {

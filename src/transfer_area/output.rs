@@ -25,7 +25,7 @@ pub struct Output {
     /// more as 512, with a warning in the log.
     #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; IZ_PWM_CHAN],
-    /// M1 to M4: stop after so many pulses of the motor's counter, 0 for no limit. Needs a
+    /// M1 to M4: stop after this many pulses of the motor's counter, 0 for no limit. Needs a
     /// new [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_distance")]
     pub distance: [u16; IZ_MOTOR],

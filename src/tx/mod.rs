@@ -29,7 +29,7 @@
 //! # The extended motor mode
 //!
 //! [`start_motor_ex_cmd`](crate::FishX1Transfer::start_motor_ex_cmd) lets the controller count: it
-//! resets the counters, turns the motors together and stops them after so many pulses. From then
+//! resets the counters, turns the motors together and stops them after a number of pulses. From then
 //! on it holds them, and [`set_out_motor_values`](crate::FishX1Transfer::set_out_motor_values)
 //! does not turn them until
 //! [`stop_motor_ex_cmd`](crate::FishX1Transfer::stop_motor_ex_cmd) has left the mode, for each of

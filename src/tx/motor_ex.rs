@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::transfer_area::{FishX1Transfer, IZ_MOTOR};
 
 impl FishX1Transfer {
-    /// Lets the controller turn a motor for so many pulses of its counter, 1..=65535, alone or
+    /// Lets the controller turn a motor for 1..=65535 pulses of its counter, alone or
     /// together with up to three others, and hold them there.
     ///
     /// The master turns with this duty, 0..=512, in its direction; the slaves follow it with the

@@ -84,7 +84,7 @@ impl From<Sound> for u16 {
 }
 
 impl FishX1Transfer {
-    /// Plays a sound so many times, 0 until the next sound command; it replaces the one that plays.
+    /// Plays a sound this many times, 0 until the next sound command; it replaces the one that plays.
     ///
     /// The sound is a [`Sound`], or the number of a file that somebody has put onto the
     /// controller, at most 99; [`SILENCE`] ends the sound that plays.
