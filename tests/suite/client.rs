@@ -160,7 +160,7 @@ fn a_command_is_sent_in_one_piece() {
 
 #[test]
 fn a_response_in_pieces_leaves_the_next_one_its_whole_time() {
-    let limit = Duration::from_secs(2);
+    let limit = Duration::from_millis(1600);
     let (port, server) = controller(move |mut stream| {
         let mut response = Vec::new();
         QueryStatusResponse { device_name: [b'x'; 16], version: FirmwareVersion::new(4, 7, 0) }
