@@ -38,7 +38,7 @@ fn run() -> common::Result {
     // Configure I2 of master and extension to ultrasonic.
     for area in handler.lock().iter_mut() {
         area.config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
-        area.state.config_id += 1;
+        area.raise_config_id();
     }
 
     handler.begin_transfer()?;

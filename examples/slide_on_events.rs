@@ -16,7 +16,7 @@ mod common;
 use std::process::ExitCode;
 
 use common::Example;
-use ft_transfer_area::simulator::world::{ScriptEvent, World};
+use ft_transfer_area::simulator::world::{ScriptEvent, Travel, World};
 use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
@@ -83,8 +83,11 @@ fn simulated() -> common::Result<SimulatedTxtBuilder> {
     let mut world = World::default();
     for motor in world.master.motors.values_mut() {
         motor.top_speed = 9.0;
+        if let Some(slide) = &mut motor.slide {
+            (slide.travel, slide.position) = (Travel::Pulses(600.0), 540.0);
+        }
     }
-    let press = ScriptEvent { at: 6.0, controller: 0, input: Input::I3, pressed: true };
+    let press = ScriptEvent { at: 3.0, controller: 0, input: Input::I3, pressed: true };
     world.script.events.push(press);
     Ok(SimulatedTxt::builder().world(world))
 }

@@ -39,7 +39,7 @@ fn run() -> common::Result {
     {
         let area = &mut handler.lock()[LOCAL_IO];
         area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);
-        // The sockets of M3 and M4 are four single outputs.
+        // The terminals of M3 and M4 are four single outputs.
         area.set_ft_motor_config(Motor::M3, false);
         area.set_ft_motor_config(Motor::M4, false);
     }

@@ -8,7 +8,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use crate::firmware::FirmwareVersion;
-use crate::sockets::{Input, Motor, Output};
+use crate::terminals::{Input, Motor, Output};
 
 /// What can go wrong between a program and its controller.
 ///

@@ -64,9 +64,9 @@
 //! # Logging
 //!
 //! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the camera's stream
-//! did. `info`: a transfer began, a transfer or stream ended. `debug`: an I2C connection was made
-//! anew. The simulated TXT also uses `warn` for what a client does wrong, `info` for what else it
-//! does, and `trace` for each exchange.
+//! did, or a duty is out of its range. `info`: a transfer began, a transfer or stream ended.
+//! `debug`: an I2C connection was made anew. The simulated TXT also uses `warn` for what a client
+//! does wrong, `info` for what else it does, and `trace` for each exchange.
 //!
 //! # Dependencies
 //!
@@ -83,9 +83,10 @@ mod exchange;
 mod firmware;
 mod handler;
 mod i2c;
+mod pause;
 #[cfg(feature = "simulator")]
 pub mod simulator;
-mod sockets;
+mod terminals;
 pub mod transfer_area;
 pub mod tx;
 pub mod wire;

@@ -3,6 +3,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpStream};
+use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::simulator::SimulatedTxt;
@@ -62,9 +63,11 @@ fn come_and_go(port: u16, words: &[u8]) {
 /// Clients come to all ports, while another one is online with its camera on, and while none is.
 fn round(txt: &SimulatedTxt) {
     let come = || {
-        come_and_go(txt.port(), &CommandId::QueryStatus.id().to_le_bytes());
-        come_and_go(txt.camera_port(), b"none");
-        come_and_go(txt.i2c_port(), &I2C_REQUEST);
+        thread::scope(|scope| {
+            scope.spawn(|| come_and_go(txt.port(), &CommandId::QueryStatus.id().to_le_bytes()));
+            scope.spawn(|| come_and_go(txt.camera_port(), b"none"));
+            scope.spawn(|| come_and_go(txt.i2c_port(), &I2C_REQUEST));
+        });
     };
     come();
     let mut first = client(txt);

@@ -1,6 +1,9 @@
 //! One exchange cycle without I/O: areas to request bytes, response bytes to inputs.
 
 mod inputs;
+mod outputs;
+
+use outputs::Outputs;
 
 pub use inputs::Inputs;
 
@@ -74,6 +77,7 @@ pub struct Exchange {
     expander: Expander,
     /// The configuration last sent for each area.
     sent_configs: SentConfigs,
+    outputs: Outputs,
     inputs: Inputs,
     /// Buffers that are kept so that a cycle allocates nothing.
     words: Vec<u16>,
@@ -95,6 +99,7 @@ impl Exchange {
             compressor: Compressor::new(),
             expander: Expander::new(),
             sent_configs: [None; MAX_AREAS],
+            outputs: Outputs::default(),
             inputs: Inputs::default(),
             words: Vec::with_capacity(MAX_AREAS * RESPONSE_WORDS_WITH_MICROPHONE),
             data: Vec::with_capacity(MAX_REQUEST_DATA),
@@ -129,7 +134,8 @@ impl Exchange {
     /// Replaces what is in `out` by the request for the areas' outputs.
     ///
     /// In the compressed mode the extensions that took part in the last response are included,
-    /// as far as there are areas for them.
+    /// as far as there are areas for them. A duty outside 0..=512 goes out as 0 or 512, which is
+    /// logged as a warning when it was in range before.
     ///
     /// # Errors
     ///
@@ -138,7 +144,7 @@ impl Exchange {
         check_area_count(areas.len())?;
         out.clear();
         match self.mode {
-            TransferMode::Simple => outputs(&areas[0]).emit(out),
+            TransferMode::Simple => self.outputs.of(0, &areas[0]).emit(out),
             TransferMode::Compressed => self.compressed_request(areas, out),
         }
         Ok(())
@@ -156,10 +162,11 @@ impl Exchange {
         let extensions = areas.len() - 1;
         let active_extensions = self.inputs.alive() & ((1 << extensions) - 1);
         self.words.clear();
-        push_outputs(&mut self.words, &areas[0]);
-        for (index, area) in areas[1..].iter().enumerate() {
-            if active_extensions & 1 << index != 0 {
-                push_outputs(&mut self.words, area);
+        // The master takes part in every exchange; extension i has bit i - 1.
+        let active = 1 | u32::from(active_extensions) << 1;
+        for (index, area) in areas.iter().enumerate() {
+            if active & 1 << index != 0 {
+                push_outputs(&mut self.words, &self.outputs.of(index, area));
             }
         }
         self.data.clear();
@@ -243,23 +250,8 @@ pub(crate) fn check_area_count(given: usize) -> Result<(), Error> {
     }
 }
 
-/// What an area's output part says.
-fn outputs(area: &FishX1Transfer) -> ExchangeData {
-    ExchangeData {
-        duty: area.output.duty,
-        master: area.output.master.map(i16::from),
-        distance: area.output.distance,
-        motor_command_id: area.output.motor_ex_cmd_id,
-        counter_reset_id: area.output.cnt_reset_cmd_id,
-        sound_command_id: area.txt_outputs.sound_cmd_id,
-        sound_index: area.txt_outputs.sound_index,
-        sound_repeat: area.txt_outputs.sound_repeat,
-    }
-}
-
 /// Appends one area's part of a compressed request, 27 words.
-fn push_outputs(words: &mut Vec<u16>, area: &FishX1Transfer) {
-    let outputs = outputs(area);
+fn push_outputs(words: &mut Vec<u16>, outputs: &ExchangeData) {
     words.extend(outputs.duty.map(|duty| duty as u16));
     words.extend(outputs.master.map(|master| master as u16));
     words.extend(outputs.distance);

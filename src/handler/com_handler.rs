@@ -52,7 +52,7 @@ use crate::firmware::FirmwareVersion;
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let handler = TransferAreaComHandler::builder("192.168.7.2").areas(2).build()?;
 /// handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
-/// handler.lock()[LOCAL_IO].state.config_id += 1;
+/// handler.lock()[LOCAL_IO].raise_config_id();
 /// handler.begin_transfer()?;
 /// while handler.lock()[LOCAL_IO].timer.timer_10ms < 1000 {
 ///     let mut areas = handler.wait_cycle()?;

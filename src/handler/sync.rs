@@ -1,6 +1,6 @@
 //! The locks of this module: those of `parking_lot`, or under a model checker its own.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{thread_id, Condvar, Mutex, MutexGuard, ThreadId};
@@ -23,33 +23,18 @@ pub(super) fn wait_until<T>(
     }
 }
 
-/// Does the same as [`wait_until`], and keeps to the millisecond where that does not.
-///
-/// On Windows a wait with a limit ends with a tick of the system's clock, of which there are 64 a second
-/// unless a program asks for more; that would miss the controller's pace of 10 ms. Sleeping has a finer
-/// timer there, so the wait is a row of short sleeps.
-pub(super) fn wait_window<T>(
+/// Does the same as [`wait_until`], and ends on time where the system's clock is a coarse one. May end
+/// without news, too.
+pub(super) fn wait_on_time<T>(
     news: &Condvar,
     guard: &mut MutexGuard<'_, T>,
     deadline: Option<Instant>,
 ) -> bool {
     match deadline {
-        Some(deadline) if cfg!(windows) => sleep_towards(guard, deadline),
+        #[cfg(not(all(test, shuttle)))]
+        Some(deadline) => crate::pause::Clock::OF_SYSTEM.wait_until(news, guard, deadline),
         deadline => wait_until(news, guard, deadline),
     }
-}
-
-/// The longest that news may go unnoticed in [`sleep_towards`].
-const SLICE: Duration = Duration::from_micros(500);
-
-/// Sleeps unlocked for a slice of the time until the deadline; tells whether that has come.
-fn sleep_towards<T>(guard: &mut MutexGuard<'_, T>, deadline: Instant) -> bool {
-    let rest = deadline.saturating_duration_since(Instant::now());
-    if rest.is_zero() {
-        return true;
-    }
-    MutexGuard::unlocked(guard, || std::thread::sleep(rest.min(SLICE)));
-    false
 }
 
 /// The earlier of two deadlines, of which each may be missing.
@@ -113,14 +98,6 @@ mod model {
         pub(crate) fn unlock_fair(guard: Self) {
             drop(guard);
         }
-
-        pub(crate) fn unlocked<R>(guard: &mut Self, f: impl FnOnce() -> R) -> R {
-            guard.guard = None;
-            let result = f();
-            let locked = guard.mutex.lock();
-            guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
-            result
-        }
     }
 
     impl<T> Deref for MutexGuard<'_, T> {
@@ -165,7 +142,10 @@ mod model {
             guard: &mut MutexGuard<'_, T>,
             _deadline: Instant,
         ) -> TimedOut {
-            MutexGuard::unlocked(guard, shuttle::thread::yield_now);
+            guard.guard = None;
+            shuttle::thread::yield_now();
+            let locked = guard.mutex.lock();
+            guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
             TimedOut(shuttle::rand::thread_rng().gen_bool(0.5))
         }
 
@@ -176,32 +156,5 @@ mod model {
         pub(crate) fn notify_all(&self) {
             self.0.notify_all();
         }
-    }
-}
-
-#[cfg(all(test, not(shuttle)))]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_row_of_short_sleeps_ends_at_the_deadline_and_lets_others_in_between() {
-        let mutex = Mutex::new(0);
-        let deadline = Instant::now() + Duration::from_millis(20);
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                while Instant::now() < deadline {
-                    *mutex.lock() += 1;
-                    std::thread::yield_now();
-                }
-            });
-            let mut guard = mutex.lock();
-            let mut seen = vec![*guard];
-            while !sleep_towards(&mut guard, deadline) {
-                seen.push(*guard);
-            }
-            assert!(Instant::now() >= deadline);
-            assert!(seen.len() > 2, "a slice is much shorter than the wait");
-            assert!(seen.first() < seen.last(), "nobody else had the lock");
-        });
     }
 }

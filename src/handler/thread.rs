@@ -114,7 +114,7 @@ mod tests {
     use crate::handler::watchdog::Watchdog;
     use crate::handler::{EventKind, TransferAreaComHandler};
     use crate::simulator::SimulatedTxt;
-    use crate::sockets::Counter;
+    use crate::terminals::Counter;
     use crate::wire::CommandId;
 
     /// A thread's work that has not begun.

@@ -7,7 +7,7 @@ use super::command::Command;
 use super::events::{Event, KindSet};
 use super::shared::{Controller, Shared, State};
 use super::state::Stop;
-use super::sync::{earlier, wait_until, wait_window};
+use super::sync::{earlier, wait_until, wait_on_time};
 use super::unfinished::Cut;
 use super::statistics::Statistics;
 use crate::error::Error;
@@ -103,7 +103,7 @@ impl Shared {
         let end = state.window_end(length);
         while state.transfer.stop().is_none() && !state.window.is_attended() {
             let deadline = earlier(end, state.watchdog.deadline());
-            if wait_window(&self.attended, &mut state, deadline) {
+            if wait_on_time(&self.attended, &mut state, deadline) {
                 break;
             }
         }

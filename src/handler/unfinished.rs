@@ -47,13 +47,13 @@ impl Unfinished {
         self.any = true;
         for (index, area) in areas.iter_mut().enumerate() {
             let told = inputs.area(index).copied().unwrap_or_default();
-            let motors_ordered = area.output.motor_ex_cmd_id;
+            let ordered = area.output.motor_ex_cmd_id;
             area.output.stop_motors();
+            let ids = ordered.iter().zip(area.output.motor_ex_cmd_id);
             let commands = &mut self.areas[index];
-            for motor in 0..IZ_MOTOR {
-                let id = area.output.motor_ex_cmd_id[motor];
-                let done = told.motor_command_id[motor];
-                note(&mut commands.motors[motor], motors_ordered[motor], done, id);
+            let motors = commands.motors.iter_mut().zip(told.motor_command_id);
+            for ((command, done), (ordered, id)) in motors.zip(ids) {
+                note(command, *ordered, done, id);
             }
             if cut == Cut::Motors {
                 continue;

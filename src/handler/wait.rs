@@ -6,7 +6,7 @@ use super::area::TransferArea;
 use super::com_handler::TransferAreaComHandler;
 use super::guard::TransferAreaGuard;
 use crate::error::Error;
-use crate::sockets::{Counter, Input, Motor};
+use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
 
 impl TransferArea {

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::camera::{CameraServer, CameraSettings};
-use super::fault::{Fault, Faults};
-use super::i2c::I2cServer;
+use super::camera::server::{CameraServer, CameraSettings};
+use super::fault::{Fault, DELAYS};
+use super::faults::Faults;
+use super::i2c::server::{I2cServer, WRITE_LIMIT};
 use super::machine::Machine;
 use super::ports::Ports;
 use super::server::Server;
@@ -101,7 +102,7 @@ impl SimulatedTxtBuilder {
 
     /// How long after the previous exchange response the next one leaves, and the step by which
     /// the machine moves on. With [`Duration::ZERO`] it leaves at once, and the step is 10 ms.
-    /// The default is 10 ms.
+    /// The default is 10 ms, the most an hour.
     pub fn pace(mut self, pace: Duration) -> Self {
         self.pace = pace;
         self
@@ -195,12 +196,14 @@ impl SimulatedTxtBuilder {
     ///
     /// [`Error::AreaCount`] when more than 8 extensions are asked for, [`Error::World`] when the
     /// world has a mistake, [`Error::OutOfRange`] when there is no room for the other ports behind
-    /// the main one, [`Error::SimulatorFailed`] when a port is taken or the operating system
+    /// the main one, or the pace or a fault's delay is more than an hour, [`Error::SimulatorFailed`] when a port is taken or the operating system
     /// refuses a socket or a thread.
     pub fn start(mut self) -> Result<SimulatedTxt, Error> {
         let machine = self.machine()?;
         let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
         ports.check()?;
+        Error::check_range("pace in ms", self.pace.as_millis(), DELAYS)?;
+        self.faults.iter().try_for_each(Fault::check)?;
         self.listen(ports, machine)
             .map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
     }
@@ -240,6 +243,7 @@ impl SimulatedTxtBuilder {
             listener: i2c_listener,
             shared: Arc::clone(&txt.shared),
             idle_limit: self.idle_limit,
+            write_limit: WRITE_LIMIT,
         };
         let server = Server {
             listener,

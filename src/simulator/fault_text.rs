@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-use super::fault::{Fault, FaultKind, FaultPlace};
+use super::fault::{Fault, FaultKind, FaultPlace, DELAYS};
 
 /// Why a text is no [`Fault`]: one sentence that says what was given and what was expected.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -60,8 +60,8 @@ fn parse_kind(text: &str) -> Result<FaultKind, ParseFaultError> {
 fn parse_kind_with_number(text: &str) -> Result<FaultKind, ParseFaultError> {
     let (name, number) = text.split_once(':').unwrap_or((text, ""));
     let kind = match name {
-        "delay" => FaultKind::Delay(Duration::from_millis(parse_number(text, number)?)),
-        "jitter" => FaultKind::Jitter(Duration::from_millis(parse_number(text, number)?)),
+        "delay" => FaultKind::Delay(parse_delay(text, number)?),
+        "jitter" => FaultKind::Jitter(parse_delay(text, number)?),
         "size" => FaultKind::ExtraSize(parse_number(text, number)?),
         "mask" => FaultKind::Mask(parse_number(text, number)?),
         "surplus" => FaultKind::Surplus(parse_number(text, number)?),
@@ -74,6 +74,18 @@ fn parse_kind_with_number(text: &str) -> Result<FaultKind, ParseFaultError> {
         }
     };
     Ok(kind)
+}
+
+fn parse_delay(whole: &str, number: &str) -> Result<Duration, ParseFaultError> {
+    let millis: u64 = parse_number(whole, number)?;
+    match i64::try_from(millis) {
+        Ok(delay) if DELAYS.contains(&delay) => Ok(Duration::from_millis(millis)),
+        _ => Err(error(format!(
+            "{whole:?} is too long: {} to {} ms are expected",
+            DELAYS.start(),
+            DELAYS.end()
+        ))),
+    }
 }
 
 /// A decimal number, or a hexadecimal one behind `0x`, as part of the whole text.
@@ -105,6 +117,7 @@ mod tests {
         let ms = Duration::from_millis;
         for (text, fault) in [
             ("delay:20@exchange:3", Fault::at_exchange(3, FaultKind::Delay(ms(20)))),
+            ("delay:3600000@exchange:3", Fault::at_exchange(3, FaultKind::Delay(ms(3_600_000)))),
             ("jitter:7@exchange:each", Fault::at_each_exchange(FaultKind::Jitter(ms(7)))),
             ("silence@response:0", Fault::at_response(0, FaultKind::Silence)),
             ("dribble@response:1", Fault::at_response(1, FaultKind::Dribble)),
@@ -133,6 +146,8 @@ mod tests {
             ("crc:1@exchange:1", "there is no fault \"crc:1\""),
             ("delay@exchange:1", "\"\" in \"delay\" is no number"),
             ("mask:65536@exchange:1", "\"65536\" in \"mask:65536\" is no number that fits"),
+            ("delay:3600001@exchange:1", "\"delay:3600001\" is too long: 0 to 3600000 ms"),
+            ("jitter:0xFFFFFFFFFFFFFFFF@exchange:each", "is too long: 0 to 3600000 ms"),
             ("fire@exchange:1", "there is no fault \"fire\": delay:MS"),
         ] {
             let message = parse(text).unwrap_err().to_string();

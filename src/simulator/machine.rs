@@ -44,7 +44,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A master with so many extensions, all of them alive, and with nothing plugged in but simple
+    /// A master with this many extensions, all of them alive, and with nothing plugged in but simple
     /// motors. More than 8 extensions count as 8.
     pub fn new(extensions: usize) -> Self {
         let extensions = extensions.min(MAX_EXTENSIONS);
@@ -91,7 +91,7 @@ impl Machine {
     /// Gives outputs to the controller with this index (0 the master), as an exchange does.
     ///
     /// A command begins when its id is not the one before. Nothing happens to a controller that
-    /// there is not or that is cut off.
+    /// does not exist or is cut off.
     pub fn set_outputs(&mut self, controller: usize, outputs: ExchangeData) {
         if self.reaches(controller) {
             self.controllers[controller].take_over(outputs);
@@ -111,7 +111,7 @@ impl Machine {
     }
 
     /// Gives a configuration to the controller with this index (0 the master), whichever its id.
-    /// Nothing happens to a controller that there is not.
+    /// Nothing happens to a controller that does not exist.
     pub fn set_config(&mut self, controller: usize, config: Config) {
         if let Some(controller) = self.controllers.get_mut(controller) {
             controller.config = config;
@@ -223,7 +223,7 @@ impl Machine {
         self.i2c.addresses()
     }
 
-    /// Lets so many µs pass in the machine.
+    /// Lets this many µs pass in the machine.
     pub(super) fn move_on(&mut self, micros: u64) {
         for index in 0..self.controllers.len() {
             let reached = self.reaches(index);

@@ -37,26 +37,26 @@
 //!   that is zero.
 //! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
 //!   its number.
-//! * A motor command with a distance resets the counter, stops the motor after so many pulses and
+//! * A motor command with a distance resets the counter, stops the motor after that many pulses and
 //!   is reported as done in the response of that exchange. Without distance and master it is done
 //!   at once. A motor that is synchronised without a distance, or with an injected error, goes on
 //!   until its next command, which means its own command is never done.
 //! * A synchronised motor that is switched on turns at the speed of the motor it follows, in its
 //!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
-//!   is so many pulses ahead or behind.
+//!   is that many pulses ahead or behind.
 //! * A counter reset is reported as done in the response after the one to its command.
 //! * A sound takes a second per repeat; index 0 is done at once, repeat 0 never.
 //! * StopOnline and a lost client set all outputs to 0, stop motors and sounds and forget all
 //!   commands, as StartOnline does. The counters stay.
 //! * After StartOnline the configuration id of every controller is 0, so the next configuration is
 //!   taken over whichever other id it has.
-//! * Whoever sends garbage, a wrong checksum, or an exchange or a camera command before StartOnline
-//!   is disconnected.
+//! * A client that sends garbage, a wrong checksum, or an exchange or a camera command before
+//!   StartOnline is disconnected.
 //! * While a client is online, another one is accepted and closed at once. While one is connected
 //!   and not online, others wait for it to leave, to be idle for too long, or to go online.
-//! * Whoever does what can be understood, but what a correct client does not do, is answered, and
-//!   the machine's [oddities](Machine::oddities) tell of it. So they do of a distance or a
-//!   synchronisation that never ends, because a motor of the world has no encoder.
+//! * A client that does what can be understood, but what a correct client does not do, is
+//!   answered, and the machine's [oddities](Machine::oddities) tell of it. So they do of a distance
+//!   or a synchronisation that never ends, because a motor of the world has no encoder.
 //!
 //! Some of this is assumed, because no description of the protocol tells: that StartOnline forgets
 //! the configuration ids and the ids of finished commands that are echoed, that an extension forgets
@@ -120,15 +120,16 @@ mod builder;
 mod camera;
 mod command;
 mod controller;
-mod delivery;
 mod end;
 mod fault;
 mod fault_text;
+mod faults;
 mod i2c;
 mod journal;
 mod machine;
 mod motor;
 mod oddity;
+mod outgoing;
 mod ports;
 mod random;
 #[cfg(test)]

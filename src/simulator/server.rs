@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
-use super::delivery::Delivery;
 use super::end::End;
-use super::fault::{Faults, Position};
+use super::faults::{Faults, Position};
 use super::machine::Machine;
 use super::oddity::Oddity;
+use super::outgoing::Outgoing;
 use super::session::{Script, Session, Settings};
 use super::shared::{is_due_to_waiting, try_accept, Shared, Stopped};
 use crate::wire::{CmprHeader, CommandId, ID_LEN, MAX_EXTRA_SIZE};
@@ -110,13 +110,13 @@ impl Connection<'_> {
             // Before the machine moves on, so that the response has what is true when it leaves.
             self.keep_pace()?;
         }
-        let delivery = self.carry_out(&command, is_exchange)?;
-        self.server.shared.rest(delivery.delay)?;
+        let outgoing = self.carry_out(&command, is_exchange)?;
+        self.server.shared.rest(outgoing.delay)?;
         self.look_ahead(is_exchange)?;
         if is_exchange {
             self.last_exchange = Some(Instant::now());
         }
-        self.deliver(&delivery)?;
+        self.send(&outgoing)?;
         Ok(self.refuse_others()?)
     }
 
@@ -188,20 +188,20 @@ impl Connection<'_> {
     }
 
     /// Carries out a command; how its response leaves.
-    fn carry_out(&mut self, command: &[u8], is_exchange: bool) -> Result<Delivery, End> {
+    fn carry_out(&mut self, command: &[u8], is_exchange: bool) -> Result<Outgoing, End> {
         let Server { shared, script, .. } = &mut *self.server;
         let mut response = Vec::new();
         shared
             .with_machine(|machine| self.session.answer(command, machine, script, &mut response))?;
         let Self { responses, exchanges, .. } = *self;
         let at = Position { responses, exchanges, is_exchange };
-        let (delivery, disturbed) = self.server.faults.deliver(response, at);
+        let (outgoing, disturbed) = self.server.faults.disturb(response, at);
         self.responses += 1;
         self.exchanges += u64::from(is_exchange);
         if disturbed && is_exchange {
             self.server.shared.with_machine(Machine::doubt_offer);
         }
-        Ok(delivery)
+        Ok(outgoing)
     }
 
     /// Notices a command that is there before the response has left.
@@ -225,12 +225,12 @@ impl Connection<'_> {
         Ok(())
     }
 
-    fn deliver(&mut self, delivery: &Delivery) -> Result<(), End> {
-        for piece in delivery.pieces() {
+    fn send(&mut self, outgoing: &Outgoing) -> Result<(), End> {
+        for piece in outgoing.pieces() {
             self.stream.write_all(piece)?;
             self.stream.flush()?;
         }
-        if delivery.close {
+        if outgoing.close {
             return Err(End::Closed("that was ordered"));
         }
         Ok(())

@@ -7,6 +7,7 @@ use std::time::Duration;
 use parking_lot::{Condvar, Mutex};
 
 use super::machine::Machine;
+use crate::pause::Clock;
 
 /// How often a thread that waits for its socket looks whether it should end.
 pub(super) const POLL: Duration = Duration::from_millis(5);
@@ -22,15 +23,22 @@ pub(super) struct Shared {
     changed: Condvar,
     stopping: Mutex<bool>,
     stopped: Condvar,
+    /// What holds the pace.
+    clock: Clock,
 }
 
 impl Shared {
     pub(super) fn new(machine: Machine) -> Self {
+        Self::with_clock(machine, Clock::OF_SYSTEM)
+    }
+
+    fn with_clock(machine: Machine, clock: Clock) -> Self {
         Self {
             machine: Mutex::new(machine),
             changed: Condvar::new(),
             stopping: Mutex::new(false),
             stopped: Condvar::new(),
+            clock,
         }
     }
 
@@ -67,7 +75,7 @@ impl Shared {
     /// Lets so much time pass, but no more when the thread should end.
     pub(super) fn rest(&self, time: Duration) -> Result<(), Stopped> {
         let mut stopping = self.stopping.lock();
-        self.stopped.wait_while_for(&mut stopping, |stopping| !*stopping, time);
+        self.clock.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
         if *stopping {
             return Err(Stopped);
         }
@@ -115,4 +123,34 @@ pub(super) fn is_due_to_waiting(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
 
     matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+    use std::time::Instant;
+
+    use super::*;
+
+    #[test]
+    fn a_rest_lasts_its_time_or_until_the_threads_should_end() {
+        for clock in [Clock::Fine, Clock::Coarse] {
+            let shared = Shared::with_clock(Machine::new(0), clock);
+            let begin = Instant::now();
+            for _ in 0..5 {
+                shared.rest(POLL).unwrap();
+            }
+            assert!(begin.elapsed() >= 5 * POLL);
+            thread::scope(|scope| {
+                let shared = &shared;
+                let rests = [Duration::from_secs(3600), Duration::MAX]
+                    .map(|time| scope.spawn(move || shared.rest(time).is_err()));
+                shared.stop();
+                for rest in rests {
+                    assert!(rest.join().unwrap());
+                }
+            });
+            assert!(shared.rest(Duration::ZERO).is_err());
+        }
+    }
 }

@@ -12,23 +12,26 @@ use super::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Output {
-    /// C1 to C4: raise it by one to reset the counter.
+    /// C1 to C4: a new id resets the counter.
+    /// [`start_counter_reset`](super::FishX1Transfer::start_counter_reset) raises it.
     #[doc(alias = "m_counter_reset_command_id")]
     pub cnt_reset_cmd_id: [u16; IZ_COUNTER],
     /// M1 to M4: 0 independent, 1..=4 synchronised to that motor, 5..=8 synchronised to motor − 4
-    /// with [`distance`](Self::distance) as injected error. Raise
+    /// with [`distance`](Self::distance) as injected error. Needs a new
     /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_master")]
     pub master: [u8; IZ_MOTOR],
-    /// O1 to O8: 0 off to 512 full. May change at any time.
+    /// O1 to O8: 0 off to 512 full. May change at any time. What is less goes out as 0, what is
+    /// more as 512, with a warning in the log.
     #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; IZ_PWM_CHAN],
-    /// M1 to M4: stop after so many pulses of the motor's counter, 0 for no limit. Raise
-    /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
+    /// M1 to M4: stop after this many pulses of the motor's counter, 0 for no limit. Needs a
+    /// new [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_distance")]
     pub distance: [u16; IZ_MOTOR],
-    /// M1 to M4: raise it by one to make the controller take over
-    /// [`distance`](Self::distance) and [`master`](Self::master).
+    /// M1 to M4: a new id makes the controller take over [`distance`](Self::distance) and
+    /// [`master`](Self::master).
+    /// [`raise_motor_ex_cmd_id`](super::FishX1Transfer::raise_motor_ex_cmd_id) raises it.
     #[doc(alias = "m_motor_command_id")]
     pub motor_ex_cmd_id: [u16; IZ_MOTOR],
 }
@@ -52,7 +55,8 @@ impl Output {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TxtOutputs {
-    /// Raise it by one to start the sound below, or to play the same one again.
+    /// A new id starts the sound below, or plays the same one again.
+    /// [`raise_sound_cmd_id`](super::FishX1Transfer::raise_sound_cmd_id) raises it.
     #[doc(alias = "u16SoundCmdId")]
     #[doc(alias = "m_sound_command_id")]
     pub sound_cmd_id: u16,

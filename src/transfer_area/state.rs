@@ -99,8 +99,9 @@ pub struct State {
     pub id: u8,
     /// Not used online.
     pub info_id: u8,
-    /// Raise it by one after a change of [`Config`](super::Config), and the new configuration
-    /// goes to the controller before the next exchange. The first one is 1.
+    /// A new id has the area's [`Config`](super::Config) sent to the controller before the next
+    /// exchange. [`raise_config_id`](super::FishX1Transfer::raise_config_id) raises it after a
+    /// change. The first one is 1.
     #[doc(alias = "m_config_id")]
     pub config_id: u8,
     /// In the master's area: 1 for each extension that took part in the last exchange.

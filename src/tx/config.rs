@@ -1,6 +1,6 @@
 //! What is plugged in where.
 
-use super::{next_id, Counter, Input, Motor};
+use super::{Counter, Input, Motor};
 use crate::transfer_area::{CounterConfig, CounterMode, FishX1Transfer, InputMode, UniConfig};
 
 impl FishX1Transfer {
@@ -67,19 +67,25 @@ impl FishX1Transfer {
         }
         self.output.distance[index] = 0;
         self.output.master[index] = 0;
-        self.raise_motor_ex_id(motor);
+        self.raise_motor_ex_cmd_id(motor);
     }
 
-    /// Has the controller take over distance and master, as a command that is not done yet.
-    pub(super) fn raise_motor_ex_id(&mut self, motor: Motor) {
-        let index = motor.index();
-        self.output.motor_ex_cmd_id[index] =
-            next_id(self.output.motor_ex_cmd_id[index], self.input.motor_ex_cmd_id[index]);
-        self.input.motor_ex_reached[index] = 0;
-    }
-
-    /// Without 0, which a controller holds for the configuration that it has from the start.
-    fn raise_config_id(&mut self) {
+    /// Has the [`config`](Self::config) sent before the next exchange. Call it after a change that
+    /// the program has made by hand; the calls above do so themselves.
+    ///
+    /// Raises the [`config_id`](crate::transfer_area::State::config_id) by one, from 255 to 1: 0 is
+    /// what a controller holds for the configuration that it has from the start.
+    ///
+    /// ```
+    /// use ft_transfer_area::transfer_area::{InputMode, UniConfig};
+    /// use ft_transfer_area::FishX1Transfer;
+    ///
+    /// let mut area = FishX1Transfer::default();
+    /// area.config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
+    /// area.raise_config_id();
+    /// assert_eq!(area.state.config_id, 2);
+    /// ```
+    pub fn raise_config_id(&mut self) {
         self.state.config_id = self.state.config_id.checked_add(1).unwrap_or(1);
     }
 }

@@ -6,6 +6,8 @@ use crate::transfer_area::FishX1Transfer;
 impl FishX1Transfer {
     /// Has a counter reset to 0, which takes two exchanges.
     ///
+    /// Raises the [`cnt_reset_cmd_id`](crate::transfer_area::Output::cnt_reset_cmd_id) by one, from
+    /// 65535 to 0, or by two where one would be the id that has come back last.
     /// [`is_cnt_reset_ready`](Self::is_cnt_reset_ready) tells when that is done, and its
     /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) becomes 1 then; both are
     /// reset here.

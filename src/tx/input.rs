@@ -23,7 +23,7 @@ impl FishX1Transfer {
     pub fn get_in_io_value(&self, input: Input) -> IoValue {
         let value = self.input.uni[input.index()];
         let config = self.config.uni[input.index()];
-        // Other modes than these there are not.
+        // There are no other modes.
         let limit = InputMode::try_from(config.mode).ok().map(|mode| match mode {
             InputMode::Voltage => U_OVR,
             InputMode::Resistance => R_OVR,

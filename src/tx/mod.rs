@@ -6,7 +6,7 @@
 //! blocks or talks to the controller: each reads or writes the area under the lock that the
 //! program holds, and what is written goes out with the next exchange.
 //!
-//! Sockets, directions, modes and sounds have types, so a wrong number can't be given to a call;
+//! Terminals, directions, modes and sounds have types, so a wrong number can't be given to a call;
 //! it is refused where it becomes one of them, by `try_from`. A call that errs has changed nothing.
 //!
 //! ```
@@ -29,7 +29,7 @@
 //! # The extended motor mode
 //!
 //! [`start_motor_ex_cmd`](crate::FishX1Transfer::start_motor_ex_cmd) lets the controller count: it
-//! resets the counters, turns the motors together and stops them after so many pulses. From then
+//! resets the counters, turns the motors together and stops them after a number of pulses. From then
 //! on it holds them, and [`set_out_motor_values`](crate::FishX1Transfer::set_out_motor_values)
 //! does not turn them until
 //! [`stop_motor_ex_cmd`](crate::FishX1Transfer::stop_motor_ex_cmd) has left the mode, for each of
@@ -44,7 +44,7 @@ mod number;
 mod output;
 mod sound;
 
-pub use crate::sockets::{Counter, Input, Motor, Output};
+pub use crate::terminals::{Counter, Input, Motor, Output};
 pub use input::IoValue;
 pub use joystick::{IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
 pub use output::Direction;

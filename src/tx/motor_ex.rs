@@ -1,12 +1,12 @@
 //! Motors in the extended mode: distances and synchronisation.
 
 use super::output::check_duty;
-use super::{Direction, Motor};
+use super::{next_id, Direction, Motor};
 use crate::error::Error;
 use crate::transfer_area::{FishX1Transfer, IZ_MOTOR};
 
 impl FishX1Transfer {
-    /// Lets the controller turn a motor for so many pulses of its counter, 1..=65535, alone or
+    /// Lets the controller turn a motor for 1..=65535 pulses of its counter, alone or
     /// together with up to three others, and hold them there.
     ///
     /// The master turns with this duty, 0..=512, in its direction; the slaves follow it with the
@@ -90,7 +90,32 @@ impl FishX1Transfer {
         self.set_duties(motor, duty, direction);
         self.output.distance[motor.index()] = distance;
         self.output.master[motor.index()] = master;
-        self.raise_motor_ex_id(motor);
+        self.raise_motor_ex_cmd_id(motor);
+    }
+
+    /// Has the controller take over a motor's [`distance`](crate::transfer_area::Output::distance)
+    /// and [`master`](crate::transfer_area::Output::master), as a command that is not done yet. Call
+    /// it after a change that the program has made by hand; the other calls do so themselves.
+    ///
+    /// Raises the [`motor_ex_cmd_id`](crate::transfer_area::Output::motor_ex_cmd_id) by one, from
+    /// 65535 to 0, or by two where one would be the id that has come back last. The motor's
+    /// [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) becomes 0.
+    ///
+    /// ```
+    /// use ft_transfer_area::tx::Motor;
+    /// use ft_transfer_area::FishX1Transfer;
+    ///
+    /// let mut area = FishX1Transfer::default();
+    /// area.output.duty[0] = 512;
+    /// area.output.distance[0] = 600;
+    /// area.raise_motor_ex_cmd_id(Motor::M1);
+    /// assert!(!area.is_motor_ex_ready(Motor::M1));
+    /// ```
+    pub fn raise_motor_ex_cmd_id(&mut self, motor: Motor) {
+        let index = motor.index();
+        self.output.motor_ex_cmd_id[index] =
+            next_id(self.output.motor_ex_cmd_id[index], self.input.motor_ex_cmd_id[index]);
+        self.input.motor_ex_reached[index] = 0;
     }
 
     /// Whether the last command of a motor is done: its distance, or leaving the mode. Also `true`

@@ -84,7 +84,7 @@ impl From<Sound> for u16 {
 }
 
 impl FishX1Transfer {
-    /// Plays a sound so many times, 0 until the next sound command; it replaces the one that plays.
+    /// Plays a sound this many times, 0 until the next sound command; it replaces the one that plays.
     ///
     /// The sound is a [`Sound`], or the number of a file that somebody has put onto the
     /// controller, at most 99; [`SILENCE`] ends the sound that plays.
@@ -110,11 +110,19 @@ impl FishX1Transfer {
     pub fn set_sound(&mut self, sound: impl Into<u16>, repeat: u16) -> Result<(), Error> {
         let index = sound.into();
         Error::check_range("sound's index", index, 0..=SOUND_MAX)?;
-        let outputs = &mut self.txt_outputs;
-        outputs.sound_index = index;
-        outputs.sound_repeat = repeat;
-        outputs.sound_cmd_id = next_id(outputs.sound_cmd_id, self.txt_inputs.sound_cmd_id);
+        self.txt_outputs.sound_index = index;
+        self.txt_outputs.sound_repeat = repeat;
+        self.raise_sound_cmd_id();
         Ok(())
+    }
+
+    /// Plays the sound that is set in the area, or plays it again.
+    ///
+    /// Raises the [`sound_cmd_id`](crate::transfer_area::TxtOutputs::sound_cmd_id) by one, from
+    /// 65535 to 0, or by two where one would be the id that has come back last.
+    pub fn raise_sound_cmd_id(&mut self) {
+        self.txt_outputs.sound_cmd_id =
+            next_id(self.txt_outputs.sound_cmd_id, self.txt_inputs.sound_cmd_id);
     }
 
     /// Whether the last sound command is done. Also `true` when there was none; a sound that repeats

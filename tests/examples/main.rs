@@ -8,13 +8,18 @@ mod samples;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
 use std::process::{Command, Output, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
+use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, StartOnline};
 use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
 use program::{example, Program, DEADLINE};
+
+/// A step of the world is one exchange of 10 ms all the same.
+const UNPACED: [&str; 2] = ["--pace", "0"];
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
@@ -33,7 +38,7 @@ fn output_in_time(command: &mut Command) -> Output {
         if begin.elapsed() > DEADLINE {
             child.kill().unwrap();
         }
-        std::thread::sleep(Duration::from_millis(1));
+        thread::sleep(Duration::from_millis(1));
     }
     child.wait_with_output().unwrap()
 }
@@ -57,19 +62,22 @@ fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
 
 #[test]
 fn the_motor_follows_the_switch_on_master_and_extension() {
-    assert_motor_follows(&[]);
     let program = Program::start(&["--world", "kit", "--extensions", "1"]);
-    assert_motor_follows(&[&host(&program)]);
+    let host = host(&program);
+    thread::scope(|scope| {
+        scope.spawn(|| assert_motor_follows(&[]));
+        scope.spawn(|| assert_motor_follows(&[&host]));
+    });
     let log = program.interrupt();
     for controller in ["the master", "extension 1"] {
-        for duty in [512, 0] {
+        for (duty, times) in [(512, 2), (0, 1)] {
             let told = format!("{controller}: O1 is set to {duty}");
-            assert!(log.matches(&told).count() >= 2, "no {told:?} in {log}");
+            assert!(log.matches(&told).count() >= times, "no {told:?} in {log}");
         }
     }
 }
 
-/// Runs the sample in the kit's world until both buttons have been pressed twice.
+/// Runs the sample in the kit's world until both motors run for the second time.
 fn assert_motor_follows(host: &[&str]) {
     let mut child = example("motor_on_off_switch")
         .args(["--seconds", "3600"])
@@ -80,15 +88,16 @@ fn assert_motor_follows(host: &[&str]) {
     // Their script presses and lets go.
     let mut states = [Vec::new(), Vec::new()];
     let begin = Instant::now();
-    let releases = |states: &Vec<(bool, bool, i64)>| {
-        states.windows(2).filter(|pair| pair[0].0 && !pair[1].0).count()
+    let runs_again = |states: &Vec<(bool, bool, i64)>| {
+        let second = states.windows(2).filter(|pair| !pair[0].0 && pair[1].0).nth(1);
+        second.is_some_and(|pair| states.last().is_some_and(|last| last.2 > pair[1].2))
     };
     for line in BufReader::new(child.stdout.take().unwrap()).lines() {
         let line = line.unwrap();
         for (id, states) in states.iter_mut().enumerate() {
             states.extend(parse_line(&line, id));
         }
-        if states.iter().all(|states| releases(states) >= 2) {
+        if states.iter().all(runs_again) {
             break;
         }
         assert!(begin.elapsed() < DEADLINE, "nobody presses the buttons: {states:?}");
@@ -132,9 +141,12 @@ fn ctrl_c_stops_the_motors_and_goes_offline() {
 
 #[test]
 fn the_camera_sample_saves_20_pictures() {
-    assert_saves_pictures("own", &[]);
     let program = Program::start(&["--camera-start-up", "100"]);
-    assert_saves_pictures("program", &[&host(&program)]);
+    let host = host(&program);
+    thread::scope(|scope| {
+        scope.spawn(|| assert_saves_pictures("own", &[]));
+        scope.spawn(|| assert_saves_pictures("program", &[&host]));
+    });
     let log = program.interrupt();
     assert!(log.contains("the client sends StartCameraOnline"), "{log}");
 }
@@ -209,10 +221,10 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
 
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
-    let mut program = Program::start(&[]);
+    let mut program = Program::start(&UNPACED);
     let handler = program.handler().areas(2).build().unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[0].state.config_id += 1;
+    handler.lock()[0].raise_config_id();
     handler.begin_transfer().unwrap();
     // Lines are carried out in their order, so this one is before those that are waited for.
     program.type_line("I8 1");
@@ -250,20 +262,20 @@ fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transf
 
 #[test]
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
-    let program = Program::start(&[]);
+    let program = Program::start(&UNPACED);
     let handler = program.handler().areas(2).build().unwrap();
     handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[LOCAL_IO].state.config_id += 1;
+    handler.lock()[LOCAL_IO].raise_config_id();
     handler.begin_transfer().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
     wait_until(&handler, |area| area.input.uni[1] == 1);
     handler.lock()[LOCAL_IO].output.duty[0] = 0;
     wait_until(&handler, |area| area.input.uni[3] == 25);
     {
-        let output = &mut handler.lock()[LOCAL_IO].output;
-        output.duty[1] = 512;
-        output.distance[0] = 600;
-        output.motor_ex_cmd_id[0] += 1;
+        let area = &mut handler.lock()[LOCAL_IO];
+        area.output.duty[1] = 512;
+        area.output.distance[0] = 600;
+        area.raise_motor_ex_cmd_id(Motor::M1);
     }
     wait_until(&handler, |area| area.input.motor_ex_reached[0] == 1);
     {

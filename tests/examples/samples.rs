@@ -161,7 +161,7 @@ fn the_slide_turns_round_at_its_end_switches_until_the_button_is_pressed() {
     }
     // Between the hundredths of its way in which the switches are pressed, and the whole.
     let way = pulses(&lines, "I1, the start, after ");
-    assert!((970..=1000).contains(&way), "{way} pulses");
+    assert!((570..=600).contains(&way), "{way} pulses");
     assert_eq!(lines[lines.len() - 2..], ["I3 is pressed.", "0 events were lost."]);
 }
 
@@ -224,7 +224,7 @@ const TABLES: [Table; 6] = [
     Table { name: "extended_motor_control", world: "two_motors", user: |_| {}, on: &[(0, 0)] },
     Table { name: "extension", world: "extension", user: press_i1, on: &[(0, 0), (1, 0)] },
     Table { name: "infrared_remote", world: "two_motors", user: drive, on: &[(0, 1), (0, 2)] },
-    Table { name: "slide_on_events", world: "slide", user: |_| {}, on: &[(0, 1)] },
+    Table { name: "slide_on_events", world: "slide", user: |_| {}, on: &[(0, 0)] },
     Table { name: "sound_and_lamps", world: "lamps", user: |_| {}, on: &[(0, 7)] },
 ];
 
@@ -245,43 +245,49 @@ fn drive(machine: &mut Machine) {
 
 #[test]
 fn ctrl_c_stops_the_motors_of_the_controller_that_is_named_and_goes_offline() {
-    for Table { name, world, user, on } in TABLES {
-        let world = format!("{}/examples/worlds/{world}.toml", env!("CARGO_MANIFEST_DIR"));
-        let last: Arc<Mutex<Vec<ExchangeData>>> = Arc::default();
-        let record = Arc::clone(&last);
-        let txt = SimulatedTxt::builder()
-            .extensions(1)
-            .world(World::load(world).unwrap())
-            .on_exchange(move |machine| {
-                user(machine);
-                let outputs = machine.controllers.iter().map(|controller| controller.outputs);
-                *record.lock().unwrap() = outputs.collect();
-            })
-            .start()
-            .unwrap();
-        let run = Run::start(name, &[&txt.address().to_string()]);
-        let is_on = |machine: &Machine, &(controller, output): &(usize, usize)| {
-            machine.controllers[controller].outputs.duty[output] > 0
-        };
-        let all_on = |machine: &Machine| on.iter().all(|output| is_on(machine, output));
-        assert!(txt.wait_until(DEADLINE, all_on), "{name} does nothing");
-        run.interrupt();
-        let lines = run.finish();
-        if ["c_program", "extended_motor_control"].contains(&name) {
-            assert_eq!(lines.last().unwrap(), "Stopped.", "{name} is not done yet");
+    thread::scope(|scope| {
+        for table in TABLES {
+            scope.spawn(|| assert_ctrl_c_stops(table));
         }
+    });
+}
 
-        assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()), "{name}");
-        let last = last.lock().unwrap();
-        assert!(last.iter().all(|outputs| outputs.duty == [0; 8]), "{name}: {last:?}");
-        if name == "sound_and_lamps" {
-            assert_eq!(last[0].sound_index, 0, "silence");
-        }
-        txt.with_machine(|machine| {
-            assert_eq!(machine.commands().last(), Some(CommandId::StopOnline), "{name}");
-            assert_eq!(machine.oddities().next(), None, "{name}");
-        });
+fn assert_ctrl_c_stops(Table { name, world, user, on }: Table) {
+    let world = format!("{}/examples/worlds/{world}.toml", env!("CARGO_MANIFEST_DIR"));
+    let last: Arc<Mutex<Vec<ExchangeData>>> = Arc::default();
+    let record = Arc::clone(&last);
+    let txt = SimulatedTxt::builder()
+        .extensions(1)
+        .world(World::load(world).unwrap())
+        .on_exchange(move |machine| {
+            user(machine);
+            let outputs = machine.controllers.iter().map(|controller| controller.outputs);
+            *record.lock().unwrap() = outputs.collect();
+        })
+        .start()
+        .unwrap();
+    let run = Run::start(name, &[&txt.address().to_string()]);
+    let is_on = |machine: &Machine, &(controller, output): &(usize, usize)| {
+        machine.controllers[controller].outputs.duty[output] > 0
+    };
+    let all_on = |machine: &Machine| on.iter().all(|output| is_on(machine, output));
+    assert!(txt.wait_until(DEADLINE, all_on), "{name} does nothing");
+    run.interrupt();
+    let lines = run.finish();
+    if ["c_program", "extended_motor_control"].contains(&name) {
+        assert_eq!(lines.last().unwrap(), "Stopped.", "{name} is not done yet");
     }
+
+    assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()), "{name}");
+    let last = last.lock().unwrap();
+    assert!(last.iter().all(|outputs| outputs.duty == [0; 8]), "{name}: {last:?}");
+    if name == "sound_and_lamps" {
+        assert_eq!(last[0].sound_index, 0, "silence");
+    }
+    txt.with_machine(|machine| {
+        assert_eq!(machine.commands().last(), Some(CommandId::StopOnline), "{name}");
+        assert_eq!(machine.oddities().next(), None, "{name}");
+    });
 }
 
 #[test]

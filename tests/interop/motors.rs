@@ -1,6 +1,7 @@
 //! Motors of a world: counters, distances, pairs, and what they move.
 
 use ft_transfer_area::transfer_area::DUTY_MAX;
+use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area::FishX1Transfer;
 use serde_json::{json, Value};
 
@@ -19,7 +20,7 @@ fn order(area: &mut FishX1Transfer, motor: usize, distance: u16, master: u8) {
     area.input.motor_ex_reached[motor] = 0;
     area.output.distance[motor] = distance;
     area.output.master[motor] = master;
-    area.output.motor_ex_cmd_id[motor] += 1;
+    area.raise_motor_ex_cmd_id(Motor::ALL[motor]);
 }
 
 /// Sets a motor's speed, negative backwards.
@@ -94,7 +95,7 @@ impl Own {
         self.together(area, |area| set_speed(area, 3, 0));
         self.cycles(SETTLED);
         let before = self.counts(area, &[3])[0];
-        self.handler.lock()[area].output.cnt_reset_cmd_id[3] += 1;
+        self.handler.lock()[area].start_counter_reset(Counter::C4);
         self.until(|areas| areas[area].input.cnt_resetted[3] == 1);
         json!([before, self.counts(area, &[3])[0]])
     }

@@ -41,7 +41,7 @@ impl Own {
         let mut areas = self.handler.lock();
         areas[area].config.uni =
             inputs.map(|(mode, digital)| UniConfig { mode, digital, dummy: [0; 2] });
-        areas[area].state.config_id += 1;
+        areas[area].raise_config_id();
     }
 
     /// Changes an area's outputs, all in one exchange, which is over at the end.

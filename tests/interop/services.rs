@@ -71,7 +71,7 @@ impl Own {
         self.together(0, |master| {
             let outputs = &mut master.txt_outputs;
             (outputs.sound_index, outputs.sound_repeat) = (index, repeat);
-            outputs.sound_cmd_id += 1;
+            master.raise_sound_cmd_id();
         });
     }
 

@@ -254,7 +254,7 @@ fn parse<'a>(code: &'a str, head: &str) -> Option<(Kind, &'a str, &'a str)> {
     let rest = &rest[name.len()..];
     let is_named = name.starts_with(char::is_alphabetic) && !head.contains('$');
     let kind = keyword.or_else(|| match () {
-        // The macros that declare sockets and ids.
+        // The macros that declare terminals and ids.
         () if head.ends_with("! {") => (rest.starts_with([':', ' '])).then_some(Kind::Type),
         () if public.is_some() => rest.starts_with(':').then_some(Kind::Field),
         () if rest.starts_with(": ") => Some(Kind::VariantField),

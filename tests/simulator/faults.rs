@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::wire::{CmprHeader, CommandId, ResponseId};
+use ft_transfer_area::Error;
 
 use crate::unpaced;
-use crate::wire_client::Client;
+use crate::wire_client::{Client, LIMIT};
 
 /// The response to the first exchange; the one before is StartOnline's.
 const FIRST_EXCHANGE: u64 = 1;
@@ -52,6 +53,32 @@ fn a_delay_is_at_least_as_long_as_ordered() {
     assert_eq!(client.receive_compressed().words[0], 1234);
     assert!(begin.elapsed() >= delay);
     assert_struck_once(&txt, client);
+}
+
+#[test]
+fn a_delay_or_pace_of_more_than_an_hour_is_refused() {
+    let hour = Duration::from_secs(3600);
+    for time in [hour + Duration::from_millis(1), Duration::MAX] {
+        for kind in [FaultKind::Delay(time), FaultKind::Jitter(time)] {
+            let error = unpaced().fault(Fault::at_response(0, kind)).start().unwrap_err();
+            assert!(error.to_string().contains("has to be 0 to 3600000"), "{error}");
+        }
+        let error = SimulatedTxt::builder().pace(time).start().unwrap_err();
+        assert!(matches!(error, Error::OutOfRange { most: 3_600_000, .. }), "{error}");
+    }
+    let longest = Fault::at_response(0, FaultKind::Delay(hour));
+    unpaced().pace(hour).fault(longest).start().unwrap();
+}
+
+#[test]
+fn a_long_delay_does_not_hold_up_the_end() {
+    let txt = disturbed(FaultKind::Delay(Duration::from_secs(3600)));
+    let mut client = begin_exchange(&txt);
+    assert!(txt.wait_until(LIMIT, |machine| machine.exchanges() == 1), "the delay has not begun");
+    let begin = Instant::now();
+    drop(txt);
+    assert!(begin.elapsed() < LIMIT);
+    assert!(client.until_closed().is_empty());
 }
 
 #[test]

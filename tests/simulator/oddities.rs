@@ -1,5 +1,6 @@
 //! What the simulated TXT notices, and what a correct client does without being noticed.
 
+use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::simulator::world::World;
@@ -166,9 +167,9 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
     }
 }
 
-/// A handler for two areas that gives an answer up after 150 ms.
+/// A handler for two areas that gives an answer up after half a second.
 fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
-    let limits = TimeLimits { read: Duration::from_millis(150), ..TimeLimits::default() };
+    let limits = TimeLimits { read: Duration::from_millis(500), ..TimeLimits::default() };
     TransferAreaComHandler::builder("127.0.0.1")
         .port(txt.port())
         .areas(2)
@@ -198,7 +199,7 @@ fn this_crates_client_is_not_odd() {
                 let mut areas = handler.wait_cycle().unwrap();
                 areas[0].output.duty[cycle % 8] = 512;
                 areas[0].output.duty[(cycle % 8) ^ 1] = 0;
-                areas[1].state.config_id += 1;
+                areas[1].raise_config_id();
             }
             handler.end_transfer().unwrap();
         }
@@ -209,25 +210,32 @@ fn this_crates_client_is_not_odd() {
 #[test]
 fn this_crates_farewell_is_not_odd() {
     let kinds = [
-        FaultKind::Delay(Duration::from_millis(250)),
+        FaultKind::Delay(Duration::from_millis(750)),
         FaultKind::Silence,
         FaultKind::WrongId,
         FaultKind::WrongCrc,
         FaultKind::Surplus(3),
     ];
-    for kind in kinds {
-        for response in 6..9 {
-            let fault = Fault::at_response(response, kind);
-            let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
-            let handler = hasty_handler(&txt);
-            handler.begin_transfer().unwrap();
-            while handler.wait_cycle().is_ok() {}
-            assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
-            assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
-            let said = txt.with_machine(|machine| machine.commands().next_back());
-            assert_eq!(said, Some(CommandId::StopOnline), "{kind:?} {response}");
+    // Each waits for a limit, so they wait together.
+    thread::scope(|scope| {
+        for kind in kinds {
+            for response in 6..9 {
+                scope.spawn(move || assert_farewell_is_not_odd(kind, response));
+            }
         }
-    }
+    });
+}
+
+fn assert_farewell_is_not_odd(kind: FaultKind, response: u64) {
+    let fault = Fault::at_response(response, kind);
+    let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
+    let handler = hasty_handler(&txt);
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle().is_ok() {}
+    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
+    let said = txt.with_machine(|machine| machine.commands().next_back());
+    assert_eq!(said, Some(CommandId::StopOnline), "{kind:?} {response}");
 }
 
 #[test]

@@ -57,10 +57,10 @@ fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
 
     {
         let mut areas = handler.lock();
-        let output = &mut areas[LOCAL_IO].output;
-        output.duty[1] = 512;
-        output.distance[0] = 600;
-        output.motor_ex_cmd_id[0] += 1;
+        let area = &mut areas[LOCAL_IO];
+        area.output.duty[1] = 512;
+        area.output.distance[0] = 600;
+        area.raise_motor_ex_cmd_id(Motor::M1);
     }
     wait_until(&handler, |area| area.input.motor_ex_reached[0] == 1);
     let counter = handler.lock()[LOCAL_IO].input.counter[0];

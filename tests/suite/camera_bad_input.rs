@@ -186,7 +186,7 @@ fn a_frame_that_trickles_in_for_longer_than_the_limit() {
 
 #[test]
 fn a_server_that_never_reads_the_acknowledges() {
-    let limit = Duration::from_secs(1);
+    let limit = Duration::from_millis(400);
     let (count, error) = stream_with_limit(limit, Vec::new(), |mut stream| {
         let mut frame = header(1);
         frame.push(0);

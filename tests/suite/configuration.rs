@@ -43,7 +43,7 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
     for number in 2..50 {
         let mut areas = handler.lock();
         areas[LOCAL_IO].config.uni[0].mode = number;
-        areas[LOCAL_IO].state.config_id += 1;
+        areas[LOCAL_IO].raise_config_id();
         areas[LOCAL_IO].output.duty[0] = number.into();
         drop(areas);
         wait_until(&txt, "the duty", |machine| {

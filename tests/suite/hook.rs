@@ -193,7 +193,7 @@ fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
         if calls >= 20 {
             areas[LOCAL_IO].output.duty[0] = 99;
             areas[LOCAL_IO].config.motor[0] = 99;
-            areas[LOCAL_IO].state.config_id += 1;
+            areas[LOCAL_IO].raise_config_id();
             panic!("a hook with a mistake");
         }
         Continue(())

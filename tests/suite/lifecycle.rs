@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1, REMOTE_IO_2};
+use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferMode};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
@@ -200,10 +201,10 @@ fn finished_commands_set_their_flags_and_the_program_clears_them() {
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut areas = handler.wait_cycle().unwrap();
-    areas[LOCAL_IO].output.cnt_reset_cmd_id[2] += 1;
+    areas[LOCAL_IO].start_counter_reset(Counter::C3);
     areas[LOCAL_IO].output.duty[0] = 512;
     areas[LOCAL_IO].output.distance[0] = 20;
-    areas[LOCAL_IO].output.motor_ex_cmd_id[0] += 1;
+    areas[LOCAL_IO].raise_motor_ex_cmd_id(Motor::M1);
     drop(areas);
     let mut reached = handler.wait_cycle().unwrap();
     while reached[LOCAL_IO].input.motor_ex_reached[0] == 0 {

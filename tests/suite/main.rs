@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod between_transfers;
+mod by_hand;
 mod camera;
 mod camera_bad_input;
 mod client;

@@ -32,7 +32,7 @@ impl Running {
         }
         let txt = txt.start().unwrap();
         // Of use for a controller that falls silent, long enough for a busy machine.
-        let limits = TimeLimits { read: Duration::from_secs(3), ..TimeLimits::default() };
+        let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
         let handler = handler_for(&txt).time_limits(limits).build().unwrap();
         let mut areas = handler.lock();
         let output = &mut areas[LOCAL_IO].output;
@@ -151,7 +151,7 @@ fn a_destructor_may_use_the_area_while_its_thread_unwinds() {
 
 #[test]
 fn a_response_that_is_wrong_stops_the_motors() {
-    for fault in [
+    let faults = [
         FaultKind::WrongCrc,
         FaultKind::WrongId,
         FaultKind::CutData,
@@ -159,14 +159,20 @@ fn a_response_that_is_wrong_stops_the_motors() {
         // So much that the connection would be reset if it were closed without reading it.
         FaultKind::Surplus(60_000),
         FaultKind::Silence,
-    ] {
-        println!("{fault:?}");
-        let Running { txt, record, handler } = Running::start(Some(fault));
-        wait_until(&txt, "a lost client", |machine| !machine.connected());
-        Running::check_stopped(&txt, &record);
-        handler.end_transfer().unwrap_err();
-        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
-    }
+    ];
+    // Each waits for a limit, so they wait together.
+    thread::scope(|scope| {
+        for fault in faults {
+            scope.spawn(move || {
+                println!("{fault:?}");
+                let Running { txt, record, handler } = Running::start(Some(fault));
+                wait_until(&txt, "a lost client", |machine| !machine.connected());
+                Running::check_stopped(&txt, &record);
+                handler.end_transfer().unwrap_err();
+                assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+            });
+        }
+    });
 }
 
 #[test]

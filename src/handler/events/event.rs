@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::error::Error;
-use crate::sockets::{Counter, Input, Motor};
+use crate::terminals::{Counter, Input, Motor};
 use crate::tx::IrDevice;
 
 /// What has happened, as told by a response or by the end of the transfer.

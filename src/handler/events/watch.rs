@@ -2,7 +2,7 @@
 
 use super::event::{Event, EventKind, Joystick, KindSet};
 use crate::exchange::{Inputs, SentConfigs};
-use crate::sockets::{Counter, Input, Motor};
+use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};
 use crate::tx::IrDevice;
 use crate::wire::ExchangeDataResponse;

@@ -3,12 +3,10 @@
 #[cfg(test)]
 mod annex_k;
 mod frame;
-mod server;
+pub(super) mod server;
 mod test_card;
 
 use std::time::{Duration, Instant};
-
-pub(super) use server::{CameraServer, CameraSettings};
 
 use crate::wire::StartCameraOnline;
 

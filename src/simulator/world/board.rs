@@ -7,7 +7,7 @@ use super::sensor::{self, Sensor};
 use super::shaft::Shaft;
 use super::Board;
 use crate::simulator::controller::Controller;
-use crate::sockets::{Input, Motor, Output};
+use crate::terminals::{Input, Motor, Output};
 use crate::transfer_area::{DUTY_MAX, IZ_MOTOR};
 
 /// What is plugged into one controller, and where it is.

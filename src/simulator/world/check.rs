@@ -7,7 +7,7 @@ use std::ops::RangeInclusive;
 use super::remote::AXIS_MAX;
 use super::sensor::Sensor;
 use super::{Board, MotorModel, Remote, Script, ScriptEvent, SeenBy, Slide, Travel, World};
-use crate::sockets::Input;
+use crate::terminals::Input;
 use crate::transfer_area::MAX_EXTENSIONS;
 
 /// How many remotes can be told apart.
@@ -122,7 +122,7 @@ impl Board {
         self.check_moved()?;
         for lamp in &self.lamps {
             let motor = lamp.motor();
-            let reason = || format!("{lamp} is a socket of the motor on {motor}");
+            let reason = || format!("{lamp} is a terminal of the motor on {motor}");
             at("lamps", at(lamp, expect(!self.motors.contains_key(&motor), reason)))?;
         }
         Ok(())

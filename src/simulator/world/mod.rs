@@ -65,7 +65,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Deserialize;
 
-use crate::sockets::{Input, Motor, Output};
+use crate::terminals::{Input, Motor, Output};
 
 pub use motor_model::{MotorModel, SeenBy, Slide, Travel};
 pub use remote::Remote;
@@ -103,7 +103,7 @@ pub struct Board {
     pub inputs: BTreeMap<Input, Sensor>,
     /// The motors.
     pub motors: BTreeMap<Motor, MotorModel>,
-    /// The lamps, on sockets that no motor uses.
+    /// The lamps, on terminals that no motor uses.
     pub lamps: BTreeSet<Output>,
 }
 

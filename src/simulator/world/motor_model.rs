@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::sockets::Input;
+use crate::terminals::Input;
 
 /// A motor on a motor output.
 ///

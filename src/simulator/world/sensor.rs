@@ -104,10 +104,10 @@ pub enum Sensor {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Contact {
-    /// It is closed while the switch is pressed (sockets 1 and 3).
+    /// It is closed while the switch is pressed (contacts 1 and 3).
     #[default]
     NormallyOpen,
-    /// It is open while the switch is pressed (sockets 1 and 2).
+    /// It is open while the switch is pressed (contacts 1 and 2).
     NormallyClosed,
 }
 

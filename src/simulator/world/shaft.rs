@@ -2,8 +2,11 @@
 
 use super::motor_model::{MotorModel, Slide, Travel};
 
-/// One tick of the world in s.
-const TICK: f64 = 0.001;
+/// One tick of the world in µs.
+pub(super) const TICK_MICROS: u64 = 1000;
+
+/// The same in s.
+const TICK: f64 = TICK_MICROS as f64 / 1e6;
 
 /// A slide is at its end switch within this part of its travel.
 const SWITCH_ZONE: f64 = 0.01;

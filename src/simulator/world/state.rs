@@ -5,14 +5,11 @@ use std::time::Duration;
 use super::board::BoardState;
 use super::remote::{self, Remote};
 use super::sensor::Sensor;
-use super::shaft::Shaft;
+use super::shaft::{Shaft, TICK_MICROS};
 use super::{Script, World};
 use crate::simulator::controller::Controller;
 use crate::simulator::oddity::Encoder;
-use crate::sockets::{Input, Motor, Output};
-
-/// One tick in µs.
-const TICK: u64 = 1000;
+use crate::terminals::{Input, Motor, Output};
 
 /// Longer steps are as long as this, in µs: an hour.
 const LONGEST_STEP: u64 = 3_600_000_000;
@@ -49,8 +46,8 @@ impl WorldState {
     /// Lets so many µs pass, for these controllers, which take part in it.
     pub(in crate::simulator) fn move_on(&mut self, micros: u64, controllers: &mut [Controller]) {
         self.rest += micros.min(LONGEST_STEP);
-        while self.rest >= TICK {
-            self.rest -= TICK;
+        while self.rest >= TICK_MICROS {
+            self.rest -= TICK_MICROS;
             self.tick(controllers);
         }
         self.show(controllers);
@@ -81,7 +78,7 @@ impl WorldState {
 
     /// The machine time since the start, in whole milliseconds.
     pub fn time(&self) -> Duration {
-        Duration::from_millis(self.ticks)
+        Duration::from_micros(self.ticks * TICK_MICROS)
     }
 
     /// Where the slide of this motor is, in the unit of its travel; `None` without one.
@@ -191,7 +188,7 @@ struct ScriptState {
 impl ScriptState {
     fn new(script: &Script) -> Self {
         // What is beyond the range is never due.
-        let ticks = |seconds: f64| (seconds * 1000.0).round() as u64;
+        let ticks = |seconds: f64| (seconds * 1e6 / TICK_MICROS as f64).round() as u64;
         let events = script.events.iter();
         let mut events: Vec<_> = events
             .map(|event| (ticks(event.at), event.controller, event.input, event.pressed))

@@ -1,21 +1,21 @@
-//! The sockets of a controller, by the names that are printed on the box.
+//! The terminals of a controller, by the names that are printed on the box.
 
 use std::fmt;
 
-/// Declares the sockets of one kind: an enum, all of them in order, their indices and names.
-macro_rules! sockets {
-    ($(#[$about:meta])* $name:ident: $($socket:ident),+; $index:literal) => {
+/// Declares the terminals of one kind: an enum, all of them in order, their indices and names.
+macro_rules! terminals {
+    ($(#[$about:meta])* $name:ident: $($terminal:ident),+; $index:literal) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[cfg_attr(feature = "simulator", derive(serde::Deserialize))]
         #[allow(missing_docs, reason = "the names are those on the controller")]
         pub enum $name {
-            $($socket),+
+            $($terminal),+
         }
 
         impl $name {
             /// All of them, in order.
-            pub const ALL: [Self; [$(Self::$socket),+].len()] = [$(Self::$socket),+];
+            pub const ALL: [Self; [$(Self::$terminal),+].len()] = [$(Self::$terminal),+];
 
             #[doc = $index]
             pub const fn index(self) -> usize {
@@ -31,28 +31,28 @@ macro_rules! sockets {
     };
 }
 
-sockets! {
+terminals! {
     /// A universal input.
     #[doc(alias = "idxIO")]
     Input: I1, I2, I3, I4, I5, I6, I7, I8;
     "Where its value is in [`Input::uni`](crate::transfer_area::Input::uni), 0..=7."
 }
 
-sockets! {
+terminals! {
     /// A counter input. An encoder motor's encoder is plugged into the one with its number.
     Counter: C1, C2, C3, C4;
     "Where its value is in [`Input::counter`](crate::transfer_area::Input::counter), 0..=3."
 }
 
-sockets! {
+terminals! {
     /// A motor output: the pair of outputs 2*m* and 2*m* + 1. Its encoder is plugged into the counter
     /// with the same number.
     Motor: M1, M2, M3, M4;
     "Where its distance is in [`Output::distance`](crate::transfer_area::Output::distance), 0..=3."
 }
 
-sockets! {
-    /// A single output. O1 and O2 are the sockets of M1, O3 and O4 those of M2, and so on.
+terminals! {
+    /// A single output. O1 and O2 are the terminals of M1, O3 and O4 those of M2, and so on.
     Output: O1, O2, O3, O4, O5, O6, O7, O8;
     "Where its duty is in [`Output::duty`](crate::transfer_area::Output::duty), 0..=7."
 }
@@ -70,7 +70,7 @@ impl Motor {
 }
 
 impl Output {
-    /// The motor output that has this socket too.
+    /// The motor output that has this terminal too.
     pub const fn motor(self) -> Motor {
         Motor::ALL[self.index() / 2]
     }

@@ -1,97 +1,21 @@
-//! The I2C port and the devices behind it.
+//! The thread of the I2C connection and its sockets.
 
-use std::collections::BTreeMap;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::end::End;
-use super::shared::{is_due_to_waiting, Shared};
+use super::{ADDRESS_MAX, I2C_REGISTERS};
 use crate::error::Error;
+use crate::simulator::end::End;
+use crate::simulator::shared::{is_due_to_waiting, Shared};
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
-
-/// How many registers a simulated I2C device has.
-pub const I2C_REGISTERS: usize = 256;
-
-/// The greatest address.
-const ADDRESS_MAX: u8 = 0x7F;
 
 /// The most bytes to write: the number of a register and something for each of them.
 const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
 
 /// How long a client may leave a response unread before it is cut off.
-const WRITE_LIMIT: Duration = Duration::from_secs(1);
-
-/// What is plugged in, and who has asked for it.
-#[derive(Clone, Debug, Default)]
-pub(super) struct I2cBus {
-    devices: BTreeMap<u8, Device>,
-    /// How many clients have come.
-    pub(super) connections: u64,
-    /// Whether one is there.
-    pub(super) connected: bool,
-}
-
-#[derive(Clone, Debug)]
-struct Device {
-    registers: Box<[u8; I2C_REGISTERS]>,
-    /// The register that is read or written next.
-    next: u8,
-}
-
-impl Default for Device {
-    fn default() -> Self {
-        Self { registers: Box::new([0; I2C_REGISTERS]), next: 0 }
-    }
-}
-
-impl Device {
-    /// The next register; the one behind it follows.
-    fn advance(&mut self) -> &mut u8 {
-        let register = usize::from(self.next);
-        self.next = self.next.wrapping_add(1);
-        &mut self.registers[register]
-    }
-
-    /// Writes, then reads.
-    fn transfer(&mut self, write: &[u8], read: u16) -> Vec<u8> {
-        if let Some((register, values)) = write.split_first() {
-            self.next = *register;
-            values.iter().for_each(|value| *self.advance() = *value);
-        }
-        (0..read).map(|_| *self.advance()).collect()
-    }
-}
-
-impl I2cBus {
-    /// The registers of a device, which is plugged in if it isn't there.
-    pub(super) fn device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
-        &mut self.devices.entry(address & ADDRESS_MAX).or_default().registers
-    }
-
-    pub(super) fn remove(&mut self, address: u8) -> bool {
-        self.devices.remove(&(address & ADDRESS_MAX)).is_some()
-    }
-
-    pub(super) fn addresses(&self) -> impl Iterator<Item = u8> + '_ {
-        self.devices.keys().copied()
-    }
-
-    fn client_came(&mut self) {
-        self.connections += 1;
-        self.connected = true;
-    }
-
-    fn client_left(&mut self) {
-        self.connected = false;
-    }
-
-    /// What a device answers; `None` when it isn't there.
-    fn transfer(&mut self, request: &Request, write: &[u8]) -> Option<Vec<u8>> {
-        Some(self.devices.get_mut(&request.address)?.transfer(write, request.read))
-    }
-}
+pub(in crate::simulator) const WRITE_LIMIT: Duration = Duration::from_secs(1);
 
 /// What the header of a request asks for.
 #[derive(Debug, PartialEq, Eq)]
@@ -128,15 +52,17 @@ fn response(read: Option<Vec<u8>>) -> Vec<u8> {
 }
 
 /// Serves one I2C client after another.
-pub(super) struct I2cServer {
-    pub(super) listener: TcpListener,
-    pub(super) shared: Arc<Shared>,
-    pub(super) idle_limit: Duration,
+pub(in crate::simulator) struct I2cServer {
+    pub(in crate::simulator) listener: TcpListener,
+    pub(in crate::simulator) shared: Arc<Shared>,
+    pub(in crate::simulator) idle_limit: Duration,
+    /// [`WRITE_LIMIT`], and less in a test.
+    pub(in crate::simulator) write_limit: Duration,
 }
 
 impl I2cServer {
     /// Serves clients until the thread should end.
-    pub(super) fn run(self) {
+    pub(in crate::simulator) fn run(self) {
         while let Ok(stream) = self.shared.accept(&self.listener, "I2C") {
             self.shared.with_machine(|machine| machine.i2c().client_came());
             let end = self.serve(stream);
@@ -146,7 +72,7 @@ impl I2cServer {
     }
 
     fn serve(&self, mut stream: TcpStream) -> End {
-        if let Err(error) = stream.set_write_timeout(Some(WRITE_LIMIT)) {
+        if let Err(error) = stream.set_write_timeout(Some(self.write_limit)) {
             return error.into();
         }
         loop {
@@ -164,10 +90,12 @@ impl I2cServer {
         let request = Request::parse(&header).map_err(End::Misbehaved)?;
         let mut write = vec![0; request.write];
         self.read(stream, &mut write, begin)?;
-        let read = self.shared.with_machine(|machine| machine.i2c().transfer(&request, &write));
+        let Request { address, read, .. } = request;
+        let read =
+            self.shared.with_machine(|machine| machine.i2c().transfer(address, &write, read));
         match &read {
             Some(read) => log::info!("{request:02x?}: {write:02x?} written, {read:02x?} read"),
-            None => log::warn!("there is no I2C device with the address {:#04x}", request.address),
+            None => log::warn!("there is no I2C device with the address {address:#04x}"),
         }
         Ok(stream.write_all(&response(read))?)
     }
@@ -200,8 +128,8 @@ impl I2cServer {
 mod tests {
     use std::net::Ipv4Addr;
 
-    use super::super::machine::Machine;
     use super::*;
+    use crate::simulator::machine::Machine;
 
     fn header(device: u32, write_len: u32, read_len: u16) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -221,17 +149,6 @@ mod tests {
     }
 
     #[test]
-    fn registers_are_written_and_read_one_behind_the_other() {
-        let mut device = Device::default();
-        assert!(device.transfer(&[254, 1, 2, 3], 0).is_empty());
-        assert_eq!((device.registers[254], device.registers[255], device.registers[0]), (1, 2, 3));
-        assert_eq!(device.transfer(&[255], 2), [2, 3]);
-        device.registers[1] = 9;
-        assert_eq!(device.transfer(&[], 1), [9]);
-        assert_eq!(device.transfer(&[0], u16::MAX).len(), 65_535);
-    }
-
-    #[test]
     fn a_client_that_never_reads_is_cut_off_for_that() {
         let mut machine = Machine::new(0);
         machine.i2c_device(1);
@@ -241,19 +158,12 @@ mod tests {
         // Far more than the sockets hold comes back.
         client.write_all(&header(1, 0, u16::MAX).repeat(500)).unwrap();
         let shared = Arc::new(Shared::new(machine));
-        let server = I2cServer { listener, shared, idle_limit: Duration::MAX };
+        let server = I2cServer {
+            listener,
+            shared,
+            idle_limit: Duration::MAX,
+            write_limit: Duration::from_millis(100),
+        };
         assert!(matches!(server.serve(stream), End::Unread));
-    }
-
-    #[test]
-    fn a_device_is_there_from_its_first_use_until_it_is_removed() {
-        let mut bus = I2cBus::default();
-        let request = Request { address: 0x18, write: 1, read: 1 };
-        assert_eq!(bus.transfer(&request, &[5]), None);
-        bus.device(0x98)[5] = 7;
-        assert_eq!(bus.transfer(&request, &[5]), Some(vec![7]));
-        assert_eq!(bus.addresses().collect::<Vec<_>>(), [0x18]);
-        assert!(bus.remove(0x18) && !bus.remove(0x18));
-        assert_eq!(bus.transfer(&request, &[5]), None);
     }
 }

@@ -25,7 +25,7 @@ const SURPLUS_BYTE: u8 = 0xA5;
 
 /// How a response leaves.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Delivery {
+pub(super) struct Outgoing {
     /// The time to wait beyond the usual.
     pub(super) delay: Duration,
     /// What is sent.
@@ -36,7 +36,7 @@ pub(super) struct Delivery {
     pub(super) close: bool,
 }
 
-impl Delivery {
+impl Outgoing {
     /// A response that leaves as it is.
     pub(super) fn undisturbed(bytes: Vec<u8>) -> Self {
         Self { bytes, ..Self::default() }
@@ -106,86 +106,86 @@ mod tests {
         out
     }
 
-    fn disturbed(kind: FaultKind) -> Delivery {
+    fn disturbed(kind: FaultKind) -> Outgoing {
         disturbed_bytes(response(), kind)
     }
 
-    fn disturbed_bytes(bytes: Vec<u8>, kind: FaultKind) -> Delivery {
-        let mut delivery = Delivery::undisturbed(bytes);
-        delivery.disturb(kind, &mut Random::new(0));
-        delivery
+    fn disturbed_bytes(bytes: Vec<u8>, kind: FaultKind) -> Outgoing {
+        let mut outgoing = Outgoing::undisturbed(bytes);
+        outgoing.disturb(kind, &mut Random::new(0));
+        outgoing
     }
 
-    fn header(delivery: &Delivery) -> CmprHeader {
-        CmprHeader::parse_response(&delivery.bytes[..CmprHeader::LEN]).unwrap()
+    fn header(outgoing: &Outgoing) -> CmprHeader {
+        CmprHeader::parse_response(&outgoing.bytes[..CmprHeader::LEN]).unwrap()
     }
 
     #[test]
     fn faults_of_time_leave_the_bytes_alone() {
-        let usual = Delivery::undisturbed(response());
+        let usual = Outgoing::undisturbed(response());
         let delay = Duration::from_secs(3);
-        assert_eq!(disturbed(FaultKind::Delay(delay)), Delivery { delay, ..usual.clone() });
-        assert_eq!(disturbed(FaultKind::Dribble), Delivery { dribble: true, ..usual });
-        assert_eq!(disturbed(FaultKind::Silence), Delivery::default());
+        assert_eq!(disturbed(FaultKind::Delay(delay)), Outgoing { delay, ..usual.clone() });
+        assert_eq!(disturbed(FaultKind::Dribble), Outgoing { dribble: true, ..usual });
+        assert_eq!(disturbed(FaultKind::Silence), Outgoing::default());
     }
 
     #[test]
     fn only_a_dribbled_response_leaves_byte_by_byte() {
         assert!(disturbed(FaultKind::Dribble).pieces().eq(response().chunks(1)));
-        assert!(Delivery::undisturbed(response()).pieces().eq([&response()[..]]));
+        assert!(Outgoing::undisturbed(response()).pieces().eq([&response()[..]]));
         assert_eq!(disturbed(FaultKind::Silence).pieces().count(), 0);
     }
 
     #[test]
     fn a_wrong_id_is_no_packets() {
-        let delivery = disturbed(FaultKind::WrongId);
-        let id = LittleEndian::read_u32(&delivery.bytes);
+        let outgoing = disturbed(FaultKind::WrongId);
+        let id = LittleEndian::read_u32(&outgoing.bytes);
         assert_eq!(ResponseId::from_id(id), None);
-        assert_eq!(delivery.bytes[ID_LEN..], response()[ID_LEN..]);
+        assert_eq!(outgoing.bytes[ID_LEN..], response()[ID_LEN..]);
     }
 
     #[test]
     fn a_wrong_crc_or_size_leaves_the_rest_alone() {
-        let delivery = disturbed(FaultKind::WrongCrc);
-        assert_eq!(header(&delivery), CmprHeader { crc: !HEADER.crc, ..HEADER });
-        assert_eq!(delivery.bytes[16..], response()[16..]);
-        let delivery = disturbed(FaultKind::ExtraSize(4000));
-        assert_eq!(header(&delivery), CmprHeader { extra_size: 4000, ..HEADER });
-        assert_eq!(delivery.bytes[16..], response()[16..]);
+        let outgoing = disturbed(FaultKind::WrongCrc);
+        assert_eq!(header(&outgoing), CmprHeader { crc: !HEADER.crc, ..HEADER });
+        assert_eq!(outgoing.bytes[16..], response()[16..]);
+        let outgoing = disturbed(FaultKind::ExtraSize(4000));
+        assert_eq!(header(&outgoing), CmprHeader { extra_size: 4000, ..HEADER });
+        assert_eq!(outgoing.bytes[16..], response()[16..]);
     }
 
     #[test]
     fn a_wrong_mask_leaves_the_rest_alone() {
-        let delivery = disturbed(FaultKind::Mask(0xFF00));
-        assert_eq!(header(&delivery), CmprHeader { active_extensions: 0xFF00, ..HEADER });
-        assert_eq!(delivery.bytes[14..], response()[14..]);
+        let outgoing = disturbed(FaultKind::Mask(0xFF00));
+        assert_eq!(header(&outgoing), CmprHeader { active_extensions: 0xFF00, ..HEADER });
+        assert_eq!(outgoing.bytes[14..], response()[14..]);
     }
 
     #[test]
     fn cut_data_is_announced_as_it_is_sent() {
-        let delivery = disturbed(FaultKind::CutData);
-        assert_eq!(header(&delivery), CmprHeader { extra_size: 2, ..HEADER });
-        assert_eq!(delivery.bytes[16..], [1, 2]);
-        let delivery = disturbed_bytes(response()[..17].to_vec(), FaultKind::CutData);
-        assert_eq!(header(&delivery), CmprHeader { extra_size: 0, ..HEADER });
-        assert_eq!(delivery.bytes.len(), CmprHeader::LEN);
+        let outgoing = disturbed(FaultKind::CutData);
+        assert_eq!(header(&outgoing), CmprHeader { extra_size: 2, ..HEADER });
+        assert_eq!(outgoing.bytes[16..], [1, 2]);
+        let outgoing = disturbed_bytes(response()[..17].to_vec(), FaultKind::CutData);
+        assert_eq!(header(&outgoing), CmprHeader { extra_size: 0, ..HEADER });
+        assert_eq!(outgoing.bytes.len(), CmprHeader::LEN);
     }
 
     #[test]
     fn surplus_bytes_follow_the_response() {
-        let delivery = disturbed(FaultKind::Surplus(3));
-        assert_eq!(delivery.bytes[..21], response());
-        assert_eq!(delivery.bytes[21..], [SURPLUS_BYTE; 3]);
-        let delivery = disturbed(FaultKind::Surplus(usize::MAX));
-        assert_eq!(delivery.bytes.len(), 21 + MAX_SURPLUS);
+        let outgoing = disturbed(FaultKind::Surplus(3));
+        assert_eq!(outgoing.bytes[..21], response());
+        assert_eq!(outgoing.bytes[21..], [SURPLUS_BYTE; 3]);
+        let outgoing = disturbed(FaultKind::Surplus(usize::MAX));
+        assert_eq!(outgoing.bytes.len(), 21 + MAX_SURPLUS);
     }
 
     #[test]
     fn a_connection_closes_after_so_many_bytes() {
         for (after, sent) in [(0, 0), (7, 7), (21, 21), (1000, 21)] {
-            let delivery = disturbed(FaultKind::Close { after });
-            assert!(delivery.close);
-            assert_eq!(delivery.bytes, response()[..sent]);
+            let outgoing = disturbed(FaultKind::Close { after });
+            assert!(outgoing.close);
+            assert_eq!(outgoing.bytes, response()[..sent]);
         }
     }
 
@@ -196,8 +196,8 @@ mod tests {
         let kinds =
             [FaultKind::WrongCrc, FaultKind::ExtraSize(9), FaultKind::Mask(9), FaultKind::CutData];
         for kind in kinds {
-            let delivery = disturbed_bytes(response.clone(), kind);
-            assert_eq!(delivery, Delivery::undisturbed(response.clone()));
+            let outgoing = disturbed_bytes(response.clone(), kind);
+            assert_eq!(outgoing, Outgoing::undisturbed(response.clone()));
         }
     }
 }

@@ -1,0 +1,107 @@
+//! What goes out: the outputs of an area, as they are sent.
+
+use crate::terminals::Output;
+use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
+use crate::wire::ExchangeData;
+
+/// Brings duties into their range, and warns of those that were not.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Outputs {
+    /// Of each area and output, whether its duty was out of range the last time, so that only the
+    /// first of many equal requests is told of.
+    out_of_range: [[bool; IZ_PWM_CHAN]; MAX_AREAS],
+}
+
+impl Outputs {
+    /// What the output part of the area with this index (0 the master) says.
+    pub(super) fn of(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
+        let mut duty = area.output.duty;
+        for (output, duty) in Output::ALL.into_iter().zip(&mut duty) {
+            *duty = self.in_range(index, output, *duty);
+        }
+        ExchangeData {
+            duty,
+            master: area.output.master.map(i16::from),
+            distance: area.output.distance,
+            motor_command_id: area.output.motor_ex_cmd_id,
+            counter_reset_id: area.output.cnt_reset_cmd_id,
+            sound_command_id: area.txt_outputs.sound_cmd_id,
+            sound_index: area.txt_outputs.sound_index,
+            sound_repeat: area.txt_outputs.sound_repeat,
+        }
+    }
+
+    /// The duty that is sent for this one.
+    fn in_range(&mut self, index: usize, output: Output, duty: i16) -> i16 {
+        let sent = duty.clamp(0, DUTY_MAX);
+        let is_out = sent != duty;
+        let was_out = std::mem::replace(&mut self.out_of_range[index][output.index()], is_out);
+        if is_out && !was_out {
+            log::warn!(
+                "{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
+            );
+        }
+        sent
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+
+    use super::*;
+
+    /// Collects the warnings of each thread, so of each test.
+    struct Warnings;
+
+    thread_local! {
+        static WARNINGS: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
+    }
+
+    impl log::Log for Warnings {
+        fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+            true
+        }
+
+        fn log(&self, record: &log::Record<'_>) {
+            WARNINGS.with_borrow_mut(|warnings| warnings.push(record.args().to_string()));
+        }
+
+        fn flush(&self) {}
+    }
+
+    #[test]
+    fn a_duty_out_of_range_is_sent_as_the_nearest_in_range() {
+        let mut area = FishX1Transfer::default();
+        for (given, sent) in
+            [(i16::MIN, 0), (-1, 0), (0, 0), (1, 1), (512, 512), (513, 512), (i16::MAX, 512)]
+        {
+            area.output.duty = [given; 8];
+            for index in 0..MAX_AREAS {
+                assert_eq!(Outputs::default().of(index, &area).duty, [sent; 8]);
+            }
+            assert_eq!(area.output.duty, [given; 8]);
+        }
+    }
+
+    #[test]
+    fn a_duty_out_of_range_is_told_of_once_until_it_is_back_in_range() {
+        log::set_logger(&Warnings).unwrap();
+        log::set_max_level(log::LevelFilter::Warn);
+        let mut outputs = Outputs::default();
+        let mut area = FishX1Transfer::default();
+        let mut send = |index, duty| {
+            area.output.duty[2] = duty;
+            outputs.of(index, &area);
+            WARNINGS.take()
+        };
+        let first = "O3 in area 0 has duty 30000, which is not 0..=512: 512 is sent";
+        assert_eq!(send(0, 30_000), [first]);
+        assert!((0..100).all(|_| send(0, 30_000).is_empty()));
+        // Another area has outputs of its own.
+        assert_eq!(send(8, -1), ["O3 in area 8 has duty -1, which is not 0..=512: 0 is sent"]);
+        assert!(send(0, i16::MIN).is_empty(), "it was not in range between");
+        assert!(send(0, 512).is_empty());
+        assert_eq!(send(0, 30_000), [first]);
+    }
+}

@@ -1,0 +1,144 @@
+//! Waits that end on time.
+//!
+//! On Windows a wait on a condition variable that has a limit ends with a tick of the system's
+//! clock, which comes every 15.6 ms by default: too coarse for a controller's pace of 10 ms.
+//! `thread::sleep` has a timer of high resolution there, but nothing can wake it. So the last part
+//! of a wait is held by short sleeps, with a look at the condition after each.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, MutexGuard};
+
+/// When a wait on a condition variable ends whose limit has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Clock {
+    /// Well within a millisecond of its limit.
+    Fine,
+    /// With a tick that may be [`COARSE`] away.
+    Coarse,
+}
+
+/// More than two ticks of a coarse clock.
+const COARSE: Duration = Duration::from_millis(40);
+
+/// How long a sleep lasts that stands in for a wait, so how late the condition may be seen.
+const NAP: Duration = Duration::from_micros(500);
+
+impl Clock {
+    /// That of the system which this is compiled for.
+    pub(crate) const OF_SYSTEM: Self = if cfg!(windows) { Self::Coarse } else { Self::Fine };
+
+    /// Waits for news, but not beyond the deadline; tells whether that has come. May end without either.
+    pub(crate) fn wait_until<T>(
+        self,
+        news: &Condvar,
+        guard: &mut MutexGuard<'_, T>,
+        deadline: Instant,
+    ) -> bool {
+        if self == Self::Fine {
+            return news.wait_until(guard, deadline).timed_out();
+        }
+        let left = deadline.saturating_duration_since(Instant::now());
+        if left > COARSE {
+            news.wait_for(guard, left - COARSE);
+        } else if !left.is_zero() {
+            MutexGuard::unlocked(guard, || thread::sleep(left.min(NAP)));
+        }
+        left.is_zero()
+    }
+
+    /// Waits as long as the condition holds, at most so long. The condition is looked at first, and
+    /// whenever there are news.
+    #[cfg(feature = "simulator")]
+    pub(crate) fn wait_while_for<T>(
+        self,
+        news: &Condvar,
+        guard: &mut MutexGuard<'_, T>,
+        limit: Duration,
+        mut condition: impl FnMut(&mut T) -> bool,
+    ) {
+        let Some(deadline) = Instant::now().checked_add(limit) else {
+            return news.wait_while(guard, condition);
+        };
+        while condition(guard) {
+            if self.wait_until(news, guard, deadline) {
+                return;
+            }
+        }
+    }
+}
+
+#[cfg(all(test, feature = "simulator"))]
+mod tests {
+    use parking_lot::Mutex;
+
+    use super::*;
+
+    const CLOCKS: [Clock; 2] = [Clock::Fine, Clock::Coarse];
+    /// Far more than any test takes.
+    const LONG: Duration = Duration::from_secs(3600);
+
+    /// How often the condition is looked at in a wait of so long that nothing ends.
+    fn looks(clock: Clock, limit: Duration) -> usize {
+        let mut looks = 0;
+        let begin = Instant::now();
+        clock.wait_while_for(&Condvar::new(), &mut Mutex::new(()).lock(), limit, |()| {
+            looks += 1;
+            true
+        });
+        assert!(begin.elapsed() >= limit);
+        looks
+    }
+
+    #[test]
+    fn a_coarse_clock_is_not_relied_on_for_the_last_part_of_a_wait() {
+        let limit = COARSE / 2;
+        // Each sleep may last longer on a busy machine, but not all of them every time.
+        assert!((0..100).any(|_| looks(Clock::Coarse, limit) > 4));
+        assert!(looks(Clock::Fine, limit) <= 2);
+        // The first part is slept through.
+        assert!(looks(Clock::Coarse, 3 * COARSE) < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize);
+    }
+
+    #[test]
+    fn a_wait_ends_when_its_condition_does() {
+        for clock in CLOCKS {
+            for limit in [COARSE, LONG, Duration::MAX] {
+                let (waiting, changed) = (Mutex::new(true), Condvar::new());
+                thread::scope(|scope| {
+                    scope.spawn(|| {
+                        *waiting.lock() = false;
+                        changed.notify_all();
+                    });
+                    clock.wait_while_for(&changed, &mut waiting.lock(), limit, |waiting| *waiting);
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn the_lock_is_free_during_a_wait() {
+        for clock in CLOCKS {
+            let (count, changed) = (Mutex::new(0), Condvar::new());
+            thread::scope(|scope| {
+                scope.spawn(|| {
+                    while *count.lock() < 3 {
+                        *count.lock() += 1;
+                    }
+                });
+                let mut guard = count.lock();
+                while *guard < 3 {
+                    clock.wait_while_for(&changed, &mut guard, NAP, |count| *count < 3);
+                }
+            });
+        }
+    }
+
+    #[test]
+    fn without_time_the_condition_is_looked_at_and_nothing_waited_for() {
+        for clock in CLOCKS {
+            assert!(looks(clock, Duration::ZERO) >= 1);
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! The I2C bus: the devices that are plugged in, and the server of their port.
+
+pub(super) mod server;
+
+use std::collections::BTreeMap;
+
+/// How many registers a simulated I2C device has.
+pub const I2C_REGISTERS: usize = 256;
+
+/// The greatest address.
+const ADDRESS_MAX: u8 = 0x7F;
+
+/// What is plugged in, and who has asked for it.
+#[derive(Clone, Debug, Default)]
+pub(super) struct I2cBus {
+    devices: BTreeMap<u8, Device>,
+    /// How many clients have come.
+    pub(super) connections: u64,
+    /// Whether one is there.
+    pub(super) connected: bool,
+}
+
+#[derive(Clone, Debug)]
+struct Device {
+    registers: Box<[u8; I2C_REGISTERS]>,
+    /// The register that is read or written next.
+    next: u8,
+}
+
+impl Default for Device {
+    fn default() -> Self {
+        Self { registers: Box::new([0; I2C_REGISTERS]), next: 0 }
+    }
+}
+
+impl Device {
+    /// The next register; the one behind it follows.
+    fn advance(&mut self) -> &mut u8 {
+        let register = usize::from(self.next);
+        self.next = self.next.wrapping_add(1);
+        &mut self.registers[register]
+    }
+
+    /// Writes, then reads.
+    fn transfer(&mut self, write: &[u8], read: u16) -> Vec<u8> {
+        if let Some((register, values)) = write.split_first() {
+            self.next = *register;
+            values.iter().for_each(|value| *self.advance() = *value);
+        }
+        (0..read).map(|_| *self.advance()).collect()
+    }
+}
+
+impl I2cBus {
+    /// The registers of a device, which is plugged in if it isn't there.
+    pub(super) fn device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
+        &mut self.devices.entry(address & ADDRESS_MAX).or_default().registers
+    }
+
+    pub(super) fn remove(&mut self, address: u8) -> bool {
+        self.devices.remove(&(address & ADDRESS_MAX)).is_some()
+    }
+
+    pub(super) fn addresses(&self) -> impl Iterator<Item = u8> + '_ {
+        self.devices.keys().copied()
+    }
+
+    fn client_came(&mut self) {
+        self.connections += 1;
+        self.connected = true;
+    }
+
+    fn client_left(&mut self) {
+        self.connected = false;
+    }
+
+    /// What a device answers; `None` when it isn't there.
+    fn transfer(&mut self, address: u8, write: &[u8], read: u16) -> Option<Vec<u8>> {
+        Some(self.devices.get_mut(&address)?.transfer(write, read))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_are_written_and_read_one_behind_the_other() {
+        let mut device = Device::default();
+        assert!(device.transfer(&[254, 1, 2, 3], 0).is_empty());
+        assert_eq!((device.registers[254], device.registers[255], device.registers[0]), (1, 2, 3));
+        assert_eq!(device.transfer(&[255], 2), [2, 3]);
+        device.registers[1] = 9;
+        assert_eq!(device.transfer(&[], 1), [9]);
+        assert_eq!(device.transfer(&[0], u16::MAX).len(), 65_535);
+    }
+
+    #[test]
+    fn a_device_is_there_from_its_first_use_until_it_is_removed() {
+        let mut bus = I2cBus::default();
+        assert_eq!(bus.transfer(0x18, &[5], 1), None);
+        bus.device(0x98)[5] = 7;
+        assert_eq!(bus.transfer(0x18, &[5], 1), Some(vec![7]));
+        assert_eq!(bus.addresses().collect::<Vec<_>>(), [0x18]);
+        assert!(bus.remove(0x18) && !bus.remove(0x18));
+        assert_eq!(bus.transfer(0x18, &[5], 1), None);
+    }
+}
