@@ -17,6 +17,8 @@ mod hook_thread;
 mod i2c;
 mod interruptions;
 mod program_side;
+#[cfg(all(test, shuttle))]
+mod model;
 mod reconnect;
 mod shared;
 mod state;

@@ -17,6 +17,7 @@ mod motors_off;
 mod one_lock_one_exchange;
 mod pictures;
 mod reaction;
+mod reconnect;
 mod recorded_sessions;
 mod support;
 mod tx;

@@ -2,7 +2,7 @@
 //!
 //! Windows and paces are so wide here that a busy machine can't break the promise.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
@@ -253,5 +253,49 @@ fn a_thread_that_waits_for_the_lock_longer_than_the_window_is_counted() {
         assert_eq!(handler.statistics().late_reactions, 2);
         drop(areas);
     });
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn threads_that_lock_all_the_time_let_others_in_between() {
+    const ROUNDS: usize = 101;
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    for lockers in [1, 4] {
+        let (stop, turns) = (AtomicBool::new(false), AtomicU64::new(0));
+        let mut overtaken: Vec<u64> = thread::scope(|scope| {
+            for _ in 0..lockers {
+                let area = handler.transfer_area();
+                let (stop, turns) = (&stop, &turns);
+                scope.spawn(move || {
+                    while !stop.load(Ordering::Relaxed) {
+                        let _areas = area.lock();
+                        turns.fetch_add(1, Ordering::Relaxed);
+                    }
+                });
+            }
+            let overtaken = (0..ROUNDS).map(|round| {
+                let begin = turns.load(Ordering::Relaxed);
+                while turns.load(Ordering::Relaxed) == begin {
+                    thread::yield_now();
+                }
+                let before = turns.load(Ordering::Relaxed);
+                let _areas = if round % 2 == 0 {
+                    handler.lock()
+                } else {
+                    handler.wait_until(|_| true, DEADLINE).unwrap()
+                };
+                turns.load(Ordering::Relaxed) - before
+            });
+            let overtaken = overtaken.collect();
+            stop.store(true, Ordering::Relaxed);
+            overtaken
+        });
+        // Between counting and locking this thread may lose its core, but not most of the time.
+        overtaken.sort_unstable();
+        let median = overtaken[ROUNDS / 2];
+        assert!(median <= 50, "{lockers} others had {median} turns before it was this thread's");
+    }
     handler.end_transfer().unwrap();
 }
