@@ -1,0 +1,134 @@
+//! A simulated TXT that remembers when its motors ran.
+
+use std::net::Ipv4Addr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+
+use crate::row::{By, DEADLINE};
+
+/// The controller's idle limit where it is what stops the motors.
+pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(1);
+
+/// The duty that the programs give to M1.
+pub(crate) const DUTY: i16 = 512;
+
+/// When each exchange came in, and whether it had a duty.
+type Record = Arc<Mutex<Vec<(Instant, bool)>>>;
+
+/// A simulated TXT, and a thread that watches its motors.
+pub(crate) struct Controller {
+    pub(crate) txt: Arc<SimulatedTxt>,
+    record: Record,
+    finished: Arc<AtomicBool>,
+    /// Tells when the motors were off again.
+    watcher: Option<JoinHandle<Option<Instant>>>,
+}
+
+/// A simulated TXT at the controller's pace that closes no connection for being idle.
+pub(crate) fn txt() -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().idle_limit(Duration::from_secs(3600)).camera_start_up(Duration::ZERO)
+}
+
+/// Whether a motor is on.
+pub(crate) fn is_on(machine: &Machine) -> bool {
+    machine.controllers.iter().any(|controller| controller.outputs.duty != [0; 8])
+}
+
+impl Controller {
+    pub(crate) fn start(builder: SimulatedTxtBuilder) -> Self {
+        let record = Record::default();
+        let noted = Arc::clone(&record);
+        let txt = builder
+            .on_exchange(move |machine| {
+                noted.lock().unwrap().push((Instant::now(), is_on(machine)));
+            })
+            .start()
+            .unwrap();
+        let (txt, finished) = (Arc::new(txt), Arc::new(AtomicBool::new(false)));
+        let watcher = {
+            let (txt, finished) = (Arc::clone(&txt), Arc::clone(&finished));
+            thread::spawn(move || {
+                let forever = Duration::from_secs(3600);
+                let is_finished = || finished.load(Ordering::SeqCst);
+                txt.wait_until(forever, |machine| is_on(machine) || is_finished());
+                txt.wait_until(forever, |machine| !is_on(machine) || is_finished());
+                (!is_finished()).then(Instant::now)
+            })
+        };
+        Self { txt, record, finished, watcher: Some(watcher) }
+    }
+
+    pub(crate) fn port(&self) -> u16 {
+        self.txt.port()
+    }
+
+    /// Settings for a handler of it.
+    pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
+        TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string()).port(self.port())
+    }
+
+    pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {
+        assert!(self.txt.wait_until(DEADLINE, condition), "{what} did not come about");
+    }
+
+    /// Waits until a motor is on.
+    pub(crate) fn wait_on(&self) {
+        self.wait("a duty", is_on);
+    }
+
+    /// What has stopped the motors for good, and how long after the fault. Waits until the
+    /// client is gone.
+    pub(crate) fn stopped_after(mut self, fault: Instant) -> (By, Option<Duration>) {
+        self.wait("motors off and the end of online mode", |machine| {
+            !machine.online() && !is_on(machine)
+        });
+        let off = self.finish();
+        let record = self.record.lock().unwrap().clone();
+        let Some(last_on) = record.iter().rposition(|(_, on)| *on) else {
+            return (By::NeverOn, None);
+        };
+        let since = |instant: Instant| instant.saturating_duration_since(fault);
+        if let Some((off, _)) = record.get(last_on + 1) {
+            return (By::Exchange, Some(since(*off)));
+        }
+        let off = since(off.expect("motors that were on are off"));
+        let last_command = self.txt.with_machine(|machine| machine.commands().last());
+        let by = match last_command {
+            Some(CommandId::StopOnline) => By::StopOnline,
+            _ if off >= IDLE_LIMIT => By::IdleLimit,
+            _ => By::Close,
+        };
+        (by, Some(off))
+    }
+
+    /// Ends the watching; when the motors were off.
+    fn finish(&mut self) -> Option<Instant> {
+        let watcher = self.watcher.take()?;
+        // The watcher finds the motors off first, if it has not yet.
+        let begin = Instant::now();
+        let was_on = self.record.lock().unwrap().iter().any(|(_, on)| *on);
+        while was_on && !watcher.is_finished() && begin.elapsed() < DEADLINE {
+            thread::sleep(Duration::from_millis(1));
+        }
+        self.finished.store(true, Ordering::SeqCst);
+        // Wakes it.
+        self.txt.with_machine(|_| ());
+        watcher.join().unwrap()
+    }
+}
+
+impl Drop for Controller {
+    fn drop(&mut self) {
+        self.finished.store(true, Ordering::SeqCst);
+        self.txt.with_machine(|_| ());
+        if let Some(watcher) = self.watcher.take() {
+            let _ = watcher.join();
+        }
+    }
+}
