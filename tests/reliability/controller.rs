@@ -24,15 +24,19 @@ type Record = Arc<Mutex<Vec<(Instant, bool)>>>;
 /// A simulated TXT, and a thread that watches its motors.
 pub(crate) struct Controller {
     pub(crate) txt: Arc<SimulatedTxt>,
+    idle_limit: Duration,
     record: Record,
     finished: Arc<AtomicBool>,
     /// Tells when the motors were off again.
     watcher: Option<JoinHandle<Option<Instant>>>,
 }
 
-/// A simulated TXT at the controller's pace that closes no connection for being idle.
+/// Longer than any test runs.
+const FOREVER: Duration = Duration::from_secs(3600);
+
+/// A simulated TXT at the controller's pace.
 pub(crate) fn txt() -> SimulatedTxtBuilder {
-    SimulatedTxt::builder().idle_limit(Duration::from_secs(3600)).camera_start_up(Duration::ZERO)
+    SimulatedTxt::builder().idle_limit(FOREVER).camera_start_up(Duration::ZERO)
 }
 
 /// Whether a motor is on.
@@ -41,10 +45,16 @@ pub(crate) fn is_on(machine: &Machine) -> bool {
 }
 
 impl Controller {
+    /// One that closes no connection for being idle.
     pub(crate) fn start(builder: SimulatedTxtBuilder) -> Self {
+        Self::with_idle_limit(builder, FOREVER)
+    }
+
+    pub(crate) fn with_idle_limit(builder: SimulatedTxtBuilder, idle_limit: Duration) -> Self {
         let record = Record::default();
         let noted = Arc::clone(&record);
         let txt = builder
+            .idle_limit(idle_limit)
             .on_exchange(move |machine| {
                 noted.lock().unwrap().push((Instant::now(), is_on(machine)));
             })
@@ -53,15 +63,17 @@ impl Controller {
         let (txt, finished) = (Arc::new(txt), Arc::new(AtomicBool::new(false)));
         let watcher = {
             let (txt, finished) = (Arc::clone(&txt), Arc::clone(&finished));
+            let record = Arc::clone(&record);
             thread::spawn(move || {
-                let forever = Duration::from_secs(3600);
                 let is_finished = || finished.load(Ordering::SeqCst);
-                txt.wait_until(forever, |machine| is_on(machine) || is_finished());
-                txt.wait_until(forever, |machine| !is_on(machine) || is_finished());
+                // They may be on for less than a thread takes to wake.
+                let was_on = || record.lock().unwrap().iter().any(|(_, on)| *on);
+                txt.wait_until(FOREVER, |_| was_on() || is_finished());
+                txt.wait_until(FOREVER, |machine| !is_on(machine) || is_finished());
                 (!is_finished()).then(Instant::now)
             })
         };
-        Self { txt, record, finished, watcher: Some(watcher) }
+        Self { txt, idle_limit, record, finished, watcher: Some(watcher) }
     }
 
     pub(crate) fn port(&self) -> u16 {
@@ -93,18 +105,17 @@ impl Controller {
         let Some(last_on) = record.iter().rposition(|(_, on)| *on) else {
             return (By::NeverOn, None);
         };
-        let since = |instant: Instant| instant.saturating_duration_since(fault);
         if let Some((off, _)) = record.get(last_on + 1) {
-            return (By::Exchange, Some(since(*off)));
+            return (By::Exchange, Some(off.saturating_duration_since(fault)));
         }
-        let off = since(off.expect("motors that were on are off"));
+        let off = off.expect("motors that were on are off");
         let last_command = self.txt.with_machine(|machine| machine.commands().last());
         let by = match last_command {
             Some(CommandId::StopOnline) => By::StopOnline,
-            _ if off >= IDLE_LIMIT => By::IdleLimit,
+            _ if off.duration_since(record[last_on].0) >= self.idle_limit => By::IdleLimit,
             _ => By::Close,
         };
-        (by, Some(off))
+        (by, Some(off.saturating_duration_since(fault)))
     }
 
     /// Ends the watching; when the motors were off.

@@ -80,17 +80,17 @@ fn table_of(rows: &[Row], old: &str) -> String {
 }
 
 fn line(row: &Row, old: &str) -> String {
+    let Row { fault, place, sees, limit, .. } = *row;
     let findings = row.findings.lock().unwrap();
     let by: Vec<String> = row.by.iter().map(ToString::to_string).collect();
     let [soon, stopped] = if findings.is_empty() {
-        let is_same = |line: &&str| cells(line).get(..2) == Some(&[row.fault, row.place][..]);
+        let is_same = |line: &&str| cells(line).get(..4) == Some(&[fault, place, sees, limit][..]);
         let before = old.lines().find(is_same).map(cells).unwrap_or_default();
         MEASURED.map(|index| before.get(index).unwrap_or(&"–").to_string())
     } else {
         let soon = findings.iter().filter_map(|outcome| outcome.soon).collect();
         [soon, findings.iter().filter_map(|outcome| outcome.stopped).collect()].map(median)
     };
-    let Row { fault, place, sees, limit, .. } = row;
     format!("| {fault} | {place} | {sees} | {limit} | {soon} | {} | {stopped} |", by.join(" or "))
 }
 

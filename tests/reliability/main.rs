@@ -10,12 +10,21 @@
 // Until all calls take the handler by a shared reference.
 #![allow(unused_mut, clippy::unnecessary_mut_passed)]
 
+mod child;
+mod connecting;
 mod controller;
 mod document;
+mod ends;
+mod fake;
 mod fault;
+mod load;
+mod network;
 mod packets;
+mod panics;
+mod process;
 mod proxy;
 mod row;
+mod services;
 mod wire;
 
 use std::process::ExitCode;
@@ -29,6 +38,11 @@ use row::{Promise, Row, Skipped};
 const AT_A_TIME: usize = 16;
 
 fn main() -> ExitCode {
+    if let Some(role) = child::role() {
+        child::play(&role);
+        return ExitCode::SUCCESS;
+    }
+    panics::be_quiet();
     let mut args = Arguments::from_args();
     args.test_threads.get_or_insert(AT_A_TIME);
     let mut rows = rows();
@@ -54,13 +68,23 @@ fn main() -> ExitCode {
 }
 
 fn rows() -> Vec<Row> {
-    wire::rows()
+    let mut rows = Vec::new();
+    // The longest ones first.
+    rows.extend(network::rows());
+    rows.extend(wire::rows());
+    rows.extend(connecting::rows());
+    rows.extend(services::rows());
+    rows.extend(panics::rows());
+    rows.extend(ends::rows());
+    rows.extend(process::rows());
+    rows.extend(load::rows());
+    rows
 }
 
 /// The tests of a row.
 fn trials_of(row: &mut Row, gate: &Arc<RwLock<()>>) -> Vec<Trial> {
     let promise = Promise::from(&*row);
-    let (alone, name) = (row.alone, format!("{}: {}", row.fault, row.place));
+    let (alone, pending, name) = (row.alone, row.pending, row.name());
     let tests = std::mem::take(&mut row.tests);
     let trial = |(place, run): (String, row::Run)| {
         let name = if place.is_empty() { name.clone() } else { format!("{name}: {place}") };
@@ -72,6 +96,11 @@ fn trials_of(row: &mut Row, gate: &Arc<RwLock<()>>) -> Vec<Trial> {
             } else {
                 let _with_others = gate.read();
                 promise.check(run)
+            };
+            let result = match (result, pending) {
+                (Err(failure), Some(reason)) => Ok(Err(Skipped(format!("{reason}: {failure}")))),
+                (Ok(Ok(())), Some(_)) => Err("it is pending no more".to_owned()),
+                (result, _) => result,
             };
             match result? {
                 Ok(()) => Ok(Completion::Completed),

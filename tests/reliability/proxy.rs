@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -11,6 +11,7 @@ use socket2::SockRef;
 
 use crate::fault::{Fault, Strike};
 use crate::packets::{is_waiting, read_request, read_response, Tracker};
+use crate::row::DEADLINE;
 
 /// How often a thread looks whether it should end.
 const POLL: Duration = Duration::from_millis(20);
@@ -26,8 +27,8 @@ pub(crate) struct Proxy {
 }
 
 struct Shared {
-    controller: u16,
-    strike: Strike,
+    controller: AtomicU16,
+    strike: Option<Strike>,
     struck: Mutex<Option<Instant>>,
     stopping: AtomicBool,
 }
@@ -47,10 +48,11 @@ impl Shared {
 }
 
 impl Proxy {
-    pub(crate) fn start(controller: u16, strike: Strike) -> Self {
+    pub(crate) fn start(controller: u16, strike: impl Into<Option<Strike>>) -> Self {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let port = listener.local_addr().unwrap().port();
         let (struck, stopping) = Default::default();
+        let (controller, strike) = (controller.into(), strike.into());
         let shared = Arc::new(Shared { controller, strike, struck, stopping });
         let serving = Arc::clone(&shared);
         let thread = thread::spawn(move || {
@@ -58,7 +60,10 @@ impl Proxy {
                 if serving.stops() {
                     return;
                 }
-                Link::new(program, &serving).serve();
+                // A controller that is not there leaves the program a closed connection.
+                if let Ok(mut link) = Link::new(program, &serving) {
+                    link.serve();
+                }
             }
         });
         Self { port, shared, thread: Some(thread) }
@@ -66,6 +71,20 @@ impl Proxy {
 
     pub(crate) fn port(&self) -> u16 {
         self.port
+    }
+
+    /// Where the next connections lead.
+    pub(crate) fn lead_to(&self, controller: u16) {
+        self.shared.controller.store(controller, Ordering::SeqCst);
+    }
+
+    /// Waits until the fault has struck.
+    pub(crate) fn wait_struck(&self) {
+        let begin = Instant::now();
+        while self.shared.struck.lock().unwrap().is_none() {
+            assert!(begin.elapsed() < DEADLINE, "the fault does not strike");
+            thread::sleep(Duration::from_millis(1));
+        }
     }
 
     /// When the fault struck.
@@ -99,13 +118,14 @@ enum Next {
 }
 
 impl<'a> Link<'a> {
-    fn new(program: TcpStream, shared: &'a Shared) -> Self {
-        let controller = TcpStream::connect((Ipv4Addr::LOCALHOST, shared.controller)).unwrap();
+    fn new(program: TcpStream, shared: &'a Shared) -> std::io::Result<Self> {
+        let port = shared.controller.load(Ordering::SeqCst);
+        let controller = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
         for stream in [&program, &controller] {
-            stream.set_nodelay(true).unwrap();
-            stream.set_read_timeout(Some(POLL)).unwrap();
+            stream.set_nodelay(true)?;
+            stream.set_read_timeout(Some(POLL))?;
         }
-        Self { program, controller, shared }
+        Ok(Self { program, controller, shared })
     }
 
     fn serve(&mut self) {
@@ -119,24 +139,29 @@ impl<'a> Link<'a> {
         let Some(request) = read_request(&mut self.program, || shared.stops()) else {
             return Ok(Next::End);
         };
-        let Strike { place, fault, .. } = shared.strike;
-        let is_there = tracker.place(&request) == Some(place);
-        if is_there && shared.strike.in_request && shared.strikes() {
-            if let Next::End = self.strike_request(fault, &request)? {
-                return Ok(Next::End);
+        let place = tracker.place(&request);
+        let strike = shared.strike.filter(|strike| place == Some(strike.place));
+        match strike {
+            Some(Strike { in_request: true, fault, .. }) if shared.strikes() => {
+                if let Next::End = self.strike_request(fault, &request)? {
+                    return Ok(Next::End);
+                }
             }
-        } else {
-            self.controller.write_all(&request)?;
+            _ => self.controller.write_all(&request)?,
         }
         let Some(response) = read_response(&mut self.controller, &request, || shared.stops())
         else {
             return Ok(Next::End);
         };
-        if is_there && !shared.strike.in_request && shared.strikes() {
-            return self.strike_response(fault, &response);
+        match strike {
+            Some(Strike { in_request: false, fault, .. }) if shared.strikes() => {
+                self.strike_response(fault, &response)
+            }
+            _ => {
+                self.program.write_all(&response)?;
+                Ok(Next::Packet)
+            }
         }
-        self.program.write_all(&response)?;
-        Ok(Next::Packet)
     }
 
     fn strike_request(&mut self, fault: Fault, request: &[u8]) -> std::io::Result<Next> {

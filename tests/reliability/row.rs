@@ -109,6 +109,8 @@ pub(crate) struct Row {
     pub(crate) tests: Vec<(String, Run)>,
     /// Whether it would disturb others that run at the same time.
     pub(crate) alone: bool,
+    /// Why it fails as yet, when it does.
+    pub(crate) pending: Option<&'static str>,
     pub(crate) findings: Findings,
 }
 
@@ -123,8 +125,19 @@ impl Row {
             by: &[By::GoesOn],
             tests: Vec::new(),
             alone: false,
+            pending: None,
             findings: Findings::default(),
         }
+    }
+
+    /// What its tests are called.
+    pub(crate) fn name(&self) -> String {
+        let Self { section, fault, place, .. } = self;
+        [*section, fault, place]
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect::<Vec<_>>()
+            .join(": ")
     }
 
     /// What the program sees, and within which limit.
@@ -141,6 +154,12 @@ impl Row {
 
     pub(crate) fn alone(mut self) -> Self {
         self.alone = true;
+        self
+    }
+
+    /// It fails as yet, for this reason.
+    pub(crate) fn pending(mut self, reason: &'static str) -> Self {
+        self.pending = Some(reason);
         self
     }
 

@@ -146,8 +146,10 @@ fn run(strike: Strike) -> Outcome {
         fault,
         Fault::Silence | Fault::Cut | Fault::Half | Fault::SlowDrip | Fault::TooLong
     );
-    let builder = if is_cut { txt().idle_limit(IDLE_LIMIT) } else { txt() };
-    let controller = Controller::start(builder);
+    let controller = match is_cut {
+        true => Controller::with_idle_limit(txt(), IDLE_LIMIT),
+        false => Controller::start(txt()),
+    };
     let proxy = Proxy::start(controller.port(), strike);
     // Long where it is not what ends the wait, for the sake of a busy machine.
     let read = if is_silent { READ_LIMIT } else { DEADLINE };
