@@ -1,115 +1,14 @@
-//! The fault matrix: what a program sees of each fault, how soon, and what stops the motors.
-//!
-//! Each row of the table in `docs/reliability.md` is a test here, and the table's text is what the
-//! test checks. To write the table anew with the figures of a run:
-//!
-//! ```text
-//! WRITE_RELIABILITY=1 cargo test --test reliability
-//! ```
-#![cfg_attr(not(target_os = "linux"), allow(dead_code, unused_imports))]
-// Until all calls take the handler by a shared reference.
-#![allow(unused_mut, clippy::unnecessary_mut_passed)]
+//! The fault matrix of `docs/reliability.md`, on Linux. [`matrix`] tells more.
 
-mod child;
-mod connecting;
-mod controller;
-mod document;
-mod ends;
-mod fake;
-mod fault;
-mod load;
-mod network;
-mod packets;
-mod panics;
-mod process;
-mod proxy;
-mod row;
-mod services;
-mod wire;
+#[cfg(target_os = "linux")]
+mod matrix;
 
-use std::process::ExitCode;
-use std::sync::{Arc, RwLock};
-
-use libtest_mimic::{Arguments, Completion, Trial};
-
-use row::{Promise, Row, Skipped};
-
-/// How many rows run at a time. They wait most of their time.
-const AT_A_TIME: usize = 16;
-
-fn main() -> ExitCode {
-    if let Some(role) = child::role() {
-        child::play(&role);
-        return ExitCode::SUCCESS;
-    }
-    panics::be_quiet();
-    let mut args = Arguments::from_args();
-    args.test_threads.get_or_insert(AT_A_TIME);
-    let mut rows = rows();
-    let gate = Arc::new(RwLock::new(()));
-    let mut trials: Vec<Trial> = Vec::new();
-    // Those that run alone come last, when the others don't hold them up any more.
-    for alone in [false, true] {
-        for row in rows.iter_mut().filter(|row| row.alone == alone) {
-            trials.extend(trials_of(row, &gate));
-        }
-    }
-    let conclusion = libtest_mimic::run(&args, trials);
-    let is_whole = args.filter.is_none() && args.skip.is_empty() && !args.list;
-    let checked = match std::env::var_os("WRITE_RELIABILITY") {
-        Some(_) if is_whole => document::write(&rows).and_then(|()| document::check(&rows)),
-        _ => document::check(&rows),
-    };
-    if let Err(mistakes) = checked {
-        eprintln!("{mistakes}");
-        return ExitCode::FAILURE;
-    }
-    conclusion.exit_code()
+#[cfg(target_os = "linux")]
+fn main() -> std::process::ExitCode {
+    matrix::main()
 }
 
-fn rows() -> Vec<Row> {
-    let mut rows = Vec::new();
-    // The longest ones first.
-    rows.extend(network::rows());
-    rows.extend(wire::rows());
-    rows.extend(connecting::rows());
-    rows.extend(services::rows());
-    rows.extend(panics::rows());
-    rows.extend(ends::rows());
-    rows.extend(process::rows());
-    rows.extend(load::rows());
-    rows
-}
-
-/// The tests of a row.
-fn trials_of(row: &mut Row, gate: &Arc<RwLock<()>>) -> Vec<Trial> {
-    let promise = Promise::from(&*row);
-    let (alone, pending, name) = (row.alone, row.pending, row.name());
-    let tests = std::mem::take(&mut row.tests);
-    let trial = |(place, run): (String, row::Run)| {
-        let name = if place.is_empty() { name.clone() } else { format!("{name}: {place}") };
-        let (promise, gate, shown) = (promise.clone(), Arc::clone(gate), name.clone());
-        Trial::ignorable_test(name, move || {
-            let result = if alone {
-                let _alone = gate.write();
-                promise.check(run)
-            } else {
-                let _with_others = gate.read();
-                promise.check(run)
-            };
-            let result = match (result, pending) {
-                (Err(failure), Some(reason)) => Ok(Err(Skipped(format!("{reason}: {failure}")))),
-                (Ok(Ok(())), Some(_)) => Err("it is pending no more".to_owned()),
-                (result, _) => result,
-            };
-            match result? {
-                Ok(()) => Ok(Completion::Completed),
-                Err(Skipped(reason)) => {
-                    eprintln!("skipped: {shown}: {reason}");
-                    Ok(Completion::ignored_with(reason))
-                }
-            }
-        })
-    };
-    tests.into_iter().map(trial).collect()
+#[cfg(not(target_os = "linux"))]
+fn main() {
+    println!("skipped: the fault matrix needs Linux");
 }

@@ -7,9 +7,9 @@ use ft_transfer_area::{
     Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferAreaComHandlerBuilder,
 };
 
-use crate::controller::{is_on, txt, Controller, DUTY};
-use crate::fake::{closed_port, port_of};
-use crate::row::{By, Outcome, Row, Seen};
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fake::{closed_port, port_of};
+use super::row::{By, Outcome, Row, Seen};
 
 const SECTION: &str = "Connecting";
 

@@ -5,13 +5,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler, TransferMode};
 
-use crate::controller::{txt, Controller, DUTY, IDLE_LIMIT};
-use crate::fault::{Fault, Strike};
-use crate::packets::Place;
-use crate::proxy::Proxy;
-use crate::row::{By, Outcome, Row, Seen, DEADLINE};
+use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
 
 const SECTION: &str = "The main connection";
 
@@ -74,6 +74,8 @@ const HANDSHAKE: Phase = Phase { text: "each packet of the handshake", places: P
 const RUNNING: Phase = Phase { text: "each packet while it runs", places: Place::RUNNING };
 const END: Phase = Phase { text: "each packet of the end", places: Place::END };
 const EXCHANGE: Phase = Phase { text: "each exchange", places: Place::EXCHANGES };
+const SIMPLE: Phase =
+    Phase { text: "an exchange that is not compressed", places: &[Place::SimpleExchange] };
 const LAST: Phase = Phase { text: "the last exchange", places: &[Place::LastExchange] };
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -83,6 +85,7 @@ pub(crate) fn rows() -> Vec<Row> {
         let never = if goes_on { &[By::Exchange][..] } else { &[By::NeverOn] };
         rows.push(row(false, fault, text, HANDSHAKE, sees).by(never));
         rows.push(row(false, fault, text, RUNNING, sees).by(only(by)));
+        rows.push(row(false, fault, text, SIMPLE, sees).by(only(by)));
         rows.push(row(false, fault, text, END, sees).by(&[By::Exchange]));
     }
     for &(fault, text, sees) in EXCHANGES {
@@ -153,8 +156,13 @@ fn run(strike: Strike) -> Outcome {
     let proxy = Proxy::start(controller.port(), strike);
     // Long where it is not what ends the wait, for the sake of a busy machine.
     let read = if is_silent { READ_LIMIT } else { DEADLINE };
+    let mode = match place {
+        Place::SimpleExchange => TransferMode::Simple,
+        _ => TransferMode::Compressed,
+    };
     let handler = controller
         .handler()
+        .mode(mode)
         .port(proxy.port())
         .camera_port(controller.txt.camera_port())
         .time_limits(TimeLimits { read, ..TimeLimits::default() })

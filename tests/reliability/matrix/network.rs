@@ -9,8 +9,8 @@ use std::time::{Duration, SystemTime};
 
 use nix::unistd::Uid;
 
-use crate::child::Child;
-use crate::row::{By, Outcome, Row, Seen, Skipped};
+use super::child::Child;
+use super::row::{By, Outcome, Row, Seen, Skipped, MUCH_TOO_LONG};
 
 const SECTION: &str = "The network (in namespaces; read limit 2 s, idle limit 5 s as by default)";
 
@@ -18,24 +18,21 @@ const SECTION: &str = "The network (in namespaces; read limit 2 s, idle limit 5 
 const CONTROLLER: &str = "10.213.2.2";
 const PORT: u16 = 65_000;
 
-/// After so long a limit of a second was not kept.
-const MUCH_TOO_LONG: Duration = Duration::from_secs(6);
-
 pub(crate) fn rows() -> Vec<Row> {
-    let cut = |seconds| {
-        let place = match seconds {
-            1 => "for 1 s",
-            3 => "for 3 s",
-            _ => "for 12 s",
-        };
-        Row::new(SECTION, "network cut", place).test(move || cut(Duration::from_secs(seconds)))
+    let cut = |place, seconds, read_ms| {
+        let length = Duration::from_secs(seconds);
+        Row::new(SECTION, "network cut", place).test(move || cut(length, read_ms))
     };
     const READ: &str = "the read limit (2 s) and 0.5 s";
     vec![
-        cut(12).sees("`NoAnswer`", READ).by(&[By::IdleLimit]),
+        cut("for 12 s", 12, 2000).sees("`NoAnswer`", READ).by(&[By::IdleLimit]),
         // What was sent last may come in when the network is back.
-        cut(3).sees("`NoAnswer`", READ).by(&[By::Exchange, By::IdleLimit, By::Close]),
-        cut(1).sees("nothing: TCP sends again", "–"),
+        cut("for 3 s", 3, 2000).sees("`NoAnswer`", READ).by(&[
+            By::Exchange,
+            By::IdleLimit,
+            By::Close,
+        ]),
+        cut("for 1 s, with a read limit of 4 s", 1, 4000).sees("nothing: TCP sends again", "–"),
         Row::new(SECTION, "5 % loss", "both ways, for 5 s, with a read limit of 10 s")
             .sees("nothing: TCP sends again", "–")
             .test(loss),
@@ -90,10 +87,10 @@ impl Network {
             run(&format!("ip -n {name} route add default via 10.213.{net}.1"))?;
         }
         run(&format!("ip netns exec {router} sysctl -qw net.ipv4.ip_forward=1"))?;
-        // Who asks for a name asks a server behind the network.
+        // Who asks for a name asks servers behind the network.
         fs::create_dir_all(self.name_servers())
             .and_then(|()| {
-                let servers = format!("nameserver {CONTROLLER}\n");
+                let servers = format!("nameserver {CONTROLLER}\n").repeat(3);
                 fs::write(self.name_servers().join("resolv.conf"), servers)
             })
             .map_err(|error| error.to_string())
@@ -125,8 +122,22 @@ impl Network {
         self.at_both_ends("qdisc replace dev", "root netem loss 5%").or_else(|_| {
             let rule = "-A FORWARD -m statistic --mode random --probability 0.05 -j DROP";
             run(&format!("ip netns exec {} iptables {rule}", self.router))
+                .map(drop)
                 .map_err(|error| Skipped(format!("neither netem nor iptables loses: {error}")))
         })
+    }
+
+    /// How many packets both sides have sent again.
+    fn sent_again(&self) -> u64 {
+        let count = |namespace: &String| {
+            let shown = run(&format!("ip netns exec {namespace} cat /proc/net/snmp")).unwrap();
+            let tcp: Vec<&str> = shown.lines().filter(|line| line.starts_with("Tcp:")).collect();
+            let names = tcp[0].split_whitespace();
+            let values = tcp[1].split_whitespace();
+            let found = names.zip(values).find(|(name, _)| *name == "RetransSegs").unwrap();
+            found.1.parse::<u64>().unwrap()
+        };
+        count(&self.program) + count(&self.controller)
     }
 
     fn start(&self, namespace: &str, role: &str) -> Child {
@@ -157,25 +168,25 @@ impl Drop for Network {
     }
 }
 
-/// Runs a command; what it says when it fails.
-fn run(command: &str) -> Result<(), String> {
+/// Runs a command; what it says.
+fn run(command: &str) -> Result<String, String> {
     let mut words = command.split_whitespace();
     let output = Command::new(words.next().unwrap_or_default()).args(words).output();
     let output = output.map_err(|error| format!("{command}: {error}"))?;
     match output.status.success() {
-        true => Ok(()),
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
         false => Err(format!("{command}: {}", String::from_utf8_lossy(&output.stderr).trim())),
     }
 }
 
-fn cut(length: Duration) -> Result<Outcome, Skipped> {
+fn cut(length: Duration, read_ms: u64) -> Result<Outcome, Skipped> {
     let network = Network::new()?;
-    let [mut controller, mut program] = network.pair(2000);
+    let [mut controller, mut program] = network.pair(read_ms);
     let struck = SystemTime::now();
     network.cut()?;
     thread::sleep(length);
     network.restore()?;
-    finish(struck, &mut controller, &mut program)
+    finish(&network, struck, &mut controller, &mut program)
 }
 
 fn loss() -> Result<Outcome, Skipped> {
@@ -183,11 +194,12 @@ fn loss() -> Result<Outcome, Skipped> {
     let [mut controller, mut program] = network.pair(10_000);
     network.lose()?;
     thread::sleep(Duration::from_secs(5));
-    finish(SystemTime::now(), &mut controller, &mut program)
+    finish(&network, SystemTime::now(), &mut controller, &mut program)
 }
 
 /// Lets the program go on for a while, ends it, and asks what has become of both.
 fn finish(
+    network: &Network,
     struck: SystemTime,
     controller: &mut Child,
     program: &mut Child,
@@ -196,6 +208,7 @@ fn finish(
     drop(program.stdin.take());
     let (ended, ended_at) = program.hear("ended");
     let (by, off_at) = controller.hear("off");
+    assert!(network.sent_again() > 0, "no packet was lost");
     let since = |when: SystemTime| when.duration_since(struck).ok();
     if ended == "Ok" {
         // It has ended as the program wanted.

@@ -8,9 +8,9 @@ use ft_transfer_area::wire::{
 };
 use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
 
-use crate::controller::{is_on, txt, Controller, DUTY};
-use crate::fake::{closed_port, Client, Fake, Script};
-use crate::row::{By, Outcome, Row, Seen};
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fake::{closed_port, Client, Fake, Script};
+use super::row::{By, Outcome, Row, Seen};
 
 /// How long the camera's start and a frame may take.
 const LIMIT: Duration = Duration::from_secs(1);
@@ -212,7 +212,7 @@ fn flood() -> Outcome {
     let frames = program.handler.start_camera(CameraOptions::default()).unwrap();
     let begin = Instant::now();
     while program.handler.camera_statistics().dropped < 1000 {
-        assert!(begin.elapsed() < crate::row::DEADLINE, "nothing is dropped");
+        assert!(begin.elapsed() < super::row::DEADLINE, "nothing is dropped");
         drop(program.handler.wait_cycle().unwrap());
     }
     assert_eq!(program.handler.stop_camera(), Ok(()));

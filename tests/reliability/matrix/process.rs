@@ -1,29 +1,33 @@
 //! What the system does to the program's process.
 
+use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
 use nix::sys::signal::{kill, Signal};
 use nix::unistd::Pid;
 
-use crate::child::Child;
-use crate::controller::{is_on, txt, Controller, IDLE_LIMIT};
-use crate::row::{By, Outcome, Row, Seen};
+use super::child::Child;
+use super::controller::{is_on, txt, Controller, IDLE_LIMIT};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, MUCH_TOO_LONG};
 
 const SECTION: &str = "The process";
 
 pub(crate) fn rows() -> Vec<Row> {
-    let signal = |fault, signal| {
+    let killed = |fault, signal| {
         Row::new(SECTION, fault, "amid exchanges")
             .sees("nothing: it is gone", "–")
             .by(&[By::Close])
             .test(move || Ok(killed_by(signal)))
     };
     vec![
-        signal("killed (SIGKILL)", Signal::SIGKILL),
-        signal("terminated (SIGTERM)", Signal::SIGTERM),
-        signal("interrupted (SIGINT)", Signal::SIGINT),
-        signal("aborted (SIGABRT)", Signal::SIGABRT),
+        killed("killed (SIGKILL)", Signal::SIGKILL),
+        killed("terminated (SIGTERM)", Signal::SIGTERM),
+        killed("interrupted (SIGINT)", Signal::SIGINT),
+        killed("aborted (SIGABRT)", Signal::SIGABRT),
         Row::new(SECTION, "stopped (SIGSTOP) and continued", "for 0.3 s")
             .sees("nothing", "–")
             .test(|| Ok(stopped_for_a_moment())),
@@ -35,6 +39,16 @@ pub(crate) fn rows() -> Vec<Row> {
         .sees("`ConnectionClosed` or `NoAnswer`", "its continuing")
         .by(&[By::IdleLimit])
         .test(|| Ok(stopped_for_long())),
+        Row::new(SECTION, "a handled signal every 100 ms, and silence", "`begin_transfer`")
+            .sees("`NoAnswer`", "the read limit (1 s)")
+            .by(&[By::NeverOn])
+            .pending("signals defeat the limit")
+            .test(|| Ok(signalled(Place::QueryStatus))),
+        Row::new(SECTION, "a handled signal every 100 ms, and silence", "amid exchanges")
+            .sees("`NoAnswer`", "the read limit (1 s) and 0.5 s")
+            .by(&[By::IdleLimit])
+            .pending("signals defeat the limit")
+            .test(|| Ok(signalled(Place::Exchange))),
         Row::new(SECTION, "no descriptor left", "`begin_transfer`")
             .sees("`ConnectFailed`", "at once")
             .by(&[By::NeverOn])
@@ -60,9 +74,12 @@ fn start(controller: &Controller) -> Child {
     child
 }
 
-fn send(child: &Child, signal: Signal) {
-    let id = i32::try_from(child.process.id()).unwrap();
-    kill(Pid::from_raw(id), signal).unwrap();
+fn send(child: &Child, what: Signal) {
+    signal(child.process.id(), what);
+}
+
+fn signal(process: u32, what: Signal) {
+    kill(Pid::from_raw(i32::try_from(process).unwrap()), what).unwrap();
 }
 
 fn killed_by(signal: Signal) -> Outcome {
@@ -103,6 +120,30 @@ fn stopped_for_long() -> Outcome {
     send(&child, Signal::SIGCONT);
     let (name, when) = child.hear("ended");
     let soon = when.duration_since(continued).unwrap_or_default();
+    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+}
+
+/// The controller falls silent, and signals come again and again.
+fn signalled(place: Place) -> Outcome {
+    let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
+    let strike = Strike { place, in_request: false, fault: Fault::Cut };
+    let proxy = Proxy::start(controller.port(), strike);
+    let mut child = Child::start(&format!("signalled {}", proxy.port()));
+    child.hear("begins");
+    let (sender, ended) = mpsc::channel();
+    let id = child.process.id();
+    let hearing = thread::spawn(move || sender.send(child.hear("ended")));
+    let begin = Instant::now();
+    let (name, _) = loop {
+        match ended.recv_timeout(Duration::from_millis(100)) {
+            Ok(ended) => break ended,
+            Err(_) => assert!(begin.elapsed() < MUCH_TOO_LONG, "the limit is not kept"),
+        }
+        signal(id, Signal::SIGINT);
+    };
+    let soon = proxy.struck().elapsed();
+    hearing.join().unwrap().unwrap();
+    let (by, stopped) = controller.stopped_after(proxy.struck());
     Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
 }
 

@@ -11,6 +11,9 @@ use ft_transfer_area::Error;
 /// Longer than anything takes on a busy machine; only a test that fails waits so long.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
 
+/// After so long a limit of a second was not kept, however busy the machine.
+pub(crate) const MUCH_TOO_LONG: Duration = Duration::from_secs(6);
+
 /// After so long a test counts as one that hangs.
 const HANGS: Duration = Duration::from_secs(75);
 

@@ -2,7 +2,7 @@
 
 use byteorder::{ByteOrder, LittleEndian};
 
-use crate::packets::Place;
+use super::packets::Place;
 
 /// What happens to a packet, or instead of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

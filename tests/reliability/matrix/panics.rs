@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, EventKind, TransferAreaComHandler};
 
-use crate::controller::{is_on, txt, Controller, DUTY};
-use crate::fault::{Fault, Strike};
-use crate::packets::Place;
-use crate::proxy::Proxy;
-use crate::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
 
 const SECTION: &str = "Panics";
 

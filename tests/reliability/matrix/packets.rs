@@ -5,8 +5,8 @@ use std::net::TcpStream;
 
 use byteorder::{ByteOrder, LittleEndian};
 use ft_transfer_area::wire::{
-    CmprHeader, CommandId, Expander, QueryStatusResponse, StartCameraOnline, StartOnline,
-    UpdateConfig, ID_LEN,
+    CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, Expander, QueryStatusResponse,
+    StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
 };
 
 /// How many words an area has in a request.
@@ -21,6 +21,8 @@ pub(crate) enum Place {
     FirstExchange,
     /// One amid others.
     Exchange,
+    /// One amid others that is not compressed.
+    SimpleExchange,
     /// UpdateConfig amid exchanges.
     NewConfig,
     StartCamera,
@@ -48,6 +50,7 @@ impl Place {
             Self::FirstExchange | Self::Exchange | Self::LastExchange => {
                 CommandId::ExchangeDataCmpr
             }
+            Self::SimpleExchange => CommandId::ExchangeData,
             Self::StartCamera => CommandId::StartCameraOnline,
             Self::StopCamera => CommandId::StopCameraOnline,
             Self::StopOnline => CommandId::StopOnline,
@@ -89,7 +92,10 @@ impl Tracker {
                     _ => return None,
                 }
             }
-            CommandId::ExchangeData => return None,
+            CommandId::ExchangeData => {
+                self.exchanges += 1;
+                return (self.exchanges >= 5).then_some(Place::SimpleExchange);
+            }
         })
     }
 
@@ -112,6 +118,7 @@ fn request_size(start: &[u8]) -> usize {
         Some(CommandId::StartOnline) => StartOnline::LEN,
         Some(CommandId::UpdateConfig) => UpdateConfig::LEN,
         Some(CommandId::StartCameraOnline) => StartCameraOnline::LEN,
+        Some(CommandId::ExchangeData) => ExchangeData::LEN,
         Some(CommandId::ExchangeDataCmpr) => compressed_size(start),
         _ => ID_LEN,
     }
@@ -135,6 +142,7 @@ pub(crate) fn read_response(
 ) -> Option<Vec<u8>> {
     let size = |start: &[u8]| match command(request) {
         Some(CommandId::QueryStatus) => QueryStatusResponse::LEN,
+        Some(CommandId::ExchangeData) => ExchangeDataResponse::LEN,
         Some(CommandId::ExchangeDataCmpr) => compressed_size(start),
         _ => ID_LEN,
     };

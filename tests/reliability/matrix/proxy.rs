@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 
 use socket2::SockRef;
 
-use crate::fault::{Fault, Strike};
-use crate::packets::{is_waiting, read_request, read_response, Tracker};
-use crate::row::DEADLINE;
+use super::fault::{Fault, Strike};
+use super::packets::{is_waiting, read_request, read_response, Tracker};
+use super::row::DEADLINE;
 
 /// How often a thread looks whether it should end.
 const POLL: Duration = Duration::from_millis(20);

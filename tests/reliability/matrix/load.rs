@@ -9,11 +9,11 @@ use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::{FirmwareVersion, TimeLimits, TransferAreaComHandler};
 
-use crate::controller::{is_on, txt, Controller, DUTY};
-use crate::fault::{Fault, Strike};
-use crate::packets::Place;
-use crate::proxy::Proxy;
-use crate::row::{By, Outcome, Row, Seen, DEADLINE};
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
 
 const SECTION: &str = "Load and change";
 
@@ -123,6 +123,7 @@ fn restart() -> Outcome {
     };
     let soon = proxy.struck().elapsed();
     let (by, stopped) = controller.stopped_after(proxy.struck());
+    drop(controller);
     assert!(handler.begin_transfer().is_err(), "there is no controller");
     let controller = Controller::start(txt().firmware(new));
     proxy.lead_to(controller.port());

@@ -10,7 +10,7 @@ use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 
-use crate::row::{By, DEADLINE};
+use super::row::{By, DEADLINE};
 
 /// The controller's idle limit where it is what stops the motors.
 pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(1);
@@ -28,7 +28,7 @@ pub(crate) struct Controller {
     record: Record,
     finished: Arc<AtomicBool>,
     /// Tells when the motors were off again.
-    watcher: Option<JoinHandle<Option<Instant>>>,
+    watcher: Mutex<Option<JoinHandle<Option<Instant>>>>,
 }
 
 /// Longer than any test runs.
@@ -73,7 +73,7 @@ impl Controller {
                 (!is_finished()).then(Instant::now)
             })
         };
-        Self { txt, idle_limit, record, finished, watcher: Some(watcher) }
+        Self { txt, idle_limit, record, finished, watcher: Mutex::new(Some(watcher)) }
     }
 
     pub(crate) fn port(&self) -> u16 {
@@ -96,7 +96,7 @@ impl Controller {
 
     /// What has stopped the motors for good, and how long after the fault. Waits until the
     /// client is gone.
-    pub(crate) fn stopped_after(mut self, fault: Instant) -> (By, Option<Duration>) {
+    pub(crate) fn stopped_after(&self, fault: Instant) -> (By, Option<Duration>) {
         self.wait("motors off and the end of online mode", |machine| {
             !machine.online() && !is_on(machine)
         });
@@ -119,8 +119,8 @@ impl Controller {
     }
 
     /// Ends the watching; when the motors were off.
-    fn finish(&mut self) -> Option<Instant> {
-        let watcher = self.watcher.take()?;
+    fn finish(&self) -> Option<Instant> {
+        let watcher = self.watcher.lock().unwrap().take()?;
         // The watcher finds the motors off first, if it has not yet.
         let begin = Instant::now();
         let was_on = self.record.lock().unwrap().iter().any(|(_, on)| *on);
@@ -138,7 +138,7 @@ impl Drop for Controller {
     fn drop(&mut self) {
         self.finished.store(true, Ordering::SeqCst);
         self.txt.with_machine(|_| ());
-        if let Some(watcher) = self.watcher.take() {
+        if let Some(watcher) = self.watcher.get_mut().ok().and_then(Option::take) {
             let _ = watcher.join();
         }
     }

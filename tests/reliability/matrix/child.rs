@@ -12,10 +12,11 @@ use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
 use nix::sys::resource::{setrlimit, Resource};
+use nix::sys::signal::{SigSet, Signal};
 use nix::unistd::{setuid, Uid};
 
-use crate::controller::{Controller, DUTY};
-use crate::row::{name_of, By};
+use super::controller::{Controller, DUTY};
+use super::row::{name_of, By};
 
 /// The role of a child process, with what it has to know, separated by spaces.
 const ROLE: &str = "RELIABILITY_ROLE";
@@ -90,6 +91,7 @@ pub(crate) fn play(role: &str) {
     match words[..] {
         ["program", host, port, read] => program(host, number(port), number(read)),
         ["begin", host, port] => begin(host, number(port)),
+        ["signalled", port] => signalled(number(port)),
         ["controller", port] => controller(number(port)),
         ["no-descriptor", port] => {
             leave_no_descriptor();
@@ -148,6 +150,24 @@ fn begin(host: &str, port: u16) {
     say_result("begun", &result);
 }
 
+/// Begins a transfer and waits, while signals come that it handles: in the thread that begins it,
+/// and then in the transfer thread.
+fn signalled(port: u16) {
+    let mut signal = SigSet::empty();
+    signal.add(Signal::SIGINT);
+    // The thread that waits for Ctrl-C is not to get it, so that those do that read.
+    signal.thread_block().unwrap();
+    ctrlc::set_handler(|| {}).unwrap();
+    signal.thread_unblock().unwrap();
+    let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+    let mut handler = handler("127.0.0.1", port, limits);
+    say_now("begins", "Ok");
+    let result = handler.begin_transfer();
+    signal.thread_block().unwrap();
+    while result.is_ok() && handler.wait_cycle().is_ok() {}
+    say_result("ended", &handler.end_transfer());
+}
+
 /// A controller that others reach by all addresses of this machine.
 fn controller(port: u16) {
     let idle_limit = Duration::from_secs(5);
@@ -173,6 +193,8 @@ fn controller(port: u16) {
         By::NeverOn | By::GoesOn => "none",
     };
     say("off", by, began + stopped.unwrap_or_default());
+    // The last response may still be on its way.
+    let _ = io::copy(&mut io::stdin(), &mut io::sink());
 }
 
 /// Hands on what comes in, and its end.

@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TimeLimits, TransferArea, TransferAreaComHandler};
 
-use crate::controller::{txt, Controller, DUTY, IDLE_LIMIT};
-use crate::fault::{Fault, Strike};
-use crate::packets::Place;
-use crate::proxy::Proxy;
-use crate::row::{By, Outcome, Row, Seen, DEADLINE};
+use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
 
 const SECTION: &str = "The program's own end";
 
