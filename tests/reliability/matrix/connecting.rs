@@ -1,6 +1,6 @@
 //! Faults before there is a connection.
 
-use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, TcpListener};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
@@ -8,7 +8,7 @@ use ft_transfer_area::{
 };
 
 use super::controller::{is_on, txt, Controller, DUTY};
-use super::fake::{closed_port, port_of};
+use super::fake::{closed_port, Deaf};
 use super::row::{By, Outcome, Row, Seen};
 
 const SECTION: &str = "Connecting";
@@ -25,8 +25,10 @@ pub(crate) fn rows() -> Vec<Row> {
             let (_socket, port) = closed_port();
             Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(port)))
         }),
-        row("SYN dropped", "`ConnectTimedOut`", "the connect limit (1 s)")
-            .test(|| Ok(syn_dropped())),
+        row("SYN dropped", "`ConnectTimedOut`", "the connect limit (1 s)").test(|| {
+            let deaf = Deaf::start();
+            Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(deaf.port())))
+        }),
         row("connected, but never accepted", "`NoAnswer` to QueryStatus", "the read limit (1 s)")
             .test(|| {
                 let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
@@ -56,20 +58,6 @@ pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
     assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
     assert_eq!(handler.wait_cycle().unwrap_err(), error, "the error stays");
     Outcome { seen: Seen::Error(error), soon, by: By::NeverOn, stopped: None }
-}
-
-/// A listener whose queue is full drops what comes.
-fn syn_dropped() -> Outcome {
-    let (socket, _) = closed_port();
-    socket.listen(0).unwrap();
-    let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port_of(&socket)));
-    let short = Duration::from_millis(300);
-    let mut waiting = Vec::new();
-    while let Ok(stream) = TcpStream::connect_timeout(&address, short) {
-        waiting.push(stream);
-        assert!(waiting.len() < 100, "the queue is never full");
-    }
-    begin(TransferAreaComHandler::builder("127.0.0.1").port(address.port()))
 }
 
 /// A controller serves one program, whose motor goes on.

@@ -102,6 +102,8 @@ impl Controller {
         });
         let off = self.finish();
         let record = self.record.lock().unwrap().clone();
+        let runs = record.chunk_by(|(_, before), (_, after)| before == after);
+        assert!(runs.filter(|run| run[0].1).count() <= 1, "the motors are on again");
         let Some(last_on) = record.iter().rposition(|(_, on)| *on) else {
             return (By::NeverOn, None);
         };

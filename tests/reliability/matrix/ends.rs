@@ -44,6 +44,12 @@ pub(crate) fn rows() -> Vec<Row> {
                 .test(move || Ok(in_silence(end))),
         );
     }
+    rows.push(
+        Row::new(SECTION, "FIN", "while another thread holds a guard")
+            .sees("`ConnectionClosed` in each wait", "at once by `is_running`")
+            .by(&[By::Close])
+            .test(|| Ok(lost_under_guard())),
+    );
     rows
 }
 
@@ -128,6 +134,29 @@ fn under_guard(end: End) -> Outcome {
     ending.join().unwrap();
     let (by, stopped) = controller.stopped_after(struck);
     Outcome { seen: Seen::Error(error), soon: None, by, stopped }
+}
+
+/// Who waits for a response learns of the end though the areas are locked.
+fn lost_under_guard() -> Outcome {
+    let controller = Controller::start(txt());
+    let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
+    let proxy = Proxy::start(controller.port(), strike);
+    let mut handler = start(&controller, proxy.port());
+    let area = handler.transfer_area();
+    let guard = handler.lock();
+    // Under a guard nobody gets the areas, so only the end of the transfer ends this.
+    let waiting =
+        thread::spawn(move || area.wait_until(|_| false, DEADLINE).map(drop).unwrap_err());
+    proxy.wait_struck();
+    while handler.is_running() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let soon = proxy.struck().elapsed();
+    drop(guard);
+    let error = waiting.join().unwrap();
+    assert_eq!(handler.end_transfer(), Err(error.clone()));
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
 }
 
 /// The controller has fallen silent a moment ago.

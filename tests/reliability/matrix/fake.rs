@@ -80,6 +80,30 @@ pub(crate) fn closed_port() -> (Socket, u16) {
     (socket, port)
 }
 
-pub(crate) fn port_of(socket: &Socket) -> u16 {
+/// A listener that drops what comes, because its queue is full.
+pub(crate) struct Deaf {
+    socket: Socket,
+    _queue: Vec<TcpStream>,
+}
+
+impl Deaf {
+    pub(crate) fn start() -> Self {
+        let (socket, port) = closed_port();
+        socket.listen(0).unwrap();
+        let address = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        let mut queue = Vec::new();
+        while let Ok(stream) = TcpStream::connect_timeout(&address, Duration::from_millis(300)) {
+            queue.push(stream);
+            assert!(queue.len() < 100, "the queue is never full");
+        }
+        Self { socket, _queue: queue }
+    }
+
+    pub(crate) fn port(&self) -> u16 {
+        port_of(&self.socket)
+    }
+}
+
+fn port_of(socket: &Socket) -> u16 {
     socket.local_addr().unwrap().as_socket().unwrap().port()
 }

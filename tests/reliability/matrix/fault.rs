@@ -32,6 +32,8 @@ pub(crate) enum Fault {
     /// Announces an extension that is not there.
     WrongMask,
     Surplus,
+    /// Bytes without end behind the packet, while requests are read.
+    Endless,
 }
 
 /// A fault, and where it strikes.

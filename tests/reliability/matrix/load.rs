@@ -13,7 +13,7 @@ use super::controller::{is_on, txt, Controller, DUTY};
 use super::fault::{Fault, Strike};
 use super::packets::Place;
 use super::proxy::Proxy;
-use super::row::{By, Outcome, Row, Seen, DEADLINE};
+use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE};
 
 const SECTION: &str = "Load and change";
 
@@ -34,17 +34,17 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(|| Ok(restart())),
         Row::new(SECTION, "16 busy threads", "beside the program, for 200 exchanges")
             .sees("nothing", "–")
-            .alone()
+            .turn(Turn::Alone)
             .test(|| Ok(busy())),
         Row::new(SECTION, "FIN", "beside 16 busy threads")
             .sees("`ConnectionClosed`", "the processor")
             .by(&[By::Close])
-            .alone()
+            .turn(Turn::Alone)
             .test(|| Ok(fin_beside_busy_threads())),
         Row::new(SECTION, "10 000 transfers", "begun and ended")
             .sees("nothing: no thread and no descriptor is left", "–")
             .by(&[By::Exchange])
-            .alone()
+            .turn(Turn::Alone)
             .test(|| Ok(many_transfers())),
     ]
 }

@@ -33,7 +33,7 @@ use std::time::{Duration, Instant};
 
 use libtest_mimic::{Arguments, Completion, Trial};
 
-use row::{Promise, Row, Skipped, DEADLINE};
+use row::{Promise, Row, Skipped, Turn, DEADLINE};
 
 /// How many rows run at a time. They wait most of their time.
 const AT_A_TIME: usize = 16;
@@ -52,13 +52,14 @@ pub(crate) fn main() -> ExitCode {
     let mut rows = rows();
     let gate = Arc::new(RwLock::new(()));
     let mut trials: Vec<Trial> = Vec::new();
-    // Those that run alone come last, when the others don't hold them up any more.
-    for alone in [false, true] {
-        for row in rows.iter_mut().filter(|row| row.alone == alone) {
+    for turn in [Turn::First, Turn::WithOthers, Turn::Alone] {
+        for row in rows.iter_mut().filter(|row| row.turn == turn) {
             trials.extend(trials_of(row, &gate));
         }
     }
+    network::clean_up();
     let conclusion = libtest_mimic::run(&args, trials);
+    network::clean_up();
     let is_whole = args.filter.is_none() && args.skip.is_empty() && !args.list;
     let checked = match std::env::var_os("WRITE_RELIABILITY") {
         Some(_) if is_whole => document::write(&rows).and_then(|()| document::check(&rows)),
@@ -101,8 +102,6 @@ fn threads() -> Vec<String> {
 
 fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
-    // The longest ones first.
-    rows.extend(network::rows());
     rows.extend(wire::rows());
     rows.extend(connecting::rows());
     rows.extend(services::rows());
@@ -110,19 +109,20 @@ fn rows() -> Vec<Row> {
     rows.extend(ends::rows());
     rows.extend(process::rows());
     rows.extend(load::rows());
+    rows.extend(network::rows());
     rows
 }
 
 /// The tests of a row.
 fn trials_of(row: &mut Row, gate: &Arc<RwLock<()>>) -> Vec<Trial> {
     let promise = Promise::from(&*row);
-    let (alone, pending, name) = (row.alone, row.pending, row.name());
+    let (turn, pending, name) = (row.turn, row.pending, row.name());
     let tests = std::mem::take(&mut row.tests);
     let trial = |(place, run): (String, row::Run)| {
         let name = if place.is_empty() { name.clone() } else { format!("{name}: {place}") };
         let (promise, gate, shown) = (promise.clone(), Arc::clone(gate), name.clone());
         Trial::ignorable_test(name, move || {
-            let result = if alone {
+            let result = if turn == Turn::Alone {
                 let _alone = gate.write();
                 promise.check(run)
             } else {

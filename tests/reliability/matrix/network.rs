@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use nix::unistd::Uid;
 
 use super::child::Child;
-use super::row::{By, Outcome, Row, Seen, Skipped, MUCH_TOO_LONG};
+use super::row::{By, Outcome, Row, Seen, Skipped, Turn, MUCH_TOO_LONG};
 
 const SECTION: &str = "The network (in namespaces; read limit 2 s, idle limit 5 s as by default)";
 
@@ -24,7 +24,7 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "network cut", place).test(move || cut(length, read_ms))
     };
     const READ: &str = "the read limit (2 s) and 0.5 s";
-    vec![
+    let rows = [
         cut("for 12 s", 12, 2000).sees("`NoAnswer`", READ).by(&[By::IdleLimit]),
         // What was sent last may come in when the network is back.
         cut("for 3 s", 3, 2000).sees("`NoAnswer`", READ).by(&[
@@ -45,7 +45,8 @@ pub(crate) fn rows() -> Vec<Row> {
             .by(&[By::NeverOn])
             .pending("resolving has no limit")
             .test(|| begin_in_vain("txt.example.org")),
-    ]
+    ];
+    rows.into_iter().map(|row| row.turn(Turn::First)).collect()
 }
 
 /// The program's namespace, one that routes, and the controller's.
@@ -163,9 +164,25 @@ impl Drop for Network {
             let _ = run(&format!("ip netns del {name}"));
         }
         let _ = fs::remove_dir_all(self.name_servers());
-        // Only when it is empty.
-        let _ = fs::remove_dir("/etc/netns");
     }
+}
+
+/// Removes the networks of this process, which a test that hangs leaves behind, and of those that
+/// were killed.
+pub(crate) fn clean_up() {
+    let shown = run("ip netns list").unwrap_or_default();
+    for name in shown.lines().filter_map(|line| line.split_whitespace().next()) {
+        let process = name.strip_prefix("reliability-").and_then(|rest| rest.split('-').next());
+        let is_left = process.is_some_and(|process| {
+            process == std::process::id().to_string() || !Path::new("/proc").join(process).exists()
+        });
+        if is_left {
+            let _ = run(&format!("ip netns del {name}"));
+            let _ = fs::remove_dir_all(Path::new("/etc/netns").join(name));
+        }
+    }
+    // Only when it is empty.
+    let _ = fs::remove_dir("/etc/netns");
 }
 
 /// Runs a command; what it says.

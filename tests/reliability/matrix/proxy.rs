@@ -206,6 +206,7 @@ impl<'a> Link<'a> {
                 drip(&mut self.program, response)?;
                 Ok(Next::Packet)
             }
+            Fault::Endless => self.send_endlessly(response),
             Fault::SlowDrip => {
                 self.drip_slowly(response)?;
                 Ok(Next::Packet)
@@ -259,6 +260,31 @@ impl<'a> Link<'a> {
                 break;
             }
         }
+        Ok(Next::End)
+    }
+
+    /// Lets requests through, and sends bytes as long as the program is there.
+    fn send_endlessly(&mut self, response: &[u8]) -> std::io::Result<Next> {
+        let mut bytes = response.to_vec();
+        bytes.resize(response.len() + 4096, 0xA5);
+        self.program.write_all(&bytes)?;
+        self.program.set_nonblocking(true)?;
+        let mut request = [0; 4096];
+        while !self.shared.stops() {
+            match self.program.write(&bytes) {
+                Err(error) if !is_waiting(&error) => break,
+                _ => {}
+            }
+            match self.program.read(&mut request) {
+                Ok(0) => {}
+                Ok(count) => self.controller.write_all(&request[..count])?,
+                Err(error) if is_waiting(&error) => {}
+                Err(_) => break,
+            }
+        }
+        // What was sent last is read and answered before the connection ends.
+        self.controller.shutdown(Shutdown::Write)?;
+        while !self.shared.stops() && !matches!(self.controller.read(&mut request), Ok(0)) {}
         Ok(Next::End)
     }
 

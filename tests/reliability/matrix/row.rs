@@ -99,6 +99,16 @@ pub(crate) type Run = Box<dyn FnOnce() -> Result<Outcome, Skipped> + Send>;
 /// What the tests of a row found.
 pub(crate) type Findings = Arc<Mutex<Vec<Outcome>>>;
 
+/// When the tests of a row run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Turn {
+    /// First, because they take long.
+    First,
+    WithOthers,
+    /// At the end and without others, which they would disturb.
+    Alone,
+}
+
 /// A line of the table.
 pub(crate) struct Row {
     pub(crate) section: &'static str,
@@ -110,8 +120,7 @@ pub(crate) struct Row {
     pub(crate) by: &'static [By],
     /// The tests, each with what tells it from the row's others.
     pub(crate) tests: Vec<(String, Run)>,
-    /// Whether it would disturb others that run at the same time.
-    pub(crate) alone: bool,
+    pub(crate) turn: Turn,
     /// Why it fails as yet, when it does.
     pub(crate) pending: Option<&'static str>,
     pub(crate) findings: Findings,
@@ -127,7 +136,7 @@ impl Row {
             limit: "–",
             by: &[By::GoesOn],
             tests: Vec::new(),
-            alone: false,
+            turn: Turn::WithOthers,
             pending: None,
             findings: Findings::default(),
         }
@@ -155,8 +164,8 @@ impl Row {
         self
     }
 
-    pub(crate) fn alone(mut self) -> Self {
-        self.alone = true;
+    pub(crate) fn turn(mut self, turn: Turn) -> Self {
+        self.turn = turn;
         self
     }
 

@@ -9,7 +9,7 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
 
 use super::controller::{is_on, txt, Controller, DUTY};
-use super::fake::{closed_port, Client, Fake, Script};
+use super::fake::{closed_port, Client, Deaf, Fake, Script};
 use super::row::{By, Outcome, Row, Seen};
 
 /// How long the camera's start and a frame may take.
@@ -31,6 +31,12 @@ fn camera_rows() -> Vec<Row> {
         .test(|| {
             let (_socket, port) = closed_port();
             Ok(camera(port))
+        });
+    let deaf = Row::new(SECTION, "SYN dropped", "connecting")
+        .sees("`ConnectTimedOut` from `camera_error`", START)
+        .test(|| {
+            let deaf = Deaf::start();
+            Ok(camera(deaf.port()))
         });
     let scripts: [(_, _, _, _, Script); 8] = [
         ("closed", "before the first frame", "`ConnectionClosed`", START, |_| {}),
@@ -74,7 +80,7 @@ fn camera_rows() -> Vec<Row> {
     let flood = Row::new(SECTION, "frames without end", "faster than they are read")
         .sees("nothing: the oldest frames are dropped", "–")
         .test(|| Ok(flood()));
-    [refused].into_iter().chain(rows).chain([flood]).collect()
+    [refused, deaf].into_iter().chain(rows).chain([flood]).collect()
 }
 
 fn i2c_rows() -> Vec<Row> {
@@ -85,6 +91,12 @@ fn i2c_rows() -> Vec<Row> {
         .test(|| {
             let (_socket, port) = closed_port();
             Ok(i2c(port))
+        });
+    let deaf = Row::new(SECTION, "SYN dropped", "connecting")
+        .sees("`ConnectTimedOut`", "the connect limit (1 s)")
+        .test(|| {
+            let deaf = Deaf::start();
+            Ok(i2c(deaf.port()))
         });
     let scripts: [(_, _, _, _, Script); 6] = [
         ("stalled", "instead of a response", "`NoAnswer`", READ, |client| client.hold()),
@@ -124,7 +136,7 @@ fn i2c_rows() -> Vec<Row> {
             let other = txt().start().unwrap();
             Ok(i2c(other.i2c_port()))
         });
-    [refused].into_iter().chain(rows).chain([no_device]).collect()
+    [refused, deaf].into_iter().chain(rows).chain([no_device]).collect()
 }
 
 fn header() -> CameraFrameHeader {

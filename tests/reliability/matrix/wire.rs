@@ -21,6 +21,8 @@ const READ_LIMIT: Duration = Duration::from_secs(1);
 const NO_ANSWER: (&str, &str) = ("`NoAnswer` with the command", "the read limit (1 s)");
 const CLOSED: (&str, &str) = ("`ConnectionClosed` with the command", "at once");
 
+const WRONG_SIZE: (&str, &str) = ("`WrongSize` with the packet", "at once");
+
 /// Faults of a response, what the program sees, and what stops motors that run.
 const RESPONSES: &[(Fault, &str, (&str, &str), By)] = &[
     (Fault::Fin, "FIN instead of the response", CLOSED, By::Close),
@@ -33,12 +35,8 @@ const RESPONSES: &[(Fault, &str, (&str, &str), By)] = &[
     (Fault::Drip, "a response one byte at a time", ("nothing", "–"), By::Exchange),
     (Fault::SlowDrip, "one byte at a time, too slowly", NO_ANSWER, By::Exchange),
     (Fault::WrongId, "a wrong id", ("`WrongId` with the packet", "at once"), By::Exchange),
-    (
-        Fault::Surplus,
-        "surplus bytes behind the response",
-        ("`WrongSize` with the packet", "at once"),
-        By::Exchange,
-    ),
+    (Fault::Surplus, "surplus bytes behind the response", WRONG_SIZE, By::Exchange),
+    (Fault::Endless, "bytes without end behind the response", WRONG_SIZE, By::Exchange),
 ];
 
 /// Faults of the response to an exchange.
