@@ -41,7 +41,7 @@ pub(crate) fn rows() -> Vec<Row> {
             .by(&[By::NeverOn])
             .test(|| begin_in_vain(CONTROLLER)),
         Row::new(SECTION, "silent name servers", "`begin_transfer` by a name")
-            .sees("`HostNotFound` or `ConnectTimedOut`", "the connect limit (1 s)")
+            .sees("`LookupTimedOut`", "the connect limit (1 s)")
             .by(&[By::NeverOn])
             .pending("resolving has no limit")
             .test(|| begin_in_vain("txt.example.org")),

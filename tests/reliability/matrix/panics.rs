@@ -24,7 +24,10 @@ const ON_PURPOSE: &str = "on purpose";
 pub(crate) fn be_quiet() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
-        if !panic_text(info.payload()).starts_with(ON_PURPOSE) && !info.payload().is::<Mine>() {
+        let text = panic_text(info.payload());
+        // A scope says so of its threads.
+        let is_ours = text.starts_with(ON_PURPOSE) || text == "a scoped thread panicked";
+        if !is_ours && !info.payload().is::<Mine>() {
             print(info);
         }
     }));
@@ -75,12 +78,30 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "panic", "in the thread that owns the handler")
             .sees(SEES, "the exchange under way")
             .by(&[By::Exchange])
-            .test(|| Ok(in_owner())),
+            .test(|| {
+                Ok(in_owner(|handler| {
+                    let _handler = handler;
+                    panic!("{ON_PURPOSE}");
+                }))
+            }),
+        Row::new(SECTION, "panic", "in a scoped thread that shares the handler by reference")
+            .sees(SEES, "the end of the scope")
+            .by(&[By::Exchange])
+            .test(|| {
+                Ok(in_owner(|handler| {
+                    thread::scope(|scope| {
+                        scope.spawn(|| {
+                            drop(handler.lock());
+                            panic!("{ON_PURPOSE}");
+                        });
+                    });
+                }))
+            }),
         Row::new(SECTION, "panic", "in a thread that shares a handle by `Arc`, between two guards")
             .sees("nothing: the thread's end can't be seen", "–")
             .test(|| Ok(between_guards())),
         Row::new(SECTION, "panic", "in the transfer thread")
-            .sees("`Thread` or `ProgramPanicked`", "at once")
+            .sees("`Thread`", "at once")
             .by(&[By::Exchange])
             .test(|| {
                 Ok(run(|handler| {
@@ -147,14 +168,12 @@ fn run(panic: fn(&TransferAreaComHandler)) -> Outcome {
     Outcome { seen, soon: Some(soon), by, stopped }
 }
 
-fn in_owner() -> Outcome {
+/// The handler's owner is a thread that panics.
+fn in_owner(panic: fn(TransferAreaComHandler)) -> Outcome {
     let (controller, handler) = start();
     let area = handler.transfer_area();
     let struck = Instant::now();
-    in_thread(move || {
-        let _handler = handler;
-        panic!("{ON_PURPOSE}");
-    });
+    in_thread(move || panic(handler));
     let error = area.wait_cycle().unwrap_err();
     let soon = struck.elapsed();
     let (by, stopped) = controller.stopped_after(struck);
