@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use nix::unistd::Uid;
 
 use super::child::Child;
-use super::row::{By, Outcome, Row, Seen, Skipped, Turn, MUCH_TOO_LONG};
+use super::row::{By, Outcome, Row, Seen, Skipped, Turn};
 
 const SECTION: &str = "The network (in namespaces; read limit 2 s, idle limit 5 s as by default)";
 
@@ -250,6 +250,5 @@ fn begin_in_vain(host: &str) -> Result<Outcome, Skipped> {
     let (_, begins) = program.hear("begins");
     let (name, begun) = program.hear("begun");
     let soon = begun.duration_since(begins).unwrap_or_default();
-    assert!(soon < MUCH_TOO_LONG, "it took {soon:?}");
     Ok(Outcome { seen: Seen::Named(name), soon: Some(soon), by: By::NeverOn, stopped: None })
 }

@@ -12,7 +12,7 @@ use super::controller::{is_on, txt, Controller, IDLE_LIMIT};
 use super::fault::{Fault, Strike};
 use super::packets::Place;
 use super::proxy::Proxy;
-use super::row::{By, Outcome, Row, Seen, MUCH_TOO_LONG};
+use super::row::{By, Outcome, Row, Seen, MARGIN};
 
 const SECTION: &str = "The process";
 
@@ -137,7 +137,7 @@ fn signalled(place: Place) -> Outcome {
     let (name, _) = loop {
         match ended.recv_timeout(Duration::from_millis(100)) {
             Ok(ended) => break ended,
-            Err(_) => assert!(begin.elapsed() < MUCH_TOO_LONG, "the limit is not kept"),
+            Err(_) => assert!(begin.elapsed() < 2 * MARGIN, "the limit is not kept"),
         }
         signal(id, Signal::SIGINT);
     };

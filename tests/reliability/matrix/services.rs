@@ -176,7 +176,7 @@ struct Program {
 impl Program {
     fn start(camera_port: u16, i2c_port: u16) -> Self {
         let controller = Controller::start(txt());
-        let limits = TimeLimits { read: LIMIT, ..TimeLimits::default() };
+        let limits = TimeLimits { connect: LIMIT, read: LIMIT, ..TimeLimits::default() };
         let builder = controller.handler().time_limits(limits);
         let mut handler = builder.camera_port(camera_port).i2c_port(i2c_port).build().unwrap();
         handler.lock()[0].output.duty[0] = DUTY;
