@@ -1,0 +1,14 @@
+//! The fault matrix of `docs/reliability.md`, on Linux. [`matrix`] tells more.
+
+#[cfg(target_os = "linux")]
+mod matrix;
+
+#[cfg(target_os = "linux")]
+fn main() -> std::process::ExitCode {
+    matrix::main()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn main() {
+    println!("skipped: the fault matrix needs Linux");
+}

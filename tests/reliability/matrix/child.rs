@@ -1,0 +1,237 @@
+//! This program once more, in another role, as a child process.
+
+use std::io::{self, BufRead, BufReader, Write};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::process::{self, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
+use nix::sys::resource::{setrlimit, Resource};
+use nix::sys::signal::{SigSet, Signal};
+use nix::unistd::{setuid, Uid};
+
+use super::controller::{Controller, DUTY};
+use super::row::{name_of, By};
+
+/// The role of a child process, with what it has to know, separated by spaces.
+const ROLE: &str = "RELIABILITY_ROLE";
+
+/// A user who may start no more threads than its limit allows, unlike root.
+const NOBODY: u32 = 65_534;
+
+/// A child process that says what it sees, a line each.
+pub(crate) struct Child {
+    pub(crate) process: process::Child,
+    /// Its end tells a program to end its transfer.
+    pub(crate) stdin: Option<ChildStdin>,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Child {
+    /// Starts this program in a role.
+    pub(crate) fn start(role: &str) -> Self {
+        Self::start_by(Command::new(std::env::current_exe().unwrap()), role)
+    }
+
+    /// Starts it by a command that runs it.
+    pub(crate) fn start_by(mut command: Command, role: &str) -> Self {
+        let mut process =
+            command.env(ROLE, role).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let stdin = process.stdin.take();
+        let lines = BufReader::new(process.stdout.take().unwrap());
+        Self { process, stdin, lines }
+    }
+
+    /// What it says next: a word, something about it, and when.
+    pub(crate) fn hear(&mut self, word: &str) -> (String, SystemTime) {
+        let mut line = String::new();
+        self.lines.read_line(&mut line).unwrap();
+        let [first, about, micros] = line.split_whitespace().collect::<Vec<_>>()[..] else {
+            panic!("the child says {line:?}, not {word:?}");
+        };
+        assert_eq!(first, word, "the child says {line:?}");
+        (about.to_owned(), UNIX_EPOCH + Duration::from_micros(micros.parse().unwrap()))
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        // It has ended already unless a test failed.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Says something to the parent.
+fn say(word: &str, about: &str, when: SystemTime) {
+    let micros = when.duration_since(UNIX_EPOCH).unwrap().as_micros();
+    println!("{word} {about} {micros}");
+    io::stdout().flush().unwrap();
+}
+
+fn say_now(word: &str, about: &str) {
+    say(word, about, SystemTime::now());
+}
+
+fn say_result<T>(word: &str, result: &Result<T, Error>) {
+    say_now(word, &result.as_ref().err().map_or("Ok".to_owned(), name_of));
+}
+
+pub(crate) fn role() -> Option<String> {
+    std::env::var(ROLE).ok()
+}
+
+pub(crate) fn play(role: &str) {
+    let words: Vec<&str> = role.split(' ').collect();
+    match words[..] {
+        ["program", host, port, read] => program(host, number(port), number(read)),
+        ["begin", host, port] => begin(host, number(port)),
+        ["signalled", port] => signalled(number(port)),
+        ["controller", port] => controller(number(port)),
+        ["no-descriptor", port] => {
+            leave_no_descriptor();
+            begin("127.0.0.1", number(port));
+        }
+        ["no-thread", port] => {
+            leave_no_thread();
+            begin("127.0.0.1", number(port));
+        }
+        ["no-descriptor-amid", port] => amid(number(port), leave_no_descriptor),
+        ["no-thread-amid", port] => amid(number(port), leave_no_thread),
+        _ => panic!("there is no role {role:?}"),
+    }
+}
+
+fn number<T: std::str::FromStr>(text: &str) -> T {
+    text.parse().unwrap_or_else(|_| panic!("{text:?} is no number"))
+}
+
+/// A handler with a motor on.
+fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler {
+    let handler = TransferAreaComHandler::builder(host).port(port).time_limits(limits);
+    let handler = handler.build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler
+}
+
+/// Runs a motor until there is an error or the parent wants the end.
+fn program(host: &str, port: u16, read_ms: u64) {
+    let limits = TimeLimits { read: Duration::from_millis(read_ms), ..TimeLimits::default() };
+    let mut handler = handler(host, port, limits);
+    handler.begin_transfer().unwrap();
+    drop(handler.wait_cycle().unwrap());
+    say_now("begun", "Ok");
+    let is_wanted = Arc::new(AtomicBool::new(true));
+    let flag = Arc::clone(&is_wanted);
+    thread::spawn(move || {
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        flag.store(false, Ordering::SeqCst);
+    });
+    while is_wanted.load(Ordering::SeqCst) {
+        if let Err(error) = handler.wait_cycle() {
+            say_now("ended", &name_of(&error));
+            return;
+        }
+    }
+    say_result("ended", &handler.end_transfer());
+}
+
+/// Tries to begin a transfer.
+fn begin(host: &str, port: u16) {
+    let limits = TimeLimits { connect: Duration::from_secs(1), ..TimeLimits::default() };
+    let mut handler = handler(host, port, limits);
+    say_now("begins", "Ok");
+    let result = handler.begin_transfer();
+    say_result("begun", &result);
+}
+
+/// Begins a transfer and waits, while signals come that it handles: in the thread that begins it,
+/// and then in the transfer thread.
+fn signalled(port: u16) {
+    let mut signal = SigSet::empty();
+    signal.add(Signal::SIGINT);
+    // The thread that waits for Ctrl-C is not to get it, so that those do that read.
+    signal.thread_block().unwrap();
+    ctrlc::set_handler(|| {}).unwrap();
+    signal.thread_unblock().unwrap();
+    let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+    let mut handler = handler("127.0.0.1", port, limits);
+    say_now("begins", "Ok");
+    let result = handler.begin_transfer();
+    signal.thread_block().unwrap();
+    while result.is_ok() && handler.wait_cycle().is_ok() {}
+    say_result("ended", &handler.end_transfer());
+}
+
+/// A controller that others reach by all addresses of this machine.
+fn controller(port: u16) {
+    let idle_limit = Duration::from_secs(5);
+    let controller = Controller::with_idle_limit(SimulatedTxt::builder(), idle_limit);
+    let inner = controller.port();
+    let listener = TcpListener::bind((Ipv4Addr::UNSPECIFIED, port)).unwrap();
+    thread::spawn(move || {
+        while let Ok((outer, _)) = listener.accept() {
+            let inner = TcpStream::connect((Ipv4Addr::LOCALHOST, inner)).unwrap();
+            relay(&outer, &inner);
+            relay(&inner, &outer);
+        }
+    });
+    say_now("listens", "Ok");
+    controller.wait_on();
+    let (begin, began) = (Instant::now(), SystemTime::now());
+    let (by, stopped) = controller.stopped_after(begin);
+    let by = match by {
+        By::Exchange => "Exchange",
+        By::StopOnline => "StopOnline",
+        By::Close => "Close",
+        By::IdleLimit => "IdleLimit",
+        By::NeverOn | By::GoesOn => "none",
+    };
+    say("off", by, began + stopped.unwrap_or_default());
+    // The last response may still be on its way.
+    let _ = io::copy(&mut io::stdin(), &mut io::sink());
+}
+
+/// Hands on what comes in, and its end.
+fn relay(from: &TcpStream, to: &TcpStream) {
+    from.set_nodelay(true).unwrap();
+    let (mut from, mut to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
+    thread::spawn(move || {
+        let _ = io::copy(&mut from, &mut to);
+        let _ = to.shutdown(Shutdown::Write);
+    });
+}
+
+/// What of the transfer's helpers fails when something has run out amid it.
+fn amid(port: u16, run_out: fn()) {
+    let mut handler = handler("127.0.0.1", port, TimeLimits::default());
+    handler.begin_transfer().unwrap();
+    say_result("begun", &handler.wait_cycle());
+    run_out();
+    let limits = Duration::from_millis(300);
+    let options = CameraOptions { start_limit: limits, ..CameraOptions::default() };
+    let camera = handler.start_camera(options).map(|frames| for _ in frames {});
+    say_result("camera", &camera.and_then(|()| handler.camera_error().map_or(Ok(()), Err)));
+    say_result("i2c", &handler.i2c());
+    say_result("goes-on", &handler.wait_cycle());
+    say_result("ended", &handler.end_transfer());
+}
+
+/// From now on no file and no connection can be opened.
+fn leave_no_descriptor() {
+    // Standard input, output and error are open.
+    setrlimit(Resource::RLIMIT_NOFILE, 3, 3).unwrap();
+}
+
+/// From now on no thread can be started.
+fn leave_no_thread() {
+    if Uid::effective().is_root() {
+        setuid(Uid::from_raw(NOBODY)).unwrap();
+    }
+    setrlimit(Resource::RLIMIT_NPROC, 0, 0).unwrap();
+}

@@ -1,0 +1,147 @@
+//! A simulated TXT that remembers when its motors ran.
+
+use std::net::Ipv4Addr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+
+use super::row::{By, DEADLINE};
+
+/// The controller's idle limit where it is what stops the motors.
+pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(1);
+
+/// The duty that the programs give to M1.
+pub(crate) const DUTY: i16 = 512;
+
+/// When each exchange came in, and whether it had a duty.
+type Record = Arc<Mutex<Vec<(Instant, bool)>>>;
+
+/// A simulated TXT, and a thread that watches its motors.
+pub(crate) struct Controller {
+    pub(crate) txt: Arc<SimulatedTxt>,
+    idle_limit: Duration,
+    record: Record,
+    finished: Arc<AtomicBool>,
+    /// Tells when the motors were off again.
+    watcher: Mutex<Option<JoinHandle<Option<Instant>>>>,
+}
+
+/// Longer than any test runs.
+const FOREVER: Duration = Duration::from_secs(3600);
+
+/// A simulated TXT at the controller's pace.
+pub(crate) fn txt() -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().idle_limit(FOREVER).camera_start_up(Duration::ZERO)
+}
+
+/// Whether a motor is on.
+pub(crate) fn is_on(machine: &Machine) -> bool {
+    machine.controllers.iter().any(|controller| controller.outputs.duty != [0; 8])
+}
+
+impl Controller {
+    /// One that closes no connection for being idle.
+    pub(crate) fn start(builder: SimulatedTxtBuilder) -> Self {
+        Self::with_idle_limit(builder, FOREVER)
+    }
+
+    pub(crate) fn with_idle_limit(builder: SimulatedTxtBuilder, idle_limit: Duration) -> Self {
+        let record = Record::default();
+        let noted = Arc::clone(&record);
+        let txt = builder
+            .idle_limit(idle_limit)
+            .on_exchange(move |machine| {
+                noted.lock().unwrap().push((Instant::now(), is_on(machine)));
+            })
+            .start()
+            .unwrap();
+        let (txt, finished) = (Arc::new(txt), Arc::new(AtomicBool::new(false)));
+        let watcher = {
+            let (txt, finished) = (Arc::clone(&txt), Arc::clone(&finished));
+            let record = Arc::clone(&record);
+            thread::spawn(move || {
+                let is_finished = || finished.load(Ordering::SeqCst);
+                // They may be on for less than a thread takes to wake.
+                let was_on = || record.lock().unwrap().iter().any(|(_, on)| *on);
+                txt.wait_until(FOREVER, |_| was_on() || is_finished());
+                txt.wait_until(FOREVER, |machine| !is_on(machine) || is_finished());
+                (!is_finished()).then(Instant::now)
+            })
+        };
+        Self { txt, idle_limit, record, finished, watcher: Mutex::new(Some(watcher)) }
+    }
+
+    pub(crate) fn port(&self) -> u16 {
+        self.txt.port()
+    }
+
+    /// Settings for a handler of it.
+    pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
+        TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string()).port(self.port())
+    }
+
+    pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {
+        assert!(self.txt.wait_until(DEADLINE, condition), "{what} did not come about");
+    }
+
+    /// Waits until a motor is on.
+    pub(crate) fn wait_on(&self) {
+        self.wait("a duty", is_on);
+    }
+
+    /// What has stopped the motors for good, and how long after the fault. Waits until the
+    /// client is gone.
+    pub(crate) fn stopped_after(&self, fault: Instant) -> (By, Option<Duration>) {
+        self.wait("motors off and the end of online mode", |machine| {
+            !machine.online() && !is_on(machine)
+        });
+        let off = self.finish();
+        let record = self.record.lock().unwrap().clone();
+        let runs = record.chunk_by(|(_, before), (_, after)| before == after);
+        assert!(runs.filter(|run| run[0].1).count() <= 1, "the motors are on again");
+        let Some(last_on) = record.iter().rposition(|(_, on)| *on) else {
+            return (By::NeverOn, None);
+        };
+        if let Some((off, _)) = record.get(last_on + 1) {
+            return (By::Exchange, Some(off.saturating_duration_since(fault)));
+        }
+        let off = off.expect("motors that were on are off");
+        let last_command = self.txt.with_machine(|machine| machine.commands().last());
+        let by = match last_command {
+            Some(CommandId::StopOnline) => By::StopOnline,
+            _ if off.duration_since(record[last_on].0) >= self.idle_limit => By::IdleLimit,
+            _ => By::Close,
+        };
+        (by, Some(off.saturating_duration_since(fault)))
+    }
+
+    /// Ends the watching; when the motors were off.
+    fn finish(&self) -> Option<Instant> {
+        let watcher = self.watcher.lock().unwrap().take()?;
+        // The watcher finds the motors off first, if it has not yet.
+        let begin = Instant::now();
+        let was_on = self.record.lock().unwrap().iter().any(|(_, on)| *on);
+        while was_on && !watcher.is_finished() && begin.elapsed() < DEADLINE {
+            thread::sleep(Duration::from_millis(1));
+        }
+        self.finished.store(true, Ordering::SeqCst);
+        // Wakes it.
+        self.txt.with_machine(|_| ());
+        watcher.join().unwrap()
+    }
+}
+
+impl Drop for Controller {
+    fn drop(&mut self) {
+        self.finished.store(true, Ordering::SeqCst);
+        self.txt.with_machine(|_| ());
+        if let Some(watcher) = self.watcher.get_mut().ok().and_then(Option::take) {
+            let _ = watcher.join();
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Ends that the program wants, at the worst moment.
+
+use std::sync::mpsc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::{Error, TimeLimits, TransferArea, TransferAreaComHandler};
+
+use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
+
+const SECTION: &str = "The program's own end";
+
+type End = fn(TransferAreaComHandler);
+
+const ENDS: [(&str, End); 2] =
+    [("`end_transfer`", |mut handler| drop(handler.end_transfer())), ("drop of the handler", drop)];
+
+pub(crate) fn rows() -> Vec<Row> {
+    const EXCHANGES: &str = "two exchanges";
+    let mut rows = Vec::new();
+    for (text, end) in ENDS {
+        let row = |place| Row::new(SECTION, text, place);
+        rows.push(
+            row("amid eight waiters")
+                .sees("`NotStarted` in each wait", EXCHANGES)
+                .by(&[By::Exchange])
+                .test(move || Ok(amid_waiters(end))),
+        );
+        rows.push(
+            row("while another thread holds a guard")
+                .sees("`NotStarted` in each wait", "the guard")
+                .by(&[By::Exchange])
+                .test(move || Ok(under_guard(end))),
+        );
+        rows.push(
+            row("in silence")
+                .sees("`NoAnswer` in each wait", "the read limit (1 s) and 0.5 s")
+                .by(&[By::IdleLimit])
+                .test(move || Ok(in_silence(end))),
+        );
+    }
+    rows.push(
+        Row::new(SECTION, "FIN", "while another thread holds a guard")
+            .sees("`ConnectionClosed` in each wait", "at once by `is_running`")
+            .by(&[By::Close])
+            .test(|| Ok(lost_under_guard())),
+    );
+    rows
+}
+
+/// Threads in `wait_cycle` and `wait_until`, and the error that each of them sees.
+fn waiters(area: &TransferArea) -> Vec<JoinHandle<Error>> {
+    let (begun, has_begun) = mpsc::channel();
+    let waiters = (0..8).map(|number| {
+        let (area, begun) = (area.clone(), begun.clone());
+        thread::spawn(move || {
+            begun.send(()).unwrap();
+            match number % 2 {
+                0 => loop {
+                    if let Err(error) = area.wait_cycle() {
+                        return error;
+                    }
+                },
+                _ => area.wait_until(|_| false, 2 * DEADLINE).map(drop).unwrap_err(),
+            }
+        })
+    });
+    let waiters = waiters.collect();
+    (0..8).for_each(|_| has_begun.recv().unwrap());
+    waiters
+}
+
+/// The one error that all waiters see.
+fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
+    let errors: Vec<Error> = waiters.into_iter().map(|waiter| waiter.join().unwrap()).collect();
+    assert!(errors.iter().all(|error| *error == errors[0]), "{errors:?}");
+    errors[0].clone()
+}
+
+/// A program with a motor on.
+fn start(controller: &Controller, port: u16) -> TransferAreaComHandler {
+    let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+    let mut handler = controller.handler().port(port).time_limits(limits).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    handler
+}
+
+fn amid_waiters(end: End) -> Outcome {
+    let controller = Controller::start(txt());
+    let handler = start(&controller, controller.port());
+    controller.wait_on();
+    let waiters = waiters(&handler.transfer_area());
+    let struck = Instant::now();
+    end(handler);
+    let error = error_of(waiters);
+    let soon = struck.elapsed();
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+/// The motors stop while the guard is still held.
+fn under_guard(end: End) -> Outcome {
+    let controller = Controller::start(txt());
+    let handler = start(&controller, controller.port());
+    controller.wait_on();
+    let area = handler.transfer_area();
+    let (sender, receiver) = mpsc::channel();
+    let (let_go, is_let_go) = mpsc::channel::<()>();
+    let holder = thread::spawn(move || {
+        let mut guard = area.lock();
+        sender.send(()).unwrap();
+        let _ = is_let_go.recv();
+        guard[LOCAL_IO].output.duty[0] = DUTY;
+        drop(guard);
+        loop {
+            // The last exchange's response may be waited for.
+            if let Err(error) = area.wait_cycle() {
+                return error;
+            }
+        }
+    });
+    receiver.recv().unwrap();
+    let struck = Instant::now();
+    let ending = thread::spawn(move || end(handler));
+    controller.wait("the end of online mode", |machine| !machine.online());
+    let_go.send(()).unwrap();
+    let error = holder.join().unwrap();
+    ending.join().unwrap();
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Error(error), soon: None, by, stopped }
+}
+
+/// Who waits for a response learns of the end though the areas are locked.
+fn lost_under_guard() -> Outcome {
+    let controller = Controller::start(txt());
+    let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
+    let proxy = Proxy::start(controller.port(), strike);
+    let mut handler = start(&controller, proxy.port());
+    let area = handler.transfer_area();
+    let guard = handler.lock();
+    // Under a guard nobody gets the areas, so only the end of the transfer ends this.
+    let waiting =
+        thread::spawn(move || area.wait_until(|_| false, DEADLINE).map(drop).unwrap_err());
+    proxy.wait_struck();
+    while handler.is_running() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let soon = proxy.struck().elapsed();
+    drop(guard);
+    let error = waiting.join().unwrap();
+    assert_eq!(handler.end_transfer(), Err(error.clone()));
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+/// The controller has fallen silent a moment ago.
+fn in_silence(end: End) -> Outcome {
+    let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
+    let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Cut };
+    let proxy = Proxy::start(controller.port(), strike);
+    let handler = start(&controller, proxy.port());
+    let waiters = waiters(&handler.transfer_area());
+    proxy.wait_struck();
+    end(handler);
+    let error = error_of(waiters);
+    let soon = proxy.struck().elapsed();
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}

@@ -1,0 +1,198 @@
+//! Load, restarts, and what comes and goes.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::{FirmwareVersion, TimeLimits, TransferAreaComHandler};
+
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE};
+
+const SECTION: &str = "Load and change";
+
+/// How often a transfer is begun and ended.
+const TRANSFERS: usize = 10_000;
+
+/// How many programs do so at a time.
+const PROGRAMS: usize = 16;
+
+pub(crate) fn rows() -> Vec<Row> {
+    vec![
+        Row::new(SECTION, "an extension comes and goes", "beside four busy threads")
+            .sees("nothing: `io_slave_alive` follows, and so do its outputs", "–")
+            .test(|| Ok(extension())),
+        Row::new(SECTION, "the controller is restarted", "with other firmware")
+            .sees("`ConnectionClosed`, then the new version", "at once")
+            .by(&[By::Close])
+            .test(|| Ok(restart())),
+        Row::new(SECTION, "16 busy threads", "beside the program, for 200 exchanges")
+            .sees("nothing", "–")
+            .turn(Turn::Alone)
+            .test(|| Ok(busy())),
+        Row::new(SECTION, "FIN", "beside 16 busy threads")
+            .sees("`ConnectionClosed`", "the processor")
+            .by(&[By::Close])
+            .turn(Turn::Alone)
+            .test(|| Ok(fin_beside_busy_threads())),
+        Row::new(SECTION, "10 000 transfers", "begun and ended")
+            .sees("nothing: no thread and no descriptor is left", "–")
+            .by(&[By::Exchange])
+            .turn(Turn::Alone)
+            .test(|| Ok(many_transfers())),
+    ]
+}
+
+/// Threads that never rest.
+struct Busy {
+    stopping: Arc<AtomicBool>,
+    threads: Vec<thread::JoinHandle<()>>,
+}
+
+impl Busy {
+    fn start(count: usize) -> Self {
+        let stopping = Arc::new(AtomicBool::new(false));
+        let spin = |_| {
+            let stopping = Arc::clone(&stopping);
+            thread::spawn(move || while !stopping.load(Ordering::Relaxed) {})
+        };
+        let threads = (0..count).map(spin).collect();
+        Self { stopping, threads }
+    }
+}
+
+impl Drop for Busy {
+    fn drop(&mut self) {
+        self.stopping.store(true, Ordering::Relaxed);
+        self.threads.drain(..).for_each(|thread| thread.join().unwrap());
+    }
+}
+
+/// A program with a motor on. Its limit is for a machine that has better things to do.
+fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHandler {
+    let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
+    let builder = controller.handler().port(port).areas(areas).time_limits(limits);
+    let mut handler = builder.build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    controller.wait_on();
+    handler
+}
+
+fn goes_on(controller: &Controller, mut handler: TransferAreaComHandler) -> Outcome {
+    assert!(controller.txt.with_machine(|machine| is_on(machine)));
+    let seen = handler.end_transfer().err().map_or(Seen::Nothing, Seen::Error);
+    Outcome { seen, soon: None, by: By::GoesOn, stopped: None }
+}
+
+fn extension() -> Outcome {
+    let controller = Controller::start(txt().extensions(1));
+    let handler = start(&controller, controller.port(), 2);
+    handler.lock()[REMOTE_IO_1].output.duty[2] = DUTY;
+    let _busy = Busy::start(4);
+    for round in 0..20 {
+        let alive = round % 2 != 0;
+        controller.txt.with_machine(|machine| machine.alive[0] = alive);
+        let follows = handler
+            .wait_until(|areas| (areas[LOCAL_IO].state.io_slave_alive[0] != 0) == alive, DEADLINE);
+        drop(follows.unwrap());
+        let duty = if alive { DUTY } else { 0 };
+        controller
+            .wait("the extension's duty", |machine| machine.controllers[1].outputs.duty[2] == duty);
+    }
+    goes_on(&controller, handler)
+}
+
+fn restart() -> Outcome {
+    let (old, new) = (FirmwareVersion::new(4, 1, 6), FirmwareVersion::new(4, 7, 0));
+    let controller = Controller::start(txt().firmware(old));
+    let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
+    let proxy = Proxy::start(controller.port(), strike);
+    let mut handler = start(&controller, proxy.port(), 1);
+    assert_eq!(handler.version(), Some(old));
+    let error = loop {
+        if let Err(error) = handler.wait_cycle() {
+            break error;
+        }
+    };
+    let soon = proxy.struck().elapsed();
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    drop(controller);
+    assert!(handler.begin_transfer().is_err(), "there is no controller");
+    let controller = Controller::start(txt().firmware(new));
+    proxy.lead_to(controller.port());
+    assert_eq!(handler.begin_transfer(), Ok(()));
+    assert_eq!(handler.version(), Some(new));
+    for _ in 0..5 {
+        drop(handler.wait_cycle().unwrap());
+    }
+    assert!(!controller.txt.with_machine(|machine| is_on(machine)), "the motor is on again");
+    assert_eq!(handler.end_transfer(), Ok(()));
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+fn busy() -> Outcome {
+    let controller = Controller::start(txt());
+    let handler = start(&controller, controller.port(), 1);
+    let _busy = Busy::start(16);
+    for _ in 0..200 {
+        drop(handler.wait_cycle().unwrap());
+    }
+    goes_on(&controller, handler)
+}
+
+fn fin_beside_busy_threads() -> Outcome {
+    let controller = Controller::start(txt());
+    let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
+    let proxy = Proxy::start(controller.port(), strike);
+    let _busy = Busy::start(16);
+    let handler = start(&controller, proxy.port(), 1);
+    let error = loop {
+        if let Err(error) = handler.wait_cycle() {
+            break error;
+        }
+    };
+    let soon = proxy.struck().elapsed();
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+fn many_transfers() -> Outcome {
+    let before = left_open();
+    thread::scope(|scope| {
+        for _ in 0..PROGRAMS {
+            scope.spawn(|| {
+                let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
+                let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+                let mut handler = builder.build().unwrap();
+                for _ in 0..TRANSFERS / PROGRAMS {
+                    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+                    handler.begin_transfer().unwrap();
+                    drop(handler.wait_cycle().unwrap());
+                    handler.end_transfer().unwrap();
+                }
+                assert!(!txt.with_machine(|machine| is_on(machine)));
+            });
+        }
+    });
+    // The system removes a thread from its list a moment after it was joined.
+    let begin = Instant::now();
+    while left_open().iter().zip(&before).any(|(after, before)| after > before) {
+        assert!(begin.elapsed() < DEADLINE, "{before:?} before, {:?} after", left_open());
+        thread::sleep(Duration::from_millis(1));
+    }
+    Outcome { seen: Seen::Nothing, soon: None, by: By::Exchange, stopped: None }
+}
+
+/// How many threads and files this process has, where the system tells.
+fn left_open() -> [usize; 2] {
+    ["task", "fd"].map(|what| {
+        std::fs::read_dir(format!("/proc/self/{what}")).map_or(0, |entries| entries.count())
+    })
+}

@@ -1,0 +1,230 @@
+//! Panics of the program.
+
+use std::ops::ControlFlow;
+use std::panic::{self, catch_unwind, panic_any, AssertUnwindSafe};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::{Error, EventKind, TransferAreaComHandler};
+
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
+
+const SECTION: &str = "Panics";
+
+/// How a panic that belongs to a test begins.
+const ON_PURPOSE: &str = "on purpose";
+
+/// Leaves the panics that belong to tests out of what is printed.
+pub(crate) fn be_quiet() {
+    let print = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        let text = panic_text(info.payload());
+        // A scope says so of its threads.
+        let is_ours = text.starts_with(ON_PURPOSE) || text == "a scoped thread panicked";
+        if !is_ours && !info.payload().is::<Mine>() {
+            print(info);
+        }
+    }));
+}
+
+pub(crate) fn rows() -> Vec<Row> {
+    const SEES: &str = "`ProgramPanicked`";
+    let row = |place, panic: fn(&TransferAreaComHandler)| {
+        Row::new(SECTION, "panic", place)
+            .sees(SEES, "the exchange under way")
+            .by(&[By::Exchange])
+            .test(move || Ok(run(panic)))
+    };
+    vec![
+        row("under a guard", |handler| {
+            let area = handler.transfer_area();
+            in_thread(move || {
+                let _guard = area.lock();
+                panic!("{ON_PURPOSE}");
+            });
+        }),
+        row("under a guard, caught by its own thread", |handler| {
+            let _ = catch_unwind(AssertUnwindSafe(|| {
+                let _guard = handler.lock();
+                panic!("{ON_PURPOSE}");
+            }));
+        }),
+        row("in a wait's condition", |handler| {
+            let area = handler.transfer_area();
+            in_thread(move || drop(area.wait_until(|_| panic!("{ON_PURPOSE}"), DEADLINE)));
+        }),
+        row("in a hook", |handler| handler.set_cycle_hook(|_| panic!("{ON_PURPOSE}"))),
+        row("in a thread that owns a handle", |handler| {
+            let area = handler.transfer_area();
+            in_thread(move || {
+                let _area = area;
+                panic!("{ON_PURPOSE}");
+            });
+        }),
+        row("in a listener's thread", |handler| {
+            let events = handler.events(&EventKind::ALL, 10).unwrap();
+            in_thread(move || {
+                let _events = events;
+                panic!("{ON_PURPOSE}");
+            });
+        })
+        .pending("a listener's panic stops nothing"),
+        Row::new(SECTION, "panic", "in the thread that owns the handler")
+            .sees(SEES, "the exchange under way")
+            .by(&[By::Exchange])
+            .test(|| {
+                Ok(in_owner(|handler| {
+                    let _handler = handler;
+                    panic!("{ON_PURPOSE}");
+                }))
+            }),
+        Row::new(SECTION, "panic", "in a scoped thread that shares the handler by reference")
+            .sees(SEES, "the end of the scope")
+            .by(&[By::Exchange])
+            .test(|| {
+                Ok(in_owner(|handler| {
+                    thread::scope(|scope| {
+                        scope.spawn(|| {
+                            drop(handler.lock());
+                            panic!("{ON_PURPOSE}");
+                        });
+                    });
+                }))
+            }),
+        Row::new(SECTION, "panic", "in a thread that shares a handle by `Arc`, between two guards")
+            .sees("nothing: the thread's end can't be seen", "–")
+            .test(|| Ok(between_guards())),
+        Row::new(SECTION, "panic", "in the transfer thread")
+            .sees("`Thread`", "at once")
+            .by(&[By::Exchange])
+            .test(|| {
+                Ok(run(|handler| {
+                    handler.set_cycle_hook(|_| -> ControlFlow<()> { panic_any(Mine) })
+                }))
+            }),
+        Row::new(SECTION, "panic", "under a guard while `begin_transfer` is under way")
+            .sees(SEES, "the handshake")
+            .by(&[By::NeverOn])
+            .pending("such a panic is forgotten")
+            .test(|| Ok(while_beginning())),
+    ]
+}
+
+/// A panic whose payload panics once more when it is dropped, so that it strikes whoever catches
+/// the first.
+struct Mine;
+
+impl Drop for Mine {
+    fn drop(&mut self) {
+        if !thread::panicking() {
+            panic!("{ON_PURPOSE}, when it is dropped");
+        }
+    }
+}
+
+fn in_thread(run: impl FnOnce() + Send + 'static) {
+    assert!(thread::spawn(run).join().is_err(), "it does not panic");
+}
+
+/// A program with a motor on.
+fn start() -> (Controller, TransferAreaComHandler) {
+    let controller = Controller::start(txt());
+    let mut handler = controller.handler().build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    controller.wait_on();
+    (controller, handler)
+}
+
+/// What the program sees next: an error within a second, or nothing.
+fn watch(handler: &TransferAreaComHandler) -> Seen {
+    let begin = Instant::now();
+    while begin.elapsed() < Duration::from_secs(1) {
+        if let Err(error) = handler.wait_cycle() {
+            return Seen::Error(error);
+        }
+    }
+    Seen::Nothing
+}
+
+fn run(panic: fn(&TransferAreaComHandler)) -> Outcome {
+    let (controller, mut handler) = start();
+    let struck = Instant::now();
+    panic(&handler);
+    let seen = watch(&handler);
+    let soon = struck.elapsed();
+    if let Seen::Error(error) = &seen {
+        assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+    }
+    drop(handler);
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen, soon: Some(soon), by, stopped }
+}
+
+/// The handler's owner is a thread that panics.
+fn in_owner(panic: fn(TransferAreaComHandler)) -> Outcome {
+    let (controller, handler) = start();
+    let area = handler.transfer_area();
+    let struck = Instant::now();
+    in_thread(move || panic(handler));
+    let error = area.wait_cycle().unwrap_err();
+    let soon = struck.elapsed();
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+fn between_guards() -> Outcome {
+    let (controller, mut handler) = start();
+    let shared = Arc::new(handler.transfer_area());
+    let theirs = Arc::clone(&shared);
+    in_thread(move || {
+        drop(theirs.lock());
+        panic!("{ON_PURPOSE}");
+    });
+    let seen = watch(&handler);
+    let goes_on = controller.txt.with_machine(|machine| is_on(machine));
+    let by = if goes_on { By::GoesOn } else { By::Exchange };
+    let _ = handler.end_transfer();
+    Outcome { seen, soon: None, by, stopped: None }
+}
+
+/// The handshake takes a while, in which another thread leaves half of what it wants written.
+fn while_beginning() -> Outcome {
+    let controller = Controller::start(txt());
+    let strike = Strike { place: Place::StartOnline, in_request: false, fault: Fault::SlowDrip };
+    let proxy = Proxy::start(controller.port(), strike);
+    let mut handler = controller.handler().port(proxy.port()).build().unwrap();
+    let area = handler.transfer_area();
+    let struck = thread::scope(|scope| {
+        let panicking = scope.spawn(|| {
+            proxy.wait_struck();
+            let struck = Instant::now();
+            let panicked = catch_unwind(AssertUnwindSafe(|| {
+                let mut guard = area.lock();
+                guard[LOCAL_IO].output.duty[0] = DUTY;
+                panic!("{ON_PURPOSE}");
+            }));
+            panicked.unwrap_err();
+            struck
+        });
+        let _ = handler.begin_transfer();
+        panicking.join().unwrap()
+    });
+    drop(handler.lock());
+    let seen = watch(&handler);
+    let soon = struck.elapsed();
+    let end = handler.end_transfer();
+    if let Seen::Error(error) = &seen {
+        assert_eq!(end, Err::<(), Error>(error.clone()), "the error stays");
+    }
+    drop(handler);
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen, soon: Some(soon), by, stopped }
+}

@@ -1,0 +1,172 @@
+//! What the system does to the program's process.
+
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use nix::sys::signal::{kill, Signal};
+use nix::unistd::Pid;
+
+use super::child::Child;
+use super::controller::{is_on, txt, Controller, IDLE_LIMIT};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, MARGIN};
+
+const SECTION: &str = "The process";
+
+pub(crate) fn rows() -> Vec<Row> {
+    let killed = |fault, signal| {
+        Row::new(SECTION, fault, "amid exchanges")
+            .sees("nothing: it is gone", "–")
+            .by(&[By::Close])
+            .test(move || Ok(killed_by(signal)))
+    };
+    vec![
+        killed("killed (SIGKILL)", Signal::SIGKILL),
+        killed("terminated (SIGTERM)", Signal::SIGTERM),
+        killed("interrupted (SIGINT)", Signal::SIGINT),
+        killed("aborted (SIGABRT)", Signal::SIGABRT),
+        Row::new(SECTION, "stopped (SIGSTOP) and continued", "for 0.3 s")
+            .sees("nothing", "–")
+            .test(|| Ok(stopped_for_a_moment())),
+        Row::new(
+            SECTION,
+            "stopped (SIGSTOP) and continued",
+            "for longer than the idle limit (1 s)",
+        )
+        .sees("`ConnectionClosed` or `NoAnswer`", "its continuing")
+        .by(&[By::IdleLimit])
+        .test(|| Ok(stopped_for_long())),
+        Row::new(SECTION, "a handled signal every 100 ms, and silence", "`begin_transfer`")
+            .sees("`NoAnswer`", "the read limit (1 s)")
+            .by(&[By::NeverOn])
+            .pending("signals defeat the limit")
+            .test(|| Ok(signalled(Place::QueryStatus))),
+        Row::new(SECTION, "a handled signal every 100 ms, and silence", "amid exchanges")
+            .sees("`NoAnswer`", "the read limit (1 s) and 0.5 s")
+            .by(&[By::IdleLimit])
+            .pending("signals defeat the limit")
+            .test(|| Ok(signalled(Place::Exchange))),
+        Row::new(SECTION, "no descriptor left", "`begin_transfer`")
+            .sees("`ConnectFailed`", "at once")
+            .by(&[By::NeverOn])
+            .test(|| Ok(cannot_begin("no-descriptor"))),
+        Row::new(SECTION, "no descriptor left", "`start_camera`, `i2c` amid exchanges")
+            .sees("`ConnectFailed`", "the start limit")
+            .test(|| Ok(amid("no-descriptor-amid", ["ConnectFailed", "ConnectFailed"]))),
+        Row::new(SECTION, "no thread left", "`begin_transfer`")
+            .sees("`Thread`", "the handshake")
+            .by(&[By::NeverOn])
+            .test(|| Ok(cannot_begin("no-thread"))),
+        Row::new(SECTION, "no thread left", "`start_camera` amid exchanges")
+            .sees("`Thread`", "at once")
+            .test(|| Ok(amid("no-thread-amid", ["Thread", "Ok"]))),
+    ]
+}
+
+/// A child process with a motor on.
+fn start(controller: &Controller) -> Child {
+    let mut child = Child::start(&format!("program 127.0.0.1 {} 20000", controller.port()));
+    child.hear("begun");
+    controller.wait_on();
+    child
+}
+
+fn send(child: &Child, what: Signal) {
+    signal(child.process.id(), what);
+}
+
+fn signal(process: u32, what: Signal) {
+    kill(Pid::from_raw(i32::try_from(process).unwrap()), what).unwrap();
+}
+
+fn killed_by(signal: Signal) -> Outcome {
+    let controller = Controller::start(txt());
+    let mut child = start(&controller);
+    let struck = Instant::now();
+    send(&child, signal);
+    let status = child.process.wait().unwrap();
+    assert!(!status.success(), "{status}");
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Nothing, soon: None, by, stopped }
+}
+
+fn stopped_for_a_moment() -> Outcome {
+    let controller = Controller::start(txt());
+    let mut child = start(&controller);
+    send(&child, Signal::SIGSTOP);
+    thread::sleep(Duration::from_millis(300));
+    let goes_on = controller.txt.with_machine(|machine| is_on(machine));
+    send(&child, Signal::SIGCONT);
+    let exchanges = controller.txt.with_machine(|machine| machine.exchanges());
+    controller.wait("more exchanges", |machine| machine.exchanges() > exchanges + 10);
+    drop(child.stdin.take());
+    let (ended, _) = child.hear("ended");
+    let seen = if ended == "Ok" { Seen::Nothing } else { Seen::Named(ended) };
+    let by = if goes_on { By::GoesOn } else { By::Close };
+    Outcome { seen, soon: None, by, stopped: None }
+}
+
+fn stopped_for_long() -> Outcome {
+    let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
+    let mut child = start(&controller);
+    let struck = Instant::now();
+    send(&child, Signal::SIGSTOP);
+    controller.wait("the end of online mode", |machine| !machine.online());
+    let (by, stopped) = controller.stopped_after(struck);
+    let continued = SystemTime::now();
+    send(&child, Signal::SIGCONT);
+    let (name, when) = child.hear("ended");
+    let soon = when.duration_since(continued).unwrap_or_default();
+    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+}
+
+/// The controller falls silent, and signals come again and again.
+fn signalled(place: Place) -> Outcome {
+    let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
+    let strike = Strike { place, in_request: false, fault: Fault::Cut };
+    let proxy = Proxy::start(controller.port(), strike);
+    let mut child = Child::start(&format!("signalled {}", proxy.port()));
+    child.hear("begins");
+    let (sender, ended) = mpsc::channel();
+    let id = child.process.id();
+    let hearing = thread::spawn(move || sender.send(child.hear("ended")));
+    let begin = Instant::now();
+    let (name, _) = loop {
+        match ended.recv_timeout(Duration::from_millis(100)) {
+            Ok(ended) => break ended,
+            Err(_) => assert!(begin.elapsed() < 2 * MARGIN, "the limit is not kept"),
+        }
+        signal(id, Signal::SIGINT);
+    };
+    let soon = proxy.struck().elapsed();
+    hearing.join().unwrap().unwrap();
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+}
+
+fn cannot_begin(role: &str) -> Outcome {
+    let controller = Controller::start(txt());
+    let mut child = Child::start(&format!("{role} {}", controller.port()));
+    let (_, begins) = child.hear("begins");
+    let (name, begun) = child.hear("begun");
+    let soon = begun.duration_since(begins).unwrap_or_default();
+    let (by, stopped) = controller.stopped_after(Instant::now());
+    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+}
+
+/// The camera and I2C fail like this, and the transfer goes on.
+fn amid(role: &str, [camera, i2c]: [&str; 2]) -> Outcome {
+    let controller = Controller::start(txt());
+    let mut child = Child::start(&format!("{role} {}", controller.port()));
+    let (_, begun) = child.hear("begun");
+    let (name, failed) = child.hear("camera");
+    assert_eq!(name, camera);
+    assert_eq!(child.hear("i2c").0, i2c);
+    assert_eq!(child.hear("goes-on").0, "Ok");
+    assert_eq!(child.hear("ended").0, "Ok");
+    let soon = failed.duration_since(begun).unwrap_or_default();
+    Outcome { seen: Seen::Named(name), soon: Some(soon), by: By::GoesOn, stopped: None }
+}

@@ -1,0 +1,314 @@
+//! A proxy between a program and its controller that commits one fault.
+
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use socket2::SockRef;
+
+use super::fault::{Fault, Strike};
+use super::packets::{is_waiting, read_request, read_response, Tracker};
+use super::row::DEADLINE;
+
+/// How often a thread looks whether it should end.
+const POLL: Duration = Duration::from_millis(20);
+
+/// The time between two bytes that come too slowly.
+const SLOW: Duration = Duration::from_millis(400);
+
+/// Serves one program after another, until it is dropped.
+pub(crate) struct Proxy {
+    port: u16,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+struct Shared {
+    controller: AtomicU16,
+    strike: Option<Strike>,
+    struck: Mutex<Option<Instant>>,
+    stopping: AtomicBool,
+}
+
+impl Shared {
+    fn stops(&self) -> bool {
+        self.stopping.load(Ordering::SeqCst)
+    }
+
+    /// Whether the fault strikes now, which it does once.
+    fn strikes(&self) -> bool {
+        let mut struck = self.struck.lock().unwrap();
+        let first = struck.is_none();
+        struck.get_or_insert_with(Instant::now);
+        first
+    }
+}
+
+impl Proxy {
+    pub(crate) fn start(controller: u16, strike: impl Into<Option<Strike>>) -> Self {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let (struck, stopping) = Default::default();
+        let (controller, strike) = (controller.into(), strike.into());
+        let shared = Arc::new(Shared { controller, strike, struck, stopping });
+        let serving = Arc::clone(&shared);
+        let thread = thread::spawn(move || {
+            while let Ok((program, _)) = listener.accept() {
+                if serving.stops() {
+                    return;
+                }
+                // A controller that is not there leaves the program a closed connection.
+                if let Ok(mut link) = Link::new(program, &serving) {
+                    link.serve();
+                }
+            }
+        });
+        Self { port, shared, thread: Some(thread) }
+    }
+
+    pub(crate) fn port(&self) -> u16 {
+        self.port
+    }
+
+    /// Where the next connections lead.
+    pub(crate) fn lead_to(&self, controller: u16) {
+        self.shared.controller.store(controller, Ordering::SeqCst);
+    }
+
+    /// Waits until the fault has struck.
+    pub(crate) fn wait_struck(&self) {
+        let begin = Instant::now();
+        while self.shared.struck.lock().unwrap().is_none() {
+            assert!(begin.elapsed() < DEADLINE, "the fault does not strike");
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// When the fault struck.
+    pub(crate) fn struck(&self) -> Instant {
+        self.shared.struck.lock().unwrap().expect("the fault did not strike")
+    }
+}
+
+impl Drop for Proxy {
+    fn drop(&mut self) {
+        self.shared.stopping.store(true, Ordering::SeqCst);
+        // Wakes the thread when it accepts.
+        drop(TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)));
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The two connections of a transfer.
+struct Link<'a> {
+    program: TcpStream,
+    controller: TcpStream,
+    shared: &'a Shared,
+}
+
+/// Whether the packets go on in turn.
+enum Next {
+    Packet,
+    End,
+}
+
+impl<'a> Link<'a> {
+    fn new(program: TcpStream, shared: &'a Shared) -> std::io::Result<Self> {
+        let port = shared.controller.load(Ordering::SeqCst);
+        let controller = TcpStream::connect((Ipv4Addr::LOCALHOST, port))?;
+        for stream in [&program, &controller] {
+            stream.set_nodelay(true)?;
+            stream.set_read_timeout(Some(POLL))?;
+        }
+        Ok(Self { program, controller, shared })
+    }
+
+    fn serve(&mut self) {
+        let mut tracker = Tracker::new();
+        while matches!(self.relay_packet(&mut tracker), Ok(Next::Packet)) {}
+    }
+
+    /// Relays a request and its response, or commits the fault.
+    fn relay_packet(&mut self, tracker: &mut Tracker) -> std::io::Result<Next> {
+        let shared = self.shared;
+        let Some(request) = read_request(&mut self.program, || shared.stops()) else {
+            return Ok(Next::End);
+        };
+        let place = tracker.place(&request);
+        let strike = shared.strike.filter(|strike| place == Some(strike.place));
+        match strike {
+            Some(Strike { in_request: true, fault, .. }) if shared.strikes() => {
+                if let Next::End = self.strike_request(fault, &request)? {
+                    return Ok(Next::End);
+                }
+            }
+            _ => self.controller.write_all(&request)?,
+        }
+        let Some(response) = read_response(&mut self.controller, &request, || shared.stops())
+        else {
+            return Ok(Next::End);
+        };
+        match strike {
+            Some(Strike { in_request: false, fault, .. }) if shared.strikes() => {
+                self.strike_response(fault, &response)
+            }
+            _ => {
+                self.program.write_all(&response)?;
+                Ok(Next::Packet)
+            }
+        }
+    }
+
+    fn strike_request(&mut self, fault: Fault, request: &[u8]) -> std::io::Result<Next> {
+        match fault {
+            Fault::Fin => self.close(),
+            Fault::Rst => self.reset(),
+            Fault::Cut => self.hold(),
+            Fault::Half => {
+                self.controller.write_all(&request[..request.len() / 2])?;
+                self.hold()
+            }
+            Fault::Drip => {
+                drip(&mut self.controller, request)?;
+                Ok(Next::Packet)
+            }
+            fault => {
+                self.controller.write_all(&fault.disturb(request))?;
+                Ok(Next::Packet)
+            }
+        }
+    }
+
+    fn strike_response(&mut self, fault: Fault, response: &[u8]) -> std::io::Result<Next> {
+        match fault {
+            Fault::Fin => self.close(),
+            Fault::Rst => self.reset(),
+            Fault::Cut => self.hold(),
+            Fault::HalfClose => {
+                self.program.shutdown(Shutdown::Write)?;
+                self.relay_requests()
+            }
+            Fault::Silence => self.relay_requests(),
+            Fault::Half => {
+                self.program.write_all(&response[..response.len() / 2])?;
+                self.relay_requests()
+            }
+            Fault::HalfThenFin => {
+                self.program.write_all(&response[..response.len() / 2])?;
+                self.close()
+            }
+            Fault::Drip => {
+                drip(&mut self.program, response)?;
+                Ok(Next::Packet)
+            }
+            Fault::Endless => self.send_endlessly(response),
+            Fault::SlowDrip => {
+                self.drip_slowly(response)?;
+                Ok(Next::Packet)
+            }
+            fault => {
+                self.program.write_all(&fault.disturb(response))?;
+                Ok(Next::Packet)
+            }
+        }
+    }
+
+    /// Ends both connections in order.
+    fn close(&mut self) -> std::io::Result<Next> {
+        Ok(Next::End)
+    }
+
+    /// Ends both connections by a reset.
+    fn reset(&mut self) -> std::io::Result<Next> {
+        for stream in [&self.program, &self.controller] {
+            SockRef::from(stream).set_linger(Some(Duration::ZERO))?;
+        }
+        Ok(Next::End)
+    }
+
+    /// Neither reads nor sends anything any more, and closes nothing.
+    fn hold(&mut self) -> std::io::Result<Next> {
+        while !self.shared.stops() {
+            thread::sleep(POLL);
+        }
+        Ok(Next::End)
+    }
+
+    /// Lets requests through and no response.
+    fn relay_requests(&mut self) -> std::io::Result<Next> {
+        let mut bytes = [0; 4096];
+        let mut is_open = true;
+        while !self.shared.stops() {
+            if is_open {
+                match self.program.read(&mut bytes) {
+                    Ok(0) => {
+                        is_open = false;
+                        self.controller.shutdown(Shutdown::Write)?;
+                    }
+                    Ok(count) => self.controller.write_all(&bytes[..count])?,
+                    Err(error) if is_waiting(&error) => {}
+                    Err(error) => return Err(error),
+                }
+            }
+            // The responses lead nowhere.
+            if matches!(self.controller.read(&mut bytes), Ok(0)) {
+                break;
+            }
+        }
+        Ok(Next::End)
+    }
+
+    /// Lets requests through, and sends bytes as long as the program is there.
+    fn send_endlessly(&mut self, response: &[u8]) -> std::io::Result<Next> {
+        let mut bytes = response.to_vec();
+        bytes.resize(response.len() + 4096, 0xA5);
+        self.program.write_all(&bytes)?;
+        self.program.set_nonblocking(true)?;
+        let mut request = [0; 4096];
+        while !self.shared.stops() {
+            match self.program.write(&bytes) {
+                Err(error) if !is_waiting(&error) => break,
+                _ => {}
+            }
+            match self.program.read(&mut request) {
+                Ok(0) => {}
+                Ok(count) => self.controller.write_all(&request[..count])?,
+                Err(error) if is_waiting(&error) => {}
+                Err(_) => break,
+            }
+        }
+        // What was sent last is read and answered before the connection ends.
+        self.controller.shutdown(Shutdown::Write)?;
+        while !self.shared.stops() && !matches!(self.controller.read(&mut request), Ok(0)) {}
+        Ok(Next::End)
+    }
+
+    /// Sends bytes so slowly that the response takes too long, until the program says something.
+    fn drip_slowly(&mut self, response: &[u8]) -> std::io::Result<()> {
+        for byte in response {
+            self.program.write_all(&[*byte])?;
+            let begin = Instant::now();
+            while begin.elapsed() < SLOW {
+                let peeked = self.program.peek(&mut [0]);
+                if self.shared.stops() || !peeked.is_err_and(|error| is_waiting(&error)) {
+                    return Ok(());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Sends each byte on its own.
+fn drip(stream: &mut TcpStream, bytes: &[u8]) -> std::io::Result<()> {
+    for byte in bytes {
+        stream.write_all(&[*byte])?;
+        thread::sleep(Duration::from_millis(1));
+    }
+    Ok(())
+}

@@ -1,0 +1,242 @@
+//! Faults of the main connection, at every packet.
+
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler, TransferMode};
+
+use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
+
+const SECTION: &str = "The main connection";
+
+/// The read limit where it is what ends the wait.
+const READ_LIMIT: Duration = Duration::from_secs(1);
+
+const NO_ANSWER: (&str, &str) = ("`NoAnswer` with the command", "the read limit (1 s)");
+const CLOSED: (&str, &str) = ("`ConnectionClosed` with the command", "at once");
+
+const WRONG_SIZE: (&str, &str) = ("`WrongSize` with the packet", "at once");
+
+/// Faults of a response, what the program sees, and what stops motors that run.
+const RESPONSES: &[(Fault, &str, (&str, &str), By)] = &[
+    (Fault::Fin, "FIN instead of the response", CLOSED, By::Close),
+    (Fault::Rst, "RST instead of the response", CLOSED, By::Close),
+    (Fault::HalfClose, "half-close: FIN, but requests are read", CLOSED, By::Exchange),
+    (Fault::Silence, "silence, but requests are read", NO_ANSWER, By::Exchange),
+    (Fault::Cut, "silence, and no request is read", NO_ANSWER, By::IdleLimit),
+    (Fault::Half, "half a response, then silence", NO_ANSWER, By::Exchange),
+    (Fault::HalfThenFin, "half a response, then FIN", CLOSED, By::Close),
+    (Fault::Drip, "a response one byte at a time", ("nothing", "–"), By::Exchange),
+    (Fault::SlowDrip, "one byte at a time, too slowly", NO_ANSWER, By::Exchange),
+    (Fault::WrongId, "a wrong id", ("`WrongId` with the packet", "at once"), By::Exchange),
+    (Fault::Surplus, "surplus bytes behind the response", WRONG_SIZE, By::Exchange),
+    (Fault::Endless, "bytes without end behind the response", WRONG_SIZE, By::Exchange),
+];
+
+/// Faults of the response to an exchange.
+const EXCHANGES: &[(Fault, &str, (&str, &str))] = &[
+    (Fault::WrongCrc, "a wrong CRC", ("`WrongCrc`", "at once")),
+    (Fault::TooLarge, "a size beyond any packet's", ("`TooLarge` with the packet", "at once")),
+    (Fault::TooLong, "a size greater than what comes", NO_ANSWER),
+    (Fault::TooShort, "a size smaller than what comes", ("`WrongSize` with the packet", "at once")),
+    (
+        Fault::WrongMask,
+        "a mask with an extension that is not there",
+        ("`DataEndsEarly`", "at once"),
+    ),
+];
+
+/// Faults of a request, before the controller has all of it, and what stops motors that run.
+const REQUESTS: &[(Fault, &str, (&str, &str), By)] = &[
+    (Fault::Fin, "FIN instead of reading the request", CLOSED, By::Close),
+    (Fault::Rst, "RST instead of reading the request", CLOSED, By::Close),
+    (Fault::Cut, "the request is not read, nor anything behind it", NO_ANSWER, By::IdleLimit),
+    (Fault::Half, "half a request arrives, and nothing behind it", NO_ANSWER, By::IdleLimit),
+    (Fault::Drip, "a request that arrives one byte at a time", ("nothing", "–"), By::Exchange),
+    (Fault::WrongId, "a request that arrives with a wrong id", CLOSED, By::Close),
+];
+
+/// A part of a transfer.
+struct Phase {
+    text: &'static str,
+    places: &'static [Place],
+}
+
+const HANDSHAKE: Phase = Phase { text: "each packet of the handshake", places: Place::HANDSHAKE };
+const RUNNING: Phase = Phase { text: "each packet while it runs", places: Place::RUNNING };
+const END: Phase = Phase { text: "each packet of the end", places: Place::END };
+const EXCHANGE: Phase = Phase { text: "each exchange", places: Place::EXCHANGES };
+const SIMPLE: Phase =
+    Phase { text: "an exchange that is not compressed", places: &[Place::SimpleExchange] };
+const LAST: Phase = Phase { text: "the last exchange", places: &[Place::LastExchange] };
+
+pub(crate) fn rows() -> Vec<Row> {
+    let mut rows = Vec::new();
+    for &(fault, text, sees, by) in RESPONSES {
+        let goes_on = fault == Fault::Drip;
+        let never = if goes_on { &[By::Exchange][..] } else { &[By::NeverOn] };
+        rows.push(row(false, fault, text, HANDSHAKE, sees).by(never));
+        rows.push(row(false, fault, text, RUNNING, sees).by(only(by)));
+        rows.push(row(false, fault, text, SIMPLE, sees).by(only(by)));
+        rows.push(row(false, fault, text, END, sees).by(&[By::Exchange]));
+    }
+    for &(fault, text, sees) in EXCHANGES {
+        rows.push(row(false, fault, text, EXCHANGE, sees).by(&[By::Exchange]));
+        rows.push(row(false, fault, text, LAST, sees).by(&[By::Exchange]));
+    }
+    for &(fault, text, sees, by) in REQUESTS {
+        let goes_on = fault == Fault::Drip;
+        let never = if goes_on { &[By::Exchange][..] } else { &[By::NeverOn] };
+        rows.push(row(true, fault, text, HANDSHAKE, sees).by(never));
+        // The first exchange of all is the one that would bring the duty.
+        let running = match by {
+            By::Close => &[By::Close, By::NeverOn][..],
+            By::IdleLimit => &[By::IdleLimit, By::NeverOn],
+            _ => &[By::Exchange],
+        };
+        rows.push(row(true, fault, text, RUNNING, sees).by(running));
+        let end = match by {
+            By::Close => &[By::Exchange, By::Close][..],
+            By::IdleLimit => &[By::Exchange, By::IdleLimit],
+            _ => &[By::Exchange],
+        };
+        rows.push(row(true, fault, text, END, sees).by(end));
+    }
+    let text = "a request that arrives with a wrong CRC";
+    let crc = |phase| row(true, Fault::WrongCrc, text, phase, CLOSED);
+    rows.push(crc(EXCHANGE).by(&[By::Close, By::NeverOn]));
+    rows.push(crc(LAST).by(&[By::Close]));
+    rows
+}
+
+fn only(by: By) -> &'static [By] {
+    match by {
+        By::Close => &[By::Close],
+        By::IdleLimit => &[By::IdleLimit],
+        _ => &[By::Exchange],
+    }
+}
+
+fn row(
+    in_request: bool,
+    fault: Fault,
+    text: &'static str,
+    phase: Phase,
+    (sees, limit): (&'static str, &'static str),
+) -> Row {
+    phase.places.iter().fold(
+        Row::new(SECTION, text, phase.text).sees(sees, limit),
+        |row, &place| {
+            let strike = Strike { place, in_request, fault };
+            row.test_at(format!("{place:?}"), move || Ok(run(strike)))
+        },
+    )
+}
+
+/// Runs a program with a motor on until the fault strikes, and on.
+fn run(strike: Strike) -> Outcome {
+    let Strike { place, in_request, fault } = strike;
+    let is_cut = fault == Fault::Cut || in_request && fault == Fault::Half;
+    let is_silent = matches!(
+        fault,
+        Fault::Silence | Fault::Cut | Fault::Half | Fault::SlowDrip | Fault::TooLong
+    );
+    let controller = match is_cut {
+        true => Controller::with_idle_limit(txt(), IDLE_LIMIT),
+        false => Controller::start(txt()),
+    };
+    let proxy = Proxy::start(controller.port(), strike);
+    // Long where it is not what ends the wait, for the sake of a busy machine.
+    let read = if is_silent { READ_LIMIT } else { DEADLINE };
+    let mode = match place {
+        Place::SimpleExchange => TransferMode::Simple,
+        _ => TransferMode::Compressed,
+    };
+    let handler = controller
+        .handler()
+        .mode(mode)
+        .port(proxy.port())
+        .camera_port(controller.txt.camera_port())
+        .time_limits(TimeLimits { read, ..TimeLimits::default() })
+        .build()
+        .unwrap();
+    let error = transfer(handler, place);
+    let seen = Instant::now();
+    let struck = proxy.struck();
+    if let Some(error) = &error {
+        assert!(names(error, place), "{error:?} does not name {}", place.command().name());
+    }
+    let soon = error.is_some().then(|| seen.saturating_duration_since(struck));
+    let (by, stopped) = controller.stopped_after(struck);
+    let stopped = stopped.filter(|_| error.is_some());
+    Outcome { seen: error.map_or(Seen::Nothing, Seen::Error), soon, by, stopped }
+}
+
+/// Begins, drives and ends a transfer; the error that it meets, if it does. Checks what every
+/// error has in common.
+fn transfer(mut handler: TransferAreaComHandler, place: Place) -> Option<Error> {
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let area = handler.transfer_area();
+    let (begun, is_begun) = mpsc::channel();
+    // Another thread of the program sees the same.
+    let waiting = thread::spawn(move || {
+        is_begun.recv().ok()?;
+        area.wait_until(|_| false, 2 * DEADLINE).map(drop).err()
+    });
+    let result = handler.begin_transfer();
+    let has_begun = result.is_ok();
+    if has_begun {
+        begun.send(()).unwrap();
+    }
+    drop(begun);
+    let result = result.and_then(|()| drive(&mut handler, place));
+    let error = result.err();
+    assert!(!handler.is_running());
+    assert_eq!(handler.end_transfer(), error.clone().map_or(Ok(()), Err), "the error stays");
+    let last = error.clone().unwrap_or(Error::NotStarted);
+    assert_eq!(handler.wait_cycle().unwrap_err(), last, "the error stays");
+    if has_begun {
+        assert_eq!(waiting.join().unwrap(), Some(last), "another thread sees the same");
+        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+    }
+    error
+}
+
+/// Does what brings about the packet at this place, and ends the transfer.
+fn drive(handler: &mut TransferAreaComHandler, place: Place) -> Result<(), Error> {
+    let camera = || CameraOptions { width: 16, height: 16, ..CameraOptions::default() };
+    let mut frames = None;
+    for cycle in 0..30 {
+        drop(handler.wait_cycle()?);
+        match (cycle, place) {
+            (5, Place::NewConfig) => handler.lock()[LOCAL_IO].state.config_id += 1,
+            (5, Place::StartCamera | Place::StopCamera) => {
+                frames = Some(handler.start_camera(camera())?);
+            }
+            (10, Place::LastExchange | Place::StopCamera | Place::StopOnline) => break,
+            _ => {}
+        }
+    }
+    drop(frames);
+    handler.end_transfer()
+}
+
+/// Whether an error names the command or the packet at which it came about, where it names any.
+fn names(error: &Error, place: Place) -> bool {
+    let command = place.command();
+    match error {
+        Error::NoAnswer { command: named, .. }
+        | Error::ConnectionClosed { command: named, .. }
+        | Error::Io { command: named, .. } => *named == command.name(),
+        Error::WrongId { packet, .. }
+        | Error::WrongSize { packet, .. }
+        | Error::TooLarge { packet, .. } => *packet == command.response().name(),
+        _ => true,
+    }
+}
