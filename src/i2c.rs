@@ -72,15 +72,16 @@ pub struct I2cClient {
 }
 
 impl I2cClient {
-    /// Connects to the controller. Blocks up to `limits.connect` for each address of the host.
+    /// Connects to the controller. Blocks up to `limits.connect`.
     ///
     /// `host` is a name or a numeric address; `port` is 65002 for a real controller. For devices
     /// that take long, allow a longer time for reading.
     ///
     /// # Errors
     ///
-    /// [`Error::HostNotFound`], [`Error::ConnectionRefused`], [`Error::ConnectTimedOut`] or
-    /// [`Error::ConnectFailed`].
+    /// [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
+    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::Thread`] when no thread
+    /// could be started to look for a host name.
     #[doc(alias = "InitI2C")]
     #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {

@@ -1,73 +1,69 @@
 //! Making connections, and what can go wrong with them.
 
-use std::io::ErrorKind;
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
-use std::time::Duration;
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
 
+use super::limits::TimeLeft;
+use super::resolve::{Resolver, SYSTEM};
+use super::transport::SHORTEST_LIMIT;
 use crate::error::Error;
 
-/// How long the steps of talking to the controller may take.
-///
-/// Limits under a millisecond count as one millisecond.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimeLimits {
-    /// For making the connection to each address of the host. Default 5 s.
-    ///
-    /// Finding the addresses of a host name is up to the operating system and not limited here;
-    /// a numeric address needs no finding.
-    pub connect: Duration,
-    /// For the whole response to a command. Default 2 s; the controller answers an exchange
-    /// after 10 ms, 40 ms at most.
-    pub read: Duration,
-    /// For handing a command to the operating system. Default 2 s.
-    pub write: Duration,
-}
-
-impl Default for TimeLimits {
-    fn default() -> Self {
-        Self {
-            connect: Duration::from_secs(5),
-            read: Duration::from_secs(2),
-            write: Duration::from_secs(2),
-        }
-    }
-}
-
-/// The shortest limit that the operating system takes for one.
-pub(crate) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
-
-/// Connects to the first of the host's addresses that answers within the limit.
+/// Connects to the first of the host's addresses that answers; the limit is for all of it.
 pub(super) fn connect(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
-    let not_found = |reason: String| Error::HostNotFound { host: host.to_owned(), reason };
-    let addresses = (host, port).to_socket_addrs().map_err(|error| not_found(error.to_string()))?;
-    let mut failure = not_found("it has no address".to_owned());
-    for address in addresses {
-        match connect_to(address, limit) {
-            Ok(stream) => return Ok(stream),
-            Err(error) => failure = error,
-        }
-    }
-    Err(failure)
+    connect_by(&SYSTEM, host, port, limit)
 }
 
-/// Connects to an address within the limit.
-pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> Result<TcpStream, Error> {
-    TcpStream::connect_timeout(&address, limit).map_err(|error| {
-        let address = address.to_string();
-        match error.kind() {
-            ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
-            ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
-            _ => Error::ConnectFailed { address, reason: error.to_string() },
-        }
+fn connect_by<F>(
+    resolver: &Resolver<F>,
+    host: &str,
+    port: u16,
+    limit: Duration,
+) -> Result<TcpStream, Error>
+where
+    F: Fn(&str) -> io::Result<Vec<SocketAddr>> + Clone + Send + 'static,
+{
+    let mut left = TimeLeft::new(limit.max(SHORTEST_LIMIT), Instant::now());
+    let addresses = resolver.addresses(host, port, &mut left)?;
+    let found = connect_to_one(&addresses, &mut left, Instant::now, connect_to);
+    found.unwrap_or_else(|| {
+        Err(Error::HostNotFound { host: host.to_owned(), reason: "it has no address".to_owned() })
     })
 }
 
-/// The error for a command during which the connection failed, when so many bytes had come in.
-pub(crate) fn io_error(command: &'static str, error: &std::io::Error, received: usize) -> Error {
-    match error.kind() {
-        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
-            Error::ConnectionClosed { command, received }
+/// Connects to the first address that answers. Each gets an equal share of the time that is left
+/// when its turn comes. `None` when there is no address.
+fn connect_to_one<S>(
+    addresses: &[SocketAddr],
+    left: &mut TimeLeft,
+    now: impl Fn() -> Instant,
+    mut connect_to: impl FnMut(SocketAddr, Duration) -> io::Result<S>,
+) -> Option<Result<S, Error>> {
+    let mut failure = None;
+    for (remaining, &address) in (1..=addresses.len() as u32).rev().zip(addresses) {
+        let result = match left.next(&now) {
+            Some(rest) => connect_to(address, rest / remaining),
+            None => Err(ErrorKind::TimedOut.into()),
+        };
+        match result {
+            Ok(stream) => return Some(Ok(stream)),
+            Err(error) => failure = Some(Err(connect_error(address, left.limit(), &error))),
         }
-        kind => Error::Io { command, kind, reason: error.to_string() },
+    }
+    failure
+}
+
+/// Connects to an address within the limit.
+pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<TcpStream> {
+    TcpStream::connect_timeout(&address, limit.max(SHORTEST_LIMIT))
+}
+
+/// The error for an address that could not be connected to within the limit.
+pub(crate) fn connect_error(address: SocketAddr, limit: Duration, error: &io::Error) -> Error {
+    let address = address.to_string();
+    match error.kind() {
+        ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
+        ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
+        _ => Error::ConnectFailed { address, reason: error.to_string() },
     }
 }

@@ -53,7 +53,7 @@ impl TransferAreaComHandler {
         let port = self.settings.camera_port.unwrap_or(self.settings.port.wrapping_add(1));
         // A transfer is running, so there was a connection.
         let host = self.address.ok_or(Error::NotStarted)?;
-        let (camera, frames) = CameraStream::start((host, port).into(), options)?;
+        let (camera, frames) = CameraStream::start((host, port).into(), options, None)?;
         self.area.shared().set_camera(Arc::clone(camera.control()));
         self.camera = Some(camera);
         Ok(frames)
