@@ -139,6 +139,11 @@ impl CameraControl {
         self.state.lock().connection = None;
     }
 
+    #[cfg(test)]
+    pub(super) fn is_connected(&self) -> bool {
+        self.state.lock().connection.is_some()
+    }
+
     /// Counts a frame that has come in, and those that were dropped for it.
     pub(super) fn count_frame(&self, dropped: u64) {
         let mut state = self.state.lock();

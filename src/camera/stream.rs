@@ -241,3 +241,6 @@ fn may_be_a_gap(error: &Error) -> bool {
             | Error::ConnectFailed { .. }
     )
 }
+
+#[cfg(test)]
+mod tests;

@@ -67,3 +67,111 @@ pub(crate) fn connect_error(address: SocketAddr, limit: Duration, error: &io::Er
         _ => Error::ConnectFailed { address, reason: error.to_string() },
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::net::TcpListener;
+
+    use super::*;
+
+    const LIMIT: Duration = Duration::from_secs(6);
+
+    fn addresses(count: u8) -> Vec<SocketAddr> {
+        (1..=count).map(|number| ([10, 0, 0, number], 65000).into()).collect()
+    }
+
+    /// Connects to addresses of which each behaves as told: it answers after that long, never, or
+    /// refuses. Returns what comes of it, and how long each had.
+    fn connect_to_these(
+        behaviours: &[Result<Duration, ErrorKind>],
+        found_after: Duration,
+    ) -> (Option<Result<SocketAddr, Error>>, Vec<Duration>) {
+        let begin = Instant::now();
+        let time = Cell::new(Duration::ZERO);
+        let mut left = TimeLeft::new(LIMIT, begin);
+        if !found_after.is_zero() {
+            left.next(|| begin);
+            time.set(found_after);
+        }
+        let mut limits = Vec::new();
+        let mut behaviours = behaviours.iter();
+        let addresses = addresses(behaviours.len() as u8);
+        let now = || begin + time.get();
+        let result = connect_to_one(&addresses, &mut left, now, |address, limit| {
+            limits.push(limit);
+            let (passed, result) = match *behaviours.next().unwrap() {
+                Ok(delay) if delay <= limit => (delay, Ok(address)),
+                Ok(_) => (limit, Err(ErrorKind::TimedOut.into())),
+                Err(kind) => (Duration::ZERO, Err(kind.into())),
+            };
+            time.set(time.get() + passed);
+            result
+        });
+        (result, limits)
+    }
+
+    const DEAD: Result<Duration, ErrorKind> = Ok(Duration::MAX);
+    const REFUSED: Result<Duration, ErrorKind> = Err(ErrorKind::ConnectionRefused);
+
+    fn secs(time: u64) -> Duration {
+        Duration::from_secs(time)
+    }
+
+    fn timed_out(address: SocketAddr) -> Option<Result<SocketAddr, Error>> {
+        Some(Err(Error::ConnectTimedOut { address: address.to_string(), limit: LIMIT }))
+    }
+
+    #[test]
+    fn a_single_address_has_the_whole_limit() {
+        let (result, limits) = connect_to_these(&[DEAD], secs(0));
+        assert_eq!((result, limits), (timed_out(addresses(1)[0]), vec![LIMIT]));
+    }
+
+    #[test]
+    fn addresses_share_what_is_left_of_the_limit() {
+        let (result, limits) = connect_to_these(&[DEAD, DEAD, DEAD], secs(0));
+        assert_eq!((result, limits), (timed_out(addresses(3)[2]), vec![secs(2); 3]));
+        let (result, limits) = connect_to_these(&[DEAD, DEAD], secs(2));
+        assert_eq!((result, limits), (timed_out(addresses(2)[1]), vec![secs(2); 2]));
+        // What one does not use is for those behind it.
+        let (result, limits) = connect_to_these(&[REFUSED, DEAD], secs(0));
+        assert_eq!((result, limits), (timed_out(addresses(2)[1]), vec![secs(3), secs(6)]));
+    }
+
+    #[test]
+    fn a_dead_first_address_leaves_time_for_the_second() {
+        let (result, limits) = connect_to_these(&[DEAD, Ok(secs(1))], secs(0));
+        assert_eq!((result, limits), (Some(Ok(addresses(2)[1])), vec![secs(3), secs(3)]));
+    }
+
+    #[test]
+    fn the_first_address_that_answers_is_the_one() {
+        let (result, limits) = connect_to_these(&[Ok(secs(0)), DEAD], secs(0));
+        assert_eq!((result, limits), (Some(Ok(addresses(2)[0])), vec![secs(3)]));
+    }
+
+    #[test]
+    fn nothing_is_tried_when_finding_has_taken_all_the_time() {
+        let (result, limits) = connect_to_these(&[Ok(secs(0))], LIMIT);
+        assert_eq!((result, limits), (timed_out(addresses(1)[0]), vec![]));
+    }
+
+    #[test]
+    fn a_name_without_an_address_is_not_found() {
+        let resolver = Resolver::new(|_: &str| Ok(Vec::new()));
+        let error = connect_by(&resolver, "txt.local", 65000, LIMIT).unwrap_err();
+        let reason = "it has no address".to_owned();
+        assert_eq!(error, Error::HostNotFound { host: "txt.local".to_owned(), reason });
+    }
+
+    #[test]
+    fn a_name_with_two_addresses_of_which_the_first_refuses_is_connected_to() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let found = ["[::1]:0", "127.0.0.1:0"].map(|address| address.parse().unwrap());
+        let resolver = Resolver::new(move |_: &str| Ok(found.to_vec()));
+        let stream = connect_by(&resolver, "txt.local", port, secs(30)).unwrap();
+        assert_eq!(stream.peer_addr().unwrap(), listener.local_addr().unwrap());
+    }
+}

@@ -6,6 +6,8 @@ mod limits;
 mod resolve;
 #[cfg(test)]
 pub(crate) mod scripted;
+#[cfg(all(test, unix))]
+pub(crate) mod signals;
 #[cfg(test)]
 mod tests;
 mod transact;

@@ -9,7 +9,8 @@ use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{ExchangeData, QueryStatusResponse, ResponseId, UpdateConfig};
 use ft_transfer_area::{
-    Error, Exchange, FirmwareVersion, FishX1Transfer, TimeLimits, TransferMode, TxtClient,
+    Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits, TransferMode,
+    TxtClient,
 };
 
 use crate::support::unpaced;
@@ -107,6 +108,47 @@ fn limits_of_zero_and_for_ever_are_limits_like_others() {
     let limits = TimeLimits { read: Duration::ZERO, ..TimeLimits::default() };
     let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
     assert!(matches!(client.query_status(), Err(Error::NoAnswer { .. })));
+}
+
+#[test]
+fn the_first_and_the_last_port_are_ports_like_others_or_a_clear_error() {
+    let limits = TimeLimits::default();
+    for port in [0, 65_535] {
+        let results = [
+            TxtClient::connect("127.0.0.1", port, limits).map(drop),
+            I2cClient::connect("127.0.0.1", port, limits).map(drop),
+        ];
+        for result in results {
+            // Somebody may listen at the last one.
+            let Err(error) = result else { continue };
+            assert!(
+                matches!(&error, Error::ConnectionRefused { address } | Error::ConnectFailed { address, .. }
+                    if *address == format!("127.0.0.1:{port}")),
+                "{error:?}"
+            );
+        }
+    }
+    assert!(TxtClient::connect("127.0.0.1", 0, limits).is_err());
+}
+
+#[test]
+fn a_host_name_is_found_like_its_address() {
+    let txt = unpaced().start().unwrap();
+    let mut client = TxtClient::connect("localhost", txt.port(), TimeLimits::default()).unwrap();
+    assert_eq!(client.query_status().unwrap().name(), "TX2013");
+}
+
+#[test]
+fn the_errors_of_a_slow_network_say_what_to_check() {
+    let limit = Duration::from_secs(5);
+    let lookup = Error::LookupTimedOut { host: "txt.local".to_owned(), limit }.to_string();
+    for part in ["\"txt.local\"", "within 5s", "name servers", "192.168.7.2 for USB"] {
+        assert!(lookup.contains(part), "{lookup}");
+    }
+    let not_taken = Error::NotTaken { command: "ExchangeData", limit }.to_string();
+    for part in ["did not take ExchangeData within 5s", "connection", "longer time for writing"] {
+        assert!(not_taken.contains(part), "{not_taken}");
+    }
 }
 
 #[test]
