@@ -91,28 +91,52 @@ impl Transport for TcpTransport {
     }
 }
 
-// Elsewhere a system need not tell that a connection was reset before it is read from.
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
 mod tests {
     use std::net::TcpListener;
 
     use super::*;
 
-    #[test]
-    fn a_connection_that_was_reset_is_not_silent() {
+    /// Longer than anything takes on a busy machine.
+    const AMPLE: Duration = Duration::from_secs(30);
+
+    /// A transport with these limits, and its other side.
+    fn connected(limit: Duration) -> (TcpTransport, TcpStream) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let stream = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        let limit = Duration::from_secs(30);
-        let mut transport = TcpTransport::new(stream, limit, limit).unwrap();
-        let server = listener.accept().unwrap().0;
+        let transport = TcpTransport::new(stream, limit, limit).unwrap();
+        (transport, listener.accept().unwrap().0)
+    }
+
+    #[test]
+    fn each_call_has_the_limit_that_it_is_given() {
+        let (mut transport, mut server) = connected(AMPLE);
+        for limit in [AMPLE, AMPLE / 2, AMPLE] {
+            server.write_all(&[1]).unwrap();
+            assert_eq!(transport.read(&mut [0; 2], limit).unwrap(), 1);
+            assert_eq!(transport.write(&[1], limit / 2).unwrap(), 1);
+            assert_eq!(transport.stream.read_timeout().unwrap(), Some(limit));
+            assert_eq!(transport.stream.write_timeout().unwrap(), Some(limit / 2));
+        }
+        // Shorter ones than the operating system takes are over as soon as it can tell.
+        let (mut transport, _server) = connected(Duration::ZERO);
+        let error = transport.read(&mut [0], Duration::ZERO).unwrap_err();
+        assert!(matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut), "{error:?}");
+    }
+
+    // Elsewhere a system need not tell that a connection was reset before it is read from.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_connection_that_was_reset_is_not_silent() {
+        let (mut transport, server) = connected(AMPLE);
         assert!(transport.is_silent());
         // Closing with an unread byte resets.
-        transport.write(&[1], limit).unwrap();
+        transport.write(&[1], AMPLE).unwrap();
         server.peek(&mut [0]).unwrap();
         drop(server);
         let begin = Instant::now();
         while transport.peer_ip().is_some() {
-            assert!(begin.elapsed() < limit, "it was not reset");
+            assert!(begin.elapsed() < AMPLE, "it was not reset");
         }
         assert!(!transport.is_silent());
     }

@@ -200,32 +200,6 @@ fn a_command_is_sent_in_one_piece() {
 }
 
 #[test]
-fn a_response_in_pieces_leaves_the_next_one_its_whole_time() {
-    let limit = Duration::from_secs(3);
-    let (port, server) = controller(move |mut stream| {
-        let mut response = Vec::new();
-        QueryStatusResponse { device_name: [b'x'; 16], version: FirmwareVersion::new(4, 7, 0) }
-            .emit(&mut response);
-        let (first_piece, second_piece) = response.split_at(10);
-        let mut command = [0; 4];
-        stream.read_exact(&mut command).unwrap();
-        // When the first piece comes, three tenths of the limit are left.
-        thread::sleep(limit * 7 / 10);
-        stream.write_all(first_piece).unwrap();
-        thread::sleep(limit / 10);
-        stream.write_all(second_piece).unwrap();
-        stream.read_exact(&mut command).unwrap();
-        thread::sleep(limit * 6 / 10);
-        stream.write_all(&response).unwrap();
-    });
-    let limits = TimeLimits { read: limit, ..TimeLimits::default() };
-    let mut client = TxtClient::connect("127.0.0.1", port, limits).unwrap();
-    client.query_status().unwrap();
-    client.query_status().unwrap();
-    server.join().unwrap();
-}
-
-#[test]
 fn the_limit_is_for_a_response_and_not_for_each_piece_of_it() {
     let limit = Duration::from_millis(300);
     let (port, server) = controller(move |mut stream| {
