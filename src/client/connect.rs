@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
 use super::limits::TimeLeft;
-use super::resolve::{Resolver, SYSTEM};
+use super::resolve::{Found, Resolver, SYSTEM};
 use super::transport::SHORTEST_LIMIT;
 use crate::error::Error;
 
@@ -21,7 +21,7 @@ fn connect_by<F>(
     limit: Duration,
 ) -> Result<TcpStream, Error>
 where
-    F: Fn(&str) -> io::Result<Vec<SocketAddr>> + Clone + Send + 'static,
+    F: Fn(&str) -> Found + Clone + Send + 'static,
 {
     let mut left = TimeLeft::new(limit.max(SHORTEST_LIMIT), Instant::now());
     let addresses = resolver.addresses(host, port, &mut left)?;

@@ -11,11 +11,13 @@ use parking_lot::{const_mutex, Condvar, Mutex};
 use super::limits::TimeLeft;
 use crate::error::Error;
 
-/// Finds addresses by asking the operating system.
-pub(super) static SYSTEM: Resolver<fn(&str) -> io::Result<Vec<SocketAddr>>> =
-    Resolver::new(ask_system);
+/// What is found for a name.
+pub(super) type Found = io::Result<Vec<SocketAddr>>;
 
-fn ask_system(host: &str) -> io::Result<Vec<SocketAddr>> {
+/// Finds addresses by asking the operating system.
+pub(super) static SYSTEM: Resolver<fn(&str) -> Found> = Resolver::new(ask_system);
+
+fn ask_system(host: &str) -> Found {
     Ok((host, 0).to_socket_addrs()?.collect())
 }
 
@@ -31,7 +33,7 @@ pub(super) struct Resolver<F> {
 
 #[derive(Default)]
 struct Lookup {
-    answer: Mutex<Option<io::Result<Vec<SocketAddr>>>>,
+    answer: Mutex<Option<Found>>,
     answered: Condvar,
 }
 
@@ -43,7 +45,7 @@ impl<F> Resolver<F> {
 
 impl<F> Resolver<F>
 where
-    F: Fn(&str) -> io::Result<Vec<SocketAddr>> + Clone + Send + 'static,
+    F: Fn(&str) -> Found + Clone + Send + 'static,
 {
     /// The addresses of a host, with this port.
     pub(super) fn addresses(
