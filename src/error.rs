@@ -93,12 +93,20 @@ pub enum Error {
         /// What the operating system said.
         reason: String,
     },
+    /// The addresses of the host name were not found within the time limit for connecting.
+    LookupTimedOut {
+        /// The name as it was given.
+        host: String,
+        /// The limit that was set.
+        limit: Duration,
+    },
     /// The host answered that nothing listens on this port.
     ConnectionRefused {
         /// Host and port.
         address: String,
     },
-    /// The host did not answer within the time limit for connecting.
+    /// The host did not answer within the time limit for connecting, or within its address's share
+    /// of it when the host has several.
     ConnectTimedOut {
         /// Host and port.
         address: String,
@@ -113,6 +121,13 @@ pub enum Error {
         reason: String,
     },
 
+    /// The controller did not take a command within the time limit for writing.
+    NotTaken {
+        /// The command.
+        command: &'static str,
+        /// The limit that was set.
+        limit: Duration,
+    },
     /// The controller did not answer a command within the time limit for reading.
     NoAnswer {
         /// The command.
@@ -240,8 +255,8 @@ pub enum Error {
         /// What went wrong with the last attempt.
         cause: Box<Error>,
     },
-    /// A thread for the transfer or the camera could not be started, or ended by a panic. The
-    /// latter is a defect of this crate.
+    /// A thread for the transfer, the camera or a host name could not be started, or ended by a
+    /// panic. The latter is a defect of this crate.
     #[doc(alias = "FTLIB_ERR_THREAD_NOT_STARTABLE")]
     Thread {
         /// What happened.

@@ -72,15 +72,16 @@ pub struct I2cClient {
 }
 
 impl I2cClient {
-    /// Connects to the controller. Blocks up to `limits.connect` for each address of the host.
+    /// Connects to the controller. Blocks up to `limits.connect`.
     ///
     /// `host` is a name or a numeric address; `port` is 65002 for a real controller. For devices
     /// that take long, allow a longer time for reading.
     ///
     /// # Errors
     ///
-    /// [`Error::HostNotFound`], [`Error::ConnectionRefused`], [`Error::ConnectTimedOut`] or
-    /// [`Error::ConnectFailed`].
+    /// [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
+    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::Thread`] when no thread
+    /// could be started to look for a host name.
     #[doc(alias = "InitI2C")]
     #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
@@ -221,6 +222,38 @@ mod tests {
     use std::thread;
 
     use super::*;
+    use crate::client::scripted::{storm, Script, Scripted, LIMITS};
+
+    /// What a client says whose connection has this script, and how long it took.
+    fn write_over(reads: Script, writes: Script) -> (Result<(), Error>, Duration) {
+        let (mut client, _streams) = client_of(1);
+        let transport = Scripted::new(reads, writes);
+        client.connection = Some(transport.connection());
+        let result = client.write(0x18, 1, &[2]);
+        assert!(client.connection.is_none(), "it is used again");
+        let time = transport.state().time;
+        (result, time)
+    }
+
+    #[test]
+    fn the_limits_hold_in_a_storm_of_signals() {
+        let (command, limit) = (NAMES.request, LIMITS.read);
+        let no_answer = Error::NoAnswer { command, limit, received: 0 };
+        assert_eq!(write_over(storm(), vec![]), (Err(no_answer), limit));
+        let limit = LIMITS.write;
+        let not_taken = Error::NotTaken { command, limit };
+        assert_eq!(write_over(vec![], storm()), (Err(not_taken), limit));
+    }
+
+    #[test]
+    fn a_connection_that_is_not_silent_is_not_used_again() {
+        let (mut client, _streams) = client_of(1);
+        let transport = Scripted::new(vec![], vec![]);
+        transport.state().silent = false;
+        client.connection = Some(transport.connection());
+        assert_eq!(read(&mut client), 1);
+        assert!(transport.state().written.is_empty());
+    }
 
     /// A client of a controller that answers to so many requests, and the controller's side of each
     /// connection. Every register of a connection holds its number, counted from 0.

@@ -1,6 +1,7 @@
 //! Camera frames: from the controller to a channel, and from there to pictures.
 
 mod bits;
+mod control;
 mod decode;
 mod frame;
 mod huffman;
@@ -9,9 +10,10 @@ mod stream;
 
 use std::time::Duration;
 
+pub(crate) use control::CameraControl;
 pub use decode::Picture;
 pub use frame::CameraFrame;
-pub(crate) use stream::{CameraControl, CameraStream};
+pub(crate) use stream::CameraStream;
 
 use crate::error::Error;
 use crate::wire::StartCameraOnline;

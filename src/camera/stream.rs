@@ -1,8 +1,7 @@
 //! The camera's connection: a thread that reads frames, acknowledges them and puts them into the
 //! channel.
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream};
+use std::net::{SocketAddr, TcpStream};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -10,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
 use log::{info, warn};
-use parking_lot::{Condvar, Mutex};
 
-use super::{CameraFrame, CameraOptions, CameraStatistics};
-use crate::client::{connect_to, io_error, SHORTEST_LIMIT};
+use super::control::{CameraControl, Server};
+use super::{CameraFrame, CameraOptions};
+use crate::client::{connect_error, connect_to, Connection, TimeLimits};
 use crate::error::Error;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
@@ -23,7 +22,8 @@ const RETRY: Duration = Duration::from_millis(50);
 /// The longest that a single attempt to connect may take, so that stopping does not take longer.
 const ATTEMPT: Duration = Duration::from_secs(1);
 
-/// What stands for the command in the camera connection's errors.
+/// What stands for the command in the camera connection's errors. The acknowledge of a frame is the
+/// request for the next one.
 const REQUEST: &str = "the request for a camera frame";
 
 /// A running or finished stream of frames.
@@ -33,36 +33,26 @@ pub(crate) struct CameraStream {
     thread: Option<JoinHandle<()>>,
 }
 
-/// The other threads' hold on a stream.
-#[derive(Debug, Default)]
-pub(crate) struct CameraControl {
-    state: Mutex<State>,
-    stopped: Condvar,
-}
-
-#[derive(Debug, Default)]
-struct State {
-    stopping: bool,
-    finished: bool,
-    /// The connection, by which a thread that reads is woken.
-    stream: Option<TcpStream>,
-    /// Why the stream has ended.
-    error: Option<Error>,
-    statistics: CameraStatistics,
-}
-
 impl CameraStream {
     /// Starts a thread that connects and reads frames until it is stopped. Does not block.
+    ///
+    /// When the main connection breaks, the camera's breaks too, and may do so first. With
+    /// `rides_out` a connection that has failed does not end the stream before that time is over:
+    /// until then the thread waits for [`CameraControl::pause`] or [`CameraControl::resume`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] when an option is out of its range, [`Error::Thread`].
     pub(crate) fn start(
         address: SocketAddr,
         options: CameraOptions,
-        _rides_out: Option<Duration>,
+        rides_out: Option<Duration>,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
+        let control = Arc::new(CameraControl::new(options.command()?, address));
         let (sender, receiver) = bounded(options.channel_frames);
-        let control = Arc::new(CameraControl::default());
         let reader = Reader {
-            address,
             options,
+            rides_out: rides_out.unwrap_or(Duration::ZERO),
             control: Arc::clone(&control),
             oldest: receiver.clone(),
             sender,
@@ -80,7 +70,7 @@ impl CameraStream {
 
     /// Whether no more frames will come.
     pub(crate) fn is_finished(&self) -> bool {
-        self.control.state.lock().finished
+        self.control.is_finished()
     }
 
     /// Stops the stream and waits for its thread, which takes moments, a second at most.
@@ -93,56 +83,10 @@ impl CameraStream {
     }
 }
 
-impl CameraControl {
-    /// Makes the thread end soon. Does not block.
-    pub(crate) fn stop(&self) {
-        let mut state = self.state.lock();
-        state.stopping = true;
-        if let Some(stream) = &state.stream {
-            // It may be closed already.
-            let _ = stream.shutdown(Shutdown::Both);
-        }
-        self.stopped.notify_all();
-    }
-
-    pub(crate) fn pause(&self) {}
-
-    pub(crate) fn resume(&self, _address: SocketAddr) {}
-
-    /// Why the stream has ended, unless it was stopped or goes on.
-    pub(crate) fn error(&self) -> Option<Error> {
-        self.state.lock().error.clone()
-    }
-
-    pub(crate) fn statistics(&self) -> CameraStatistics {
-        self.state.lock().statistics
-    }
-
-    fn is_stopping(&self) -> bool {
-        self.state.lock().stopping
-    }
-
-    /// Waits so long, or until it is stopped.
-    fn rest(&self, time: Duration) {
-        let mut state = self.state.lock();
-        self.stopped.wait_while_for(&mut state, |state| !state.stopping, time);
-    }
-
-    /// Lets others reach the connection; errs when they have stopped it before.
-    fn keep(&self, stream: &TcpStream) -> std::io::Result<()> {
-        let stream = stream.try_clone()?;
-        let mut state = self.state.lock();
-        if state.stopping {
-            stream.shutdown(Shutdown::Both)?;
-        }
-        state.stream = Some(stream);
-        Ok(())
-    }
-}
-
 struct Reader {
-    address: SocketAddr,
     options: CameraOptions,
+    /// How long a failed connection may be that of a gap.
+    rides_out: Duration,
     control: Arc<CameraControl>,
     sender: Sender<CameraFrame>,
     /// The channel's other end, to take the oldest frame out.
@@ -153,13 +97,7 @@ impl Reader {
     fn run(self) {
         let result = catch_unwind(AssertUnwindSafe(|| self.read_frames()))
             .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
-        let error = {
-            let mut state = self.control.state.lock();
-            state.stream = None;
-            state.finished = true;
-            state.error = result.err().filter(|_| !state.stopping);
-            state.error.clone()
-        };
+        let error = self.control.finish(result);
         // The reason is known before the channel ends, so whoever sees that can ask for it.
         drop(self);
         match error {
@@ -168,79 +106,97 @@ impl Reader {
         }
     }
 
+    /// Reads frames until the stream is stopped, across gaps.
     fn read_frames(&self) -> Result<(), Error> {
-        let start = Instant::now();
         let mut sequence = 0;
-        loop {
-            let mut stream = self.connect(start)?;
-            let error = self.read_from(&mut stream, &mut sequence);
-            // A server that is not ready yet may close the connection before the first frame.
-            let early =
-                sequence == 0 && matches!(error, Error::ConnectionClosed { received: 0, .. });
-            if !early || self.gives_up(start) {
+        while let Some(server) = self.control.server() {
+            let error = self.read_from_server(server, &mut sequence);
+            let patience = if may_be_a_gap(&error) { self.rides_out } else { Duration::ZERO };
+            if !self.control.wait_for_change(server, patience) {
                 return Err(error);
             }
-            self.control.rest(RETRY);
         }
-    }
-
-    /// Whether it is no use to try to connect once more.
-    fn gives_up(&self, start: Instant) -> bool {
-        self.control.is_stopping() || start.elapsed() >= self.options.start_limit
-    }
-
-    /// Connects to the server, which may take its time to listen.
-    fn connect(&self, start: Instant) -> Result<TcpStream, Error> {
-        loop {
-            let rest = self.options.start_limit.saturating_sub(start.elapsed());
-            match connect_to(self.address, rest.clamp(SHORTEST_LIMIT, ATTEMPT)) {
-                Ok(stream) => {
-                    let prepared = self.prepare(&stream);
-                    return prepared.map(|()| stream).map_err(|error| io_error(REQUEST, &error, 0));
-                }
-                Err(error) if self.gives_up(start) => {
-                    return Err(match error {
-                        Error::ConnectTimedOut { address, .. } => {
-                            Error::ConnectTimedOut { address, limit: self.options.start_limit }
-                        }
-                        error => error,
-                    });
-                }
-                Err(_) => self.control.rest(RETRY),
-            }
-        }
-    }
-
-    fn prepare(&self, stream: &TcpStream) -> std::io::Result<()> {
-        stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(self.options.frame_limit.max(SHORTEST_LIMIT)))?;
-        self.control.keep(stream)
+        Ok(())
     }
 
     /// Reads frames until something ends it, and returns that.
-    fn read_from(&self, stream: &mut TcpStream, sequence: &mut u64) -> Error {
+    fn read_from_server(&self, server: Server, sequence: &mut u64) -> Error {
+        let start = Instant::now();
+        let first = *sequence;
         loop {
-            let frame = match self.read_frame(stream, *sequence) {
+            let mut connection = match self.connect(server, start) {
+                Ok(connection) => connection,
+                Err(error) => return error,
+            };
+            let error = self.read_from(&mut connection, sequence);
+            self.control.let_go();
+            // A server that is not ready yet may close the connection before the first frame.
+            let early =
+                *sequence == first && matches!(error, Error::ConnectionClosed { received: 0, .. });
+            if !early || start.elapsed() >= self.options.start_limit {
+                return error;
+            }
+            drop(connection);
+            if self.control.wait_for_change(server, RETRY) {
+                return error;
+            }
+        }
+    }
+
+    /// Connects to the server, which may take its time to listen.
+    fn connect(&self, server: Server, start: Instant) -> Result<Connection, Error> {
+        let (address, limit) = (server.address, self.options.start_limit);
+        loop {
+            let rest = limit.saturating_sub(start.elapsed());
+            let error = match connect_to(address, rest.min(ATTEMPT)) {
+                Ok(stream) => {
+                    return self
+                        .prepare(stream, server)
+                        .map_err(|error| connect_error(address, limit, &error))
+                }
+                Err(error) => error,
+            };
+            let given_up = start.elapsed() >= limit || self.control.wait_for_change(server, RETRY);
+            if given_up {
+                return Err(connect_error(address, limit, &error));
+            }
+        }
+    }
+
+    fn prepare(&self, stream: TcpStream, server: Server) -> std::io::Result<Connection> {
+        let other_hold = stream.try_clone()?;
+        let limit = self.options.frame_limit;
+        let limits = TimeLimits { connect: self.options.start_limit, read: limit, write: limit };
+        let connection = Connection::over_tcp(stream, limits)?;
+        self.control.keep(other_hold, server);
+        Ok(connection)
+    }
+
+    /// Reads frames until something ends it, and returns that.
+    fn read_from(&self, connection: &mut Connection, sequence: &mut u64) -> Error {
+        loop {
+            let frame = match self.read_frame(connection, *sequence) {
                 Ok(frame) => frame,
                 Err(error) => return error,
             };
-            let acknowledged = stream.write_all(&CAMERA_FRAME_ACKNOWLEDGE);
+            let acknowledged = connection.send(REQUEST, &CAMERA_FRAME_ACKNOWLEDGE);
             // Also when that fails: the frame is whole.
             self.put(frame);
             *sequence += 1;
             if let Err(error) = acknowledged {
-                return self.failure(&error, 0);
+                return error;
             }
         }
     }
 
-    fn read_frame(&self, stream: &mut TcpStream, sequence: u64) -> Result<CameraFrame, Error> {
-        let deadline = Instant::now().checked_add(self.options.frame_limit);
+    fn read_frame(&self, connection: &mut Connection, sequence: u64) -> Result<CameraFrame, Error> {
+        // The limit is for the whole frame.
+        let mut left = connection.time_to_read();
         let mut header = [0; CameraFrameHeader::LEN];
-        self.read(stream, &mut header, 0, deadline)?;
+        connection.fill(REQUEST, &mut header, 0, &mut left)?;
         let header = CameraFrameHeader::parse(&header)?;
         let mut data = vec![0; self.frame_size(&header)?];
-        self.read(stream, &mut data, CameraFrameHeader::LEN, deadline)?;
+        connection.fill(REQUEST, &mut data, CameraFrameHeader::LEN, &mut left)?;
         Ok(CameraFrame {
             sequence,
             arrived: Instant::now(),
@@ -260,46 +216,6 @@ impl Reader {
         }
     }
 
-    /// Fills the buffer; `before` bytes of the frame have come in already.
-    fn read(
-        &self,
-        stream: &mut TcpStream,
-        buffer: &mut [u8],
-        before: usize,
-        deadline: Option<Instant>,
-    ) -> Result<(), Error> {
-        let mut filled = 0;
-        while filled < buffer.len() {
-            let received = before + filled;
-            let rest = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
-            if rest == Some(Duration::ZERO) {
-                return Err(self.no_answer(received));
-            }
-            stream
-                .set_read_timeout(rest.map(|rest| rest.max(SHORTEST_LIMIT)))
-                .map_err(|error| io_error(REQUEST, &error, received))?;
-            match stream.read(&mut buffer[filled..]) {
-                Ok(0) => return Err(Error::ConnectionClosed { command: REQUEST, received }),
-                Ok(count) => filled += count,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => return Err(self.failure(&error, received)),
-            }
-        }
-        Ok(())
-    }
-
-    /// The error for a connection that failed when so many bytes of a frame had come in.
-    fn failure(&self, error: &std::io::Error, received: usize) -> Error {
-        match error.kind() {
-            ErrorKind::WouldBlock | ErrorKind::TimedOut => self.no_answer(received),
-            _ => io_error(REQUEST, error, received),
-        }
-    }
-
-    fn no_answer(&self, received: usize) -> Error {
-        Error::NoAnswer { command: REQUEST, limit: self.options.frame_limit, received }
-    }
-
     /// Puts a frame into the channel, and the oldest one out when there is no room.
     fn put(&self, mut frame: CameraFrame) {
         let mut dropped = 0;
@@ -308,8 +224,23 @@ impl Reader {
             // The consumer may have taken it out meanwhile.
             dropped += u64::from(self.oldest.try_recv().is_ok());
         }
-        let mut state = self.control.state.lock();
-        state.statistics.frames += 1;
-        state.statistics.dropped += dropped;
+        self.control.count_frame(dropped);
     }
 }
+
+/// Whether a stream ends by this when the main connection is lost.
+fn may_be_a_gap(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::ConnectionClosed { .. }
+            | Error::NoAnswer { .. }
+            | Error::NotTaken { .. }
+            | Error::Io { .. }
+            | Error::ConnectionRefused { .. }
+            | Error::ConnectTimedOut { .. }
+            | Error::ConnectFailed { .. }
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,73 +1,177 @@
 //! Making connections, and what can go wrong with them.
 
-use std::io::ErrorKind;
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
-use std::time::Duration;
+use std::io::{self, ErrorKind};
+use std::net::{SocketAddr, TcpStream};
+use std::time::{Duration, Instant};
 
+use super::limits::TimeLeft;
+use super::resolve::{Found, Resolver, SYSTEM};
+use super::transport::SHORTEST_LIMIT;
 use crate::error::Error;
 
-/// How long the steps of talking to the controller may take.
-///
-/// Limits under a millisecond count as one millisecond.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TimeLimits {
-    /// For making the connection to each address of the host. Default 5 s.
-    ///
-    /// Finding the addresses of a host name is up to the operating system and not limited here;
-    /// a numeric address needs no finding.
-    pub connect: Duration,
-    /// For the whole response to a command. Default 2 s; the controller answers an exchange
-    /// after 10 ms, 40 ms at most.
-    pub read: Duration,
-    /// For handing a command to the operating system. Default 2 s.
-    pub write: Duration,
-}
-
-impl Default for TimeLimits {
-    fn default() -> Self {
-        Self {
-            connect: Duration::from_secs(5),
-            read: Duration::from_secs(2),
-            write: Duration::from_secs(2),
-        }
-    }
-}
-
-/// The shortest limit that the operating system takes for one.
-pub(crate) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
-
-/// Connects to the first of the host's addresses that answers within the limit.
+/// Connects to the first of the host's addresses that answers; the limit is for all of it.
 pub(super) fn connect(host: &str, port: u16, limit: Duration) -> Result<TcpStream, Error> {
-    let not_found = |reason: String| Error::HostNotFound { host: host.to_owned(), reason };
-    let addresses = (host, port).to_socket_addrs().map_err(|error| not_found(error.to_string()))?;
-    let mut failure = not_found("it has no address".to_owned());
-    for address in addresses {
-        match connect_to(address, limit) {
-            Ok(stream) => return Ok(stream),
-            Err(error) => failure = error,
-        }
-    }
-    Err(failure)
+    connect_by(&SYSTEM, host, port, limit)
 }
 
-/// Connects to an address within the limit.
-pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> Result<TcpStream, Error> {
-    TcpStream::connect_timeout(&address, limit).map_err(|error| {
-        let address = address.to_string();
-        match error.kind() {
-            ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
-            ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
-            _ => Error::ConnectFailed { address, reason: error.to_string() },
-        }
+fn connect_by<F>(
+    resolver: &Resolver<F>,
+    host: &str,
+    port: u16,
+    limit: Duration,
+) -> Result<TcpStream, Error>
+where
+    F: Fn(&str) -> Found + Clone + Send + 'static,
+{
+    let mut left = TimeLeft::new(limit.max(SHORTEST_LIMIT), Instant::now());
+    let addresses = resolver.addresses(host, port, &mut left)?;
+    let found = connect_to_one(&addresses, &mut left, Instant::now, connect_to);
+    found.unwrap_or_else(|| {
+        Err(Error::HostNotFound { host: host.to_owned(), reason: "it has no address".to_owned() })
     })
 }
 
-/// The error for a command during which the connection failed, when so many bytes had come in.
-pub(crate) fn io_error(command: &'static str, error: &std::io::Error, received: usize) -> Error {
-    match error.kind() {
-        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
-            Error::ConnectionClosed { command, received }
+/// Connects to the first address that answers. Each gets an equal share of the time that is left
+/// when its turn comes. `None` when there is no address.
+fn connect_to_one<S>(
+    addresses: &[SocketAddr],
+    left: &mut TimeLeft,
+    now: impl Fn() -> Instant,
+    mut connect_to: impl FnMut(SocketAddr, Duration) -> io::Result<S>,
+) -> Option<Result<S, Error>> {
+    let mut failure = None;
+    for (remaining, &address) in (1..=addresses.len() as u32).rev().zip(addresses) {
+        let result = match left.next(&now) {
+            Some(rest) => connect_to(address, rest / remaining),
+            None => Err(ErrorKind::TimedOut.into()),
+        };
+        match result {
+            Ok(stream) => return Some(Ok(stream)),
+            Err(error) => failure = Some(Err(connect_error(address, left.limit(), &error))),
         }
-        kind => Error::Io { command, kind, reason: error.to_string() },
+    }
+    failure
+}
+
+/// Connects to an address within the limit.
+pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<TcpStream> {
+    TcpStream::connect_timeout(&address, limit.max(SHORTEST_LIMIT))
+}
+
+/// The error for an address that could not be connected to within the limit.
+pub(crate) fn connect_error(address: SocketAddr, limit: Duration, error: &io::Error) -> Error {
+    let address = address.to_string();
+    match error.kind() {
+        ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
+        ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
+        _ => Error::ConnectFailed { address, reason: error.to_string() },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::net::TcpListener;
+
+    use super::*;
+
+    const LIMIT: Duration = Duration::from_secs(6);
+
+    fn addresses(count: u8) -> Vec<SocketAddr> {
+        (1..=count).map(|number| ([10, 0, 0, number], 65000).into()).collect()
+    }
+
+    /// Connects to addresses of which each behaves as told: it answers after that long, never, or
+    /// refuses. Returns what comes of it, and how long each had.
+    fn connect_to_these(
+        behaviours: &[Result<Duration, ErrorKind>],
+        found_after: Duration,
+    ) -> (Option<Result<SocketAddr, Error>>, Vec<Duration>) {
+        let begin = Instant::now();
+        let time = Cell::new(Duration::ZERO);
+        let mut left = TimeLeft::new(LIMIT, begin);
+        if !found_after.is_zero() {
+            left.next(|| begin);
+            time.set(found_after);
+        }
+        let mut limits = Vec::new();
+        let mut behaviours = behaviours.iter();
+        let addresses = addresses(behaviours.len() as u8);
+        let now = || begin + time.get();
+        let result = connect_to_one(&addresses, &mut left, now, |address, limit| {
+            limits.push(limit);
+            let (passed, result) = match *behaviours.next().unwrap() {
+                Ok(delay) if delay <= limit => (delay, Ok(address)),
+                Ok(_) => (limit, Err(ErrorKind::TimedOut.into())),
+                Err(kind) => (Duration::ZERO, Err(kind.into())),
+            };
+            time.set(time.get() + passed);
+            result
+        });
+        (result, limits)
+    }
+
+    const DEAD: Result<Duration, ErrorKind> = Ok(Duration::MAX);
+    const REFUSED: Result<Duration, ErrorKind> = Err(ErrorKind::ConnectionRefused);
+
+    fn secs(time: u64) -> Duration {
+        Duration::from_secs(time)
+    }
+
+    fn timed_out(address: SocketAddr) -> Option<Result<SocketAddr, Error>> {
+        Some(Err(Error::ConnectTimedOut { address: address.to_string(), limit: LIMIT }))
+    }
+
+    #[test]
+    fn a_single_address_has_the_whole_limit() {
+        let (result, limits) = connect_to_these(&[DEAD], secs(0));
+        assert_eq!((result, limits), (timed_out(addresses(1)[0]), vec![LIMIT]));
+    }
+
+    #[test]
+    fn addresses_share_what_is_left_of_the_limit() {
+        let (result, limits) = connect_to_these(&[DEAD, DEAD, DEAD], secs(0));
+        assert_eq!((result, limits), (timed_out(addresses(3)[2]), vec![secs(2); 3]));
+        let (result, limits) = connect_to_these(&[DEAD, DEAD], secs(2));
+        assert_eq!((result, limits), (timed_out(addresses(2)[1]), vec![secs(2); 2]));
+        // What one does not use is for those behind it.
+        let (result, limits) = connect_to_these(&[REFUSED, DEAD], secs(0));
+        assert_eq!((result, limits), (timed_out(addresses(2)[1]), vec![secs(3), secs(6)]));
+    }
+
+    #[test]
+    fn a_dead_first_address_leaves_time_for_the_second() {
+        let (result, limits) = connect_to_these(&[DEAD, Ok(secs(1))], secs(0));
+        assert_eq!((result, limits), (Some(Ok(addresses(2)[1])), vec![secs(3), secs(3)]));
+    }
+
+    #[test]
+    fn the_first_address_that_answers_is_the_one() {
+        let (result, limits) = connect_to_these(&[Ok(secs(0)), DEAD], secs(0));
+        assert_eq!((result, limits), (Some(Ok(addresses(2)[0])), vec![secs(3)]));
+    }
+
+    #[test]
+    fn nothing_is_tried_when_finding_has_taken_all_the_time() {
+        let (result, limits) = connect_to_these(&[Ok(secs(0))], LIMIT);
+        assert_eq!((result, limits), (timed_out(addresses(1)[0]), vec![]));
+    }
+
+    #[test]
+    fn a_name_without_an_address_is_not_found() {
+        let resolver = Resolver::new(|_: &str| Ok(Vec::new()));
+        let error = connect_by(&resolver, "txt.local", 65000, LIMIT).unwrap_err();
+        let reason = "it has no address".to_owned();
+        assert_eq!(error, Error::HostNotFound { host: "txt.local".to_owned(), reason });
+    }
+
+    #[test]
+    fn a_name_with_two_addresses_of_which_the_first_refuses_is_connected_to() {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let found = ["[::1]:0", "127.0.0.1:0"].map(|address| address.parse().unwrap());
+        let resolver = Resolver::new(move |_: &str| Ok(found.to_vec()));
+        let stream = connect_by(&resolver, "txt.local", port, secs(30)).unwrap();
+        assert_eq!(stream.peer_addr().unwrap(), listener.local_addr().unwrap());
     }
 }

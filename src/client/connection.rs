@@ -1,16 +1,18 @@
 //! A request and its response: what the controller's connections have in common.
 
-use std::io::{ErrorKind, Read, Write};
-use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::io::{self, ErrorKind};
+use std::net::{IpAddr, TcpStream};
+use std::time::Duration;
 
-use super::connect::{self, io_error, TimeLimits, SHORTEST_LIMIT};
+use super::connect;
+use super::limits::{TimeLeft, TimeLimits};
+use super::transport::{TcpTransport, Transport};
 use crate::error::Error;
 
 /// A connection on which each request has one response, strictly in turn.
 #[derive(Debug)]
 pub(crate) struct Connection {
-    pub(super) stream: TcpStream,
+    transport: Box<dyn Transport>,
     limits: TimeLimits,
 }
 
@@ -22,23 +24,35 @@ pub(crate) struct PacketNames {
 }
 
 impl Connection {
-    /// Connects to the first of the host's addresses that answers within the limit.
+    /// Connects to the first of the host's addresses that answers; the limit for connecting is for
+    /// all of it.
     pub(crate) fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
-        let limits = TimeLimits {
-            connect: limits.connect.max(SHORTEST_LIMIT),
-            read: limits.read.max(SHORTEST_LIMIT),
-            write: limits.write.max(SHORTEST_LIMIT),
-        };
         let stream = connect::connect(host, port, limits.connect)?;
-        stream
-            .set_nodelay(true)
-            .and_then(|()| stream.set_read_timeout(Some(limits.read)))
-            .and_then(|()| stream.set_write_timeout(Some(limits.write)))
-            .map_err(|error| Error::ConnectFailed {
-                address: format!("{host}:{port}"),
-                reason: error.to_string(),
-            })?;
-        Ok(Self { stream, limits })
+        Self::over_tcp(stream, limits).map_err(|error| Error::ConnectFailed {
+            address: format!("{host}:{port}"),
+            reason: error.to_string(),
+        })
+    }
+
+    /// A connection over a stream.
+    pub(crate) fn over_tcp(stream: TcpStream, limits: TimeLimits) -> io::Result<Self> {
+        let transport = TcpTransport::new(stream, limits.read, limits.write)?;
+        Ok(Self::over(Box::new(transport), limits))
+    }
+
+    pub(super) fn over(transport: Box<dyn Transport>, limits: TimeLimits) -> Self {
+        Self { transport, limits }
+    }
+
+    /// Whether the other side has neither closed the connection, as far as is known here, nor sent
+    /// what nobody asked for. Does not block.
+    pub(crate) fn is_silent(&self) -> bool {
+        self.transport.is_silent()
+    }
+
+    /// The other side's address, unless the connection is lost already.
+    pub(super) fn peer_ip(&self) -> Option<IpAddr> {
+        self.transport.peer_ip()
     }
 
     /// Sends a request and reads its whole response into `buffer`, which is longer than any, so
@@ -52,98 +66,121 @@ impl Connection {
         buffer: &mut [u8],
         size: impl Fn(&[u8]) -> Result<Option<usize>, Error>,
     ) -> Result<usize, Error> {
-        self.stream.write_all(request).map_err(|error| io_error(names.request, &error, 0))?;
-        self.read_response(names, buffer, size)
-    }
-
-    /// Whether the other side has neither closed the connection, as far as is known here, nor sent
-    /// what nobody asked for. Does not block.
-    pub(crate) fn is_silent(&self) -> bool {
-        let peeked = self.stream.set_nonblocking(true).and_then(|()| self.stream.peek(&mut [0]));
-        let blocks_again = self.stream.set_nonblocking(false).is_ok();
-        blocks_again && peeked.is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
-    }
-
-    fn read_response(
-        &mut self,
-        PacketNames { request: command, response: packet }: PacketNames,
-        buffer: &mut [u8],
-        size: impl Fn(&[u8]) -> Result<Option<usize>, Error>,
-    ) -> Result<usize, Error> {
-        let deadline = Instant::now().checked_add(self.limits.read);
+        self.send(names.request, request)?;
+        let mut left = self.time_to_read();
         let mut received = 0;
-        let mut shortened = false;
         let size = loop {
             if let Some(size) = size(&buffer[..received])? {
                 if received >= size {
                     break size;
                 }
             }
-            if received > 0 {
-                // The limit is for the whole response, not for each piece of it.
-                let rest =
-                    deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
-                if rest == Some(Duration::ZERO) {
-                    return Err(self.no_answer(command, received));
-                }
-                self.set_read_limit(command, rest.unwrap_or(self.limits.read))?;
-                shortened = true;
-            }
-            received += match self.stream.read(&mut buffer[received..]) {
-                Ok(0) => return Err(Error::ConnectionClosed { command, received }),
-                Ok(count) => count,
-                Err(error) => match error.kind() {
-                    ErrorKind::Interrupted => 0,
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut => {
-                        return Err(self.no_answer(command, received));
-                    }
-                    _ => return Err(io_error(command, &error, received)),
-                },
-            };
+            received +=
+                self.receive(names.request, &mut buffer[received..], received, &mut left)?;
         };
-        if shortened {
-            self.set_read_limit(command, self.limits.read)?;
-        }
         if received > size {
+            let packet = names.response;
             return Err(Error::WrongSize { packet, expected: size, found: received });
         }
         Ok(size)
     }
 
-    fn set_read_limit(&self, command: &'static str, limit: Duration) -> Result<(), Error> {
-        self.stream
-            .set_read_timeout(Some(limit.max(SHORTEST_LIMIT)))
-            .map_err(|error| io_error(command, &error, 0))
+    /// Sends a command, within the limit for writing.
+    pub(crate) fn send(&mut self, command: &'static str, bytes: &[u8]) -> Result<(), Error> {
+        let limit = self.limits.write;
+        let mut left = TimeLeft::new(limit, self.transport.now());
+        self.write_all(bytes, &mut left).map_err(|error| match error.kind() {
+            ErrorKind::WouldBlock | ErrorKind::TimedOut => Error::NotTaken { command, limit },
+            _ => io_error(command, &error, 0),
+        })
     }
 
-    fn no_answer(&self, command: &'static str, received: usize) -> Error {
-        Error::NoAnswer { command, limit: self.limits.read, received }
+    /// The time for a response, from now on.
+    pub(crate) fn time_to_read(&self) -> TimeLeft {
+        TimeLeft::new(self.limits.read, self.transport.now())
+    }
+
+    /// Fills the buffer with what answers a command; `received` bytes of it have come in before.
+    pub(crate) fn fill(
+        &mut self,
+        command: &'static str,
+        buffer: &mut [u8],
+        received: usize,
+        left: &mut TimeLeft,
+    ) -> Result<(), Error> {
+        let mut filled = 0;
+        while filled < buffer.len() {
+            filled += self.receive(command, &mut buffer[filled..], received + filled, left)?;
+        }
+        Ok(())
+    }
+
+    /// Leaves a connection that may be of no use any more: sends these last words, and reads until
+    /// the other side has closed. Errors are of no interest. Blocks up to the limit.
+    ///
+    /// Closing with unread bytes would reset the connection, and the other side might never read
+    /// what was just sent.
+    pub(super) fn abandon(&mut self, last_words: &[u8], limit: Duration, buffer: &mut [u8]) {
+        let mut left = TimeLeft::new(limit, self.transport.now());
+        if self.write_all(last_words, &mut left).is_err() {
+            return;
+        }
+        let _ = self.transport.end_writing();
+        while matches!(self.read(buffer, &mut left), Ok(1..)) {}
+    }
+
+    /// Reads the next bytes of what answers a command, at least one.
+    fn receive(
+        &mut self,
+        command: &'static str,
+        buffer: &mut [u8],
+        received: usize,
+        left: &mut TimeLeft,
+    ) -> Result<usize, Error> {
+        match self.read(buffer, left) {
+            Ok(0) => Err(Error::ConnectionClosed { command, received }),
+            Ok(count) => Ok(count),
+            Err(error) => Err(match error.kind() {
+                ErrorKind::WouldBlock | ErrorKind::TimedOut => {
+                    Error::NoAnswer { command, limit: left.limit(), received }
+                }
+                _ => io_error(command, &error, received),
+            }),
+        }
+    }
+
+    /// Reads, as often as that is interrupted.
+    fn read(&mut self, buffer: &mut [u8], left: &mut TimeLeft) -> io::Result<usize> {
+        loop {
+            let rest = left.next(|| self.transport.now()).ok_or(ErrorKind::TimedOut)?;
+            match self.transport.read(buffer, rest) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                result => return result,
+            }
+        }
+    }
+
+    /// Writes all bytes, however often that is interrupted.
+    fn write_all(&mut self, mut bytes: &[u8], left: &mut TimeLeft) -> io::Result<()> {
+        while !bytes.is_empty() {
+            let rest = left.next(|| self.transport.now()).ok_or(ErrorKind::TimedOut)?;
+            match self.transport.write(bytes, rest) {
+                Ok(0) => return Err(ErrorKind::WriteZero.into()),
+                Ok(count) => bytes = &bytes[count..],
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
     }
 }
 
-// Elsewhere a system need not tell that a connection was reset before it is read from.
-#[cfg(all(test, target_os = "linux"))]
-mod tests {
-    use std::net::TcpListener;
-
-    use super::*;
-
-    #[test]
-    fn a_connection_that_was_reset_is_not_silent() {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let port = listener.local_addr().unwrap().port();
-        let limits = TimeLimits::default();
-        let mut connection = Connection::connect("127.0.0.1", port, limits).unwrap();
-        let server = listener.accept().unwrap().0;
-        assert!(connection.is_silent());
-        // Closing with an unread byte resets.
-        connection.stream.write_all(&[1]).unwrap();
-        server.peek(&mut [0]).unwrap();
-        drop(server);
-        let begin = Instant::now();
-        while connection.stream.peer_addr().is_ok() {
-            assert!(begin.elapsed() < Duration::from_secs(30), "it was not reset");
+/// The error for a command during which the connection failed, when so many bytes had come in.
+fn io_error(command: &'static str, error: &io::Error, received: usize) -> Error {
+    match error.kind() {
+        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
+            Error::ConnectionClosed { command, received }
         }
-        assert!(!connection.is_silent());
+        kind => Error::Io { command, kind, reason: error.to_string() },
     }
 }

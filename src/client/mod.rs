@@ -2,13 +2,22 @@
 
 mod connect;
 mod connection;
+mod limits;
+mod resolve;
+#[cfg(test)]
+pub(crate) mod scripted;
+#[cfg(all(test, unix))]
+pub(crate) mod signals;
+#[cfg(test)]
+mod tests;
 mod transact;
+mod transport;
 
 use std::net::IpAddr;
 
-pub use connect::TimeLimits;
-pub(crate) use connect::{connect_to, io_error, SHORTEST_LIMIT};
+pub(crate) use connect::{connect_error, connect_to};
 pub(crate) use connection::{Connection, PacketNames};
+pub use limits::TimeLimits;
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};
@@ -61,22 +70,27 @@ pub struct TxtClient {
 }
 
 impl TxtClient {
-    /// Connects to the controller. Blocks up to `limits.connect` for each address of the host.
+    /// Connects to the controller. Blocks up to `limits.connect`.
     ///
     /// `host` is a name or a numeric address; `port` is [`PORT`] for a real controller.
     ///
     /// # Errors
     ///
-    /// [`Error::HostNotFound`], [`Error::ConnectionRefused`], [`Error::ConnectTimedOut`] or
-    /// [`Error::ConnectFailed`].
+    /// [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
+    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::Thread`] when no thread
+    /// could be started to look for a host name.
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
-        Ok(Self {
-            connection: Connection::connect(host, port, limits)?,
+        Ok(Self::over(Connection::connect(host, port, limits)?))
+    }
+
+    fn over(connection: Connection) -> Self {
+        Self {
+            connection,
             online: false,
             broken: None,
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
-        })
+        }
     }
 
     /// Asks for the controller's name and firmware version. Blocks until the response.
@@ -229,7 +243,7 @@ impl TxtClient {
 
     /// The controller's address, unless the connection is lost already.
     pub(crate) fn address(&self) -> Option<IpAddr> {
-        self.connection.stream.peer_addr().ok().map(|address| address.ip())
+        self.connection.peer_ip()
     }
 
     /// Errs with what broke the connection.

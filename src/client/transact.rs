@@ -1,10 +1,7 @@
 //! Bytes to the controller and back: a command and its response, and the last words.
 
-use std::io::{Read, Write};
-use std::net::Shutdown;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::connect::SHORTEST_LIMIT;
 use super::connection::PacketNames;
 use super::TxtClient;
 use crate::error::Error;
@@ -12,8 +9,8 @@ use crate::wire::{
     CmprHeader, CommandId, ExchangeDataResponse, QueryStatusResponse, ResponseId, ID_LEN,
 };
 
-/// How long a failing connection may take to say its last words.
-const FAREWELL_LIMIT: Duration = Duration::from_millis(500);
+/// How long the last words on a failing connection may take.
+const ABANDON_LIMIT: Duration = Duration::from_millis(500);
 
 impl TxtClient {
     /// Notes the error after which the connection is of no further use.
@@ -48,25 +45,11 @@ impl TxtClient {
 
     /// Leaves a connection on which something went wrong: sends this request and StopOnline
     /// whatever came before, so that the controller hears it if it can hear anything. Errors are
-    /// of no interest any more. Blocks for half a second at most for each direction.
+    /// of no interest any more. Blocks for half a second at most.
     pub(crate) fn abandon(&mut self, last_request: &[u8]) {
-        let deadline = Instant::now() + FAREWELL_LIMIT;
-        let mut farewell = last_request.to_vec();
-        CommandId::StopOnline.emit(&mut farewell);
-        let stream = &mut self.connection.stream;
-        let _ = stream.set_write_timeout(Some(FAREWELL_LIMIT));
-        if stream.write_all(&farewell).is_err() {
-            return;
-        }
-        let _ = stream.shutdown(Shutdown::Write);
-        // Closing with unread bytes would reset the connection, and the controller might never
-        // read what was just sent. So read until it has closed its side.
-        while let Some(rest) = deadline.checked_duration_since(Instant::now()) {
-            let _ = stream.set_read_timeout(Some(rest.max(SHORTEST_LIMIT)));
-            if !matches!(stream.read(&mut self.response[..]), Ok(1..)) {
-                return;
-            }
-        }
+        let mut last_words = last_request.to_vec();
+        CommandId::StopOnline.emit(&mut last_words);
+        self.connection.abandon(&last_words, ABANDON_LIMIT, &mut self.response[..]);
     }
 }
 

@@ -66,6 +66,12 @@ impl fmt::Display for Error {
                 "there is no host {host:?} ({reason}); check the spelling, or use the address: \
                  192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth"
             ),
+            Self::LookupTimedOut { host, limit } => write!(
+                f,
+                "the address of {host:?} was not found within {limit:?}; check the network and its \
+                 name servers, or use the numeric address: 192.168.7.2 for USB, 192.168.8.2 for \
+                 WLAN, 192.168.9.2 for Bluetooth"
+            ),
             Self::ConnectionRefused { address } => write!(
                 f,
                 "nothing listens at {address}; check that this is the address of the TXT and that it \
@@ -80,6 +86,11 @@ impl fmt::Display for Error {
                 f,
                 "no connection to {address} ({reason}); check that the TXT is switched on and \
                  connected by USB, WLAN or Bluetooth"
+            ),
+            Self::NotTaken { command, limit } => write!(
+                f,
+                "the controller did not take {command} within {limit:?}; check the connection to the \
+                 TXT, or allow a longer time for writing"
             ),
             Self::NoAnswer { command, limit, received } => write!(
                 f,
@@ -169,7 +180,7 @@ impl fmt::Display for Error {
                  what went wrong at last: {cause}"
             ),
             Self::Thread { reason } => {
-                write!(f, "a thread for the transfer or the camera failed: {reason}")
+                write!(f, "a thread for the transfer, the camera or a host name failed: {reason}")
             }
             Self::World { line: 0, reason } => {
                 write!(f, "the simulated world can't be used: {reason}")

@@ -5,7 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::guard::{PanicCheck, TransferAreaGuard};
+use super::guard::TransferAreaGuard;
+use super::panic_check::PanicCheck;
 use super::program_side::Known;
 use super::shared::Shared;
 use super::state::Stop;
@@ -21,7 +22,8 @@ use crate::error::Error;
 /// # When a thread panics
 ///
 /// A panic stops the motors where it can be seen: in a thread that holds a guard, in a cycle hook, and in
-/// a thread that owns a handle or the handler, which is dropped by the panic. The transfer ends with
+/// a thread that owns the handler, a handle or a subscription to events, which is dropped by the panic.
+/// The transfer ends with
 /// [`Error::ProgramPanicked`], because nobody does any more what that thread did, and what it wrote
 /// under a guard that it held is undone. **A panic can't be seen** in a thread that shares a handle or
 /// the handler with others, by reference or in an `Arc`, and panics between two guards. So give each

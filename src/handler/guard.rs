@@ -5,6 +5,7 @@ use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
+use super::panic_check::PanicCheck;
 use super::program_side::Taken;
 use super::shared::Shared;
 use crate::transfer_area::FishX1Transfer;
@@ -73,22 +74,5 @@ impl Drop for TransferAreaGuard<'_> {
     fn drop(&mut self) {
         // A panic may have left half of what belongs together in the areas.
         self.shared.release(&mut self.taken, self.panicking.has_begun());
-    }
-}
-
-/// Tells a panic that began after this was made from one that was under way already, as when a
-/// destructor uses the area while its thread unwinds.
-#[derive(Debug)]
-pub(super) struct PanicCheck {
-    before: bool,
-}
-
-impl PanicCheck {
-    pub(super) fn new() -> Self {
-        Self { before: std::thread::panicking() }
-    }
-
-    pub(super) fn has_begun(&self) -> bool {
-        !self.before && std::thread::panicking()
     }
 }

@@ -164,7 +164,10 @@ fn run(shared: &Shared, begun: &mut Begun, mut taken: Taken) {
     let Some(hook) = &mut begun.hook else { return shared.release(&mut taken, false) };
     let result = catch_unwind(AssertUnwindSafe(|| hook(&mut taken.areas)));
     shared.release(&mut taken, result.is_err());
-    if result.is_ok_and(|goes_on| goes_on.is_break()) {
-        shared.ask_to_stop(Stop::Asked);
+    match result {
+        Ok(goes_on) if goes_on.is_break() => shared.ask_to_stop(Stop::Asked),
+        Ok(_) => {}
+        // What the hook panicked with may panic once more when it is dropped.
+        Err(payload) => std::mem::forget(payload),
     }
 }

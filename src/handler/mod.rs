@@ -16,6 +16,7 @@ mod hook_slot;
 mod hook_thread;
 mod i2c;
 mod interruptions;
+mod panic_check;
 mod program_side;
 #[cfg(all(test, shuttle))]
 mod model;

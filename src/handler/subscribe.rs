@@ -1,8 +1,11 @@
 //! The program's calls that subscribe to events.
 
+use std::sync::Arc;
+
 use super::area::TransferArea;
 use super::com_handler::TransferAreaComHandler;
 use super::events::{EventKind, Events};
+use super::state::Stop;
 use crate::error::Error;
 
 impl TransferArea {
@@ -28,7 +31,9 @@ impl TransferArea {
     #[doc(alias = "SetFtCbJoyStick")]
     pub fn events(&self, kinds: &[EventKind], capacity: usize) -> Result<Events, Error> {
         Error::check_range("capacity for events", capacity, 1..=Events::MAX_CAPACITY as i64)?;
-        Ok(Events::new(&self.shared().listeners, kinds, capacity))
+        let shared = Arc::clone(self.shared());
+        let stop = move || shared.ask_to_stop(Stop::ProgramPanicked);
+        Ok(Events::new(&self.shared().listeners, kinds, capacity, stop))
     }
 }
 

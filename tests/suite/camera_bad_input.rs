@@ -195,6 +195,5 @@ fn a_server_that_never_reads_the_acknowledges() {
         while stream.write_all(&frames).is_ok() {}
     });
     assert!(count > 0);
-    let limited = Error::NoAnswer { command: REQUEST, limit, received: 0 };
-    assert_eq!(error, Some(limited));
+    assert_eq!(error, Some(Error::NotTaken { command: REQUEST, limit }));
 }

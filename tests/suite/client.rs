@@ -9,7 +9,8 @@ use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{ExchangeData, QueryStatusResponse, ResponseId, UpdateConfig};
 use ft_transfer_area::{
-    Error, Exchange, FirmwareVersion, FishX1Transfer, TimeLimits, TransferMode, TxtClient,
+    Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits, TransferMode,
+    TxtClient,
 };
 
 use crate::support::unpaced;
@@ -110,6 +111,47 @@ fn limits_of_zero_and_for_ever_are_limits_like_others() {
 }
 
 #[test]
+fn the_first_and_the_last_port_are_ports_like_others_or_a_clear_error() {
+    let limits = TimeLimits::default();
+    for port in [0, 65_535] {
+        let results = [
+            TxtClient::connect("127.0.0.1", port, limits).map(drop),
+            I2cClient::connect("127.0.0.1", port, limits).map(drop),
+        ];
+        for result in results {
+            // Somebody may listen at the last one.
+            let Err(error) = result else { continue };
+            assert!(
+                matches!(&error, Error::ConnectionRefused { address } | Error::ConnectFailed { address, .. }
+                    if *address == format!("127.0.0.1:{port}")),
+                "{error:?}"
+            );
+        }
+    }
+    assert!(TxtClient::connect("127.0.0.1", 0, limits).is_err());
+}
+
+#[test]
+fn a_host_name_is_found_like_its_address() {
+    let txt = unpaced().start().unwrap();
+    let mut client = TxtClient::connect("localhost", txt.port(), TimeLimits::default()).unwrap();
+    assert_eq!(client.query_status().unwrap().name(), "TX2013");
+}
+
+#[test]
+fn the_errors_of_a_slow_network_say_what_to_check() {
+    let limit = Duration::from_secs(5);
+    let lookup = Error::LookupTimedOut { host: "txt.local".to_owned(), limit }.to_string();
+    for part in ["\"txt.local\"", "within 5s", "name servers", "192.168.7.2 for USB"] {
+        assert!(lookup.contains(part), "{lookup}");
+    }
+    let not_taken = Error::NotTaken { command: "ExchangeData", limit }.to_string();
+    for part in ["did not take ExchangeData within 5s", "connection", "longer time for writing"] {
+        assert!(not_taken.contains(part), "{not_taken}");
+    }
+}
+
+#[test]
 fn an_exchange_allocates_nothing() {
     let txt = unpaced().extensions(1).start().unwrap();
     let mut client = client_of(&txt);
@@ -155,32 +197,6 @@ fn a_command_is_sent_in_one_piece() {
     client.start_online().unwrap();
     let update = UpdateConfig { config_id: 1, extension_id: 0, config: Config::default() };
     client.update_config(&update).unwrap();
-    server.join().unwrap();
-}
-
-#[test]
-fn a_response_in_pieces_leaves_the_next_one_its_whole_time() {
-    let limit = Duration::from_millis(1600);
-    let (port, server) = controller(move |mut stream| {
-        let mut response = Vec::new();
-        QueryStatusResponse { device_name: [b'x'; 16], version: FirmwareVersion::new(4, 7, 0) }
-            .emit(&mut response);
-        let (first_piece, second_piece) = response.split_at(10);
-        let mut command = [0; 4];
-        stream.read_exact(&mut command).unwrap();
-        // When the first piece comes, half of the limit is left.
-        thread::sleep(limit / 2);
-        stream.write_all(first_piece).unwrap();
-        thread::sleep(limit / 50);
-        stream.write_all(second_piece).unwrap();
-        stream.read_exact(&mut command).unwrap();
-        thread::sleep(limit * 6 / 10);
-        stream.write_all(&response).unwrap();
-    });
-    let limits = TimeLimits { read: limit, ..TimeLimits::default() };
-    let mut client = TxtClient::connect("127.0.0.1", port, limits).unwrap();
-    client.query_status().unwrap();
-    client.query_status().unwrap();
     server.join().unwrap();
 }
 

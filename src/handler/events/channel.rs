@@ -9,12 +9,14 @@ use crossbeam_channel::{Iter, Receiver, RecvError, RecvTimeoutError};
 
 use super::event::{Event, EventKind};
 use super::listeners::Listeners;
+use crate::handler::panic_check::PanicCheck;
 
 /// Events of the kinds that were subscribed to, in the order in which they happened; made by
 /// [`TransferAreaComHandler::events`].
 ///
 /// The subscription outlasts a transfer's end and is there for the next one. The channel ends when
-/// the handler is dropped, so that a loop over it ends. Dropping this unsubscribes.
+/// the handler is dropped, so that a loop over it ends. Dropping this unsubscribes; when a panic drops
+/// it, the transfer [ends with all motors stopped](crate::TransferArea#when-a-thread-panics).
 ///
 /// ```
 /// use std::thread;
@@ -41,15 +43,25 @@ pub struct Events {
     receiver: Receiver<Event>,
     lost: Arc<AtomicU64>,
     listeners: Arc<Listeners>,
+    panicking: PanicCheck,
+    /// Stops the transfer.
+    on_panic: Box<dyn Fn() + Send + Sync>,
 }
 
 impl Events {
     /// The most events that a channel can be made to hold.
     pub const MAX_CAPACITY: usize = 65_536;
 
-    pub(in crate::handler) fn new(listeners: &Arc<Listeners>, kinds: &[EventKind], capacity: usize) -> Self {
+    /// Subscribes. When the thread that owns this panics, `on_panic` is called.
+    pub(in crate::handler) fn new(
+        listeners: &Arc<Listeners>,
+        kinds: &[EventKind],
+        capacity: usize,
+        on_panic: impl Fn() + Send + Sync + 'static,
+    ) -> Self {
         let (receiver, lost) = listeners.subscribe(kinds.iter().copied().collect(), capacity);
-        Self { receiver, lost, listeners: Arc::clone(listeners) }
+        let (listeners, panicking) = (Arc::clone(listeners), PanicCheck::new());
+        Self { receiver, lost, listeners, panicking, on_panic: Box::new(on_panic) }
     }
 
     /// The channel itself, for `select!`, for waiting in other ways, and for other threads.
@@ -104,5 +116,8 @@ impl fmt::Debug for Events {
 impl Drop for Events {
     fn drop(&mut self) {
         self.listeners.unsubscribe(&self.lost);
+        if self.panicking.has_begun() {
+            (self.on_panic)();
+        }
     }
 }

@@ -130,7 +130,7 @@ mod tests {
     }
 
     fn subscribe(listeners: &Arc<Listeners>, kinds: &[EventKind], capacity: usize) -> Events {
-        Events::new(listeners, kinds, capacity)
+        Events::new(listeners, kinds, capacity, || ())
     }
 
     fn came(extension: usize) -> Event {

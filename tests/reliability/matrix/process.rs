@@ -42,12 +42,10 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "`begin_transfer`")
             .sees("`NoAnswer`", "the read limit (1 s)")
             .by(&[By::NeverOn])
-            .pending("signals defeat the limit")
             .test(|| Ok(signalled(Place::QueryStatus))),
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "amid exchanges")
             .sees("`NoAnswer`", "the read limit (1 s) and 0.5 s")
             .by(&[By::IdleLimit])
-            .pending("signals defeat the limit")
             .test(|| Ok(signalled(Place::Exchange))),
         Row::new(SECTION, "no descriptor left", "`begin_transfer`")
             .sees("`ConnectFailed`", "at once")

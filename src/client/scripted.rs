@@ -1,0 +1,167 @@
+//! A transport for tests, without a network and with a clock of its own: what happens when is a
+//! script, and what was done is noted.
+
+use std::collections::VecDeque;
+use std::io::{self, ErrorKind};
+use std::net::IpAddr;
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use super::connection::Connection;
+use super::limits::TimeLimits;
+use super::transport::Transport;
+
+/// The limits of a scripted connection.
+pub(crate) const LIMITS: TimeLimits = TimeLimits {
+    connect: Duration::from_secs(1),
+    read: Duration::from_millis(300),
+    write: Duration::from_millis(200),
+};
+
+/// What happens to a system call.
+#[derive(Clone, Debug)]
+pub(crate) enum Event {
+    /// These bytes come in; when a call can't take them all, the next one gets the rest.
+    Bytes(Vec<u8>),
+    /// So many bytes are taken at most.
+    Room(usize),
+    Error(ErrorKind),
+    /// The other side closes its direction.
+    End,
+}
+
+/// Events, each so long after the one before.
+pub(crate) type Script = Vec<(Duration, Event)>;
+
+/// A signal every 100 ms for much longer than any limit.
+pub(crate) fn storm() -> Script {
+    vec![(Duration::from_millis(100), Event::Error(ErrorKind::Interrupted)); 1000]
+}
+
+/// Events that do not let anybody wait.
+pub(crate) fn at_once<const N: usize>(events: [Event; N]) -> Script {
+    events.map(|event| (Duration::ZERO, event)).into()
+}
+
+/// The test's hold on a transport that the connection owns.
+#[derive(Clone, Debug)]
+pub(crate) struct Scripted(Arc<Mutex<State>>);
+
+#[derive(Debug)]
+pub(crate) struct State {
+    begin: Instant,
+    /// The time since the beginning.
+    pub(crate) time: Duration,
+    /// When it is over, nothing comes any more.
+    reads: VecDeque<(Duration, Event)>,
+    /// When it is over, there is room for everything.
+    writes: VecDeque<(Duration, Event)>,
+    pub(crate) written: Vec<u8>,
+    /// Whether nothing more will be written.
+    pub(crate) ended: bool,
+    /// The limits of all calls.
+    pub(crate) read_limits: Vec<Duration>,
+    pub(crate) write_limits: Vec<Duration>,
+    pub(crate) silent: bool,
+}
+
+impl Scripted {
+    pub(crate) fn new(reads: Script, writes: Script) -> Self {
+        Self(Arc::new(Mutex::new(State {
+            begin: Instant::now(),
+            time: Duration::ZERO,
+            reads: reads.into(),
+            writes: writes.into(),
+            written: Vec::new(),
+            ended: false,
+            read_limits: Vec::new(),
+            write_limits: Vec::new(),
+            silent: true,
+        })))
+    }
+
+    pub(crate) fn connection(&self) -> Connection {
+        Connection::over(Box::new(self.clone()), LIMITS)
+    }
+
+    pub(crate) fn state(&self) -> MutexGuard<'_, State> {
+        self.0.lock().unwrap()
+    }
+}
+
+impl State {
+    /// Lets time go by until the next event; `None` when the limit is over before.
+    fn next_event(&mut self, reading: bool, limit: Duration) -> Option<Event> {
+        let script = if reading { &mut self.reads } else { &mut self.writes };
+        let Some((delay, event)) = script.pop_front() else {
+            self.time += limit;
+            return None;
+        };
+        if delay > limit {
+            script.push_front((delay - limit, event));
+            self.time += limit;
+            return None;
+        }
+        self.time += delay;
+        Some(event)
+    }
+}
+
+impl Transport for Scripted {
+    fn now(&self) -> Instant {
+        let state = self.state();
+        state.begin + state.time
+    }
+
+    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
+        let mut state = self.state();
+        state.read_limits.push(limit);
+        match state.next_event(true, limit) {
+            Some(Event::Bytes(mut bytes)) => {
+                let count = bytes.len().min(buffer.len());
+                let rest = bytes.split_off(count);
+                buffer[..count].copy_from_slice(&bytes);
+                if !rest.is_empty() {
+                    state.reads.push_front((Duration::ZERO, Event::Bytes(rest)));
+                }
+                Ok(count)
+            }
+            Some(Event::Error(kind)) => Err(kind.into()),
+            Some(Event::End) => Ok(0),
+            Some(Event::Room(_)) => panic!("there is no room to read"),
+            None => Err(ErrorKind::WouldBlock.into()),
+        }
+    }
+
+    fn write(&mut self, bytes: &[u8], limit: Duration) -> io::Result<usize> {
+        let mut state = self.state();
+        state.write_limits.push(limit);
+        if state.writes.is_empty() {
+            state.written.extend_from_slice(bytes);
+            return Ok(bytes.len());
+        }
+        match state.next_event(false, limit) {
+            Some(Event::Room(room)) => {
+                let count = bytes.len().min(room);
+                state.written.extend_from_slice(&bytes[..count]);
+                Ok(count)
+            }
+            Some(Event::Error(kind)) => Err(kind.into()),
+            Some(event) => panic!("{event:?} can't happen to writing"),
+            None => Err(ErrorKind::WouldBlock.into()),
+        }
+    }
+
+    fn end_writing(&mut self) -> io::Result<()> {
+        self.state().ended = true;
+        Ok(())
+    }
+
+    fn is_silent(&self) -> bool {
+        self.state().silent
+    }
+
+    fn peer_ip(&self) -> Option<IpAddr> {
+        None
+    }
+}

@@ -1,0 +1,18 @@
+//! Whether a thread has begun to panic.
+
+/// Tells a panic that began after this was made from one that was under way already, as when a
+/// destructor uses the area while its thread unwinds.
+#[derive(Debug)]
+pub(super) struct PanicCheck {
+    before: bool,
+}
+
+impl PanicCheck {
+    pub(super) fn new() -> Self {
+        Self { before: std::thread::panicking() }
+    }
+
+    pub(super) fn has_begun(&self) -> bool {
+        !self.before && std::thread::panicking()
+    }
+}
