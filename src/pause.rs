@@ -98,7 +98,9 @@ mod tests {
         assert!((0..100).any(|_| looks(Clock::Coarse, limit) > 4));
         assert!(looks(Clock::Fine, limit) <= 2);
         // The first part is slept through.
-        assert!(looks(Clock::Coarse, 3 * COARSE) < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize);
+        assert!(
+            looks(Clock::Coarse, 3 * COARSE) < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize
+        );
     }
 
     #[test]

@@ -49,7 +49,6 @@ impl CameraControl {
 
     /// The command by which the controller starts the camera server.
     // Nobody starts the camera again yet.
-    #[cfg_attr(not(test), allow(dead_code))]
     pub(crate) fn command(&self) -> &StartCameraOnline {
         &self.command
     }
@@ -67,7 +66,6 @@ impl CameraControl {
     /// [`stop`](Self::stop), however long that takes. Does not block.
     ///
     /// Does nothing when the stream has ended before.
-    #[cfg_attr(not(test), allow(dead_code))]
     pub(crate) fn pause(&self) {
         self.change(None);
     }
@@ -77,7 +75,6 @@ impl CameraControl {
     /// numbers go on. Does not block.
     ///
     /// Does nothing when the stream has ended before.
-    #[cfg_attr(not(test), allow(dead_code))]
     pub(crate) fn resume(&self, address: SocketAddr) {
         self.change(Some(address));
     }

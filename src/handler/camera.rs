@@ -104,6 +104,10 @@ impl TransferAreaComHandler {
 
     /// Figures of the camera's stream, the present or the last one.
     pub fn camera_statistics(&self) -> CameraStatistics {
-        self.camera().stream.as_ref().map(|stream| stream.control().statistics()).unwrap_or_default()
+        self.camera()
+            .stream
+            .as_ref()
+            .map(|stream| stream.control().statistics())
+            .unwrap_or_default()
     }
 }

@@ -171,8 +171,7 @@ impl TransferAreaComHandler {
         let areas = shared.outgoing();
         let found = |controller| shared.set_controller(controller);
         let limit = self.settings.limits.connect;
-        let (mut link, config_updates) =
-            handshake::connect(&self.settings, limit, &areas, found)?;
+        let (mut link, config_updates) = handshake::connect(&self.settings, limit, &areas, found)?;
         // What was written meanwhile.
         let areas = shared.outgoing();
         if let Err(stop) = shared.run(config_updates) {

@@ -16,10 +16,10 @@ mod hook_slot;
 mod hook_thread;
 mod i2c;
 mod interruptions;
-mod panic_check;
-mod program_side;
 #[cfg(all(test, shuttle))]
 mod model;
+mod panic_check;
+mod program_side;
 mod reconnect;
 mod shared;
 mod state;

@@ -63,7 +63,12 @@ impl Unfinished {
                 note(&mut commands.resets[counter], id, told.counter_reset_id[counter], id);
             }
             let sound = &mut area.txt_outputs;
-            note(&mut commands.sound, sound.sound_cmd_id, told.sound_command_id, sound.sound_cmd_id);
+            note(
+                &mut commands.sound,
+                sound.sound_cmd_id,
+                told.sound_command_id,
+                sound.sound_cmd_id,
+            );
             // A controller that has forgotten the command would play it again.
             sound.sound_index = 0;
         }

@@ -98,7 +98,6 @@ impl Window {
         self.answered = newest;
         reacting + u64::from(std::mem::take(&mut self.looking))
     }
-
 }
 
 #[cfg(test)]

@@ -71,8 +71,7 @@ fn who_has_left_an_online_connection_is_not_refused_when_it_comes_again() {
 fn this_crates_client_tells_that_it_was_refused() {
     let txt = unpaced().start().unwrap();
     let _first = Client::online(&txt);
-    let handler =
-        TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
     assert!(matches!(error, Error::ConnectionClosed { .. } | Error::Io { .. }), "{error:?}");
 }

@@ -243,7 +243,10 @@ fn a_thread_that_waits_for_the_lock_longer_than_the_window_is_counted() {
         // The held guard is late once, and so is the thread, however many windows pass.
         let cycles = handler.statistics().cycles;
         while handler.statistics().late_reactions < 2 {
-            assert!(handler.statistics().cycles < cycles + 100, "the waiting thread is not counted");
+            assert!(
+                handler.statistics().cycles < cycles + 100,
+                "the waiting thread is not counted"
+            );
             thread::sleep(Duration::from_millis(1));
         }
         let cycles = handler.statistics().cycles;

@@ -11,7 +11,9 @@ use ft_transfer_area::{
     TransferAreaComHandler,
 };
 
-use crate::support::{check_client, handler_for, unpaced, unused_ports, wait_until, Record, DEADLINE};
+use crate::support::{
+    check_client, handler_for, unpaced, unused_ports, wait_until, Record, DEADLINE,
+};
 
 /// The first exchange's response is the fourth of a connection without extensions.
 const STRIKES_AT: u64 = 60;
@@ -228,7 +230,10 @@ fn it_gives_up_at_the_limit() {
     let area = handler.transfer_area();
     assert_lost(&next_error(&area));
     let error = next_error(&area);
-    assert!(matches!(error, Error::ReconnectFailed { limit: told, .. } if told == limit), "{error}");
+    assert!(
+        matches!(error, Error::ReconnectFailed { limit: told, .. } if told == limit),
+        "{error}"
+    );
     assert_eq!(handler.end_transfer(), Err(error));
     assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 0);
 }
