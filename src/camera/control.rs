@@ -7,12 +7,10 @@ use parking_lot::{Condvar, Mutex};
 
 use super::CameraStatistics;
 use crate::error::Error;
-use crate::wire::StartCameraOnline;
 
 /// Steers a stream's thread, and tells how it fares.
 #[derive(Debug)]
 pub(crate) struct CameraControl {
-    command: StartCameraOnline,
     state: Mutex<State>,
     /// That the stream is to stop, or that its server has changed.
     changed: Condvar,
@@ -42,15 +40,9 @@ pub(super) struct Server {
 
 /// What other threads do.
 impl CameraControl {
-    pub(super) fn new(command: StartCameraOnline, address: SocketAddr) -> Self {
+    pub(super) fn new(address: SocketAddr) -> Self {
         let state = State { server: Some(address), ..State::default() };
-        Self { command, state: Mutex::new(state), changed: Condvar::new() }
-    }
-
-    /// The command by which the controller starts the camera server.
-    // Nobody starts the camera again yet.
-    pub(crate) fn command(&self) -> &StartCameraOnline {
-        &self.command
+        Self { state: Mutex::new(state), changed: Condvar::new() }
     }
 
     /// Makes the thread end soon. Does not block.

@@ -42,13 +42,13 @@ impl CameraStream {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] when an option is out of its range, [`Error::Thread`].
+    /// [`Error::Thread`].
     pub(crate) fn start(
         address: SocketAddr,
         options: CameraOptions,
         rides_out: Option<Duration>,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
-        let control = Arc::new(CameraControl::new(options.command()?, address));
+        let control = Arc::new(CameraControl::new(address));
         let (sender, receiver) = bounded(options.channel_frames);
         let reader = Reader {
             options,
