@@ -11,6 +11,8 @@ use std::time::Duration;
 
 pub use decode::Picture;
 pub use frame::CameraFrame;
+#[cfg(feature = "__fuzzing")]
+pub use stream::read_frames;
 pub(crate) use stream::{CameraControl, CameraStream};
 
 use crate::error::Error;

@@ -127,6 +127,16 @@ fn response(read: Option<Vec<u8>>) -> Vec<u8> {
     bytes
 }
 
+/// Carries out a request without a connection.
+#[cfg(feature = "__fuzzing")]
+pub(super) fn answer(bytes: &[u8], bus: &mut I2cBus) -> Result<Vec<u8>, String> {
+    let (header, write) = bytes.split_at(bytes.len().min(I2cRequestHeader::LEN));
+    let request = Request::parse(header)?;
+    let mut write = write.to_vec();
+    write.resize(request.write, 0);
+    Ok(response(bus.transfer(&request, &write)))
+}
+
 /// Serves one I2C client after another.
 pub(super) struct I2cServer {
     pub(super) listener: TcpListener,
