@@ -116,15 +116,17 @@ impl Conversation {
     /// Sends a compressed exchange with these data, and their checksum if it is to be right.
     fn exchange(&mut self, mask: u16, data: &[u8], is_right: bool) {
         let count = REQUEST_WORDS * (1 + mask.count_ones() as usize);
-        let crc = match self.requests.clone().expand(data, count, 0) {
-            Err(Error::WrongCrc { computed, .. }) if is_right => computed,
-            _ => 0,
+        let (crc, is_right) = match self.requests.clone().expand(data, count, 0) {
+            Err(Error::WrongCrc { computed, .. }) if is_right => (computed, true),
+            _ => (0, false),
         };
+        let must_answer = is_right && self.machine.online() && mask >> MAX_EXTENSIONS == 0;
         let extra_size = data.len() as u32;
         let mut command = Vec::new();
         CmprHeader { extra_size, crc, active_extensions: mask }.emit_command(&mut command);
         command.extend_from_slice(data);
-        self.send(&command);
+        let is_answered = self.send(&command);
+        assert!(is_answered || !must_answer, "a right exchange was refused");
     }
 
     /// Sends bytes in which the commands are told as the server does.
@@ -136,11 +138,14 @@ impl Conversation {
         }
     }
 
-    /// Sends a whole command.
-    fn send(&mut self, command: &[u8]) {
+    /// Sends a whole command; whether it is answered.
+    fn send(&mut self, command: &[u8]) -> bool {
         let before = self.machine.clone();
         match self.port.answer(command, &mut self.machine) {
-            Ok(response) => self.check_response(command, &response),
+            Ok(response) => {
+                self.check_response(command, &response);
+                true
+            }
             Err(reason) => {
                 assert!(!reason.is_empty());
                 assert_eq!(state(&self.machine), state(&before), "after {reason}");
@@ -148,6 +153,7 @@ impl Conversation {
                 assert!(!self.machine.online());
                 self.requests = Expander::new();
                 self.responses = Expander::new();
+                false
             }
         }
     }

@@ -32,7 +32,12 @@ pub fn typed_lines(data: &[u8]) {
 pub fn fault_text(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     match text.parse::<Fault>() {
-        Ok(fault) => assert_eq!(written(fault).parse(), Ok(fault)),
+        Ok(fault) => {
+            let written = written(fault);
+            assert_eq!(written.parse(), Ok(fault));
+            let name = |text: &str| text.split([':', '@']).next().map(str::to_owned);
+            assert_eq!(name(&written), name(text));
+        }
         Err(error) => assert!(!error.to_string().is_empty()),
     }
 }

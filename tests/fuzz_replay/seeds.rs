@@ -175,6 +175,8 @@ fn exchange() {
             input.bytes(&[9, 1]);
             nothing(&mut input);
         }
+        // More extensions than there are.
+        input.int(1, 3).bytes(&[0xFF, 0xFF]).take(&[0xFD; 200], 1200);
         write("exchange", &format!("kind_{kind}"), input.0);
     }
 }
@@ -243,6 +245,9 @@ fn camera() {
     {
         pictures.extend(names.into_iter().zip(simulated(tables)));
     }
+    let cut = pictures[0].1.len() / 2;
+    pictures.push(("cut", pictures[0].1[..cut].to_vec()));
+    pictures.push(("one_byte", vec![0xFF]));
     for (name, jpeg) in &pictures {
         write("repair", name, jpeg);
         write("decode", name, jpeg);
@@ -253,9 +258,18 @@ fn camera() {
         .filter(|(_, jpeg)| jpeg.len() < 1000)
         .flat_map(|(_, jpeg)| frame(jpeg))
         .collect();
-    let mut one = Input::default();
-    one.int(1, 3).take(&frame(&[1, 2, 3]), 300);
-    write("camera_stream", "one", one.0);
+    for (name, first, size) in
+        [("one", 3, 3), ("empty", 3, 0), ("negative", 3, -1), ("large", 2000, 2001)]
+    {
+        let mut second = frame(&[1, 2, 3]);
+        second[16..20].copy_from_slice(&i32::to_le_bytes(size));
+        let mut input = Input::default();
+        input.int(1, 3);
+        for piece in frame(&vec![7; first]).chunks(300).chain([&second[..]]) {
+            input.take(piece, 300);
+        }
+        write("camera_stream", name, input.0);
+    }
     for (name, size) in [("large_pieces", 300), ("small_pieces", 7)] {
         let mut input = Input::default();
         input.int(0, 3);
@@ -362,6 +376,16 @@ fn session() {
     }
     input.int(8, 9).bytes(&[0, 0]).int(7, 7).take(&[1, 2, 3], 600);
     write("session", "every_kind", input.0);
+
+    // The compression begins anew with each StartOnline.
+    let mut input = Input::default();
+    input.int(0, 8).bytes(&[0, 1, 1]);
+    for _ in 0..2 {
+        input.int(8, 9).bytes(&[0, 0]).int(0, 7).take(&[0xFF; 61], 600);
+        input.int(0, 9);
+        input.int(8, 9).bytes(&[0, 0]).int(0, 7).take(&[0; 7], 600);
+    }
+    write("session", "twice_online", input.0);
 }
 
 fn text() {
@@ -370,15 +394,16 @@ fn text() {
         let path = entry.unwrap().path();
         write("worlds", path.file_name().unwrap().to_str().unwrap(), fs::read(&path).unwrap());
     }
-    write(
-        "worlds",
-        "mistake",
-        "[[extensions]]\n[[extensions]]\ninputs.I1 = { heater = {} }\nlamps = [\"O9\"]\n",
-    );
+    for (name, text) in [
+        ("first_line", "master = 5"),
+        ("third_line", "[[extensions]]\n[[extensions]]\ninputs.I1 = { heater = {} }"),
+    ] {
+        write("worlds", name, text);
+    }
     let lines = [
         "I3 1\ni5 -10.5\nI6 50\nI7 99999\nI8 0\nC1 1\nE1.I1 1\nE1.I2 7600\nE1.C2 1\nE1 0\nE1 1",
         "IR1 0 0 0 0 1\nIR2 1 -2 15 -15 3\nIR4 0 0 0 0 12\nIR0 0 0 0 7 9\nI2C 24 63 7\nI2C 200 255 0",
-        "I1 1\nI9 1\nE2.I1 1\nE0 1\nI3 nan\nI4 1e400\nIR5 0 0 0 0 1\nIR1 16 0 0 0 0\nE1.\nI2C 1 2\n",
+        "I1 1\nI9 1\nE2.I1 1\nE0 1\nI3 nan\nI4 1e400\nIR5 0 0 0 0 1\nIR1 16 0 0 0 0\nE1 no\nE1.\nI2C 1 2\n",
     ];
     for (number, lines) in lines.iter().enumerate() {
         write("typed_lines", &format!("lines_{number}"), lines);
