@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::mpsc::{channel, Sender};
 use std::thread;
+use std::time::Duration;
 
 use arbitrary::{Result, Unstructured};
 use ft_transfer_area::fuzzing::i2c_response;
@@ -63,8 +64,10 @@ fn ask(input: &mut Unstructured) -> Result<()> {
     let port = listener.local_addr().expect("it listens").port();
     let (sender, answered) = channel();
     let server = thread::spawn(move || serve(&listener, answers, &sender));
-    let mut client =
-        I2cClient::connect("127.0.0.1", port, TimeLimits::default()).expect("it listens");
+    // Nothing is waited for but a busy machine.
+    let limit = Duration::from_secs(60);
+    let limits = TimeLimits { connect: limit, read: limit, write: limit };
+    let mut client = I2cClient::connect("127.0.0.1", port, limits).expect("it listens");
     for transfer in transfers {
         transfer.check(&mut client);
         answered.recv().expect("it has answered");
