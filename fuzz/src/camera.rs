@@ -49,7 +49,7 @@ fn stream(input: &mut Unstructured) -> Result<()> {
         let _ = server.read_to_end(&mut acknowledges);
         acknowledges
     });
-    let (frames, error) = read_frames(client, options);
+    let (frames, error) = read_frames(client, options).expect("the options are right");
     let acknowledges = server.join().expect("it does not panic");
 
     let (expected, expected_error) = expected_frames(&bytes);

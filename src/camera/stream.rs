@@ -312,10 +312,14 @@ impl Reader {
 /// Reads frames from a connection until something ends it: those that are left in the channel, and
 /// what has ended it.
 #[cfg(feature = "__fuzzing")]
-pub fn read_frames(mut stream: TcpStream, options: CameraOptions) -> (Vec<CameraFrame>, Error) {
+pub fn read_frames(
+    mut stream: TcpStream,
+    options: CameraOptions,
+) -> Result<(Vec<CameraFrame>, Error), Error> {
+    options.command()?;
     let (sender, oldest) = bounded(options.channel_frames);
     let address = SocketAddr::from(([127, 0, 0, 1], 0));
     let reader = Reader { address, options, control: Arc::default(), sender, oldest };
     let error = reader.read_from(&mut stream, &mut 0);
-    (reader.oldest.try_iter().collect(), error)
+    Ok((reader.oldest.try_iter().collect(), error))
 }

@@ -56,5 +56,5 @@ pub fn look_ahead(bytes: &[u8]) {
 /// Carries out an I2C request, which ends with the bytes to write; the response, or why the client
 /// would be cut off. Bytes that are missing are 0.
 pub fn i2c_response(request: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
-    i2c::answer(request, machine.i2c())
+    i2c::answer(request, machine)
 }

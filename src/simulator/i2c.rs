@@ -7,6 +7,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::end::End;
+#[cfg(feature = "__fuzzing")]
+use super::machine::Machine;
 use super::shared::{is_due_to_waiting, Shared};
 use crate::error::Error;
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
@@ -129,12 +131,12 @@ fn response(read: Option<Vec<u8>>) -> Vec<u8> {
 
 /// Carries out a request without a connection.
 #[cfg(feature = "__fuzzing")]
-pub(super) fn answer(bytes: &[u8], bus: &mut I2cBus) -> Result<Vec<u8>, String> {
+pub(super) fn answer(bytes: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
     let (header, write) = bytes.split_at(bytes.len().min(I2cRequestHeader::LEN));
     let request = Request::parse(header)?;
     let mut write = write.to_vec();
     write.resize(request.write, 0);
-    Ok(response(bus.transfer(&request, &write)))
+    Ok(response(machine.i2c().transfer(&request, &write)))
 }
 
 /// Serves one I2C client after another.
