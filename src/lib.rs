@@ -81,6 +81,9 @@ mod client;
 mod error;
 mod exchange;
 mod firmware;
+#[cfg(feature = "__fuzzing")]
+#[doc(hidden)]
+pub mod fuzzing;
 mod handler;
 mod i2c;
 mod pause;

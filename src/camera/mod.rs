@@ -13,6 +13,8 @@ use std::time::Duration;
 pub(crate) use control::CameraControl;
 pub use decode::Picture;
 pub use frame::CameraFrame;
+#[cfg(feature = "__fuzzing")]
+pub use stream::read_frames;
 pub(crate) use stream::CameraStream;
 
 use crate::error::Error;

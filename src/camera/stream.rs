@@ -242,5 +242,25 @@ fn may_be_a_gap(error: &Error) -> bool {
     )
 }
 
+/// Reads frames from a connection until something ends it: those that are left in the channel, and
+/// what has ended it.
+#[cfg(feature = "__fuzzing")]
+pub fn read_frames(
+    stream: std::net::TcpStream,
+    options: CameraOptions,
+) -> Result<(Vec<CameraFrame>, Error), Error> {
+    options.command()?;
+    let (sender, oldest) = bounded(options.channel_frames);
+    let address = SocketAddr::from(([127, 0, 0, 1], 0));
+    let limit = options.frame_limit;
+    let limits = TimeLimits { connect: limit, read: limit, write: limit };
+    let mut connection = Connection::over_tcp(stream, limits)
+        .map_err(|error| connect_error(address, limit, &error))?;
+    let control = Arc::new(CameraControl::new(address));
+    let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };
+    let error = reader.read_from(&mut connection, &mut 0);
+    Ok((reader.oldest.try_iter().collect(), error))
+}
+
 #[cfg(test)]
 mod tests;

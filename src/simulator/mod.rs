@@ -124,6 +124,8 @@ mod end;
 mod fault;
 mod fault_text;
 mod faults;
+#[cfg(feature = "__fuzzing")]
+pub(crate) mod fuzzing;
 mod i2c;
 mod journal;
 mod machine;

@@ -51,6 +51,19 @@ fn response(read: Option<Vec<u8>>) -> Vec<u8> {
     bytes
 }
 
+/// Carries out a request without a connection, on a bus.
+#[cfg(feature = "__fuzzing")]
+pub(in crate::simulator) fn answer(
+    bytes: &[u8],
+    bus: &mut super::I2cBus,
+) -> Result<Vec<u8>, String> {
+    let (header, write) = bytes.split_at(bytes.len().min(I2cRequestHeader::LEN));
+    let Request { address, write: size, read } = Request::parse(header)?;
+    let mut write = write.to_vec();
+    write.resize(size, 0);
+    Ok(response(bus.transfer(address, &write, read)))
+}
+
 /// Serves one I2C client after another.
 pub(in crate::simulator) struct I2cServer {
     pub(in crate::simulator) listener: TcpListener,

@@ -1,0 +1,162 @@
+//! The camera's connection and its pictures.
+
+use std::borrow::Cow;
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::time::{Duration, Instant};
+
+use arbitrary::{Result, Unstructured};
+use ft_transfer_area::fuzzing::read_frames;
+use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
+use ft_transfer_area::{CameraFrame, CameraOptions, Error};
+
+use super::take;
+
+/// The most bytes of a frame, so that both larger and smaller ones come.
+const MAX_FRAME_SIZE: usize = 2000;
+
+/// Sends the bytes as a camera server would, in pieces, then closes the connection. The frames that
+/// come out are those that the bytes tell.
+pub fn camera_stream(data: &[u8]) {
+    // The input ends when there are no more bytes.
+    let _ = stream(&mut Unstructured::new(data));
+}
+
+fn stream(input: &mut Unstructured) -> Result<()> {
+    let channel_frames = input.int_in_range(1..=4)?;
+    let mut pieces = Vec::new();
+    while !input.is_empty() {
+        pieces.push(take(input, 300)?.to_vec());
+    }
+    let bytes = pieces.concat();
+    let options = CameraOptions {
+        channel_frames,
+        frame_limit: Duration::from_secs(60),
+        max_frame_size: MAX_FRAME_SIZE,
+        ..CameraOptions::default()
+    };
+
+    let (client, mut server) = connection();
+    let server = std::thread::spawn(move || {
+        for piece in pieces {
+            // The client closes the connection when it reads what is no frame.
+            if server.write_all(&piece).is_err() {
+                break;
+            }
+        }
+        let _ = server.shutdown(std::net::Shutdown::Write);
+        let mut acknowledges = Vec::new();
+        let _ = server.read_to_end(&mut acknowledges);
+        acknowledges
+    });
+    let (frames, error) = read_frames(client, options).expect("the options are right");
+    let acknowledges = server.join().expect("it does not panic");
+
+    let (expected, expected_error) = expected_frames(&bytes);
+    // The channel keeps the newest.
+    let dropped = expected.len().saturating_sub(channel_frames);
+    assert_eq!(frames.len(), expected.len() - dropped);
+    for (index, frame) in frames.iter().enumerate() {
+        let (header, data) = &expected[dropped + index];
+        assert_eq!(frame.sequence, (dropped + index) as u64);
+        assert_eq!(frame.data, *data);
+        assert_eq!(frame.width, u16::try_from(header.width).unwrap_or(0));
+        assert_eq!(frame.height, u16::try_from(header.height).unwrap_or(0));
+        assert_eq!(frame.size_raw, u32::try_from(header.size_raw).unwrap_or(0));
+        assert_eq!(frame.frames_ready, u32::try_from(header.frames_ready).unwrap_or(0));
+    }
+    match (&error, &expected_error) {
+        (
+            Error::ConnectionClosed { received, .. },
+            Error::ConnectionClosed { received: expected, .. },
+        ) => assert_eq!(received, expected),
+        _ => assert_eq!(error, expected_error),
+    }
+    // A connection that is closed with unread bytes is reset, and what was sent may be lost.
+    let all = CAMERA_FRAME_ACKNOWLEDGE.repeat(expected.len());
+    assert!(all.starts_with(&acknowledges));
+    if matches!(error, Error::ConnectionClosed { .. }) {
+        assert_eq!(acknowledges, all);
+    }
+    Ok(())
+}
+
+/// Both ends of a connection.
+fn connection() -> (TcpStream, TcpStream) {
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
+    let address = listener.local_addr().expect("it listens");
+    let client = TcpStream::connect(address).expect("it listens");
+    let (server, _) = listener.accept().expect("there is a client");
+    server.set_nodelay(true).expect("a connection");
+    (client, server)
+}
+
+/// The frames at the start of these bytes, and what is wrong with those behind them.
+fn expected_frames(mut bytes: &[u8]) -> (Vec<(CameraFrameHeader, Vec<u8>)>, Error) {
+    let mut frames = Vec::new();
+    let closed = |received| Error::ConnectionClosed { command: "", received };
+    loop {
+        let Some((header, behind)) = bytes.split_at_checked(CameraFrameHeader::LEN) else {
+            return (frames, closed(bytes.len()));
+        };
+        let header = match CameraFrameHeader::parse(header) {
+            Ok(header) => header,
+            Err(error) => return (frames, error),
+        };
+        let announced = header.size_compressed;
+        if !(1..=MAX_FRAME_SIZE as i32).contains(&announced) {
+            return (frames, Error::FrameSize { announced, limit: MAX_FRAME_SIZE });
+        }
+        let Some((data, rest)) = behind.split_at_checked(announced as usize) else {
+            return (frames, closed(bytes.len()));
+        };
+        frames.push((header, data.to_vec()));
+        bytes = rest;
+    }
+}
+
+fn frame(data: &[u8]) -> CameraFrame {
+    CameraFrame {
+        sequence: 0,
+        arrived: Instant::now(),
+        frames_ready: 1,
+        width: 0,
+        height: 0,
+        size_raw: 0,
+        data: data.to_vec(),
+    }
+}
+
+/// Mends a picture. What comes out is whole, and nothing is left to mend.
+pub fn repair(data: &[u8]) {
+    let camera_frame = frame(data);
+    match camera_frame.jpeg() {
+        Ok(jpeg) => {
+            assert!(jpeg.starts_with(&[0xFF, 0xD8]) && jpeg.ends_with(&[0xFF, 0xD9]));
+            let again = frame(&jpeg);
+            let again = again.jpeg().expect("it was mended");
+            assert!(matches!(again, Cow::Borrowed(_)), "it was copied");
+            assert_eq!(again, jpeg);
+        }
+        Err(Error::BadPicture { reason }) => assert!(!reason.is_empty()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Decodes a picture both ways.
+pub fn decode(data: &[u8]) {
+    let frame = frame(data);
+    let is_mended = frame.jpeg().is_ok();
+    match (frame.to_rgb(), frame.to_yuv422()) {
+        (Ok(rgb), Ok(yuv)) => {
+            assert!(is_mended);
+            assert_eq!((rgb.width, rgb.height), (yuv.width, yuv.height));
+            let (width, height) = (usize::from(rgb.width), usize::from(rgb.height));
+            assert_eq!(rgb.data.len(), 3 * width * height);
+            assert_eq!(yuv.data.len(), 4 * width.div_ceil(2) * height);
+        }
+        (Err(Error::BadPicture { .. }), Err(Error::BadPicture { .. })) => {}
+        // The decoder takes a picture with its own idea of the colours for one way only.
+        (rgb, yuv) => panic!("{:?} {:?}", rgb.err(), yuv.err()),
+    }
+}

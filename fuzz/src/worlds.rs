@@ -1,0 +1,187 @@
+//! Worlds of the simulated machine, as text and built in code.
+
+use std::time::Duration;
+
+use arbitrary::{Result, Unstructured};
+use ft_transfer_area::simulator::world::{
+    Board, Contact, MotorModel, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide, Travel, World,
+};
+use ft_transfer_area::simulator::Machine;
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::tx::{Input, Motor, Output};
+use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area::Error;
+
+/// How often a world is stepped.
+const STEPS: u32 = 100;
+
+/// Reads a text as a world. What is accepted can be stepped.
+pub fn worlds(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    match World::from_toml(text) {
+        Ok(world) => {
+            let extensions = world.extensions.len();
+            let machine = Machine::with_world(extensions, world).expect("it was accepted");
+            step(machine, data);
+        }
+        Err(Error::World { line, reason }) => {
+            assert!((1..=text.lines().count() + 1).contains(&line), "line {line}: {reason}");
+            assert!(!reason.is_empty() && !reason.contains('\n'));
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Builds a world of arbitrary values. What is accepted can be stepped.
+pub fn built_worlds(data: &[u8]) {
+    let mut input = Unstructured::new(data);
+    // The input ends when there are no more bytes.
+    let Ok((extensions, world)) = world(&mut input) else { return };
+    match Machine::with_world(extensions, world) {
+        Ok(machine) => step(machine, input.take_rest()),
+        Err(Error::World { line: 0, reason }) => assert!(!reason.is_empty()),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Lets time pass with outputs that these bytes tell, now with short steps, now with a long one.
+fn step(mut machine: Machine, bytes: &[u8]) {
+    let mut bytes = bytes.iter().copied().cycle();
+    let mut next = || bytes.next().unwrap_or_default();
+    for number in 0..STEPS {
+        let mut outputs = ExchangeData::default();
+        outputs.duty.fill_with(|| i16::from(next()) * 2);
+        if next() & 3 == 0 {
+            outputs.motor_command_id.fill_with(|| u16::from(next()));
+            outputs.distance.fill_with(|| u16::from(next()));
+            outputs.master.fill_with(|| i16::from(next() % 5));
+        }
+        let controllers = machine.controllers.len();
+        let controller = number as usize % controllers;
+        machine.set_outputs(controller, outputs);
+        machine.step(Duration::from_millis(if number == STEPS / 2 { 1000 } else { 10 }));
+        for controller in 0..controllers {
+            assert!(machine.report(controller).is_some());
+            for motor in Motor::ALL {
+                check_motor(&machine, controller, motor);
+            }
+        }
+    }
+}
+
+fn check_motor(machine: &Machine, controller: usize, motor: Motor) {
+    let world = machine.world().expect("it has one");
+    let speed = world.motor_speed(controller, motor);
+    assert!(speed.is_none_or(f64::is_finite), "{motor} turns at {speed:?}");
+    let slide = world.slide(controller, motor);
+    assert!(slide.is_none_or(f64::is_finite), "the slide of {motor} is at {slide:?}");
+}
+
+fn world(input: &mut Unstructured) -> Result<(usize, World)> {
+    let master = board(input)?;
+    let boards = input.int_in_range(0..=MAX_EXTENSIONS + 1)?;
+    let extensions = (0..boards).map(|_| board(input)).collect::<Result<_>>()?;
+    let events = (0..input.int_in_range(0..=4)?).map(|_| event(input)).collect::<Result<_>>()?;
+    let period = option(input, number)?;
+    let remotes = (0..input.int_in_range(0..=5)?).map(|_| remote(input)).collect::<Result<_>>()?;
+    let machine = input.int_in_range(0..=MAX_EXTENSIONS)?;
+    Ok((machine, World { master, extensions, script: Script { period, events }, remotes }))
+}
+
+fn board(input: &mut Unstructured) -> Result<Board> {
+    let mut board = Board::default();
+    for _ in 0..input.int_in_range(0..=8)? {
+        let socket = *input.choose(&Input::ALL)?;
+        board.inputs.insert(socket, sensor(input)?);
+    }
+    for _ in 0..input.int_in_range(0..=4)? {
+        let socket = *input.choose(&Motor::ALL)?;
+        board.motors.insert(socket, motor(input)?);
+    }
+    for _ in 0..input.int_in_range(0..=3)? {
+        board.lamps.insert(*input.choose(&Output::ALL)?);
+    }
+    Ok(board)
+}
+
+/// A number that is plausible in most cases, or any.
+fn number(input: &mut Unstructured) -> Result<f64> {
+    Ok(match input.int_in_range(0..=7)? {
+        0 => input.arbitrary()?,
+        1 => *input.choose(&[0.0, -0.0, 1.0, f64::MAX, f64::MIN_POSITIVE, f64::INFINITY])?,
+        2 => input.arbitrary::<u16>()?.into(),
+        _ => f64::from(input.arbitrary::<u8>()?) / 256.0,
+    })
+}
+
+fn option<T>(
+    input: &mut Unstructured,
+    value: impl FnOnce(&mut Unstructured) -> Result<T>,
+) -> Result<Option<T>> {
+    Ok(if input.arbitrary()? { Some(value(input)?) } else { None })
+}
+
+fn socket(input: &mut Unstructured) -> Result<Input> {
+    Ok(*input.choose(&Input::ALL)?)
+}
+
+fn sensor(input: &mut Unstructured) -> Result<Sensor> {
+    let contact = if input.arbitrary()? { Contact::NormallyOpen } else { Contact::NormallyClosed };
+    let pressed = input.arbitrary()?;
+    Ok(match input.int_in_range(0..=8)? {
+        0 => Sensor::Switch { contact, pressed },
+        1 => Sensor::Button { contact, pressed },
+        2 => Sensor::Resistor { ohms: input.arbitrary()? },
+        3 => Sensor::Ntc { celsius: number(input)? },
+        4 => Sensor::PhotoTransistor { light: number(input)? },
+        5 => Sensor::Voltage { mv: input.arbitrary()? },
+        6 => Sensor::Ultrasonic { cm: number(input)? },
+        7 => Sensor::Colour { mv: input.arbitrary()? },
+        _ => Sensor::Trail { white: pressed },
+    })
+}
+
+fn motor(input: &mut Unstructured) -> Result<MotorModel> {
+    Ok(MotorModel {
+        top_speed: number(input)?,
+        time_constant: number(input)?,
+        load: number(input)?,
+        pulses_per_turn: option(input, number)?,
+        slide: option(input, slide)?,
+    })
+}
+
+fn slide(input: &mut Unstructured) -> Result<Slide> {
+    let travel = if input.arbitrary()? {
+        Travel::Pulses(number(input)?)
+    } else {
+        Travel::Mm { length: number(input)?, per_turn: number(input)? }
+    };
+    Ok(Slide {
+        travel,
+        position: number(input)?,
+        start_switch: option(input, socket)?,
+        end_switch: option(input, socket)?,
+        seen_by: option(input, |input| {
+            let (start_cm, end_cm) = (number(input)?, number(input)?);
+            Ok(SeenBy { input: socket(input)?, start_cm, end_cm })
+        })?,
+    })
+}
+
+fn event(input: &mut Unstructured) -> Result<ScriptEvent> {
+    Ok(ScriptEvent {
+        at: number(input)?,
+        controller: input.int_in_range(0..=MAX_EXTENSIONS + 1)?,
+        input: socket(input)?,
+        pressed: input.arbitrary()?,
+    })
+}
+
+fn remote(input: &mut Unstructured) -> Result<Remote> {
+    let mut axis = || input.int_in_range(-16..=16);
+    let (left_x, left_y, right_x, right_y) = (axis()?, axis()?, axis()?, axis()?);
+    let mut bit = || input.arbitrary();
+    let (dip1, dip2, on, off) = (bit()?, bit()?, bit()?, bit()?);
+    Ok(Remote { dip1, dip2, left_x, left_y, right_x, right_y, on, off })
+}

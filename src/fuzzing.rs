@@ -1,0 +1,6 @@
+//! Ways in for the programs in `fuzz/`, to what otherwise only a connection reaches.
+//!
+//! This is no part of the public interface and may change with any version.
+
+pub use crate::camera::read_frames;
+pub use crate::simulator::fuzzing::{command_size, i2c_response, look_ahead, MainPort};

@@ -1,0 +1,60 @@
+//! What the ports answer, without a connection.
+
+use super::command;
+use super::i2c::server;
+use super::machine::Machine;
+use super::session::{Script, Session, Settings};
+use crate::firmware::FirmwareVersion;
+
+/// The main port with one client after another.
+pub struct MainPort {
+    settings: Settings,
+    session: Session,
+    script: Script,
+}
+
+impl MainPort {
+    /// A port to which a client has just connected.
+    pub fn new(microphone: bool) -> Self {
+        let settings = Settings {
+            device_name: *b"ROBOTICS TXT 001",
+            firmware: FirmwareVersion::new(4, 6, 6),
+            microphone,
+            step: 10_000,
+        };
+        let session = Session::new(settings.clone());
+        Self { settings, session, script: Box::new(|_| {}) }
+    }
+
+    /// The client leaves, and the next one connects.
+    pub fn next_client(&mut self, machine: &mut Machine) {
+        machine.client_left();
+        self.session = Session::new(self.settings.clone());
+        machine.client_came();
+    }
+
+    /// Carries out a whole command; the response, or why the client would be cut off.
+    pub fn answer(&mut self, command: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
+        let mut response = Vec::new();
+        self.session
+            .answer(command, machine, &mut self.script, &mut response)
+            .map_err(|misbehaviour| misbehaviour.to_string())?;
+        Ok(response)
+    }
+}
+
+/// How many bytes the command that starts with these has, as far as they tell.
+pub fn command_size(start: &[u8]) -> Result<usize, String> {
+    command::command_size(start).map_err(|misbehaviour| misbehaviour.to_string())
+}
+
+/// Looks at the bytes that are there before a response has left.
+pub fn look_ahead(bytes: &[u8]) {
+    command::ahead(bytes);
+}
+
+/// Carries out an I2C request, which ends with the bytes to write; the response, or why the client
+/// would be cut off. Bytes that are missing are 0.
+pub fn i2c_response(request: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
+    server::answer(request, machine.i2c())
+}
