@@ -11,7 +11,7 @@ use super::program_side::Known;
 use super::shared::Shared;
 use super::state::Stop;
 use super::statistics::Statistics;
-use super::wait::deadline_after;
+use super::sync::deadline_after;
 use crate::error::Error;
 
 /// A handle to the areas of a [`TransferAreaComHandler`](super::TransferAreaComHandler), for

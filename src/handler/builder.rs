@@ -1,30 +1,12 @@
-//! The settings of a handler.
+//! How a handler is set up.
 
 use std::time::Duration;
 
 use super::com_handler::TransferAreaComHandler;
-use super::hook_slot::DEFAULT_LIMIT;
-use crate::client::{TimeLimits, PORT};
+use super::settings::Settings;
+use crate::client::TimeLimits;
 use crate::error::Error;
 use crate::exchange::{check_area_count, TransferMode};
-
-/// What a handler needs to know. The defaults are the kit's, where it has one.
-#[derive(Clone, Debug)]
-pub(super) struct Settings {
-    pub(super) host: String,
-    pub(super) port: u16,
-    pub(super) camera_port: u16,
-    pub(super) i2c_port: u16,
-    pub(super) areas: usize,
-    pub(super) mode: TransferMode,
-    pub(super) limits: TimeLimits,
-    pub(super) reaction_window: Duration,
-    pub(super) hook_limit: Duration,
-    /// `None` switches it off.
-    pub(super) watchdog: Option<Duration>,
-    /// For how long a lost connection is made again; `None` ends the transfer.
-    pub(super) reconnect: Option<Duration>,
-}
 
 /// Settings of a [`TransferAreaComHandler`], made by [`TransferAreaComHandler::builder`].
 ///
@@ -52,28 +34,24 @@ pub struct TransferAreaComHandlerBuilder {
     i2c_port: Option<u16>,
 }
 
-impl TransferAreaComHandlerBuilder {
-    pub(super) fn new(host: String) -> Self {
-        Self {
-            settings: Settings {
-                host,
-                port: PORT,
-                camera_port: 0,
-                i2c_port: 0,
-                areas: 1,
-                mode: TransferMode::default(),
-                limits: TimeLimits::default(),
-                reaction_window: Duration::from_millis(5),
-                hook_limit: DEFAULT_LIMIT,
-                watchdog: None,
-                reconnect: None,
-            },
+impl TransferAreaComHandler {
+    /// Settings for a handler of the controller at `host`, a name or a numeric address:
+    /// 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
+    /// controller itself.
+    #[doc(alias = "ftIF2013TransferAreaComHandler")]
+    #[doc(alias = "ftxOpenComDevice")]
+    #[doc(alias = "ftxOpenComDeviceNr")]
+    pub fn builder(host: impl Into<String>) -> TransferAreaComHandlerBuilder {
+        TransferAreaComHandlerBuilder {
+            settings: Settings::new(host.into()),
             camera_port: None,
             i2c_port: None,
         }
     }
+}
 
-    /// The port of the main connection, 1..=65535. Default [`PORT`], 65000. The camera's and I2C's lie
+impl TransferAreaComHandlerBuilder {
+    /// The port of the main connection, 1..=65535. Default [`PORT`](crate::PORT), 65000. The camera's and I2C's lie
     /// behind it unless they are set, too.
     pub fn port(mut self, port: u16) -> Self {
         self.settings.port = port;

@@ -5,9 +5,9 @@ use std::time::Duration;
 
 use crossbeam_channel::Receiver;
 
-use super::builder::Settings;
 use super::com_handler::{Camera, TransferAreaComHandler};
 use super::command::Command;
+use super::settings::Settings;
 use crate::camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream};
 use crate::error::Error;
 

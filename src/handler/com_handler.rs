@@ -7,9 +7,9 @@ use std::time::Duration;
 use parking_lot::{Mutex, MutexGuard};
 
 use super::area::TransferArea;
-use super::builder::{Settings, TransferAreaComHandlerBuilder};
 use super::guard::TransferAreaGuard;
 use super::handshake;
+use super::settings::Settings;
 use super::shared::{Controller, Shared};
 use super::state::Stop;
 use super::statistics::Statistics;
@@ -41,8 +41,8 @@ use crate::firmware::FirmwareVersion;
 ///   be seen](TransferArea#when-a-thread-panics) end with a last exchange that stops all motors, as far
 ///   as the connection still allows. A controller that it can't reach stops them because it has lost the
 ///   connection. Thereafter the areas' outputs are as that exchange sent them.
-/// - A [watchdog](TransferAreaComHandlerBuilder::watchdog) stops the motors when the program hangs, and
-///   a lost connection can be [made again](TransferAreaComHandlerBuilder::reconnect), if the program
+/// - A [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) stops the motors when the program hangs, and
+///   a lost connection can be [made again](crate::TransferAreaComHandlerBuilder::reconnect), if the program
 ///   wants that.
 ///
 /// ```no_run
@@ -84,16 +84,6 @@ pub(super) struct Camera {
 }
 
 impl TransferAreaComHandler {
-    /// Settings for a handler of the controller at `host`, a name or a numeric address:
-    /// 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
-    /// controller itself.
-    #[doc(alias = "ftIF2013TransferAreaComHandler")]
-    #[doc(alias = "ftxOpenComDevice")]
-    #[doc(alias = "ftxOpenComDeviceNr")]
-    pub fn builder(host: impl Into<String>) -> TransferAreaComHandlerBuilder {
-        TransferAreaComHandlerBuilder::new(host.into())
-    }
-
     pub(super) fn new(settings: Settings) -> Self {
         let shared = Shared::new(settings.areas, Watchdog::new(settings.watchdog));
         Self {
@@ -145,7 +135,7 @@ impl TransferAreaComHandler {
     /// }
     /// ```
     ///
-    /// [`reconnect`](TransferAreaComHandlerBuilder::reconnect) does this by itself, and more often than
+    /// [`reconnect`](crate::TransferAreaComHandlerBuilder::reconnect) does this by itself, and more often than
     /// once.
     ///
     /// # Errors
@@ -192,7 +182,7 @@ impl TransferAreaComHandler {
     /// Stops all motors with a last exchange, ends online mode and closes the connection.
     ///
     /// Blocks until this is done, at most as long as the time limits and the [limit of the cycle
-    /// hook](TransferAreaComHandlerBuilder::hook_limit) allow; while a lost connection is made again, until
+    /// hook](crate::TransferAreaComHandlerBuilder::hook_limit) allow; while a lost connection is made again, until
     /// the attempt that is under way has failed. Ending what has ended well, or was never begun, does
     /// nothing. From inside a cycle hook it does not block, and the transfer ends when that has returned.
     ///

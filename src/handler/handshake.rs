@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use log::info;
 
-use super::builder::Settings;
+use super::settings::Settings;
 use super::shared::Controller;
 use crate::client::{TimeLimits, TxtClient};
 use crate::error::Error;

@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::sync::ThreadId;
 use crate::transfer_area::FishX1Transfer;
@@ -136,6 +136,3 @@ impl fmt::Debug for HookSlot {
         f.debug_struct("HookSlot").field("turn", &self.turn).finish_non_exhaustive()
     }
 }
-
-/// How long a hook may take unless the program says otherwise.
-pub(super) const DEFAULT_LIMIT: Duration = Duration::from_millis(500);

@@ -1,7 +1,7 @@
 //! The handler's I2C devices.
 
-use super::builder::Settings;
 use super::com_handler::TransferAreaComHandler;
+use super::settings::Settings;
 use crate::error::Error;
 use crate::i2c::I2cClient;
 

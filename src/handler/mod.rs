@@ -21,6 +21,7 @@ mod model;
 mod panic_check;
 mod program_side;
 mod reconnect;
+mod settings;
 mod shared;
 mod state;
 mod statistics;

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use log::{debug, info};
 
-use super::builder::Settings;
 use super::cycle::Cycle;
 use super::handshake;
+use super::settings::Settings;
 use super::shared::{Controller, Shared};
 use super::state::Stop;
 use super::transfer_side::Delivered;

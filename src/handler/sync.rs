@@ -1,6 +1,6 @@
 //! The locks of this module: those of `parking_lot`, or under a model checker its own.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{thread_id, Condvar, Mutex, MutexGuard, ThreadId};
@@ -35,6 +35,11 @@ pub(super) fn wait_on_time<T>(
         Some(deadline) => crate::pause::Clock::OF_SYSTEM.wait_until(news, guard, deadline),
         deadline => wait_until(news, guard, deadline),
     }
+}
+
+/// The end of a time limit; `None` when that is beyond all time.
+pub(super) fn deadline_after(limit: Duration) -> Option<Instant> {
+    Instant::now().checked_add(limit)
 }
 
 /// The earlier of two deadlines, of which each may be missing.

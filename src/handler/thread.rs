@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use log::{error, info, warn};
 
-use super::builder::Settings;
 use super::cycle::Cycle;
 use super::handshake::Link;
 use super::hook_thread::HookThread;
 use super::reconnect::{reconnect, Attempts};
+use super::settings::Settings;
 use super::shared::Shared;
 use super::state::Stop;
 use crate::error::Error;

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use super::area::TransferArea;
 use super::com_handler::TransferAreaComHandler;
 use super::guard::TransferAreaGuard;
+use super::sync::deadline_after;
 use crate::error::Error;
 use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
@@ -227,17 +228,13 @@ impl TransferAreaComHandler {
     }
 }
 
-/// The end of a time limit; `None` when that is beyond all time.
-pub(super) fn deadline_after(limit: Duration) -> Option<Instant> {
-    Instant::now().checked_add(limit)
-}
-
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use std::sync::Arc;
 
     use super::*;
     use crate::exchange::Inputs;
+    use crate::handler::program_side::Known;
     use crate::handler::shared::Shared;
     use crate::handler::watchdog::Watchdog;
 
@@ -258,8 +255,7 @@ mod tests {
 
     /// What a wait for a newer response than `seen` finds at once.
     fn look(area: &TransferArea, seen: u64) -> Option<u64> {
-        let look = |known: &mut _| {
-            let known: &mut crate::handler::program_side::Known = known;
+        let look = |known: &mut Known| {
             known.returned = seen;
             area.shared().wait_cycle(known, Some(Instant::now()))
         };

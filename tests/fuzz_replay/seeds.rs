@@ -287,8 +287,7 @@ fn simulated(tables: bool) -> Vec<Vec<u8>> {
         .camera_start_up(Duration::ZERO)
         .start()
         .unwrap();
-    let handler =
-        TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
     handler.begin_transfer().unwrap();
     let options = CameraOptions { width: 32, height: 24, ..CameraOptions::default() };
     let frames = handler.start_camera(options).unwrap();

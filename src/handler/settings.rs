@@ -1,0 +1,42 @@
+//! What a handler needs to know.
+
+use std::time::Duration;
+
+use crate::client::{TimeLimits, PORT};
+use crate::exchange::TransferMode;
+
+/// What a handler needs to know. The defaults are the kit's, where it has one.
+#[derive(Clone, Debug)]
+pub(super) struct Settings {
+    pub(super) host: String,
+    pub(super) port: u16,
+    pub(super) camera_port: u16,
+    pub(super) i2c_port: u16,
+    pub(super) areas: usize,
+    pub(super) mode: TransferMode,
+    pub(super) limits: TimeLimits,
+    pub(super) reaction_window: Duration,
+    pub(super) hook_limit: Duration,
+    /// `None` switches it off.
+    pub(super) watchdog: Option<Duration>,
+    /// For how long a lost connection is made again; `None` ends the transfer.
+    pub(super) reconnect: Option<Duration>,
+}
+
+impl Settings {
+    pub(super) fn new(host: String) -> Self {
+        Self {
+            host,
+            port: PORT,
+            camera_port: PORT + 1,
+            i2c_port: PORT + 2,
+            areas: 1,
+            mode: TransferMode::default(),
+            limits: TimeLimits::default(),
+            reaction_window: Duration::from_millis(5),
+            hook_limit: Duration::from_millis(500),
+            watchdog: None,
+            reconnect: None,
+        }
+    }
+}
