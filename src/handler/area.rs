@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::guard::TransferAreaGuard;
 use super::panic_check::PanicCheck;
-use super::program_side::Known;
+use super::program_side::{Known, Taken};
 use super::shared::Shared;
 use super::state::Stop;
 use super::statistics::Statistics;
@@ -117,7 +117,7 @@ impl TransferArea {
     /// `println!` hold it until their end.
     #[must_use = "the areas are locked only as long as the guard lives"]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
-        self.guard(None)
+        self.guard(self.shared.lock(self.known.get()))
     }
 
     /// Waits for the next response and returns the areas locked, with its inputs in them.
@@ -163,9 +163,9 @@ impl TransferArea {
 
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
         let deadline = limit.and_then(deadline_after);
-        let response = self.learn(|known| self.shared.wait_cycle(known, deadline))?;
+        let taken = self.learn(|known| self.shared.wait_cycle(known, deadline))?;
         let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
-        let guard = self.guard(Some(response.ok_or_else(timed_out)?));
+        let guard = self.guard(taken.ok_or_else(timed_out)?);
         self.note_returned(&guard);
         Ok(guard)
     }
@@ -175,9 +175,8 @@ impl TransferArea {
         self.known.returned.store(guard.response(), Ordering::Relaxed);
     }
 
-    /// Locks the areas for a thread that may have waited for a response.
-    pub(super) fn guard(&self, reacts_to: Option<u64>) -> TransferAreaGuard<'_> {
-        let taken = self.shared.lock(self.known.get(), reacts_to);
+    /// The guard of areas that this thread has taken.
+    pub(super) fn guard(&self, taken: Taken) -> TransferAreaGuard<'_> {
         self.known.shown.fetch_max(taken.newest, Ordering::Relaxed);
         TransferAreaGuard::new(&self.shared, taken)
     }

@@ -8,7 +8,8 @@ use crate::transfer_area::FishX1Transfer;
 /// The areas go from hand to hand: whoever locks them takes them out, and puts them back.
 ///
 /// Nobody can overtake those who wait, so a thread that locks again and again does not starve the
-/// others. First comes the cycle hook, then whoever answers a response, then whoever just locks.
+/// others. First comes the cycle hook, then whoever answers a response, for whom the areas are kept while
+/// its window is open, then whoever just locks.
 #[derive(Debug)]
 pub(super) struct AreaLock {
     /// `None` while somebody has them.
@@ -20,6 +21,9 @@ pub(super) struct AreaLock {
     promised: Option<Waiter>,
     /// How many wait, by kind.
     waiting: [usize; 2],
+    /// How many were told of a response and have not come for the areas yet: until they have, nobody
+    /// else gets them.
+    expected: usize,
     hook_waits: bool,
 }
 
@@ -46,16 +50,39 @@ impl AreaLock {
             holder: None,
             promised: None,
             waiting: [0; 2],
+            expected: 0,
             hook_waits: false,
         }
     }
 
-    /// Takes the areas unless somebody has them or was promised them; tells the holder's turn.
-    pub(super) fn try_take(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
-        if self.promised.is_some() || self.hook_waits {
+    /// Takes the areas unless somebody has them or comes before; tells the holder's turn.
+    pub(super) fn try_take(
+        &mut self,
+        waiter: Waiter,
+        holder: Holder,
+    ) -> Option<(Vec<FishX1Transfer>, u64)> {
+        let others_first = waiter == Waiter::Other && self.expected > 0;
+        if self.promised.is_some() || self.hook_waits || others_first {
             return None;
         }
         self.take(holder)
+    }
+
+    /// Keeps the areas for threads that were just told of a response.
+    pub(super) fn expect(&mut self, threads: usize) {
+        self.expected = threads;
+    }
+
+    /// One of them has come. Tells whom to wake, as [`put_back`](Self::put_back).
+    pub(super) fn arrive(&mut self) -> Option<Waiter> {
+        self.expected = self.expected.saturating_sub(1);
+        self.promise_if_free()
+    }
+
+    /// They are waited for no longer. Tells whom to wake, as [`put_back`](Self::put_back).
+    pub(super) fn expect_nobody(&mut self) -> Option<Waiter> {
+        self.expected = 0;
+        self.promise_if_free()
     }
 
     /// Takes the areas if they were promised to this kind of waiter.
@@ -85,6 +112,10 @@ impl AreaLock {
     /// The hook's turn has passed. Tells whom to wake, as [`put_back`](Self::put_back).
     pub(super) fn pass_hook(&mut self) -> Option<Waiter> {
         self.hook_waits = false;
+        self.promise_if_free()
+    }
+
+    fn promise_if_free(&mut self) -> Option<Waiter> {
         if self.areas.is_none() || self.promised.is_some() {
             return None;
         }
@@ -122,8 +153,12 @@ impl AreaLock {
         if self.hook_waits {
             return None;
         }
-        let next = |waiter: &Waiter| self.waiting[*waiter as usize] > 0;
-        self.promised = [Waiter::Reacting, Waiter::Other].into_iter().find(next);
+        let [reacting, other] = self.waiting.map(|waiting| waiting > 0);
+        self.promised = match (reacting, self.expected) {
+            (true, _) => Some(Waiter::Reacting),
+            (false, 0) if other => Some(Waiter::Other),
+            (false, _) => None,
+        };
         self.promised
     }
 
@@ -164,11 +199,11 @@ mod tests {
     #[test]
     fn nobody_overtakes_who_waits() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(me()).unwrap();
-        assert!(lock.try_take(me()).is_none());
+        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
+        assert!(lock.try_take(Waiter::Other, me()).is_none());
         lock.wait(Waiter::Other);
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
-        assert!(lock.try_take(me()).is_none(), "they are promised");
+        assert!(lock.try_take(Waiter::Other, me()).is_none(), "they are promised");
         assert!(lock.take_promised(Waiter::Reacting, me()).is_none(), "to another kind");
         assert!(lock.take_promised(Waiter::Other, me()).is_some());
         lock.waited(Waiter::Other);
@@ -178,7 +213,7 @@ mod tests {
     #[test]
     fn who_answers_a_response_comes_before_who_just_locks() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(me()).unwrap();
+        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
         lock.wait(Waiter::Other);
         lock.wait(Waiter::Reacting);
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
@@ -188,13 +223,36 @@ mod tests {
     }
 
     #[test]
+    fn the_areas_are_kept_for_those_who_were_told_of_a_response() {
+        let mut lock = lock();
+        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
+        lock.wait(Waiter::Other);
+        lock.expect(2);
+        assert_eq!(lock.put_back(areas, turn), None);
+        assert!(lock.try_take(Waiter::Other, me()).is_none());
+        let (areas, turn) = lock.try_take(Waiter::Reacting, me()).unwrap();
+        assert_eq!(lock.arrive(), None, "it has them");
+        assert_eq!(lock.put_back(areas, turn), None, "another one is still to come");
+        assert_eq!(lock.arrive(), Some(Waiter::Other), "which does without");
+        assert!(lock.take_promised(Waiter::Other, me()).is_some());
+    }
+
+    #[test]
+    fn the_areas_are_kept_no_longer_than_the_window_is_open() {
+        let mut lock = lock();
+        lock.expect(1);
+        lock.wait(Waiter::Other);
+        assert_eq!(lock.expect_nobody(), Some(Waiter::Other));
+    }
+
+    #[test]
     fn the_hook_comes_first_unless_its_turn_has_passed() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(me()).unwrap();
+        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
         lock.wait(Waiter::Reacting);
         assert!(lock.take_for_hook(me()).is_none());
         assert_eq!(lock.put_back(areas, turn), None);
-        assert!(lock.try_take(me()).is_none());
+        assert!(lock.try_take(Waiter::Other, me()).is_none());
         let (areas, turn) = lock.take_for_hook(me()).unwrap();
         assert!(!lock.hook_waits());
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
@@ -207,10 +265,10 @@ mod tests {
     #[test]
     fn a_holder_whose_turn_is_over_puts_nothing_back() {
         let mut lock = lock();
-        let (mut areas, turn) = lock.try_take(me()).unwrap();
+        let (mut areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
         areas[0].output.duty[0] = 512;
         lock.replace(vec![FishX1Transfer::default()]);
-        let (fresh, next) = lock.try_take(me()).unwrap();
+        let (fresh, next) = lock.try_take(Waiter::Other, me()).unwrap();
         assert_eq!(lock.put_back(areas, turn), None);
         assert!(lock.holder().is_some(), "another one has them now");
         assert_eq!(fresh[0].output.duty[0], 0);

@@ -59,7 +59,9 @@ impl Cycle {
     pub(super) fn run(&mut self, hook: &mut HookThread) -> Result<Option<Stop>, Error> {
         self.run_command()?;
         let delivered = self.exchange()?;
-        hook.take_turn()?;
+        if delivered.hook_first {
+            hook.take_turn()?;
+        }
         self.announce(&delivered);
         Ok(self.hold())
     }
@@ -84,7 +86,9 @@ impl Cycle {
 
     /// Tells the program of a response: first who waits for it, then who listens for events.
     pub(super) fn announce(&self, delivered: &Delivered) {
-        self.shared.open_window();
+        if delivered.hook_first {
+            self.shared.open_window();
+        }
         if delivered.listened.is_empty() {
             return;
         }

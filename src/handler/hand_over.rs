@@ -65,6 +65,12 @@ impl HandOver {
         self.outputs_due = true;
     }
 
+    /// Whether a guard has changed outputs.
+    pub(super) fn differs(&self, areas: &[FishX1Transfer]) -> bool {
+        let outputs = |area: &FishX1Transfer| (area.output, area.txt_outputs);
+        self.outgoing.iter().map(outputs).ne(areas.iter().map(outputs))
+    }
+
     /// Undoes what a guard has done that was dropped by a panic.
     pub(super) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
         areas.clone_from(&self.outgoing);

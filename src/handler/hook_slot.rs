@@ -47,6 +47,11 @@ pub(super) struct Begun {
 }
 
 impl HookSlot {
+    /// Whether there is a hook, or one that runs.
+    pub(super) fn is_set(&self) -> bool {
+        self.hook.is_some() || self.busy_since().is_some()
+    }
+
     /// Whether there is a hook that can be called now.
     pub(super) fn is_ready(&self) -> bool {
         self.hook.is_some() && matches!(self.turn, Turn::None)

@@ -64,8 +64,7 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Tran
 
 /// A program's part: waits for a response and answers it in two places.
 fn answer(shared: &Shared, known: &mut Known) -> Result<i16, Error> {
-    let response = shared.wait_cycle(known, None)?.expect("there is no limit");
-    let mut taken = shared.lock(*known, Some(response));
+    let mut taken = shared.wait_cycle(known, None)?.expect("there is no limit");
     known.returned = taken.response;
     let asked = taken.areas[0].input.uni[0];
     taken.areas[0].output.duty[0] = asked;
@@ -132,7 +131,7 @@ fn threads_that_lock_keep_nobody_out_and_none_of_their_writes_is_lost() {
                 let shared = Arc::clone(&shared);
                 thread::spawn(move || {
                     for _ in 0..3 {
-                        let mut taken = shared.lock(Known::default(), None);
+                        let mut taken = shared.lock(Known::default());
                         taken.areas[0].config.uni[index].mode += 1;
                         shared.release(&mut taken, false);
                     }
@@ -165,7 +164,7 @@ fn what_is_written_across_a_gap_moves_nothing() {
             thread::spawn(move || {
                 let known = Known::default();
                 for _ in 0..2 {
-                    let mut taken = shared.lock(known, None);
+                    let mut taken = shared.lock(known);
                     taken.areas[0].output.duty[0] = 512;
                     shared.release(&mut taken, false);
                 }
@@ -193,7 +192,7 @@ fn a_panic_under_a_guard_leaves_nothing_half_written() {
         let panics = {
             let shared = Arc::clone(&shared);
             thread::spawn(move || {
-                let mut taken = shared.lock(Known::default(), None);
+                let mut taken = shared.lock(Known::default());
                 taken.areas[0].output.duty[0] = 1;
                 // As the guard does that is dropped by a panic.
                 shared.release(&mut taken, true);
@@ -202,7 +201,7 @@ fn a_panic_under_a_guard_leaves_nothing_half_written() {
         let other = {
             let shared = Arc::clone(&shared);
             thread::spawn(move || {
-                let mut taken = shared.lock(Known::default(), None);
+                let mut taken = shared.lock(Known::default());
                 taken.areas[0].output.duty[4] = 4;
                 shared.release(&mut taken, false);
             })

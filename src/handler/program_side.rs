@@ -35,6 +35,8 @@ pub(super) struct Taken {
     pub(super) newest: u64,
     /// The response for which the thread waited.
     pub(super) reacts_to: Option<u64>,
+    /// Whether it has not waited and shows its handle a response for the first time.
+    looks: bool,
     /// The interruptions before it; with one more its outputs do not count.
     interruptions: u64,
     /// Whether its outputs count at all.
@@ -62,6 +64,7 @@ impl Taken {
             response: state.window.response(),
             newest: state.delivered,
             reacts_to,
+            looks: false,
             interruptions: state.interruptions.count(),
             outputs_count,
         }
@@ -69,24 +72,32 @@ impl Taken {
 }
 
 impl Shared {
-    /// Locks the areas and brings them up to date. The thread may have waited for a response.
+    /// Locks the areas and brings them up to date.
     ///
     /// # Panics
     ///
     /// When the thread has them already.
-    pub(super) fn lock(&self, known: Known, reacts_to: Option<u64>) -> Taken {
+    pub(super) fn lock(&self, known: Known) -> Taken {
         let mut state = self.state_of_others();
-        let (areas, turn) = self.take_areas(&mut state, reacts_to);
-        let newest = state.delivered;
-        if reacts_to.is_none() && newest > known.shown && state.last_response.is_some() {
-            let late = state.window.look(newest);
-            state.statistics.late_reactions += u64::from(late);
-        }
+        let taken = self.take(&mut state, known, None);
+        MutexGuard::unlock_fair(state);
+        taken
+    }
+
+    /// Takes the areas, for a thread that may have waited for a response.
+    fn take(
+        &self,
+        state: &mut MutexGuard<'_, State>,
+        known: Known,
+        reacts_to: Option<u64>,
+    ) -> Taken {
+        let (areas, turn) = self.take_areas(state, reacts_to);
         let counts = state.outputs_count(known);
-        let mut taken = Taken::new(&state, areas, turn, reacts_to, counts);
+        let mut taken = Taken::new(state, areas, turn, reacts_to, counts);
+        let is_first = taken.newest > known.shown && state.last_response.is_some();
+        taken.looks = is_first && reacts_to.is_none();
         let elapsed = state.transfer.elapsed();
         state.hand_over.bring_up_to_date(&mut taken.areas, elapsed);
-        MutexGuard::unlock_fair(state);
         taken
     }
 
@@ -95,11 +106,24 @@ impl Shared {
         state: &mut MutexGuard<'_, State>,
         reacts_to: Option<u64>,
     ) -> (Vec<FishX1Transfer>, u64) {
+        let waiter = if reacts_to.is_some() { Waiter::Reacting } else { Waiter::Other };
+        let taken = self.wait_for_areas(state, waiter);
+        if reacts_to.is_some_and(|response| state.window.is_open_for(response)) {
+            let next = state.area_lock.arrive();
+            self.wake_next(state, next);
+        }
+        taken
+    }
+
+    fn wait_for_areas(
+        &self,
+        state: &mut MutexGuard<'_, State>,
+        waiter: Waiter,
+    ) -> (Vec<FishX1Transfer>, u64) {
         let holder = || Holder { thread: thread_id(), since: Instant::now() };
-        if let Some(taken) = state.area_lock.try_take(holder()) {
+        if let Some(taken) = state.area_lock.try_take(waiter, holder()) {
             return taken;
         }
-        let waiter = if reacts_to.is_some() { Waiter::Reacting } else { Waiter::Other };
         state.area_lock.wait(waiter);
         loop {
             self.areas_free(waiter).wait(state);
@@ -122,12 +146,18 @@ impl Shared {
             } else {
                 let counts =
                     taken.outputs_count && state.interruptions.count() == taken.interruptions;
+                let is_late = taken.looks && state.window.is_answered(taken.newest);
+                if is_late && state.hand_over.differs(&areas) {
+                    state.statistics.late_reactions += 1;
+                }
                 state.hand_over.take(&areas, counts);
                 state.watchdog.feed();
             }
             let next = state.area_lock.put_back(areas, taken.turn);
             self.wake_next(&state, next);
-            state.window.leave(taken.reacts_to);
+            if let Some(response) = taken.reacts_to {
+                state.window.react(response);
+            }
         }
         if state.transfer.stop().is_some() || state.window.is_attended() {
             self.attended.notify_one();
@@ -149,8 +179,8 @@ impl Shared {
         }
     }
 
-    /// Waits for a response newer than the handle has returned, and tells which one it is; `None` when
-    /// the deadline comes first.
+    /// Waits for a response newer than the handle has returned, and locks the areas with its inputs;
+    /// `None` when the deadline comes first.
     ///
     /// # Panics
     ///
@@ -159,8 +189,41 @@ impl Shared {
         &self,
         known: &mut Known,
         deadline: Option<Instant>,
-    ) -> Result<Option<u64>, Error> {
+    ) -> Result<Option<Taken>, Error> {
         let mut state = self.state_of_others();
+        let response = self.wait_for_response(&mut state, known, deadline)?;
+        let taken = response.map(|response| self.take(&mut state, *known, Some(response)));
+        MutexGuard::unlock_fair(state);
+        Ok(taken)
+    }
+
+    /// Locks the areas with the newest inputs, for which it waits only if there were none yet in this
+    /// transfer; otherwise as [`wait_cycle`](Self::wait_cycle). The next request waits for the calling
+    /// thread, if it has not left yet.
+    pub(super) fn look(
+        &self,
+        known: &mut Known,
+        deadline: Option<Instant>,
+    ) -> Result<Option<Taken>, Error> {
+        let mut state = self.state_of_others();
+        state.tell_news(known)?;
+        state.check_running(known)?;
+        if state.last_response.is_none() {
+            drop(state);
+            return self.wait_cycle(known, deadline);
+        }
+        let reacts_to = state.window.join();
+        let taken = self.take(&mut state, *known, reacts_to);
+        MutexGuard::unlock_fair(state);
+        Ok(Some(taken))
+    }
+
+    fn wait_for_response(
+        &self,
+        state: &mut MutexGuard<'_, State>,
+        known: &mut Known,
+        deadline: Option<Instant>,
+    ) -> Result<Option<u64>, Error> {
         state.tell_news(known)?;
         state.check_running(known)?;
         if state.window.response() > known.returned {
@@ -171,7 +234,7 @@ impl Shared {
         let (transfer, response) = (state.transfer.number(), state.window.response());
         state.window.expect();
         loop {
-            let timed_out = wait_until(&self.arrived, &mut state, deadline);
+            let timed_out = wait_until(&self.arrived, state, deadline);
             let has_news = state.interruptions.has_news(known.interruptions);
             let goes_on = state.transfer.is_running() && state.transfer.number() == transfer;
             let is_there = state.window.response() != response;
@@ -181,10 +244,7 @@ impl Shared {
             if goes_on && !has_news && !timed_out {
                 continue;
             }
-            state.window.give_up(response);
-            if state.window.is_attended() {
-                self.attended.notify_one();
-            }
+            self.give_up(state, response);
             state.tell_news(known)?;
             state.check_running(known)?;
             // Another transfer may have begun meanwhile.
@@ -192,18 +252,16 @@ impl Shared {
         }
     }
 
-    /// Whether the present transfer has brought inputs yet; errs without one.
-    pub(super) fn has_inputs(&self, known: &mut Known) -> Result<bool, Error> {
-        let mut state = self.state_of_others();
-        state.tell_news(known)?;
-        state.check_running(known)?;
-        Ok(state.last_response.is_some())
-    }
-
-    /// Has the next request wait for the calling thread, if it has not left yet; tells for which
-    /// response.
-    pub(super) fn join_window(&self) -> Option<u64> {
-        self.state().window.join()
+    /// A thread ends its wait that began when `response` was the newest, without an answer.
+    fn give_up(&self, state: &mut State, response: u64) {
+        if state.window.is_open_for(response + 1) {
+            let next = state.area_lock.arrive();
+            self.wake_next(state, next);
+        }
+        state.window.give_up(response);
+        if state.window.is_attended() {
+            self.attended.notify_one();
+        }
     }
 
     /// The program is alive; errs with what the handle has not been told yet.

@@ -67,16 +67,17 @@ fn attempt(
     settings: &Settings,
     rest: Duration,
 ) -> Result<Delivered, Error> {
-    let mut found = None;
     let limit = settings.limits.connect.min(rest);
-    let note = |controller: Controller| found = Some(controller);
-    let (link, config_updates) = handshake::connect(settings, limit, &shared.outgoing(), note)?;
-    let delivered = cycle.go_on_with(link)?;
-    if let Some(controller) = found {
+    let mut host = None;
+    // Before the first response, by which the program learns that the connection stands.
+    let found = |controller: Controller| {
+        host = controller.address;
         shared.set_controller(controller);
-        if let Some(address) = controller.address.filter(|_| cycle.camera_is_started()) {
-            shared.resume_camera((address, settings.camera_port).into());
-        }
+    };
+    let (link, config_updates) = handshake::connect(settings, limit, &shared.outgoing(), found)?;
+    let delivered = cycle.go_on_with(link)?;
+    if let Some(host) = host.filter(|_| cycle.camera_is_started()) {
+        shared.resume_camera((host, settings.camera_port).into());
     }
     shared.count_config_updates(config_updates);
     Ok(delivered)

@@ -23,7 +23,7 @@ use super::hook_slot::HookSlot;
 use super::interruptions::Interruptions;
 use super::state::Transfer;
 use super::statistics::Statistics;
-use super::sync::{Condvar, Mutex, MutexGuard};
+use super::sync::{lock_soon, Condvar, Mutex, MutexGuard};
 use super::watchdog::Watchdog;
 use super::window::Window;
 use crate::camera::CameraControl;
@@ -109,6 +109,12 @@ impl Shared {
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock()
+    }
+
+    /// The same for the transfer thread, on which the controller waits: beside threads that lock all the
+    /// time it does not give its core away at once.
+    pub(super) fn state_soon(&self) -> MutexGuard<'_, State> {
+        lock_soon(&self.state)
     }
 
     pub(super) fn area_count(&self) -> usize {

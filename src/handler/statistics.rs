@@ -10,15 +10,16 @@ pub struct Statistics {
     pub cycles: u64,
     /// Configurations that were handed over, those before the first exchange included.
     pub config_updates: u64,
-    /// Reactions to a response that were not in the request behind it.
+    /// Reactions to a response that were not in the request behind it. Counted are
     ///
-    /// The first guard by which a handle shows a response to the program is the reaction to that
-    /// response, whether it came from a wait or from a lock. It is late when it is dropped after the
-    /// outputs for the next request were taken, and then counts once, however long it is held. So a
-    /// program that answers each response by a value of its own can be checked from outside: as many
-    /// of its values are missing in the request behind the response. A
-    /// [cycle hook](crate::TransferAreaComHandler::set_cycle_hook) that misses its turn counts as
-    /// well. A response of which a handle shows nothing has no reaction, and does not count.
+    /// - threads that waited for the response and had not dropped their guards when the outputs for that
+    ///   request were taken,
+    /// - guards of a lock that showed a response to their handle for the first time, changed outputs, and
+    ///   were dropped after that,
+    /// - [cycle hooks](crate::TransferAreaComHandler::set_cycle_hook) that missed their turn,
+    ///
+    /// each once, however long it takes. So it can be checked from outside: a program that answers each
+    /// response by a value of its own finds as many of them missing in the requests behind the responses.
     pub late_reactions: u64,
     /// How often the connection was lost and a transfer that
     /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect) went on without it.

@@ -3,10 +3,10 @@
 use std::time::{Duration, Instant};
 
 #[cfg(not(all(test, shuttle)))]
-pub(super) use self::real::{thread_id, Condvar, Mutex, MutexGuard, ThreadId};
+pub(super) use self::real::{lock_soon, thread_id, Condvar, Mutex, MutexGuard, ThreadId};
 
 #[cfg(all(test, shuttle))]
-pub(super) use self::model::{thread_id, Condvar, Mutex, MutexGuard, ThreadId};
+pub(super) use self::model::{lock_soon, thread_id, Condvar, Mutex, MutexGuard, ThreadId};
 
 /// Waits for news, for ever without a deadline; tells whether the deadline came first.
 pub(super) fn wait_until<T>(
@@ -55,6 +55,21 @@ mod real {
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
     pub(crate) use std::thread::ThreadId;
 
+    /// How often a lock that is held for moments only is tried: for some 10 µs.
+    const TRIES: usize = 1000;
+
+    /// Locks, and tries for longer than usual before it gives the core away: a thread that yields beside
+    /// others which use their cores to the full may get it back milliseconds later.
+    pub(crate) fn lock_soon<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+        for _ in 0..TRIES {
+            if let Some(guard) = mutex.try_lock() {
+                return guard;
+            }
+            std::hint::spin_loop();
+        }
+        mutex.lock()
+    }
+
     /// Which thread this is. Asking the standard library each time would count a reference.
     pub(crate) fn thread_id() -> ThreadId {
         thread_local! {
@@ -77,6 +92,10 @@ mod model {
 
     pub(crate) fn thread_id() -> ThreadId {
         shuttle::thread::current().id()
+    }
+
+    pub(crate) fn lock_soon<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+        mutex.lock()
     }
 
     #[derive(Debug, Default)]

@@ -23,6 +23,8 @@ pub(super) struct Delivered {
     pub(super) first: bool,
     /// The events that somebody listens for.
     pub(super) listened: KindSet,
+    /// Whether nobody was told of it, because the hook comes first.
+    pub(super) hook_first: bool,
 }
 
 impl Shared {
@@ -53,7 +55,7 @@ impl Shared {
         Ok(())
     }
 
-    /// Hands in a response, of which nobody is told yet.
+    /// Hands in a response, and opens its window, unless the hook comes first.
     ///
     /// When somebody listens for events, the inputs as the program sees them come into `now`, and those
     /// of the response before into `before`.
@@ -64,8 +66,8 @@ impl Shared {
         before: &mut Inputs,
         now: &mut Inputs,
     ) -> Delivered {
-        let mut state = self.state();
-        let state = &mut *state;
+        let mut locked = self.state_soon();
+        let state = &mut *locked;
         state.delivered += 1;
         let listened = self.listeners.note_response(state.delivered);
         if !listened.is_empty() {
@@ -79,14 +81,21 @@ impl Shared {
         let previous = state.last_response.replace(arrived);
         state.statistics.count_response(previous, arrived);
         state.statistics.config_updates += config_updates;
-        Delivered { number: state.delivered, first: previous.is_none(), listened }
+        let hook_first = state.hook.is_set();
+        if !hook_first {
+            self.open(state);
+        }
+        Delivered { number: state.delivered, first: previous.is_none(), listened, hook_first }
     }
 
     /// Opens the window for reactions to the last response, and wakes all who wait for it.
     pub(super) fn open_window(&self) {
-        let mut state = self.state();
-        let newest = state.delivered;
-        state.window.open(newest);
+        self.open(&mut self.state());
+    }
+
+    fn open(&self, state: &mut State) {
+        let told = state.window.open(state.delivered);
+        state.area_lock.expect(told);
         self.arrived.notify_all();
     }
 
@@ -99,7 +108,7 @@ impl Shared {
         length: Duration,
         areas: &mut [FishX1Transfer],
     ) -> Option<Stop> {
-        let mut state = self.state();
+        let mut state = self.state_soon();
         let end = state.window_end(length);
         while state.transfer.stop().is_none() && !state.window.is_attended() {
             let deadline = earlier(end, state.watchdog.deadline());
@@ -108,8 +117,7 @@ impl Shared {
             }
         }
         let expired = state.check_watchdog();
-        let newest = state.delivered;
-        let late = state.window.close(newest);
+        let late = self.close_window(&mut state);
         let stop = state.transfer.stop();
         if stop.is_none() {
             state.statistics.late_reactions += late;
@@ -124,6 +132,14 @@ impl Shared {
         stop
     }
 
+    /// Closes the window, and lets all who want them have the areas; tells how many reactions are missing.
+    fn close_window(&self, state: &mut State) -> u64 {
+        let next = state.area_lock.expect_nobody();
+        self.wake_next(state, next);
+        let newest = state.delivered;
+        state.window.close(newest)
+    }
+
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
     /// words, and tells the program.
     pub(super) fn lose_connection(&self, error: &Error, areas: &mut [FishX1Transfer]) {
@@ -135,8 +151,7 @@ impl Shared {
         state.transfer.reconnect();
         state.statistics.gaps += 1;
         state.last_response = None;
-        let newest = state.delivered;
-        state.window.close(newest);
+        self.close_window(&mut state);
         let camera = state.camera.clone();
         drop(state);
         self.arrived.notify_all();
@@ -218,8 +233,7 @@ impl Shared {
         // Held until they are told, so that nobody who listens from then on hears of this end.
         let listeners = self.listeners.lock();
         let mut state = self.state();
-        let newest = state.delivered;
-        state.window.close(newest);
+        self.close_window(&mut state);
         state.command = None;
         state.transfer.end(error.clone());
         drop(state);

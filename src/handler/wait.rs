@@ -54,32 +54,23 @@ impl TransferArea {
     ) -> Result<TransferAreaGuard<'_>, Error> {
         let deadline = deadline_after(limit);
         let timed_out = || Error::WaitTimedOut { limit };
-        let next = |seen| {
-            let response = self.learn(|known| {
-                known.returned = seen;
-                self.shared().wait_cycle(known, deadline)
-            })?;
-            response.map(Some).ok_or_else(timed_out)
-        };
-        let mut reacts_to = if self.learn(|known| self.shared().has_inputs(known))? {
-            self.shared().join_window()
-        } else {
-            next(0)?
-        };
-        loop {
-            let areas = self.guard(reacts_to);
-            if condition(&areas) {
-                self.note_returned(&areas);
-                return Ok(areas);
-            }
+        let look = self.learn(|known| self.shared().look(known, deadline))?;
+        let mut areas = self.guard(look.ok_or_else(timed_out)?);
+        while !condition(&areas) {
             let seen = areas.attended();
             drop(areas);
             // Responses may come in faster than they can be checked.
             if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
                 return Err(timed_out());
             }
-            reacts_to = next(seen)?;
+            let next = self.learn(|known| {
+                known.returned = seen;
+                self.shared().wait_cycle(known, deadline)
+            });
+            areas = self.guard(next?.ok_or_else(timed_out)?);
         }
+        self.note_returned(&areas);
+        Ok(areas)
     }
 
     /// Waits until the last command of a motor in the extended mode
@@ -253,13 +244,13 @@ mod tests {
         area.shared().open_window();
     }
 
-    /// What a wait for a newer response than `seen` finds at once.
-    fn look(area: &TransferArea, seen: u64) -> Option<u64> {
-        let look = |known: &mut Known| {
+    /// The response that a wait for a newer one than `seen` finds at once.
+    fn wait_for(area: &TransferArea, seen: u64) -> Option<TransferAreaGuard<'_>> {
+        let wait = |known: &mut Known| {
             known.returned = seen;
             area.shared().wait_cycle(known, Some(Instant::now()))
         };
-        area.learn(look).unwrap()
+        area.learn(wait).unwrap().map(|taken| area.guard(taken))
     }
 
     #[test]
@@ -267,13 +258,16 @@ mod tests {
         let area = begun();
         respond(&area);
         area.shared().hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
-        let reacts_to = area.shared().join_window();
-        assert_eq!(reacts_to, None);
+        let look = || area.learn(|known| area.shared().look(known, None)).unwrap();
+        let first = area.guard(look().unwrap());
+        assert_eq!((first.response(), first.attended()), (1, 0), "its window was closed");
+        let seen = first.attended();
+        drop(first);
         respond(&area);
-        let seen = area.guard(reacts_to).attended();
-        assert_eq!(look(&area, seen), Some(2));
-        let seen = area.guard(Some(2)).attended();
-        assert_eq!(look(&area, seen), None);
+        let second = wait_for(&area, seen).unwrap();
+        assert_eq!((second.response(), second.attended()), (2, 2));
+        drop(second);
+        assert!(wait_for(&area, 2).is_none());
     }
 
     #[test]

@@ -15,9 +15,6 @@ pub(super) struct Window {
     reacting: usize,
     /// Whether there was any such thread.
     used: bool,
-    /// Whether a guard is held that has not waited, and shows its handle a response for the first
-    /// time, while that can still be answered in time.
-    looking: bool,
     /// The newest response that was known when outputs were taken.
     answered: u64,
 }
@@ -42,12 +39,13 @@ impl Window {
         }
     }
 
-    /// Opens the window of a response: all who wait are expected to answer.
-    pub(super) fn open(&mut self, response: u64) {
+    /// Opens the window of a response: all who wait are expected to answer. Tells how many they are.
+    pub(super) fn open(&mut self, response: u64) -> usize {
         self.response = response;
         self.open = true;
         self.reacting = std::mem::take(&mut self.waiting);
         self.used = self.reacting > 0;
+        self.reacting
     }
 
     /// Has the next request wait for the calling thread; tells for which response, unless its window
@@ -61,26 +59,21 @@ impl Window {
         Some(self.response)
     }
 
-    /// A guard is locked that has not waited and shows its handle the response `newest` for the
-    /// first time; tells whether that is too late already.
-    pub(super) fn look(&mut self, newest: u64) -> bool {
-        self.looking = newest > self.answered;
-        !self.looking
-    }
-
-    /// A guard is dropped, which has waited for the response `reacts_to` if it has waited.
-    pub(super) fn leave(&mut self, reacts_to: Option<u64>) {
-        self.looking = false;
-        if let Some(response) = reacts_to {
-            self.react(response);
-        }
-    }
-
-    /// Nobody has to wait any more for one thread that has waited for this response.
-    fn react(&mut self, response: u64) {
-        if self.open && response == self.response {
+    /// A guard is dropped that has waited for this response, or the thread that has does without one.
+    pub(super) fn react(&mut self, response: u64) {
+        if self.is_open_for(response) {
             self.reacting -= 1;
         }
+    }
+
+    /// Whether the next request waits for those who answer this response.
+    pub(super) fn is_open_for(&self, response: u64) -> bool {
+        self.open && response == self.response
+    }
+
+    /// Whether the outputs were taken that answer the response `newest`.
+    pub(super) fn is_answered(&self, newest: u64) -> bool {
+        newest <= self.answered
     }
 
     /// Whether threads have waited for this response and all have reacted.
@@ -89,14 +82,14 @@ impl Window {
     }
 
     /// Closes the window, because outputs are taken that answer the response `newest`; tells how
-    /// many reactions come too late for them.
+    /// many of those who waited have not reacted.
     pub(super) fn close(&mut self, newest: u64) -> u64 {
         let reacting = if self.open { self.reacting as u64 } else { 0 };
         self.open = false;
         self.reacting = 0;
         self.used = false;
         self.answered = newest;
-        reacting + u64::from(std::mem::take(&mut self.looking))
+        reacting
     }
 }
 
@@ -111,11 +104,9 @@ mod tests {
         window.expect();
         assert!(!window.is_attended());
         window.open(1);
-        window.leave(Some(1));
+        window.react(1);
         assert!(!window.is_attended());
-        window.leave(None);
-        assert!(!window.is_attended(), "one that has not waited is not expected");
-        window.leave(Some(1));
+        window.react(1);
         assert!(window.is_attended());
         assert_eq!(window.close(1), 0);
     }
@@ -123,8 +114,7 @@ mod tests {
     #[test]
     fn a_window_for_which_nobody_waits_is_never_attended() {
         let mut window = Window::default();
-        window.open(1);
-        window.leave(None);
+        assert_eq!(window.open(1), 0);
         assert!(!window.is_attended());
         assert_eq!(window.close(1), 0);
     }
@@ -136,7 +126,7 @@ mod tests {
         window.open(7);
         assert_eq!(window.join(), Some(7));
         assert!(!window.is_attended());
-        window.leave(Some(7));
+        window.react(7);
         assert!(window.is_attended());
         window.close(7);
         assert_eq!(window.join(), None);
@@ -148,27 +138,24 @@ mod tests {
         window.expect();
         window.expect();
         window.open(1);
-        window.leave(Some(1));
+        window.react(1);
         assert_eq!(window.close(1), 1);
         window.open(2);
         // The late one is dropped, and is nobody whom this window waits for.
-        window.leave(Some(1));
+        window.react(1);
         assert!(!window.is_attended());
         assert_eq!(window.close(2), 0);
     }
 
     #[test]
-    fn a_look_is_late_after_the_answer_and_when_it_lasts_until_then() {
+    fn a_response_is_answered_when_its_window_is_closed() {
         let mut window = Window::default();
+        assert!(!window.is_answered(1));
         window.open(1);
-        assert!(!window.look(1));
-        window.leave(None);
-        assert_eq!(window.close(1), 0, "it was over in time");
-        assert!(window.look(1), "the answer to this response has left");
-        window.open(2);
-        assert!(!window.look(2));
-        assert_eq!(window.close(2), 1, "it lasts");
-        assert_eq!(window.close(3), 0, "and is counted once");
+        assert!(window.is_open_for(1) && !window.is_answered(1));
+        window.close(1);
+        assert!(!window.is_open_for(1) && window.is_answered(1));
+        assert!(!window.is_answered(2), "it has come in, and nobody was told of it yet");
     }
 
     #[test]
