@@ -49,7 +49,6 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Tran
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse { uni: [number; 8], ..Default::default() });
         shared.deliver(&inputs, 0, &mut before, &mut now);
-        shared.open_window();
         let stop = shared.hold_window(window, &mut areas);
         requests.push(areas[0]);
         if stop.is_some() {
@@ -150,8 +149,8 @@ fn threads_that_lock_keep_nobody_out_and_none_of_their_writes_is_lost() {
         lockers.into_iter().for_each(|locker| locker.join().unwrap());
         waiting.join().unwrap();
         transfer.join().unwrap();
-        // Configurations count always.
-        assert_eq!(shared.outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [3, 3, 0]);
+        // Configurations count always; they begin at 1.
+        assert_eq!(shared.outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [4, 4, 1]);
     });
 }
 
