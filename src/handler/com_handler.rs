@@ -201,7 +201,7 @@ impl TransferAreaComHandler {
         if shared.hook_runs_here() {
             return Ok(());
         }
-        shared.wait_until_begun();
+        shared.wait_until_ended();
         self.join_threads();
         self.area.error().map_or(Ok(()), Err)
     }

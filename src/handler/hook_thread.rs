@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use super::area_lock::Holder;
 use super::hook_slot::Begun;
 use super::program_side::Taken;
-use super::shared::Shared;
+use super::shared::{Shared, State};
 use super::state::Stop;
 use super::sync::{earlier, thread_id, wait_until};
 use crate::error::Error;
@@ -62,9 +62,10 @@ impl HookThread {
     fn give_turn(&self) -> bool {
         let shared = &*self.shared;
         let mut state = shared.state();
-        if state.hook.busy_since().is_some() {
+        if let Some(since) = state.hook.busy_since() {
+            self.check_limit(&mut state, since);
             state.statistics.late_reactions += 1;
-            return true;
+            return false;
         }
         if !state.hook.is_ready() {
             return false;
@@ -101,13 +102,17 @@ impl HookThread {
             if !wait_until(&shared.attended, &mut state, deadline) {
                 continue;
             }
-            if state.hook.busy_since().is_none() {
-                return;
-            }
-            if end.is_some_and(|end| end <= Instant::now()) {
-                state.transfer.ask_to_stop(Stop::HookHangs(self.limit));
+            if state.hook.busy_since().is_some() {
+                self.check_limit(&mut state, since);
             }
             return;
+        }
+    }
+
+    /// Ends the transfer when the hook has been running for too long.
+    fn check_limit(&self, state: &mut State, since: Instant) {
+        if since.elapsed() >= self.limit {
+            state.transfer.ask_to_stop(Stop::HookHangs(self.limit));
         }
     }
 

@@ -282,10 +282,10 @@ impl Shared {
         known.interruptions = self.state().interruptions.count();
     }
 
-    /// Waits until no thread is connecting.
-    pub(super) fn wait_until_begun(&self) {
+    /// Waits until there is no transfer, and nobody connects.
+    pub(super) fn wait_until_ended(&self) {
         let mut state = self.state();
-        while state.transfer.is_beginning() {
+        while state.transfer.is_beginning() || state.transfer.is_running() {
             self.arrived.wait(&mut state);
         }
     }

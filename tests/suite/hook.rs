@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow::{self, Break, Continue};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{mpsc, Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -322,4 +322,81 @@ fn what_it_owns_is_dropped_with_the_handler() {
     drop(handler);
     assert_eq!(Arc::strong_count(&calls), 1);
     assert!(area.wait_cycle().is_err());
+}
+
+#[test]
+fn one_that_does_not_return_ends_the_transfer_and_is_named() {
+    let limit = Duration::from_millis(200);
+    let (txt, _) = examiner();
+    let handler = handler_for(&txt).hook_limit(limit).build().unwrap();
+    let (go_on, gate) = mpsc::channel::<()>();
+    let calls = Arc::new(AtomicU64::new(0));
+    let mut counted = count(&calls);
+    handler.set_cycle_hook(move |areas| {
+        areas[LOCAL_IO].output.duty[0] = 99;
+        let _ = counted(areas);
+        // Until the test is over.
+        let _ = gate.recv();
+        Continue(())
+    });
+    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.begin_transfer().unwrap();
+    let error = Error::HookHangs { limit };
+    thread::scope(|scope| {
+        let area = handler.transfer_area();
+        // It neither keeps others from the areas for ever, nor those who wait, set another or end.
+        scope.spawn(|| drop(handler.lock()));
+        scope.spawn(|| handler.clear_cycle_hook());
+        let waits = scope.spawn(move || loop {
+            if let Err(error) = area.wait_cycle() {
+                return error;
+            }
+        });
+        assert_eq!(waits.join().unwrap(), error);
+    });
+    assert_eq!(handler.end_transfer(), Err(error));
+    wait_until(&txt, "the end", |machine| !machine.online());
+    assert_eq!(duties(&txt), [0; 8]);
+    // What it does afterwards changes nothing, and it is not called again.
+    drop(go_on);
+    handler.begin_transfer().unwrap();
+    for _ in 0..5 {
+        assert_ne!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0], 99);
+    }
+    assert_eq!(calls.load(Ordering::Relaxed), 1);
+    handler.end_transfer().unwrap();
+    check_client(&txt);
+}
+
+#[test]
+fn it_may_end_the_transfer_and_drop_the_handler() {
+    let (txt, _) = examiner();
+    for drops in [false, true] {
+        let handler = Arc::new(Mutex::new(Some(build(&txt, Duration::ZERO))));
+        let inside = Arc::clone(&handler);
+        let own = handler.lock().unwrap().take().unwrap();
+        let area = own.transfer_area();
+        own.set_cycle_hook(move |_| {
+            let mut handler = inside.lock().unwrap();
+            if let Some(handler) = handler.as_ref() {
+                assert_eq!(handler.end_transfer(), Ok(()));
+            }
+            if drops {
+                *handler = None;
+            }
+            Continue(())
+        });
+        own.begin_transfer().unwrap();
+        *handler.lock().unwrap() = Some(own);
+        while area.wait_cycle().is_ok() {}
+        assert_eq!(area.error(), None);
+        wait_until(&txt, "the end", |machine| !machine.online());
+        assert_eq!(handler.lock().unwrap().is_none(), drops);
+        // Its hook owns the way to it.
+        let left = handler.lock().unwrap().take();
+        if let Some(handler) = left {
+            handler.clear_cycle_hook();
+        }
+    }
+    check_client(&txt);
 }
