@@ -51,9 +51,14 @@ fn count(calls: &Arc<AtomicU64>) -> impl FnMut(&mut [FishX1Transfer]) -> Control
 }
 
 fn wait_for_calls(calls: &AtomicU64, more: u64) {
-    let begin = (calls.load(Ordering::Relaxed), Instant::now());
-    while calls.load(Ordering::Relaxed) < begin.0 + more {
-        assert!(begin.1.elapsed() < DEADLINE, "the hook is not called");
+    let wanted = calls.load(Ordering::Relaxed) + more;
+    wait_for_call(calls, wanted);
+}
+
+fn wait_for_call(calls: &AtomicU64, wanted: u64) {
+    let begin = Instant::now();
+    while calls.load(Ordering::Relaxed) < wanted {
+        assert!(begin.elapsed() < DEADLINE, "the hook is not called");
         thread::yield_now();
     }
 }
@@ -341,6 +346,7 @@ fn one_that_does_not_return_ends_the_transfer_and_is_named() {
     });
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
     handler.begin_transfer().unwrap();
+    wait_for_call(&calls, 1);
     let error = Error::HookHangs { limit };
     thread::scope(|scope| {
         let area = handler.transfer_area();
