@@ -17,6 +17,7 @@
 mod common;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use common::Example;
 use ft_transfer_area::simulator::world::{Remote, World};
@@ -43,7 +44,8 @@ fn run() -> common::Result {
         }
         Ok(option == "remote")
     })?;
-    let handler = example.handler().build()?;
+    // The car stops when the loop below hangs for a second.
+    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
     handler.begin_transfer()?;
 
     println!("Press ON, and drive with both joysticks.");
