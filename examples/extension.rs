@@ -11,7 +11,7 @@
 //! cargo run --example extension -- --seconds 30 127.0.0.1:65000
 //! ```
 //!
-//! It prints what has changed, and ends after so many seconds or on Ctrl-C; all motors stop.
+//! It prints what has changed, and ends when its time is up or on Ctrl-C; all motors stop.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! A slide that goes to and fro between its end switches, turned round by events.
+//! A slide that goes to and fro between its end switches. Events turn it round.
 //!
 //! Wiring: the slide's encoder motor on M1 and C1, a switch at its start on I1, one at its end on
 //! I2, a push button on I3 (all on contacts 1 and 3). M1 clockwise moves it towards I2.

@@ -10,7 +10,7 @@
 //! cargo run --example sound_and_lamps -- --seconds 30 127.0.0.1:65000
 //! ```
 //!
-//! It ends when I1 is pressed, after so many seconds, or on Ctrl-C; lamps off and silence.
+//! It ends when I1 is pressed, when its time is up, or on Ctrl-C; lamps off and silence.
 
 mod common;
 

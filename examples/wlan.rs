@@ -1,8 +1,8 @@
 //! WLAN: a slide goes to and fro by distances, and goes on after its connection was lost. After each
-//! gap it looks for its start anew, because nobody knows where it has come to stand.
+//! gap it looks for its start again, because its position is not known any more.
 //!
 //! Wiring: the slide's encoder motor on M1 and C1, a switch at its start on I1 (contacts 1 and 3).
-//! M1 counterclockwise moves it to the switch; from there it needs 300 pulses of room.
+//! M1 counterclockwise moves it towards the switch; its way has to be longer than 300 pulses.
 //!
 //! ```text
 //! cargo run --example wlan                  # a simulated TXT that is away for three seconds
@@ -10,8 +10,8 @@
 //! cargo run --example wlan -- --seconds 60 127.0.0.1:65000
 //! ```
 //!
-//! With a TXT of your own, leave the room with the PC, or switch the TXT off and on again. It ends
-//! after so many seconds or on Ctrl-C, also in a gap, with the motor stopped.
+//! With a TXT of your own, leave the room with the PC, or switch the TXT off and on again. The sample
+//! ends when its time is up or on Ctrl-C, also in a gap, with the motor stopped.
 
 mod common;
 
@@ -38,8 +38,8 @@ const WATCHDOG: Duration = Duration::from_secs(5);
 /// For how long a lost connection is made again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(60);
 
-/// How far the slide goes off its start first, and then to and fro.
-const OFF_THE_START: u16 = 50;
+/// How many pulses the slide first moves away from its start, and then there and back.
+const AWAY: u16 = 50;
 const PULSES: u16 = 250;
 /// No way takes longer, unless the slide is stuck.
 const WAY_LIMIT: Duration = Duration::from_secs(20);
@@ -70,7 +70,7 @@ fn run() -> common::Result {
         };
         match result {
             Ok(()) => lost = None,
-            // Not yet. Between two waits, Ctrl-C can end it.
+            // Not yet. Ctrl-C can end it between two waits.
             Err(Error::WaitTimedOut { .. }) if lost.is_some() => {}
             Err(error @ Error::ConnectionLost { .. }) => {
                 println!("Lost: {error}.");
@@ -98,8 +98,8 @@ fn work(example: &Example, handler: &TransferAreaComHandler) -> Result<(), Error
     areas[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)?;
     drop(areas);
 
-    // It can't go beyond its start, so it does not come back quite so far.
-    drive(example, handler, Direction::Cw, OFF_THE_START)?;
+    // The ways back end a little before the start, because it can't go beyond that.
+    drive(example, handler, Direction::Cw, AWAY)?;
     while example.goes_on() {
         drive(example, handler, Direction::Cw, PULSES)?;
         drive(example, handler, Direction::Ccw, PULSES)?;
@@ -170,15 +170,15 @@ fn simulated(position: f64) -> SimulatedTxtBuilder {
     SimulatedTxt::builder().world(world)
 }
 
-/// Switches the simulated TXT off amid a way, and three seconds later on again. The slide stays
-/// where it is meanwhile.
+/// Switches the simulated TXT off in the middle of a way, and three seconds later on again. The slide
+/// stays where it is meanwhile.
 fn make_gap(txt: SimulatedTxt) {
-    let is_amid_a_way = |machine: &Machine| {
+    let is_on_its_way = |machine: &Machine| {
         let outputs = &machine.controllers[LOCAL_IO].outputs;
         let counted = machine.controllers[LOCAL_IO].counter[0];
         machine.exchanges() > 200 && outputs.distance[0] > 0 && (100..200).contains(&counted)
     };
-    txt.wait_until(Duration::MAX, is_amid_a_way);
+    txt.wait_until(Duration::MAX, is_on_its_way);
     let (counted, position) = txt.with_machine(|machine| {
         let slide = machine.world().and_then(|world| world.slide(LOCAL_IO, Motor::M1));
         (machine.controllers[LOCAL_IO].counter[0], slide.unwrap_or_default())
