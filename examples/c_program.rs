@@ -1,12 +1,12 @@
 //! A C program and its port, line by line: a gate that opens when somebody presses a button, rings
 //! and blinks meanwhile, and closes until it presses its end switch.
 //!
-//! The lines behind `// C:` are the whole C program, in the calls of FtTxtLib. Below each stands
-//! what it becomes here. What is different on purpose:
+//! The lines behind `// C:` are the whole C program, in the calls of FtTxtLib. Below each is what it
+//! becomes here. What is different on purpose:
 //!
 //! - A call that can fail returns an error, which `?` hands on; the C program does not look at it.
 //! - Each wait says how long it may take, and ends when the connection does.
-//! - However the program ends, even by an error in its midst, the motors are stopped.
+//! - However the program ends, also by an error, the motors are stopped.
 //!
 //! Wiring: the gate's encoder motor on M1 and C1, a switch on I1 that the closed gate presses, a
 //! push button on I3 (both on contacts 1 and 3), a lamp between O7 and ⊥. M1 clockwise opens.
@@ -39,7 +39,7 @@ use ft_transfer_area::FishX1Transfer;
 
 const USAGE: &str = "usage: c_program [--seconds N] [HOST[:PORT]]";
 
-/// Nobody knows when the next visitor comes.
+/// For the wait for the next visitor.
 const FOREVER: Duration = Duration::MAX;
 /// The gate takes no longer than this, unless something is in its way.
 const LIMIT: Duration = Duration::from_secs(20);

@@ -1,5 +1,5 @@
-//! Extended motor control: motors that the controller stops after so many pulses of their encoders,
-//! alone and synchronised, and how to leave that mode again. A port of what FtTxtLib's sample
+//! Extended motor control: motors that the controller stops after a number of pulses of their
+//! encoders, alone and synchronised, and how to leave that mode again. A port of what FtTxtLib's sample
 //! TestProj02 and the TX library's sample of extended motor control do.
 //!
 //! Wiring: two encoder motors on M1 and M2, their encoders on C1 and C2.

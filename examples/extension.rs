@@ -11,11 +11,12 @@
 //! cargo run --example extension -- --seconds 30 127.0.0.1:65000
 //! ```
 //!
-//! It prints what has changed, and ends after so many seconds or on Ctrl-C; all motors stop.
+//! It prints what has changed, and ends when its time is up or on Ctrl-C; all motors stop.
 
 mod common;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use common::Example;
 use ft_transfer_area::simulator::world::World;
@@ -32,8 +33,8 @@ fn main() -> ExitCode {
 
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
-    // The master and one extension.
-    let handler = example.handler().areas(2).build()?;
+    // The master and one extension. All motors stop when the loop below hangs for a second.
+    let handler = example.handler().areas(2).watchdog(Duration::from_secs(1)).build()?;
     handler.lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 

@@ -6,17 +6,18 @@
 //! and switch 2 off, or as `--remote` says.
 //!
 //! ```text
-//! cargo run --example infrared_remote                  # a simulated TXT, driven by a ghost
+//! cargo run --example infrared_remote                  # a simulated TXT; its remote moves by itself
 //! cargo run --example infrared_remote -- 192.168.7.2   # a TXT on USB
 //! cargo run --example infrared_remote -- --remote off-off 192.168.7.2
 //! cargo run --example infrared_remote -- --remote any --seconds 30 127.0.0.1:65000
 //! ```
 //!
-//! It prints what has changed, and ends after so many seconds or on Ctrl-C; the motors stop.
+//! It prints what has changed, and ends when its time is up or on Ctrl-C; the motors stop.
 
 mod common;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use common::Example;
 use ft_transfer_area::simulator::world::{Remote, World};
@@ -28,7 +29,7 @@ use lexopt::ValueExt;
 const USAGE: &str = "usage: infrared_remote [--remote any|off-off|on-off|off-on|on-on] \
                      [--seconds N] [HOST[:PORT]]";
 
-/// A joystick moves so far from its middle in each direction.
+/// How far a joystick moves from its middle in each direction.
 const JOYSTICK_MAX: i16 = 15;
 
 fn main() -> ExitCode {
@@ -43,7 +44,8 @@ fn run() -> common::Result {
         }
         Ok(option == "remote")
     })?;
-    let handler = example.handler().build()?;
+    // The car stops when the loop below hangs for a second.
+    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
     handler.begin_transfer()?;
 
     println!("Press ON, and drive with both joysticks.");
@@ -65,7 +67,7 @@ fn run() -> common::Result {
             area.set_out_motor_power(motor, power)?;
         }
 
-        // The console is slow, so it is told from a copy, and the outputs leave meanwhile.
+        // The console is slow, so a copy is printed, and the outputs leave meanwhile.
         let copy = *area;
         drop(areas);
         let state = Some((left, right, driving));
@@ -96,7 +98,7 @@ fn remote_from(text: &str) -> Result<IrDevice, String> {
     }
 }
 
-/// Two motors, and two remotes in the hands of ghosts, of which only one has the right switches.
+/// Two motors, and two remotes that move by themselves. Only one of them has the right switches.
 fn simulated() -> common::Result<SimulatedTxtBuilder> {
     let world = World::from_toml(include_str!("worlds/two_motors.toml"))?;
     Ok(SimulatedTxt::builder().world(world).on_exchange(move_joysticks))
@@ -111,7 +113,7 @@ const DRIVE: [(u64, i8, i8, bool, bool); 9] = [
     (100, 15, 15, false, false), // straight ahead
     (180, 15, 5, false, false),  // to the right
     (240, -8, -8, false, false), // back
-    (300, -8, -8, false, true),  // OFF in the midst of it
+    (300, -8, -8, false, true),  // OFF while it drives
     (320, 0, 0, false, false),
 ];
 const DRIVE_LENGTH: u64 = 400;

@@ -17,6 +17,7 @@
 mod common;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use common::Example;
 use ft_transfer_area::simulator::world::World;
@@ -32,8 +33,9 @@ fn main() -> ExitCode {
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
 
-    // Create the communication handler with its transfer areas: the master and one extension.
-    let handler = example.handler().areas(2).build()?;
+    // Create the communication handler with its transfer areas: the master and one extension. Its
+    // watchdog stops all motors when the loop below hangs for a second.
+    let handler = example.handler().areas(2).watchdog(Duration::from_secs(1)).build()?;
 
     // Configure I2 of master and extension to ultrasonic.
     for area in handler.lock().iter_mut() {

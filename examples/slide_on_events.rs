@@ -1,4 +1,4 @@
-//! A slide that goes to and fro between its end switches, turned round by events.
+//! A slide that goes to and fro between its end switches. Events turn it round.
 //!
 //! Wiring: the slide's encoder motor on M1 and C1, a switch at its start on I1, one at its end on
 //! I2, a push button on I3 (all on contacts 1 and 3). M1 clockwise moves it towards I2.
@@ -9,11 +9,12 @@
 //! cargo run --example slide_on_events -- --seconds 60 127.0.0.1:65000
 //! ```
 //!
-//! It ends when I3 is pressed, after so many seconds, or on Ctrl-C, with the motor stopped.
+//! It ends when I3 is pressed, when its time is up, or on Ctrl-C, with the motor stopped.
 
 mod common;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use common::Example;
 use ft_transfer_area::simulator::world::{ScriptEvent, Travel, World};
@@ -30,18 +31,21 @@ fn main() -> ExitCode {
 
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
-    let handler = example.handler().build()?;
-    let events = handler.events(&[EventKind::InputChanged, EventKind::TransferEnded], 100)?;
+    // The motor stops when the loop below hangs for a second.
+    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
+    let events = handler.events(&[EventKind::InputChanged], 100)?;
     handler.begin_transfer()?;
-    example.stop_in_time(&handler);
 
     // Only changes are told, so the slide may stand at its end already.
     let is_at_end = handler.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I2)?;
     drive(&handler, if is_at_end { Direction::Ccw } else { Direction::Cw })?;
     println!("The slide moves. Press I3 to end it.");
 
-    // This sleeps until something happens.
-    for event in &events {
+    while example.goes_on() {
+        // Nothing happens for long at times, so this says that the program is alive. It is also told
+        // here when the transfer has ended.
+        handler.feed_watchdog()?;
+        let Ok(event) = events.recv_timeout(Duration::from_millis(100)) else { continue };
         match event {
             Event::InputChanged { input: Input::I1, pressed: true, .. } => {
                 println!("I1, the start, after {} pulses.", pulses(&handler));
@@ -55,12 +59,11 @@ fn run() -> common::Result {
                 println!("I3 is pressed.");
                 break;
             }
-            Event::TransferEnded { .. } => break,
             _ => {}
         }
     }
     println!("{} events were lost.", events.lost());
-    // Stops the motor, and tells the error if one has ended the transfer.
+    // Stops the motor.
     handler.end_transfer()?;
     Ok(())
 }

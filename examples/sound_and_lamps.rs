@@ -10,11 +10,12 @@
 //! cargo run --example sound_and_lamps -- --seconds 30 127.0.0.1:65000
 //! ```
 //!
-//! It ends when I1 is pressed, after so many seconds, or on Ctrl-C; lamps off and silence.
+//! It ends when I1 is pressed, when its time is up, or on Ctrl-C; lamps off and silence.
 
 mod common;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use common::Example;
 use ft_transfer_area::simulator::world::World;
@@ -35,7 +36,8 @@ fn main() -> ExitCode {
 
 fn run() -> common::Result {
     let example = Example::start(USAGE, simulated)?;
-    let handler = example.handler().build()?;
+    // The lamps go out when the loop below hangs for a second.
+    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
     {
         let area = &mut handler.lock()[LOCAL_IO];
         area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);

@@ -36,6 +36,8 @@
 //! | port the calls of the TX library or of FtTxtLib | [`tx`] |
 //! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and its like |
 //! | hear of what changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
+//! | stop the motors when the program hangs | [`TransferAreaComHandlerBuilder::watchdog`] |
+//! | go on after a lost connection, as on a slow WLAN | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
 //! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
 //! | port a C program with a loop around `DoTransferCompressed` | [`TxtClient::do_transfer`] with an [`Exchange`] |
 //! | send single commands, without a transfer area | [`TxtClient`] |
@@ -58,15 +60,29 @@
 //! # Errors and the machine
 //!
 //! Whatever comes over the network or from a caller's argument ends in an [`Error`], never in a
-//! panic. However a transfer ends, its motors are stopped as far as the connection still allows,
-//! and by the controller where it does not. A program that is killed loses its connection.
+//! panic. One mistake of a program panics, with a sentence that says what to write instead: a thread
+//! that locks the areas while it holds them, because it would wait for itself for ever.
+//!
+//! However a transfer ends, its motors are stopped as far as the connection still allows, and by the
+//! controller where it does not: at once when the connection is closed, as that of a program that is
+//! killed, and after about 5 s of silence. A panic ends the transfer [where it can be
+//! seen](TransferArea#when-a-thread-panics), and so does a cycle hook that does not return within its
+//! [limit](TransferAreaComHandlerBuilder::hook_limit). A program that hangs elsewhere is a matter for
+//! the [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off unless it is set.
+//!
+//! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What
+//! was written before moves no motor afterwards, and a command that was cut off never reads as done.
+//! [When outputs count](TransferArea#when-outputs-count) again is a matter of what the program knows.
+//!
+//! `docs/reliability.md` in the repository tells of each fault what the program sees and how soon.
 //!
 //! # Logging
 //!
-//! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the camera's stream
-//! did, or a duty is out of its range. `info`: a transfer began, a transfer or stream ended.
-//! `debug`: an I2C connection was made anew. The simulated TXT also uses `warn` for what a client
-//! does wrong, `info` for what else it does, and `trace` for each exchange.
+//! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the connection is lost and
+//! made again, the watchdog has expired, the camera's stream ended by an error, or a duty is out of its
+//! range. `info`: which controller was reached, connected again, a transfer or stream ended. `debug`: an
+//! attempt to connect again failed, or an I2C connection was made anew. The simulated TXT also uses
+//! `warn` for what a client does wrong, `info` for what else it does, and `trace` for each exchange.
 //!
 //! # Dependencies
 //!

@@ -113,6 +113,11 @@ impl Example {
         TransferAreaComHandler::builder(&self.host).port(self.port)
     }
 
+    /// The simulated TXT, if no controller is named, for an example that does something to it.
+    pub(crate) fn take_simulated(&mut self) -> Option<SimulatedTxt> {
+        self.simulated.take()
+    }
+
     /// Whether there is time left and nobody has pressed Ctrl-C.
     pub(crate) fn goes_on(&self) -> bool {
         !is_over(self.end)

@@ -10,7 +10,7 @@ use crate::error::Error;
 
 impl TransferArea {
     /// Subscribes to events of these kinds, on a channel that holds up to `capacity` of them,
-    /// 1..=[`Events::MAX_CAPACITY`]. Takes what FtTxtLib's callbacks told; see [`Event`].
+    /// 1..=[`Events::MAX_CAPACITY`]. Takes what FtTxtLib's callbacks told; see [`Event`](crate::Event).
     ///
     /// An event is told when what a response or the end of the transfer says differs from what was
     /// known when this was called. It comes after that is in the areas: a listener that locks them
@@ -20,8 +20,8 @@ impl TransferArea {
     ///
     /// The transfer thread does not wait for a listener. While the channel is full, new events are
     /// dropped and [counted](Events::lost); those in it stay, in order. For
-    /// [`Event::TransferEnded`] there is one more place, so that it comes even then, unless that of
-    /// an earlier transfer is still in it.
+    /// [`Event::TransferEnded`](crate::Event::TransferEnded) there is one more place, so that it comes
+    /// even then, unless that of an earlier transfer is still in it.
     ///
     /// There is nothing to be had from a handle whose handler is gone: the channel has ended.
     ///

@@ -1,9 +1,12 @@
 //! The examples as a user runs them.
 #![cfg(unix)]
 
+#[path = "../ports/mod.rs"]
+mod ports;
 #[path = "../program/mod.rs"]
 mod program;
 mod samples;
+mod wlan;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};

@@ -15,7 +15,7 @@ use ft_transfer_area::wire::{CommandId, ExchangeData};
 
 use crate::program::{example, DEADLINE};
 
-const SAMPLES: [&str; 9] = [
+const SAMPLES: [&str; 10] = [
     "c_program",
     "camera",
     "extended_motor_control",
@@ -25,6 +25,7 @@ const SAMPLES: [&str; 9] = [
     "motor_on_off_switch",
     "slide_on_events",
     "sound_and_lamps",
+    "wlan",
 ];
 
 /// Pulses by which a count may miss its distance.
@@ -34,14 +35,14 @@ const FEW: u16 = 3;
 const APART: u16 = 6;
 
 /// A sample that runs, ended when this is dropped.
-struct Run {
+pub(crate) struct Run {
     child: Child,
     stdout: Receiver<String>,
     lines: Vec<String>,
 }
 
 impl Run {
-    fn start(name: &str, arguments: &[&str]) -> Self {
+    pub(crate) fn start(name: &str, arguments: &[&str]) -> Self {
         let mut child = example(name).args(arguments).stdout(Stdio::piped()).spawn().unwrap();
         let (sender, stdout) = mpsc::channel();
         let lines = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -50,12 +51,12 @@ impl Run {
     }
 
     /// Without a controller and for as long as it likes.
-    fn simulated(name: &str) -> Self {
+    pub(crate) fn simulated(name: &str) -> Self {
         Self::start(name, &["--seconds", "3600"])
     }
 
     /// Waits for a line that contains this.
-    fn wait_for(&mut self, part: &str) {
+    pub(crate) fn wait_for(&mut self, part: &str) {
         let begin = Instant::now();
         loop {
             let limit = DEADLINE.saturating_sub(begin.elapsed());
@@ -70,13 +71,13 @@ impl Run {
     }
 
     /// Presses Ctrl-C.
-    fn interrupt(&self) {
+    pub(crate) fn interrupt(&self) {
         let id = self.child.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     }
 
     /// Waits for its end, which has to be a good one; what it has printed.
-    fn finish(mut self) -> Vec<String> {
+    pub(crate) fn finish(mut self) -> Vec<String> {
         let begin = Instant::now();
         while self.child.try_wait().unwrap().is_none() {
             assert!(begin.elapsed() < DEADLINE, "it does not end: {:#?}", self.lines);
@@ -219,13 +220,14 @@ struct Table {
     on: &'static [(usize, usize)],
 }
 
-const TABLES: [Table; 6] = [
+const TABLES: [Table; 7] = [
     Table { name: "c_program", world: "gate", user: press_i3, on: &[(0, 0)] },
     Table { name: "extended_motor_control", world: "two_motors", user: |_| {}, on: &[(0, 0)] },
     Table { name: "extension", world: "extension", user: press_i1, on: &[(0, 0), (1, 0)] },
     Table { name: "infrared_remote", world: "two_motors", user: drive, on: &[(0, 1), (0, 2)] },
     Table { name: "slide_on_events", world: "slide", user: |_| {}, on: &[(0, 0)] },
     Table { name: "sound_and_lamps", world: "lamps", user: |_| {}, on: &[(0, 7)] },
+    Table { name: "wlan", world: "slide", user: |_| {}, on: &[(0, 1)] },
 ];
 
 fn press_i1(machine: &mut Machine) {

@@ -169,9 +169,15 @@ fn list(root: &Path, directory: &Path, files: &mut Vec<PathBuf>) {
 
 /// The public items of a file, and whatever else has a C name.
 fn items_of(file: &Path, text: &str) -> Vec<Item> {
-    let end = ["#[cfg(test)]", "#[cfg(all(test"].map(|start| text.find(&format!("\n{start}")));
-    let text = &text[..end.into_iter().flatten().min().unwrap_or(text.len())];
     let lines: Vec<&str> = text.lines().collect();
+    // The tests are at the end. Before them there may be modules for tests in files of their own.
+    let begin_tests = |pair: &[&str]| {
+        let is_for_tests =
+            ["#[cfg(test)]", "#[cfg(all(test"].iter().any(|&c| pair[0].starts_with(c));
+        is_for_tests && pair[1].starts_with("mod ") && pair[1].ends_with('{')
+    };
+    let end = lines.windows(2).position(begin_tests).unwrap_or(lines.len());
+    let lines = &lines[..end];
     let mut items = Vec::new();
     let mut aliases = Vec::new();
     for (index, line) in lines.iter().enumerate() {
@@ -186,11 +192,11 @@ fn items_of(file: &Path, text: &str) -> Vec<Item> {
             continue;
         }
         let is_declared = || {
-            let head = head(&lines, index).unwrap_or_default();
+            let head = head(lines, index).unwrap_or_default();
             head.starts_with("pub enum ") || head.ends_with("! {")
         };
         if code.starts_with("pub ") || !aliases.is_empty() || is_declared() {
-            items.extend(item_at(file, &lines, index, std::mem::take(&mut aliases)));
+            items.extend(item_at(file, lines, index, std::mem::take(&mut aliases)));
         }
     }
     items

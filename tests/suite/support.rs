@@ -1,13 +1,15 @@
 //! What several tests need: a handler for a simulated TXT, and a record of what that saw.
 
-use std::net::TcpListener;
-use std::sync::atomic::{AtomicU16, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+
+#[path = "../ports/mod.rs"]
+mod ports;
+pub(crate) use ports::unused_ports;
 
 /// Longer than anything takes on a busy machine; only a test that fails waits so long.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
@@ -32,20 +34,6 @@ pub(crate) fn check_client(txt: &SimulatedTxt) {
     let oddities: Vec<String> =
         txt.with_machine(|machine| machine.oddities().map(str::to_owned).collect());
     assert!(oddities.is_empty(), "{oddities:?}");
-}
-
-/// The first of three ports in a row that nobody listens on. The operating system does not give ports
-/// below 32768 to other tests.
-pub(crate) fn unused_ports() -> u16 {
-    static NEXT: AtomicU16 = AtomicU16::new(0);
-    let start = 20_000 + (std::process::id() % 1000) as u16 * 10;
-    loop {
-        let first = start + 3 * NEXT.fetch_add(1, Ordering::Relaxed) % 2000;
-        let listeners = (first..first + 3).map(|port| TcpListener::bind(("127.0.0.1", port)));
-        if listeners.collect::<Result<Vec<_>, _>>().is_ok() {
-            return first;
-        }
-    }
 }
 
 /// The master's outputs in every exchange that a simulated TXT saw.

@@ -12,7 +12,7 @@ use super::listeners::Listeners;
 use crate::handler::panic_check::PanicCheck;
 
 /// Events of the kinds that were subscribed to, in the order in which they happened; made by
-/// [`TransferAreaComHandler::events`].
+/// [`TransferAreaComHandler::events`](crate::TransferAreaComHandler::events).
 ///
 /// The subscription outlasts a transfer's end and is there for the next one. The channel ends when
 /// the handler is dropped, so that a loop over it ends. Dropping this unsubscribes; when a panic drops
