@@ -96,6 +96,10 @@ impl Shared {
     fn open(&self, state: &mut State) {
         let told = state.window.open(state.delivered);
         state.area_lock.expect(told);
+        if told > 0 {
+            // A program that waits for a late response does not hang.
+            state.watchdog.feed();
+        }
         self.arrived.notify_all();
     }
 
@@ -265,5 +269,29 @@ impl State {
         self.interruptions.note(Error::WatchdogExpired { limit });
         self.hand_over.stop(Cut::Motors);
         Some(limit)
+    }
+}
+
+#[cfg(all(test, not(shuttle)))]
+mod tests {
+    use super::*;
+    use crate::handler::watchdog::Watchdog;
+
+    #[test]
+    fn a_program_that_waits_for_a_late_response_does_not_hang() {
+        let limit = Duration::from_millis(20);
+        for waits in [true, false] {
+            let shared = Shared::new(1, Watchdog::new(Some(limit)));
+            shared.begin().unwrap();
+            shared.run(0).unwrap();
+            if waits {
+                shared.state().window.expect();
+            }
+            std::thread::sleep(limit);
+            let nothing = &mut Inputs::default();
+            let late = Instant::now();
+            shared.deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+            assert_eq!(shared.state().watchdog.deadline().unwrap() >= late + limit, waits);
+        }
     }
 }
