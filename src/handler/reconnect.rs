@@ -71,7 +71,12 @@ fn attempt(
     let limit = settings.limits.connect.min(rest);
     let note = |controller: Controller| found = Some(controller);
     let (link, config_updates) = handshake::connect(settings, limit, &shared.outgoing(), note)?;
-    let delivered = cycle.go_on_with(link)?;
+    let delivered = cycle.go_on_with(link).inspect_err(|error| {
+        // The controller may have got what the program has written since the gap began, so that another
+        // one begins.
+        shared.lose_connection(error, cycle.areas_mut());
+        cycle.abandon();
+    })?;
     if let Some(controller) = found {
         shared.set_controller(controller);
         if let Some(address) = controller.address.filter(|_| cycle.camera_is_started()) {
