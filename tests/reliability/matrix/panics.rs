@@ -117,7 +117,7 @@ pub(crate) fn rows() -> Vec<Row> {
         twice("in a `match` on a value of the area", |handler| {
             match handler.lock()[LOCAL_IO].input.uni[0] {
                 0 => drop(handler.lock()),
-                _ => {}
+                _ => unreachable!("I1 is not pressed"),
             }
         }),
         twice("in one `println!`", |handler| {

@@ -17,7 +17,7 @@ use super::packets::Place;
 use super::panics::ON_PURPOSE;
 use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
-use super::wire::{names, set_up, small_pictures, ways, Way};
+use super::wire::{names, run, set_up, small_pictures, ways, Way};
 
 const SECTION: &str = "The main connection, with reconnecting";
 
@@ -35,6 +35,18 @@ pub(crate) fn rows() -> Vec<Row> {
         rows.push(places.iter().fold(row, |row, &place| {
             let strike = Strike { place, in_request, fault };
             row.test_at(format!("{place:?}"), move || Ok(ride_out(strike, sees.0)))
+        }));
+    }
+    // Only what has begun is made again, and not for the end's sake.
+    for (text, places, by) in [
+        ("each packet of the handshake", Place::HANDSHAKE, &[By::NeverOn]),
+        ("each packet of the end", Place::END, &[By::Exchange]),
+    ] {
+        let row = Row::new(SECTION, "FIN instead of the response", text);
+        let row = row.sees("`ConnectionClosed` with the command", "at once").by(by);
+        rows.push(places.iter().fold(row, |row, &place| {
+            let strike = response(place, Fault::Fin);
+            row.test_at(format!("{place:?}"), move || Ok(run(strike, Some(DEADLINE))))
         }));
     }
     let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Close]);

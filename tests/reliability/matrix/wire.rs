@@ -135,7 +135,7 @@ pub(crate) struct Way {
 /// All of them.
 pub(crate) fn ways() -> Vec<Way> {
     let responses = RESPONSES.iter().map(|&(fault, text, sees, by)| {
-        let (by, places) = (only(by), Place::RUNNING);
+        let (by, places) = (only(by), Place::RUNNING_EITHER_WAY);
         Way { in_request: false, fault, text, sees, by, places }
     });
     let exchanges = EXCHANGES.iter().map(|&(fault, text, sees)| {
@@ -168,7 +168,7 @@ fn row(
         Row::new(SECTION, text, phase.text).sees(sees, limit),
         |row, &place| {
             let strike = Strike { place, in_request, fault };
-            row.test_at(format!("{place:?}"), move || Ok(run(strike)))
+            row.test_at(format!("{place:?}"), move || Ok(run(strike, None)))
         },
     )
 }
@@ -196,9 +196,13 @@ pub(crate) fn set_up(strike: Strike) -> (Controller, Proxy, TransferAreaComHandl
 }
 
 /// Runs a program with a motor on until the fault strikes, and on.
-fn run(strike: Strike) -> Outcome {
+pub(crate) fn run(strike: Strike, reconnect: Option<Duration>) -> Outcome {
     let place = strike.place;
     let (controller, proxy, builder) = set_up(strike);
+    let builder = match reconnect {
+        Some(limit) => builder.reconnect(limit),
+        None => builder,
+    };
     let error = transfer(builder.build().unwrap(), place);
     let seen = Instant::now();
     let struck = proxy.struck();
