@@ -61,7 +61,8 @@ const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 /// ```
 #[derive(Debug)]
 pub struct TxtClient {
-    connection: Connection,
+    /// `None` when it was abandoned.
+    connection: Option<Connection>,
     online: bool,
     /// The error after which the connection is of no further use.
     broken: Option<Error>,
@@ -85,7 +86,7 @@ impl TxtClient {
 
     fn over(connection: Connection) -> Self {
         Self {
-            connection,
+            connection: Some(connection),
             online: false,
             broken: None,
             request: Vec::with_capacity(BUFFER_SIZE),
@@ -243,7 +244,7 @@ impl TxtClient {
 
     /// The controller's address, unless the connection is lost already.
     pub(crate) fn address(&self) -> Option<IpAddr> {
-        self.connection.peer_ip()
+        self.connection.as_ref().and_then(Connection::peer_ip)
     }
 
     /// Errs with what broke the connection.

@@ -36,7 +36,10 @@ impl TxtClient {
     /// Sends what is in `request` and reads the response; returns its size.
     pub(super) fn transact(&mut self, command: CommandId) -> Result<usize, Error> {
         let names = PacketNames { request: command.name(), response: command.response().name() };
-        self.connection
+        let Some(connection) = &mut self.connection else {
+            return Err(Error::ConnectionClosed { command: names.request, received: 0 });
+        };
+        connection
             .transact(names, &self.request, &mut self.response[..], |start| {
                 response_size(command, start)
             })
@@ -45,11 +48,13 @@ impl TxtClient {
 
     /// Leaves a connection on which something went wrong: sends this request and StopOnline
     /// whatever came before, so that the controller hears it if it can hear anything. Errors are
-    /// of no interest any more. Blocks for half a second at most.
+    /// of no interest any more, and the connection is closed. Blocks for half a second at most.
     pub(crate) fn abandon(&mut self, last_request: &[u8]) {
         let mut last_words = last_request.to_vec();
         CommandId::StopOnline.emit(&mut last_words);
-        self.connection.abandon(&last_words, ABANDON_LIMIT, &mut self.response[..]);
+        if let Some(mut connection) = self.connection.take() {
+            connection.abandon(&last_words, ABANDON_LIMIT, &mut self.response[..]);
+        }
     }
 }
 

@@ -162,7 +162,7 @@ impl TransferAreaComHandlerBuilder {
     /// [`Event::ConnectionLost`](crate::Event::ConnectionLost). A program that calls again works on: it
     /// waits until the connection stands, with the configuration of all areas, and its camera if that ran.
     /// Nothing that it wrote before the gap moves a motor then; what it has written since it knew of the gap
-    /// goes out with the first request.
+    /// goes out with the first request. A connection that fails once more at that request is another gap.
     ///
     /// When `limit` has passed without a connection, the transfer ends with
     /// [`Error::ReconnectFailed`]. It ends at once when the firmware is too old now. Each attempt takes at

@@ -117,9 +117,9 @@ impl HookThread {
     }
 
     /// Ends the thread. A hook that does not return is left to itself, and the areas that it has are
-    /// replaced: it can do no harm with them.
-    pub(super) fn end(&mut self) {
-        let Some(thread) = self.thread.take() else { return };
+    /// replaced: it can do no harm with them. Errs then.
+    pub(super) fn end(&mut self) -> Result<(), Error> {
+        let Some(thread) = self.thread.take() else { return Ok(()) };
         let shared = &*self.shared;
         self.wait_until_done();
         let mut state = shared.state();
@@ -132,10 +132,12 @@ impl HookThread {
         }
         drop(state);
         shared.hook_turn.notify_all();
-        if !hangs {
-            // It catches the hook's panics, so there is nothing to learn here.
-            let _ = thread.join();
+        if hangs {
+            return Err(Error::HookHangs { limit: self.limit });
         }
+        // It catches the hook's panics, so there is nothing to learn here.
+        let _ = thread.join();
+        Ok(())
     }
 }
 

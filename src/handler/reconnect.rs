@@ -75,7 +75,12 @@ fn attempt(
         shared.set_controller(controller);
     };
     let (link, config_updates) = handshake::connect(settings, limit, &shared.outgoing(), found)?;
-    let delivered = cycle.go_on_with(link)?;
+    let delivered = cycle.go_on_with(link).inspect_err(|error| {
+        // The controller may have got what the program has written since the gap began, so that another
+        // one begins.
+        shared.lose_connection(error, cycle.areas_mut());
+        cycle.abandon();
+    })?;
     if let Some(host) = host.filter(|_| cycle.camera_is_started()) {
         shared.resume_camera((host, settings.camera_port).into());
     }

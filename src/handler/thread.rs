@@ -60,7 +60,8 @@ impl TransferThread {
         if self.connected {
             self.cycle.abandon();
         }
-        self.hook.end();
+        // A hook that hangs is told also when the program has asked for the end meanwhile.
+        let result = result.and(self.hook.end());
         drop(self.cycle);
         self.shared.finish(result.clone().err());
         // Last, because a logger may panic too.
@@ -180,7 +181,7 @@ mod tests {
         let allocations = allocation_counter::measure(|| (0..100).for_each(|_| cycle()));
         assert_eq!(allocations.count_total, 0);
         assert!(txt.with_machine(|machine| machine.exchanges()) >= 110);
-        work.hook.end();
+        work.hook.end().unwrap();
         area.shared().finish(None);
     }
 

@@ -90,6 +90,7 @@ pub(crate) fn play(role: &str) {
     let words: Vec<&str> = role.split(' ').collect();
     match words[..] {
         ["program", host, port, read] => program(host, number(port), number(read)),
+        ["reconnecting", host, port] => reconnecting(host, number(port)),
         ["begin", host, port] => begin(host, number(port)),
         ["signalled", port] => signalled(number(port)),
         ["controller", port] => controller(number(port)),
@@ -122,16 +123,8 @@ fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler 
 /// Runs a motor until there is an error or the parent wants the end.
 fn program(host: &str, port: u16, read_ms: u64) {
     let limits = TimeLimits { read: Duration::from_millis(read_ms), ..TimeLimits::default() };
-    let mut handler = handler(host, port, limits);
-    handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle().unwrap());
-    say_now("begun", "Ok");
-    let is_wanted = Arc::new(AtomicBool::new(true));
-    let flag = Arc::clone(&is_wanted);
-    thread::spawn(move || {
-        let _ = io::copy(&mut io::stdin(), &mut io::sink());
-        flag.store(false, Ordering::SeqCst);
-    });
+    let handler = handler(host, port, limits);
+    let is_wanted = begin_until_told(&handler);
     while is_wanted.load(Ordering::SeqCst) {
         if let Err(error) = handler.wait_cycle() {
             say_now("ended", &name_of(&error));
@@ -141,10 +134,46 @@ fn program(host: &str, port: u16, read_ms: u64) {
     say_result("ended", &handler.end_transfer());
 }
 
+/// Begins a transfer; whether the parent does not want its end yet.
+fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
+    handler.begin_transfer().unwrap();
+    drop(handler.wait_cycle().unwrap());
+    say_now("begun", "Ok");
+    let is_wanted = Arc::new(AtomicBool::new(true));
+    let flag = Arc::clone(&is_wanted);
+    thread::spawn(move || {
+        let _ = io::copy(&mut io::stdin(), &mut io::sink());
+        flag.store(false, Ordering::SeqCst);
+    });
+    is_wanted
+}
+
+/// Runs a motor until the connection is lost, goes on when it stands again, and says what it was told.
+fn reconnecting(host: &str, port: u16) {
+    let builder = TransferAreaComHandler::builder(host).port(port);
+    let handler = builder.reconnect(Duration::from_secs(60)).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let is_wanted = begin_until_told(&handler);
+    let (mut told, mut when) = ("nothing".to_owned(), SystemTime::now());
+    let mut is_connected = true;
+    while is_wanted.load(Ordering::SeqCst) || !is_connected {
+        match handler.wait_cycle() {
+            Ok(_) => is_connected = true,
+            Err(error) => {
+                (told, when) = (name_of(&error), SystemTime::now());
+                is_connected = false;
+            }
+        }
+    }
+    assert!(handler.statistics().gaps <= 1, "the network was cut once");
+    say("told", &told, when);
+    say_result("ended", &handler.end_transfer());
+}
+
 /// Tries to begin a transfer.
 fn begin(host: &str, port: u16) {
     let limits = TimeLimits { connect: Duration::from_secs(1), ..TimeLimits::default() };
-    let mut handler = handler(host, port, limits);
+    let handler = handler(host, port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
     say_result("begun", &result);
@@ -160,7 +189,7 @@ fn signalled(port: u16) {
     ctrlc::set_handler(|| {}).unwrap();
     signal.thread_unblock().unwrap();
     let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
-    let mut handler = handler("127.0.0.1", port, limits);
+    let handler = handler("127.0.0.1", port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
     signal.thread_block().unwrap();
@@ -209,7 +238,7 @@ fn relay(from: &TcpStream, to: &TcpStream) {
 
 /// What of the transfer's helpers fails when something has run out amid it.
 fn amid(port: u16, run_out: fn()) {
-    let mut handler = handler("127.0.0.1", port, TimeLimits::default());
+    let handler = handler("127.0.0.1", port, TimeLimits::default());
     handler.begin_transfer().unwrap();
     say_result("begun", &handler.wait_cycle());
     run_out();

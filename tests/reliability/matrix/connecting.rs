@@ -50,7 +50,7 @@ pub(crate) fn rows() -> Vec<Row> {
 /// What comes of a transfer that can't begin.
 pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
     let limits = TimeLimits { connect: CONNECT_LIMIT, read: READ_LIMIT, ..TimeLimits::default() };
-    let mut handler = builder.time_limits(limits).build().unwrap();
+    let handler = builder.time_limits(limits).build().unwrap();
     let begin = Instant::now();
     let error = handler.begin_transfer().expect_err("there is no controller");
     let soon = Some(begin.elapsed());
@@ -63,7 +63,7 @@ pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
 /// A controller serves one program, whose motor goes on.
 fn busy() -> Outcome {
     let controller = Controller::start(txt());
-    let mut first = controller.handler().build().unwrap();
+    let first = controller.handler().build().unwrap();
     first.lock()[0].output.duty[0] = DUTY;
     first.begin_transfer().unwrap();
     controller.wait_on();

@@ -18,8 +18,17 @@ pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(1);
 /// The duty that the programs give to M1.
 pub(crate) const DUTY: i16 = 512;
 
-/// When each exchange came in, and whether it had a duty.
-type Record = Arc<Mutex<Vec<(Instant, bool)>>>;
+/// The exchanges that came in.
+type Record = Arc<Mutex<Vec<Exchange>>>;
+
+#[derive(Clone, Copy)]
+struct Exchange {
+    at: Instant,
+    /// Whether it has a duty.
+    on: bool,
+    /// Counts the connections.
+    connection: u64,
+}
 
 /// A simulated TXT, and a thread that watches its motors.
 pub(crate) struct Controller {
@@ -56,7 +65,9 @@ impl Controller {
         let txt = builder
             .idle_limit(idle_limit)
             .on_exchange(move |machine| {
-                noted.lock().unwrap().push((Instant::now(), is_on(machine)));
+                let (at, on) = (Instant::now(), is_on(machine));
+                let connection = machine.connections();
+                noted.lock().unwrap().push(Exchange { at, on, connection });
             })
             .start()
             .unwrap();
@@ -67,7 +78,7 @@ impl Controller {
             thread::spawn(move || {
                 let is_finished = || finished.load(Ordering::SeqCst);
                 // They may be on for less than a thread takes to wake.
-                let was_on = || record.lock().unwrap().iter().any(|(_, on)| *on);
+                let was_on = || record.lock().unwrap().iter().any(|exchange| exchange.on);
                 txt.wait_until(FOREVER, |_| was_on() || is_finished());
                 txt.wait_until(FOREVER, |machine| !is_on(machine) || is_finished());
                 (!is_finished()).then(Instant::now)
@@ -102,19 +113,20 @@ impl Controller {
         });
         let off = self.finish();
         let record = self.record.lock().unwrap().clone();
-        let runs = record.chunk_by(|(_, before), (_, after)| before == after);
-        assert!(runs.filter(|run| run[0].1).count() <= 1, "the motors are on again");
-        let Some(last_on) = record.iter().rposition(|(_, on)| *on) else {
+        let runs = record.chunk_by(|before, after| before.on == after.on);
+        assert!(runs.filter(|run| run[0].on).count() <= 1, "the motors are on again");
+        let Some(index) = record.iter().rposition(|exchange| exchange.on) else {
             return (By::NeverOn, None);
         };
-        if let Some((off, _)) = record.get(last_on + 1) {
-            return (By::Exchange, Some(off.saturating_duration_since(fault)));
+        let (last_on, next) = (record[index], record.get(index + 1));
+        if let Some(next) = next.filter(|next| next.connection == last_on.connection) {
+            return (By::Exchange, Some(next.at.saturating_duration_since(fault)));
         }
         let off = off.expect("motors that were on are off");
         let last_command = self.txt.with_machine(|machine| machine.commands().last());
         let by = match last_command {
-            Some(CommandId::StopOnline) => By::StopOnline,
-            _ if off.duration_since(record[last_on].0) >= self.idle_limit => By::IdleLimit,
+            Some(CommandId::StopOnline) if next.is_none() => By::StopOnline,
+            _ if off.duration_since(last_on.at) >= self.idle_limit => By::IdleLimit,
             _ => By::Close,
         };
         (by, Some(off.saturating_duration_since(fault)))
@@ -125,7 +137,7 @@ impl Controller {
         let watcher = self.watcher.lock().unwrap().take()?;
         // The watcher finds the motors off first, if it has not yet.
         let begin = Instant::now();
-        let was_on = self.record.lock().unwrap().iter().any(|(_, on)| *on);
+        let was_on = self.record.lock().unwrap().iter().any(|exchange| exchange.on);
         while was_on && !watcher.is_finished() && begin.elapsed() < DEADLINE {
             thread::sleep(Duration::from_millis(1));
         }

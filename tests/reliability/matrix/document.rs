@@ -80,15 +80,11 @@ fn table_of(rows: &[Row], old: &str) -> String {
 }
 
 fn line(row: &Row, old: &str) -> String {
-    let Row { fault, place, limit, .. } = *row;
-    let sees = match row.pending {
-        Some(reason) => format!("{} (not yet: {reason})", row.sees),
-        None => row.sees.to_owned(),
-    };
+    let Row { fault, place, sees, limit, .. } = *row;
     let findings = row.findings.lock().unwrap();
     let by: Vec<String> = row.by.iter().map(ToString::to_string).collect();
     let [soon, stopped] = if findings.is_empty() {
-        let is_same = |line: &&str| cells(line).get(..4) == Some(&[fault, place, &sees, limit][..]);
+        let is_same = |line: &&str| cells(line).get(..4) == Some(&[fault, place, sees, limit][..]);
         let before = old.lines().find(is_same).map(cells).unwrap_or_default();
         MEASURED.map(|index| before.get(index).unwrap_or(&"–").to_string())
     } else {

@@ -18,7 +18,22 @@ const SECTION: &str = "The program's own end";
 type End = fn(TransferAreaComHandler);
 
 const ENDS: [(&str, End); 2] =
-    [("`end_transfer`", |mut handler| drop(handler.end_transfer())), ("drop of the handler", drop)];
+    [("`end_transfer`", |handler| drop(handler.end_transfer())), ("drop of the handler", drop)];
+
+/// Writes a duty around the time in which the first is called, between two transfers.
+type Write = fn(&TransferArea, &dyn Fn());
+
+const WRITES: [(&str, Write); 2] = [
+    ("by a handle that does not know of the end", |area, end| {
+        end();
+        area.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    }),
+    ("under a guard that is held over the end", |area, end| {
+        let mut guard = area.lock();
+        guard[LOCAL_IO].output.duty[0] = DUTY;
+        end();
+    }),
+];
 
 pub(crate) fn rows() -> Vec<Row> {
     const EXCHANGES: &str = "two exchanges";
@@ -50,11 +65,19 @@ pub(crate) fn rows() -> Vec<Row> {
             .by(&[By::Close])
             .test(|| Ok(lost_under_guard())),
     );
+    for (place, write) in WRITES {
+        rows.push(
+            Row::new(SECTION, "writing between two transfers", place)
+                .sees("nothing: what it writes moves nothing", "–")
+                .by(&[By::Exchange])
+                .test(move || Ok(between_transfers(write))),
+        );
+    }
     rows
 }
 
 /// Threads in `wait_cycle` and `wait_until`, and the error that each of them sees.
-fn waiters(area: &TransferArea) -> Vec<JoinHandle<Error>> {
+pub(crate) fn waiters(area: &TransferArea) -> Vec<JoinHandle<Error>> {
     let (begun, has_begun) = mpsc::channel();
     let waiters = (0..8).map(|number| {
         let (area, begun) = (area.clone(), begun.clone());
@@ -76,7 +99,7 @@ fn waiters(area: &TransferArea) -> Vec<JoinHandle<Error>> {
 }
 
 /// The one error that all waiters see.
-fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
+pub(crate) fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
     let errors: Vec<Error> = waiters.into_iter().map(|waiter| waiter.join().unwrap()).collect();
     assert!(errors.iter().all(|error| *error == errors[0]), "{errors:?}");
     errors[0].clone()
@@ -85,7 +108,7 @@ fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
 /// A program with a motor on.
 fn start(controller: &Controller, port: u16) -> TransferAreaComHandler {
     let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
-    let mut handler = controller.handler().port(port).time_limits(limits).build().unwrap();
+    let handler = controller.handler().port(port).time_limits(limits).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     handler
@@ -136,12 +159,30 @@ fn under_guard(end: End) -> Outcome {
     Outcome { seen: Seen::Error(error), soon: None, by, stopped }
 }
 
+/// A motor that was on stays off in the next transfer.
+fn between_transfers(write: Write) -> Outcome {
+    let controller = Controller::start(txt());
+    let handler = start(&controller, controller.port());
+    controller.wait_on();
+    let area = handler.transfer_area();
+    let struck = Instant::now();
+    write(&area, &|| assert_eq!(handler.end_transfer(), Ok(())));
+    assert_eq!(handler.begin_transfer(), Ok(()));
+    for _ in 0..5 {
+        drop(handler.wait_cycle().unwrap());
+        assert_eq!(area.lock()[LOCAL_IO].output.duty, [0; 8]);
+    }
+    assert_eq!(handler.end_transfer(), Ok(()));
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Nothing, soon: None, by, stopped }
+}
+
 /// Who waits for a response learns of the end though the areas are locked.
 fn lost_under_guard() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
-    let proxy = Proxy::start(controller.port(), strike);
-    let mut handler = start(&controller, proxy.port());
+    let proxy = Proxy::start(controller.port(), [strike]);
+    let handler = start(&controller, proxy.port());
     let area = handler.transfer_area();
     let guard = handler.lock();
     // Under a guard nobody gets the areas, so only the end of the transfer ends this.
@@ -163,7 +204,7 @@ fn lost_under_guard() -> Outcome {
 fn in_silence(end: End) -> Outcome {
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Cut };
-    let proxy = Proxy::start(controller.port(), strike);
+    let proxy = Proxy::start(controller.port(), [strike]);
     let handler = start(&controller, proxy.port());
     let waiters = waiters(&handler.transfer_area());
     proxy.wait_struck();

@@ -45,6 +45,21 @@ pub(crate) struct Strike {
     pub(crate) fault: Fault,
 }
 
+impl Strike {
+    /// Whether nothing that the program sends arrives from now on.
+    pub(crate) fn cuts(self) -> bool {
+        self.fault == Fault::Cut || self.in_request && self.fault == Fault::Half
+    }
+
+    /// Whether the program learns of it by its read limit.
+    pub(crate) fn is_silent(self) -> bool {
+        matches!(
+            self.fault,
+            Fault::Silence | Fault::Cut | Fault::Half | Fault::SlowDrip | Fault::TooLong
+        )
+    }
+}
+
 impl Fault {
     /// The bytes of a packet as this fault leaves them.
     pub(crate) fn disturb(self, packet: &[u8]) -> Vec<u8> {

@@ -78,14 +78,14 @@ impl Drop for Busy {
 fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHandler {
     let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
     let builder = controller.handler().port(port).areas(areas).time_limits(limits);
-    let mut handler = builder.build().unwrap();
+    let handler = builder.build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     handler
 }
 
-fn goes_on(controller: &Controller, mut handler: TransferAreaComHandler) -> Outcome {
+fn goes_on(controller: &Controller, handler: TransferAreaComHandler) -> Outcome {
     assert!(controller.txt.with_machine(|machine| is_on(machine)));
     let seen = handler.end_transfer().err().map_or(Seen::Nothing, Seen::Error);
     Outcome { seen, soon: None, by: By::GoesOn, stopped: None }
@@ -113,8 +113,8 @@ fn restart() -> Outcome {
     let (old, new) = (FirmwareVersion::new(4, 1, 6), FirmwareVersion::new(4, 7, 0));
     let controller = Controller::start(txt().firmware(old));
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
-    let proxy = Proxy::start(controller.port(), strike);
-    let mut handler = start(&controller, proxy.port(), 1);
+    let proxy = Proxy::start(controller.port(), [strike]);
+    let handler = start(&controller, proxy.port(), 1);
     assert_eq!(handler.version(), Some(old));
     let error = loop {
         if let Err(error) = handler.wait_cycle() {
@@ -150,7 +150,7 @@ fn busy() -> Outcome {
 fn fin_beside_busy_threads() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
-    let proxy = Proxy::start(controller.port(), strike);
+    let proxy = Proxy::start(controller.port(), [strike]);
     let _busy = Busy::start(16);
     let handler = start(&controller, proxy.port(), 1);
     let error = loop {
@@ -170,7 +170,7 @@ fn many_transfers() -> Outcome {
             scope.spawn(|| {
                 let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
                 let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
-                let mut handler = builder.build().unwrap();
+                let handler = builder.build().unwrap();
                 for _ in 0..TRANSFERS / PROGRAMS {
                     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
                     handler.begin_transfer().unwrap();

@@ -6,8 +6,6 @@
 //! ```text
 //! WRITE_RELIABILITY=1 cargo test --test reliability
 //! ```
-// Until all calls take the handler by a shared reference.
-#![allow(unused_mut, clippy::unnecessary_mut_passed)]
 
 mod child;
 mod connecting;
@@ -16,14 +14,17 @@ mod document;
 mod ends;
 mod fake;
 mod fault;
+mod hook;
 mod load;
 mod network;
 mod packets;
 mod panics;
 mod process;
 mod proxy;
+mod reconnecting;
 mod row;
 mod services;
+mod watchdog;
 mod wire;
 
 use std::process::ExitCode;
@@ -39,7 +40,7 @@ use row::{Promise, Row, Skipped, Turn, DEADLINE};
 const AT_A_TIME: usize = 16;
 
 /// The threads of a handler.
-const OURS: [&str; 2] = ["transfer-area", "camera"];
+const OURS: [&str; 3] = ["transfer-area", "camera", "cycle-hook"];
 
 pub(crate) fn main() -> ExitCode {
     if let Some(role) = child::role() {
@@ -103,9 +104,12 @@ fn threads() -> Vec<String> {
 fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
     rows.extend(wire::rows());
+    rows.extend(reconnecting::rows());
     rows.extend(connecting::rows());
     rows.extend(services::rows());
     rows.extend(panics::rows());
+    rows.extend(hook::rows());
+    rows.extend(watchdog::rows());
     rows.extend(ends::rows());
     rows.extend(process::rows());
     rows.extend(load::rows());
@@ -116,7 +120,7 @@ fn rows() -> Vec<Row> {
 /// The tests of a row.
 fn trials_of(row: &mut Row, gate: &Arc<RwLock<()>>) -> Vec<Trial> {
     let promise = Promise::from(&*row);
-    let (turn, pending, name) = (row.turn, row.pending, row.name());
+    let (turn, name) = (row.turn, row.name());
     let tests = std::mem::take(&mut row.tests);
     let trial = |(place, run): (String, row::Run)| {
         let name = if place.is_empty() { name.clone() } else { format!("{name}: {place}") };
@@ -128,11 +132,6 @@ fn trials_of(row: &mut Row, gate: &Arc<RwLock<()>>) -> Vec<Trial> {
             } else {
                 let _with_others = gate.read();
                 promise.check(run)
-            };
-            let result = match (result, pending) {
-                (Err(failure), Some(reason)) => Ok(Err(Skipped(format!("{reason}: {failure}")))),
-                (Ok(Ok(())), Some(_)) => Err("it is pending no more".to_owned()),
-                (result, _) => result,
             };
             match result? {
                 Ok(()) => Ok(Completion::Completed),

@@ -23,6 +23,10 @@ pub(crate) fn rows() -> Vec<Row> {
         let length = Duration::from_secs(seconds);
         Row::new(SECTION, "network cut", place).test(move || cut(length, read_ms))
     };
+    let ride_out = |place, seconds| {
+        let length = Duration::from_secs(seconds);
+        Row::new(SECTION, "network cut", place).test(move || ride_out(length))
+    };
     const READ: &str = "the read limit (2 s) and 0.5 s";
     let rows = [
         cut("for 12 s", 12, 2000).sees("`NoAnswer`", READ).by(&[By::IdleLimit]),
@@ -33,6 +37,15 @@ pub(crate) fn rows() -> Vec<Row> {
             By::Close,
         ]),
         cut("for 1 s, with a read limit of 4 s", 1, 4000).sees("nothing: TCP sends again", "–"),
+        ride_out("for 12 s, with reconnecting", 12)
+            .sees("`ConnectionLost` once, and it goes on", READ)
+            .by(&[By::IdleLimit]),
+        ride_out("for 3 s, with reconnecting", 3)
+            .sees("`ConnectionLost` once, and it goes on", READ)
+            .by(&[By::Exchange, By::IdleLimit, By::Close]),
+        ride_out("for 1 s, with reconnecting", 1)
+            .sees("nothing, or `ConnectionLost` once, and it goes on", READ)
+            .by(&[By::GoesOn, By::Exchange, By::IdleLimit, By::Close]),
         Row::new(SECTION, "5 % loss", "both ways, for 5 s, with a read limit of 10 s")
             .sees("nothing: TCP sends again", "–")
             .test(loss),
@@ -147,11 +160,10 @@ impl Network {
     }
 
     /// A controller and a program with a motor on.
-    fn pair(&self, read_ms: u64) -> [Child; 2] {
+    fn pair(&self, role: &str) -> [Child; 2] {
         let mut controller = self.start(&self.controller, &format!("controller {PORT}"));
         controller.hear("listens");
-        let role = format!("program {CONTROLLER} {PORT} {read_ms}");
-        let mut program = self.start(&self.program, &role);
+        let mut program = self.start(&self.program, role);
         program.hear("begun");
         [controller, program]
     }
@@ -197,7 +209,8 @@ fn run(command: &str) -> Result<String, String> {
 
 fn cut(length: Duration, read_ms: u64) -> Result<Outcome, Skipped> {
     let network = Network::new()?;
-    let [mut controller, mut program] = network.pair(read_ms);
+    let [mut controller, mut program] =
+        network.pair(&format!("program {CONTROLLER} {PORT} {read_ms}"));
     let struck = SystemTime::now();
     network.cut()?;
     thread::sleep(length);
@@ -207,7 +220,7 @@ fn cut(length: Duration, read_ms: u64) -> Result<Outcome, Skipped> {
 
 fn loss() -> Result<Outcome, Skipped> {
     let network = Network::new()?;
-    let [mut controller, mut program] = network.pair(10_000);
+    let [mut controller, mut program] = network.pair(&format!("program {CONTROLLER} {PORT} 10000"));
     network.lose()?;
     thread::sleep(Duration::from_secs(5));
     finish(&network, SystemTime::now(), &mut controller, &mut program)
@@ -231,14 +244,40 @@ fn finish(
         assert_eq!(by, "Exchange");
         return Ok(Outcome { seen: Seen::Nothing, soon: None, by: By::GoesOn, stopped: None });
     }
-    let by = match by.as_str() {
+    let (soon, stopped) = (since(ended_at), since(off_at));
+    Ok(Outcome { seen: Seen::Named(ended), soon, by: by_name(&by), stopped })
+}
+
+fn by_name(name: &str) -> By {
+    match name {
         "Exchange" => By::Exchange,
         "StopOnline" => By::StopOnline,
         "IdleLimit" => By::IdleLimit,
         _ => By::Close,
-    };
-    let (soon, stopped) = (since(ended_at), since(off_at));
-    Ok(Outcome { seen: Seen::Named(ended), soon, by, stopped })
+    }
+}
+
+/// Cuts the network for a while, and lets the program go on when it is connected again.
+fn ride_out(length: Duration) -> Result<Outcome, Skipped> {
+    let network = Network::new()?;
+    let [mut controller, mut program] = network.pair(&format!("reconnecting {CONTROLLER} {PORT}"));
+    let struck = SystemTime::now();
+    network.cut()?;
+    thread::sleep(length);
+    network.restore()?;
+    // So long may the network take to come back for the program.
+    thread::sleep(Duration::from_secs(4));
+    drop(program.stdin.take());
+    let (told, told_at) = program.hear("told");
+    let (ended, _) = program.hear("ended");
+    assert_eq!(ended, "Ok");
+    let (by, off_at) = controller.hear("off");
+    if told == "nothing" {
+        return Ok(Outcome { seen: Seen::Nothing, soon: None, by: By::GoesOn, stopped: None });
+    }
+    let since = |when: SystemTime| when.duration_since(struck).ok();
+    let (soon, stopped) = (since(told_at), since(off_at));
+    Ok(Outcome { seen: Seen::Named(told), soon, by: by_name(&by), stopped })
 }
 
 /// Begins a transfer with a controller that is cut off.

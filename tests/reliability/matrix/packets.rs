@@ -38,6 +38,14 @@ impl Place {
         &[Self::QueryStatus, Self::StartOnline, Self::UpdateConfig];
     pub(crate) const RUNNING: &'static [Self] =
         &[Self::FirstExchange, Self::Exchange, Self::NewConfig, Self::StartCamera];
+    /// The same, and one that is not compressed.
+    pub(crate) const RUNNING_EITHER_WAY: &'static [Self] = &[
+        Self::FirstExchange,
+        Self::Exchange,
+        Self::SimpleExchange,
+        Self::NewConfig,
+        Self::StartCamera,
+    ];
     pub(crate) const END: &'static [Self] =
         &[Self::LastExchange, Self::StopCamera, Self::StopOnline];
     pub(crate) const EXCHANGES: &'static [Self] = &[Self::FirstExchange, Self::Exchange];

@@ -18,19 +18,23 @@ use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
 const SECTION: &str = "Panics";
 
 /// How a panic that belongs to a test begins.
-const ON_PURPOSE: &str = "on purpose";
+pub(crate) const ON_PURPOSE: &str = "on purpose";
 
 /// Leaves the panics that belong to tests out of what is printed.
 pub(crate) fn be_quiet() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         let text = panic_text(info.payload());
-        // A scope says so of its threads.
-        let is_ours = text.starts_with(ON_PURPOSE) || text == "a scoped thread panicked";
+        // A scope says so of its threads, and the handler of who locks twice.
+        let is_ours = text.starts_with(ON_PURPOSE)
+            || text == "a scoped thread panicked"
+            || text.contains("drop the guard first");
         if !is_ours && !info.payload().is::<Mine>() {
             print(info);
         }
     }));
+    log::set_logger(&PanickingLogger).unwrap();
+    log::set_max_level(log::LevelFilter::Warn);
 }
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -60,6 +64,9 @@ pub(crate) fn rows() -> Vec<Row> {
             in_thread(move || drop(area.wait_until(|_| panic!("{ON_PURPOSE}"), DEADLINE)));
         }),
         row("in a hook", |handler| handler.set_cycle_hook(|_| panic!("{ON_PURPOSE}"))),
+        row("in a hook, with a payload that panics when it is dropped", |handler| {
+            handler.set_cycle_hook(|_| panic_any(Mine));
+        }),
         row("in a thread that owns a handle", |handler| {
             let area = handler.transfer_area();
             in_thread(move || {
@@ -99,19 +106,83 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "panic", "in a thread that shares a handle by `Arc`, between two guards")
             .sees("nothing: the thread's end can't be seen", "–")
             .test(|| Ok(between_guards())),
-        Row::new(SECTION, "panic", "in the transfer thread")
+        Row::new(SECTION, "panic", "in the transfer thread, by a logger that it calls")
             .sees("`Thread`", "at once")
             .by(&[By::Exchange])
-            .test(|| {
-                Ok(run(|handler| {
-                    handler.set_cycle_hook(|_| -> ControlFlow<()> { panic_any(Mine) })
-                }))
-            }),
+            .test(|| Ok(in_transfer_thread())),
         Row::new(SECTION, "panic", "under a guard while `begin_transfer` is under way")
             .sees(SEES, "the handshake")
             .by(&[By::NeverOn])
             .test(|| Ok(while_beginning())),
+        twice("in a `match` on a value of the area", |handler| {
+            match handler.lock()[LOCAL_IO].input.uni[0] {
+                0 => drop(handler.lock()),
+                _ => unreachable!("I1 is not pressed"),
+            }
+        }),
+        twice("in one `println!`", |handler| {
+            println!("{} {}", handler.lock().len(), handler.lock().len());
+        }),
+        twice("`wait_cycle` under a guard", |handler| {
+            let _guard = handler.lock();
+            let _ = handler.wait_cycle();
+        }),
+        twice("`update_config` under a guard", |handler| {
+            let _guard = handler.lock();
+            let _ = handler.update_config();
+        }),
+        twice("`lock` in a wait's condition", |handler| {
+            let _ = handler.wait_until(|_| handler.lock().is_empty(), DEADLINE);
+        }),
+        row("in a hook, because it locks", |handler| {
+            let area = handler.transfer_area();
+            handler.set_cycle_hook(move |_| {
+                drop(area.lock());
+                ControlFlow::Continue(())
+            });
+        }),
+        row("in a hook, because it waits for a cycle", |handler| {
+            let area = handler.transfer_area();
+            handler.set_cycle_hook(move |_| {
+                let _ = area.wait_cycle();
+                ControlFlow::Continue(())
+            });
+        }),
     ]
+}
+
+/// A thread that would wait for itself panics instead, and says why.
+fn twice(place: &'static str, lock_twice: fn(&TransferAreaComHandler)) -> Row {
+    Row::new(SECTION, "a thread that locks twice", place)
+        .sees("a panic that says so, and `ProgramPanicked`", "the exchange under way")
+        .by(&[By::Exchange])
+        .test(move || {
+            Ok(run(|handler| {
+                let panic = catch_unwind(AssertUnwindSafe(|| lock_twice(handler))).unwrap_err();
+                let text = panic_text(&*panic);
+                assert!(text.contains("drop the guard first"), "{text}");
+            }))
+        })
+}
+
+/// Panics in the transfer thread when a watchdog with this limit expires.
+struct PanickingLogger;
+
+const LOGGED: Duration = Duration::from_millis(313);
+
+impl log::Log for PanickingLogger {
+    fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        let expired = Error::WatchdogExpired { limit: LOGGED }.to_string();
+        if record.args().to_string() == expired {
+            panic!("{ON_PURPOSE}");
+        }
+    }
+
+    fn flush(&self) {}
 }
 
 /// A panic whose payload panics once more when it is dropped, so that it strikes whoever catches
@@ -133,7 +204,7 @@ fn in_thread(run: impl FnOnce() + Send + 'static) {
 /// A program with a motor on.
 fn start() -> (Controller, TransferAreaComHandler) {
     let controller = Controller::start(txt());
-    let mut handler = controller.handler().build().unwrap();
+    let handler = controller.handler().build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
@@ -151,8 +222,8 @@ fn watch(handler: &TransferAreaComHandler) -> Seen {
     Seen::Nothing
 }
 
-fn run(panic: fn(&TransferAreaComHandler)) -> Outcome {
-    let (controller, mut handler) = start();
+fn run(panic: impl FnOnce(&TransferAreaComHandler)) -> Outcome {
+    let (controller, handler) = start();
     let struck = Instant::now();
     panic(&handler);
     let seen = watch(&handler);
@@ -164,6 +235,26 @@ fn run(panic: fn(&TransferAreaComHandler)) -> Outcome {
     drop(handler);
     let (by, stopped) = controller.stopped_after(struck);
     Outcome { seen, soon: Some(soon), by, stopped }
+}
+
+/// The watchdog expires, of which the transfer thread tells a logger.
+fn in_transfer_thread() -> Outcome {
+    let controller = Controller::start(txt());
+    let handler = controller.handler().watchdog(LOGGED).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    controller.wait_on();
+    let struck = Instant::now() + LOGGED;
+    let area = handler.transfer_area();
+    // Without a sign of life.
+    while handler.error().is_none() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    let soon = struck.elapsed();
+    let error = area.wait_cycle().unwrap_err();
+    assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
 }
 
 /// The handler's owner is a thread that panics.
@@ -179,7 +270,7 @@ fn in_owner(panic: fn(TransferAreaComHandler)) -> Outcome {
 }
 
 fn between_guards() -> Outcome {
-    let (controller, mut handler) = start();
+    let (controller, handler) = start();
     let shared = Arc::new(handler.transfer_area());
     let theirs = Arc::clone(&shared);
     in_thread(move || {
@@ -197,8 +288,8 @@ fn between_guards() -> Outcome {
 fn while_beginning() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::StartOnline, in_request: false, fault: Fault::SlowDrip };
-    let proxy = Proxy::start(controller.port(), strike);
-    let mut handler = controller.handler().port(proxy.port()).build().unwrap();
+    let proxy = Proxy::start(controller.port(), [strike]);
+    let handler = controller.handler().port(proxy.port()).build().unwrap();
     let area = handler.transfer_area();
     let struck = thread::scope(|scope| {
         let panicking = scope.spawn(|| {

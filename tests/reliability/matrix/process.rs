@@ -125,7 +125,7 @@ fn stopped_for_long() -> Outcome {
 fn signalled(place: Place) -> Outcome {
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let strike = Strike { place, in_request: false, fault: Fault::Cut };
-    let proxy = Proxy::start(controller.port(), strike);
+    let proxy = Proxy::start(controller.port(), [strike]);
     let mut child = Child::start(&format!("signalled {}", proxy.port()));
     child.hear("begins");
     let (sender, ended) = mpsc::channel();

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use socket2::SockRef;
 
 use super::fault::{Fault, Strike};
-use super::packets::{is_waiting, read_request, read_response, Tracker};
+use super::packets::{is_waiting, read_request, read_response, Place, Tracker};
 use super::row::DEADLINE;
 
 /// How often a thread looks whether it should end.
@@ -19,7 +19,7 @@ const POLL: Duration = Duration::from_millis(20);
 /// The time between two bytes that come too slowly.
 const SLOW: Duration = Duration::from_millis(400);
 
-/// Serves one program after another, until it is dropped.
+/// Serves programs until it is dropped.
 pub(crate) struct Proxy {
     port: u16,
     shared: Arc<Shared>,
@@ -28,8 +28,10 @@ pub(crate) struct Proxy {
 
 struct Shared {
     controller: AtomicU16,
-    strike: Option<Strike>,
-    struck: Mutex<Option<Instant>>,
+    /// The faults, in turn; each strikes once.
+    strikes: Vec<Strike>,
+    /// When those did that have struck.
+    struck: Mutex<Vec<Instant>>,
     stopping: AtomicBool,
 }
 
@@ -38,33 +40,39 @@ impl Shared {
         self.stopping.load(Ordering::SeqCst)
     }
 
-    /// Whether the fault strikes now, which it does once.
-    fn strikes(&self) -> bool {
+    /// The fault that strikes now, when it is the next one's turn at this place.
+    fn strike(&self, place: Option<Place>, in_request: bool) -> Option<Fault> {
         let mut struck = self.struck.lock().unwrap();
-        let first = struck.is_none();
-        struck.get_or_insert_with(Instant::now);
-        first
+        let next = self.strikes.get(struck.len())?;
+        if place != Some(next.place) || in_request != next.in_request {
+            return None;
+        }
+        struck.push(Instant::now());
+        Some(next.fault)
     }
 }
 
 impl Proxy {
-    pub(crate) fn start(controller: u16, strike: impl Into<Option<Strike>>) -> Self {
+    pub(crate) fn start(controller: u16, strikes: impl IntoIterator<Item = Strike>) -> Self {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let port = listener.local_addr().unwrap().port();
         let (struck, stopping) = Default::default();
-        let (controller, strike) = (controller.into(), strike.into());
-        let shared = Arc::new(Shared { controller, strike, struck, stopping });
+        let (controller, strikes) = (controller.into(), strikes.into_iter().collect());
+        let shared = Arc::new(Shared { controller, strikes, struck, stopping });
         let serving = Arc::clone(&shared);
         let thread = thread::spawn(move || {
-            while let Ok((program, _)) = listener.accept() {
-                if serving.stops() {
-                    return;
+            // A connection may stand still while the program makes another.
+            thread::scope(|scope| {
+                while let Ok((program, _)) = listener.accept() {
+                    if serving.stops() {
+                        return;
+                    }
+                    // A controller that is not there leaves the program a closed connection.
+                    if let Ok(mut link) = Link::new(program, &serving) {
+                        scope.spawn(move || link.serve());
+                    }
                 }
-                // A controller that is not there leaves the program a closed connection.
-                if let Ok(mut link) = Link::new(program, &serving) {
-                    link.serve();
-                }
-            }
+            });
         });
         Self { port, shared, thread: Some(thread) }
     }
@@ -78,18 +86,23 @@ impl Proxy {
         self.shared.controller.store(controller, Ordering::SeqCst);
     }
 
-    /// Waits until the fault has struck.
+    /// Waits until the first fault has struck.
     pub(crate) fn wait_struck(&self) {
         let begin = Instant::now();
-        while self.shared.struck.lock().unwrap().is_none() {
+        while self.shared.struck.lock().unwrap().is_empty() {
             assert!(begin.elapsed() < DEADLINE, "the fault does not strike");
             thread::sleep(Duration::from_millis(1));
         }
     }
 
-    /// When the fault struck.
+    /// When the first fault struck.
     pub(crate) fn struck(&self) -> Instant {
-        self.shared.struck.lock().unwrap().expect("the fault did not strike")
+        *self.shared.struck.lock().unwrap().first().expect("the fault did not strike")
+    }
+
+    /// Whether all faults have struck.
+    pub(crate) fn is_done(&self) -> bool {
+        self.shared.struck.lock().unwrap().len() == self.shared.strikes.len()
     }
 }
 
@@ -140,24 +153,21 @@ impl<'a> Link<'a> {
             return Ok(Next::End);
         };
         let place = tracker.place(&request);
-        let strike = shared.strike.filter(|strike| place == Some(strike.place));
-        match strike {
-            Some(Strike { in_request: true, fault, .. }) if shared.strikes() => {
+        match shared.strike(place, true) {
+            Some(fault) => {
                 if let Next::End = self.strike_request(fault, &request)? {
                     return Ok(Next::End);
                 }
             }
-            _ => self.controller.write_all(&request)?,
+            None => self.controller.write_all(&request)?,
         }
         let Some(response) = read_response(&mut self.controller, &request, || shared.stops())
         else {
             return Ok(Next::End);
         };
-        match strike {
-            Some(Strike { in_request: false, fault, .. }) if shared.strikes() => {
-                self.strike_response(fault, &response)
-            }
-            _ => {
+        match shared.strike(place, false) {
+            Some(fault) => self.strike_response(fault, &response),
+            None => {
                 self.program.write_all(&response)?;
                 Ok(Next::Packet)
             }

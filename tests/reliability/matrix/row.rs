@@ -35,7 +35,7 @@ impl From<Error> for Seen {
 
 impl Seen {
     /// Whether it is what the table's text says.
-    fn is_told_by(&self, text: &str) -> bool {
+    pub(crate) fn is_told_by(&self, text: &str) -> bool {
         match self {
             Self::Nothing => text.starts_with("nothing"),
             Self::Error(error) => text.contains(&format!("`{}`", name_of(error))),
@@ -121,8 +121,6 @@ pub(crate) struct Row {
     /// The tests, each with what tells it from the row's others.
     pub(crate) tests: Vec<(String, Run)>,
     pub(crate) turn: Turn,
-    /// Why it fails as yet, when it does.
-    pub(crate) pending: Option<&'static str>,
     pub(crate) findings: Findings,
 }
 
@@ -137,7 +135,6 @@ impl Row {
             by: &[By::GoesOn],
             tests: Vec::new(),
             turn: Turn::WithOthers,
-            pending: None,
             findings: Findings::default(),
         }
     }
@@ -166,12 +163,6 @@ impl Row {
 
     pub(crate) fn turn(mut self, turn: Turn) -> Self {
         self.turn = turn;
-        self
-    }
-
-    /// It fails as yet, for this reason.
-    pub(crate) fn pending(mut self, reason: &'static str) -> Self {
-        self.pending = Some(reason);
         self
     }
 

@@ -178,7 +178,7 @@ impl Program {
         let controller = Controller::start(txt());
         let limits = TimeLimits { connect: LIMIT, read: LIMIT, ..TimeLimits::default() };
         let builder = controller.handler().time_limits(limits);
-        let mut handler = builder.camera_port(camera_port).i2c_port(i2c_port).build().unwrap();
+        let handler = builder.camera_port(camera_port).i2c_port(i2c_port).build().unwrap();
         handler.lock()[0].output.duty[0] = DUTY;
         handler.begin_transfer().unwrap();
         controller.wait_on();
@@ -186,7 +186,7 @@ impl Program {
     }
 
     /// Checks that the transfer goes on, and ends it.
-    fn finish(mut self, error: Option<Error>, soon: Option<Duration>) -> Outcome {
+    fn finish(self, error: Option<Error>, soon: Option<Duration>) -> Outcome {
         for _ in 0..3 {
             drop(self.handler.wait_cycle().unwrap());
         }
@@ -199,7 +199,7 @@ impl Program {
 
 /// What comes of a camera whose server is at this port.
 fn camera(port: u16) -> Outcome {
-    let mut program = Program::start(port, 0);
+    let program = Program::start(port, 0);
     let options = CameraOptions { start_limit: LIMIT, frame_limit: LIMIT, ..Default::default() };
     let begin = Instant::now();
     let frames = program.handler.start_camera(options).unwrap();
@@ -220,7 +220,7 @@ fn flood() -> Outcome {
             let _ = client.stream.read(&mut acknowledge);
         }
     });
-    let mut program = Program::start(fake.port(), 0);
+    let program = Program::start(fake.port(), 0);
     let frames = program.handler.start_camera(CameraOptions::default()).unwrap();
     let begin = Instant::now();
     while program.handler.camera_statistics().dropped < 1000 {

@@ -5,7 +5,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler, TransferMode};
+use ft_transfer_area::{
+    CameraOptions, Error, TimeLimits, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+    TransferMode,
+};
 
 use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
 use super::fault::{Fault, Strike};
@@ -94,13 +97,7 @@ pub(crate) fn rows() -> Vec<Row> {
         let goes_on = fault == Fault::Drip;
         let never = if goes_on { &[By::Exchange][..] } else { &[By::NeverOn] };
         rows.push(row(true, fault, text, HANDSHAKE, sees).by(never));
-        // The first exchange of all is the one that would bring the duty.
-        let running = match by {
-            By::Close => &[By::Close, By::NeverOn][..],
-            By::IdleLimit => &[By::IdleLimit, By::NeverOn],
-            _ => &[By::Exchange],
-        };
-        rows.push(row(true, fault, text, RUNNING, sees).by(running));
+        rows.push(row(true, fault, text, RUNNING, sees).by(never_or(by)));
         let end = match by {
             By::Close => &[By::Exchange, By::Close][..],
             By::IdleLimit => &[By::Exchange, By::IdleLimit],
@@ -113,6 +110,43 @@ pub(crate) fn rows() -> Vec<Row> {
     rows.push(crc(EXCHANGE).by(&[By::Close, By::NeverOn]));
     rows.push(crc(LAST).by(&[By::Close]));
     rows
+}
+
+/// The first exchange of all is the one that would bring the duty.
+fn never_or(by: By) -> &'static [By] {
+    match by {
+        By::Close => &[By::Close, By::NeverOn],
+        By::IdleLimit => &[By::IdleLimit, By::NeverOn],
+        _ => &[By::Exchange],
+    }
+}
+
+/// A way to lose a connection while it runs: as in the rows, and where.
+pub(crate) struct Way {
+    pub(crate) in_request: bool,
+    pub(crate) fault: Fault,
+    pub(crate) text: &'static str,
+    /// The error that the program sees, and its limit.
+    pub(crate) sees: (&'static str, &'static str),
+    pub(crate) by: &'static [By],
+    pub(crate) places: &'static [Place],
+}
+
+/// All of them.
+pub(crate) fn ways() -> Vec<Way> {
+    let responses = RESPONSES.iter().map(|&(fault, text, sees, by)| {
+        let (by, places) = (only(by), Place::RUNNING_EITHER_WAY);
+        Way { in_request: false, fault, text, sees, by, places }
+    });
+    let exchanges = EXCHANGES.iter().map(|&(fault, text, sees)| {
+        let (by, places) = (only(By::Exchange), Place::EXCHANGES);
+        Way { in_request: false, fault, text, sees, by, places }
+    });
+    let requests = REQUESTS.iter().map(|&(fault, text, sees, by)| {
+        let (by, places) = (never_or(by), Place::RUNNING);
+        Way { in_request: true, fault, text, sees, by, places }
+    });
+    responses.chain(exchanges).chain(requests).filter(|way| way.fault != Fault::Drip).collect()
 }
 
 fn only(by: By) -> &'static [By] {
@@ -134,39 +168,42 @@ fn row(
         Row::new(SECTION, text, phase.text).sees(sees, limit),
         |row, &place| {
             let strike = Strike { place, in_request, fault };
-            row.test_at(format!("{place:?}"), move || Ok(run(strike)))
+            row.test_at(format!("{place:?}"), move || Ok(run(strike, None)))
         },
     )
 }
 
-/// Runs a program with a motor on until the fault strikes, and on.
-fn run(strike: Strike) -> Outcome {
-    let Strike { place, in_request, fault } = strike;
-    let is_cut = fault == Fault::Cut || in_request && fault == Fault::Half;
-    let is_silent = matches!(
-        fault,
-        Fault::Silence | Fault::Cut | Fault::Half | Fault::SlowDrip | Fault::TooLong
-    );
-    let controller = match is_cut {
+/// What a fault needs, and settings for a program.
+pub(crate) fn set_up(strike: Strike) -> (Controller, Proxy, TransferAreaComHandlerBuilder) {
+    let controller = match strike.cuts() {
         true => Controller::with_idle_limit(txt(), IDLE_LIMIT),
         false => Controller::start(txt()),
     };
-    let proxy = Proxy::start(controller.port(), strike);
+    let proxy = Proxy::start(controller.port(), [strike]);
     // Long where it is not what ends the wait, for the sake of a busy machine.
-    let read = if is_silent { READ_LIMIT } else { DEADLINE };
-    let mode = match place {
+    let read = if strike.is_silent() { READ_LIMIT } else { DEADLINE };
+    let mode = match strike.place {
         Place::SimpleExchange => TransferMode::Simple,
         _ => TransferMode::Compressed,
     };
-    let handler = controller
+    let builder = controller
         .handler()
         .mode(mode)
         .port(proxy.port())
         .camera_port(controller.txt.camera_port())
-        .time_limits(TimeLimits { read, ..TimeLimits::default() })
-        .build()
-        .unwrap();
-    let error = transfer(handler, place);
+        .time_limits(TimeLimits { read, ..TimeLimits::default() });
+    (controller, proxy, builder)
+}
+
+/// Runs a program with a motor on until the fault strikes, and on.
+pub(crate) fn run(strike: Strike, reconnect: Option<Duration>) -> Outcome {
+    let place = strike.place;
+    let (controller, proxy, builder) = set_up(strike);
+    let builder = match reconnect {
+        Some(limit) => builder.reconnect(limit),
+        None => builder,
+    };
+    let error = transfer(builder.build().unwrap(), place);
     let seen = Instant::now();
     let struck = proxy.struck();
     if let Some(error) = &error {
@@ -180,7 +217,7 @@ fn run(strike: Strike) -> Outcome {
 
 /// Begins, drives and ends a transfer; the error that it meets, if it does. Checks what every
 /// error has in common.
-fn transfer(mut handler: TransferAreaComHandler, place: Place) -> Option<Error> {
+fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     let area = handler.transfer_area();
     let (begun, is_begun) = mpsc::channel();
@@ -195,7 +232,7 @@ fn transfer(mut handler: TransferAreaComHandler, place: Place) -> Option<Error> 
         begun.send(()).unwrap();
     }
     drop(begun);
-    let result = result.and_then(|()| drive(&mut handler, place));
+    let result = result.and_then(|()| drive(&handler, place));
     let error = result.err();
     assert!(!handler.is_running());
     assert_eq!(handler.end_transfer(), error.clone().map_or(Ok(()), Err), "the error stays");
@@ -208,16 +245,19 @@ fn transfer(mut handler: TransferAreaComHandler, place: Place) -> Option<Error> 
     error
 }
 
+pub(crate) fn small_pictures() -> CameraOptions {
+    CameraOptions { width: 16, height: 16, ..CameraOptions::default() }
+}
+
 /// Does what brings about the packet at this place, and ends the transfer.
-fn drive(handler: &mut TransferAreaComHandler, place: Place) -> Result<(), Error> {
-    let camera = || CameraOptions { width: 16, height: 16, ..CameraOptions::default() };
+fn drive(handler: &TransferAreaComHandler, place: Place) -> Result<(), Error> {
     let mut frames = None;
     for cycle in 0..30 {
         drop(handler.wait_cycle()?);
         match (cycle, place) {
-            (5, Place::NewConfig) => handler.lock()[LOCAL_IO].state.config_id += 1,
+            (5, Place::NewConfig) => handler.lock()[LOCAL_IO].raise_config_id(),
             (5, Place::StartCamera | Place::StopCamera) => {
-                frames = Some(handler.start_camera(camera())?);
+                frames = Some(handler.start_camera(small_pictures())?);
             }
             (10, Place::LastExchange | Place::StopCamera | Place::StopOnline) => break,
             _ => {}
@@ -228,7 +268,7 @@ fn drive(handler: &mut TransferAreaComHandler, place: Place) -> Result<(), Error
 }
 
 /// Whether an error names the command or the packet at which it came about, where it names any.
-fn names(error: &Error, place: Place) -> bool {
+pub(crate) fn names(error: &Error, place: Place) -> bool {
     let command = place.command();
     match error {
         Error::NoAnswer { command: named, .. }

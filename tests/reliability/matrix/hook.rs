@@ -1,0 +1,135 @@
+//! Hooks that hang, and ends that come from inside them.
+
+use std::ops::ControlFlow;
+use std::sync::{mpsc, Arc, Mutex};
+use std::time::Instant;
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::TransferAreaComHandler;
+
+use super::controller::{txt, Controller, DUTY};
+use super::ends::{error_of, waiters};
+use super::row::{By, Outcome, Row, Seen};
+
+const SECTION: &str = "The cycle hook";
+
+/// A call of the program while the hook hangs; the handler afterwards, if it is there still.
+type Call = fn(TransferAreaComHandler) -> Option<TransferAreaComHandler>;
+
+/// Has a hook end the transfer; the handler afterwards, unless the hook has dropped it.
+type End = fn(TransferAreaComHandler) -> Option<Arc<TransferAreaComHandler>>;
+
+pub(crate) fn rows() -> Vec<Row> {
+    let hangs = |place, call: Call| {
+        Row::new(SECTION, "a hook that hangs", place)
+            .sees("`HookHangs` in each wait", "the hook's limit (0.5 s)")
+            .by(&[By::Exchange])
+            .test(move || Ok(hang(call)))
+    };
+    let ends = |fault, end: End| {
+        Row::new(SECTION, fault, "in the hook")
+            .sees("`NotStarted` in each wait", "two exchanges")
+            .by(&[By::Exchange])
+            .test(move || Ok(end_inside(end)))
+    };
+    vec![
+        hangs("amid eight waiters", Some),
+        hangs("amid them and `lock`", |handler| {
+            drop(handler.lock());
+            Some(handler)
+        }),
+        hangs("amid them and `end_transfer`", |handler| {
+            let _ = handler.end_transfer();
+            Some(handler)
+        }),
+        hangs("amid them and drop of the handler", |handler| {
+            drop(handler);
+            None
+        }),
+        hangs("amid them and `clear_cycle_hook`", |handler| {
+            handler.clear_cycle_hook();
+            Some(handler)
+        }),
+        hangs("amid them and `set_cycle_hook`", |handler| {
+            handler.set_cycle_hook(|_| ControlFlow::Continue(()));
+            Some(handler)
+        }),
+        ends("`ControlFlow::Break`", |handler| {
+            handler.set_cycle_hook(|_| ControlFlow::Break(()));
+            Some(Arc::new(handler))
+        }),
+        ends("`end_transfer`", |handler| {
+            let handler = Arc::new(handler);
+            let weak = Arc::downgrade(&handler);
+            handler.set_cycle_hook(move |_| {
+                if let Some(handler) = weak.upgrade() {
+                    assert_eq!(handler.end_transfer(), Ok(()));
+                }
+                ControlFlow::Continue(())
+            });
+            Some(handler)
+        }),
+        ends("drop of the handler", |handler| {
+            let own = Arc::new(Mutex::new(None));
+            let in_hook = Arc::clone(&own);
+            handler.set_cycle_hook(move |_| {
+                drop(in_hook.lock().unwrap().take());
+                ControlFlow::Continue(())
+            });
+            *own.lock().unwrap() = Some(handler);
+            None
+        }),
+    ]
+}
+
+/// A program with a motor on.
+fn start() -> (Controller, TransferAreaComHandler) {
+    let controller = Controller::start(txt());
+    let handler = controller.handler().build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    controller.wait_on();
+    (controller, handler)
+}
+
+/// The hook hangs until the transfer is long over, and writes then.
+fn hang(call: Call) -> Outcome {
+    let (controller, handler) = start();
+    let area = handler.transfer_area();
+    let waiters = waiters(&area);
+    let (let_go, gate) = mpsc::channel::<()>();
+    let (hung, is_hung) = mpsc::channel();
+    handler.set_cycle_hook(move |areas| {
+        let _ = hung.send(Instant::now());
+        let _ = gate.recv();
+        areas[LOCAL_IO].output.duty[0] = DUTY;
+        ControlFlow::Continue(())
+    });
+    let struck = is_hung.recv().unwrap();
+    let handler = call(handler);
+    let error = error_of(waiters);
+    let soon = struck.elapsed();
+    if let Some(handler) = handler {
+        assert_eq!(handler.end_transfer(), Err(error.clone()));
+    }
+    let (by, stopped) = controller.stopped_after(struck);
+    drop(let_go);
+    // Until its thread has ended.
+    while is_hung.recv().is_ok() {}
+    assert_eq!(area.lock()[LOCAL_IO].output.duty, [0; 8]);
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+fn end_inside(end: End) -> Outcome {
+    let (controller, handler) = start();
+    let waiters = waiters(&handler.transfer_area());
+    let struck = Instant::now();
+    let handler = end(handler);
+    let error = error_of(waiters);
+    let soon = struck.elapsed();
+    if let Some(handler) = handler {
+        assert_eq!(handler.end_transfer(), Ok(()));
+    }
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}

@@ -1,0 +1,384 @@
+//! Connections that are lost and made again.
+
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::tx::Counter;
+use ft_transfer_area::{
+    Error, EventKind, FirmwareVersion, TimeLimits, TransferArea, TransferAreaComHandler,
+};
+
+use super::controller::{is_on, txt, Controller, DUTY};
+use super::fake::closed_port;
+use super::fault::{Fault, Strike};
+use super::packets::Place;
+use super::panics::ON_PURPOSE;
+use super::proxy::Proxy;
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
+use super::wire::{names, run, set_up, small_pictures, ways, Way};
+
+const SECTION: &str = "The main connection, with reconnecting";
+
+const ONCE: &str = "`ConnectionLost` once, and it goes on";
+
+/// How long reconnecting is tried where it is in vain.
+const LIMIT: Duration = Duration::from_secs(1);
+
+const VERSION: FirmwareVersion = FirmwareVersion::new(4, 1, 6);
+
+pub(crate) fn rows() -> Vec<Row> {
+    let mut rows = Vec::new();
+    for Way { in_request, fault, text, sees, by, places } in ways() {
+        let row = Row::new(SECTION, text, "while it runs").sees(ONCE, sees.1).by(by);
+        rows.push(places.iter().fold(row, |row, &place| {
+            let strike = Strike { place, in_request, fault };
+            row.test_at(format!("{place:?}"), move || Ok(ride_out(strike, sees.0)))
+        }));
+    }
+    // Only what has begun is made again, and not for the end's sake.
+    for (text, places, by) in [
+        ("each packet of the handshake", Place::HANDSHAKE, &[By::NeverOn]),
+        ("each packet of the end", Place::END, &[By::Exchange]),
+    ] {
+        let row = Row::new(SECTION, "FIN instead of the response", text);
+        let row = row.sees("`ConnectionClosed` with the command", "at once").by(by);
+        rows.push(places.iter().fold(row, |row, &place| {
+            let strike = response(place, Fault::Fin);
+            row.test_at(format!("{place:?}"), move || Ok(run(strike, Some(DEADLINE))))
+        }));
+    }
+    let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Close]);
+    rows.extend([
+        closed("FIN", "amid eight waiters, and beside a handle that is idle")
+            .sees("`ConnectionLost` once each, and it goes on", "at once")
+            .test(|| Ok(amid_waiters(&GAP, 1))),
+        closed("several gaps in a row", "FIN, RST, and half a response")
+            .sees("`ConnectionLost` three times each, and it goes on", "at once")
+            .test(|| Ok(amid_waiters(&GAPS, 3))),
+        closed("gaps within the gap", "in each packet of the handshake")
+            .sees("`ConnectionLost` once each, and it goes on", "at once")
+            .test(|| Ok(amid_waiters(&IN_HANDSHAKE, 1))),
+        closed("a gap at the first exchange behind it", "whose outputs may have arrived")
+            .sees("`ConnectionLost` twice each, and it goes on", "at once")
+            .test(|| Ok(amid_waiters(&AT_FIRST_EXCHANGE, 2))),
+        closed("silence at the first exchange behind a gap", "with a duty that was set in the gap")
+            .sees("`ConnectionLost` once more, and it goes on", "the read limit (1 s)")
+            .by(&[By::Exchange])
+            .test(|| Ok(duty_in_gap())),
+        closed("FIN", "under a guard that is held over the gap, with a duty")
+            .sees(ONCE, "the guard")
+            .test(|| Ok(under_guard())),
+        closed("FIN", "while the camera runs").sees(ONCE, "at once").test(|| Ok(with_camera())),
+        closed("the controller is restarted", "with newer firmware")
+            .sees("`ConnectionLost` once, then the new version", "at once")
+            .test(|| Ok(restarted(FirmwareVersion::new(4, 7, 0)))),
+        closed("the controller is restarted", "with firmware below 4.1.6")
+            .sees("`ConnectionLost`, then `FirmwareTooOld`", "at once")
+            .test(|| Ok(restarted(FirmwareVersion::new(4, 1, 5)))),
+        closed("the controller is gone", "until the limit for reconnecting")
+            .sees("`ConnectionLost`, then `ReconnectFailed`", "the limit (1 s)")
+            .test(|| {
+                Ok(amid_gap(LIMIT, |handler, area, _| {
+                    let error = next_error(area);
+                    assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+                    error
+                }))
+            }),
+        closed("the controller is gone", "`end_transfer` amid the gap")
+            .sees("`NotStarted` in each wait", "the attempt under way")
+            .test(|| {
+                Ok(amid_gap(DEADLINE, |handler, area, _| {
+                    assert_eq!(handler.end_transfer(), Ok(()));
+                    next_error(area)
+                }))
+            }),
+        closed("the controller is gone", "drop of the handler amid the gap")
+            .sees("`NotStarted` in each wait", "the attempt under way")
+            .test(|| {
+                Ok(amid_gap(DEADLINE, |handler, area, _| {
+                    drop(handler);
+                    next_error(area)
+                }))
+            }),
+        closed("the controller is gone", "panic under a guard amid the gap")
+            .sees("`ProgramPanicked`", "the attempt under way")
+            .test(|| {
+                Ok(amid_gap(DEADLINE, |handler, area, _| {
+                    let panicked = catch_unwind(AssertUnwindSafe(|| {
+                        let mut guard = handler.lock();
+                        guard[LOCAL_IO].output.duty[0] = DUTY;
+                        panic!("{ON_PURPOSE}");
+                    }));
+                    panicked.unwrap_err();
+                    let error = next_error(area);
+                    assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+                    error
+                }))
+            }),
+        closed("the controller is gone", "`begin_transfer` amid the gap")
+            .sees("`AlreadyStarted`, and it goes on", "at once")
+            .test(|| {
+                Ok(amid_gap(DEADLINE, |handler, area, proxy| {
+                    let error = handler.begin_transfer().unwrap_err();
+                    let again = Controller::start(txt());
+                    proxy.lead_to(again.port());
+                    check_goes_on(area);
+                    assert_eq!(handler.end_transfer(), Ok(()));
+                    error
+                }))
+            }),
+    ]);
+    rows
+}
+
+const fn response(place: Place, fault: Fault) -> Strike {
+    Strike { place, in_request: false, fault }
+}
+
+const GAP: [Strike; 1] = [response(Place::Exchange, Fault::Fin)];
+
+const GAPS: [Strike; 3] = [
+    response(Place::Exchange, Fault::Fin),
+    response(Place::Exchange, Fault::Rst),
+    response(Place::Exchange, Fault::HalfThenFin),
+];
+
+const IN_HANDSHAKE: [Strike; 4] = [
+    response(Place::Exchange, Fault::Fin),
+    response(Place::QueryStatus, Fault::Fin),
+    response(Place::StartOnline, Fault::Rst),
+    response(Place::UpdateConfig, Fault::HalfThenFin),
+];
+
+const AT_FIRST_EXCHANGE: [Strike; 2] =
+    [response(Place::Exchange, Fault::Fin), response(Place::FirstExchange, Fault::Fin)];
+
+/// Waits until the next error.
+fn next_error(area: &TransferArea) -> Error {
+    loop {
+        if let Err(error) = area.wait_cycle() {
+            return error;
+        }
+    }
+}
+
+/// The gaps that a handle is told of, and the error that ends its waits.
+fn told(area: &TransferArea) -> (Vec<Error>, Error) {
+    let mut gaps = Vec::new();
+    loop {
+        match next_error(area) {
+            error @ Error::ConnectionLost { .. } => gaps.push(error),
+            error => return (gaps, error),
+        }
+    }
+}
+
+fn waiter(handler: &TransferAreaComHandler) -> JoinHandle<(Vec<Error>, Error)> {
+    let area = handler.transfer_area();
+    thread::spawn(move || told(&area))
+}
+
+/// Checks that outputs and inputs are exchanged again, with the motors off.
+fn check_goes_on(area: &TransferArea) {
+    for _ in 0..5 {
+        let areas = area.wait_cycle().expect("it is told once");
+        assert_eq!(areas[LOCAL_IO].output.duty, [0; 8]);
+    }
+    area.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
+    drop(area.wait_counter_reset(LOCAL_IO, Counter::C1, DEADLINE).unwrap());
+}
+
+/// A program with a motor on that calls again when the connection was lost in this way.
+fn ride_out(strike: Strike, cause: &str) -> Outcome {
+    let place = strike.place;
+    let (controller, proxy, builder) = set_up(strike);
+    let handler = builder.reconnect(DEADLINE).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let idle = handler.transfer_area();
+    handler.begin_transfer().unwrap();
+    let waiter = waiter(&handler);
+    let mut frames = None;
+    let area = handler.transfer_area();
+    let mut cycles = 0..;
+    let error = loop {
+        if let Err(error) = area.wait_cycle() {
+            break error;
+        }
+        match (cycles.next(), place) {
+            (Some(5), Place::NewConfig) => area.lock()[LOCAL_IO].raise_config_id(),
+            // It waits until the connection stands again.
+            (Some(5), Place::StartCamera) => {
+                frames = Some(handler.start_camera(small_pictures()).unwrap());
+            }
+            _ => {}
+        }
+    };
+    let soon = proxy.struck().elapsed();
+    check_cause(&error, place, cause);
+    check_goes_on(&area);
+    assert_eq!(idle.feed_watchdog(), Err(error.clone()));
+    assert_eq!(idle.feed_watchdog(), Ok(()), "it is told once");
+    assert_eq!(handler.statistics().gaps, 1);
+    drop(frames);
+    assert_eq!(handler.end_transfer(), Ok(()));
+    let end = (vec![error.clone()], Error::NotStarted);
+    assert_eq!(waiter.join().unwrap(), end, "another thread sees the same");
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+/// Whether a gap has the cause that would end the transfer without reconnecting.
+fn check_cause(error: &Error, place: Place, told_by: &str) {
+    let Error::ConnectionLost { cause } = error else { panic!("{error:?}") };
+    assert!(names(cause, place), "{cause:?} does not name {}", place.command().name());
+    assert!(Seen::Error((**cause).clone()).is_told_by(told_by), "{cause:?}");
+}
+
+/// Each handle is told of each gap.
+fn amid_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
+    let controller = Controller::start(txt());
+    let proxy = Proxy::start(controller.port(), strikes.iter().copied());
+    let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
+    let builder = controller.handler().port(proxy.port()).time_limits(limits);
+    let handler = builder.reconnect(DEADLINE).build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    let waiters: Vec<_> = (0..8).map(|_| waiter(&handler)).collect();
+    let idle = handler.transfer_area();
+    let first = next_error(&handler.transfer_area());
+    let soon = proxy.struck().elapsed();
+    controller.wait("all faults", |_| proxy.is_done());
+    let errors: Vec<Error> = (0..gaps).map(|_| next_error(&idle)).collect();
+    assert_eq!(errors[0], first);
+    assert!(errors.iter().all(|error| matches!(error, Error::ConnectionLost { .. })), "{errors:?}");
+    for _ in 0..5 {
+        assert!(idle.wait_cycle().is_ok(), "it is told of each once");
+    }
+    assert_eq!(handler.statistics().gaps, gaps as u64);
+    assert_eq!(handler.end_transfer(), Ok(()));
+    for waiter in waiters {
+        assert_eq!(waiter.join().unwrap(), (errors.clone(), Error::NotStarted));
+    }
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(first), soon: Some(soon), by, stopped }
+}
+
+/// What was set in the gap has gone out, though nobody knows: so it is stopped, and told.
+fn duty_in_gap() -> Outcome {
+    let controller = Controller::start(txt());
+    let strikes =
+        [response(Place::Exchange, Fault::Fin), response(Place::FirstExchange, Fault::Silence)];
+    let proxy = Proxy::start(controller.port(), strikes);
+    let limits = TimeLimits { read: LIMIT, ..TimeLimits::default() };
+    let builder = controller.handler().port(proxy.port()).time_limits(limits);
+    let handler = builder.reconnect(DEADLINE).build().unwrap();
+    let (_socket, nobody) = closed_port();
+    handler.begin_transfer().unwrap();
+    proxy.lead_to(nobody);
+    let lost = next_error(&handler.transfer_area());
+    let area = handler.transfer_area();
+    assert_eq!(next_error(&area), lost);
+    area.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    proxy.lead_to(controller.port());
+    controller.wait_on();
+    let struck = Instant::now();
+    let error = area.wait_cycle().map(drop).expect_err("the motors were stopped once more");
+    let soon = struck.elapsed();
+    for _ in 0..5 {
+        assert_eq!(area.wait_cycle().unwrap()[LOCAL_IO].output.duty, [0; 8]);
+    }
+    assert_eq!(handler.end_transfer(), Ok(()));
+    let (by, stopped) = controller.stopped_after(struck);
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+/// A program with a motor on whose connection is lost when it has another configuration.
+fn start(limit: Duration) -> (Controller, Proxy, TransferAreaComHandler) {
+    let controller = Controller::start(txt().firmware(VERSION));
+    let proxy = Proxy::start(controller.port(), [response(Place::NewConfig, Fault::Fin)]);
+    let builder = controller.handler().port(proxy.port());
+    let builder = builder.camera_port(controller.txt.camera_port()).reconnect(limit);
+    let handler = builder.build().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.begin_transfer().unwrap();
+    controller.wait_on();
+    (controller, proxy, handler)
+}
+
+/// Loses the connection, and has the next ones lead to this port; what a handle is told, and when.
+fn lose(proxy: &Proxy, area: &TransferArea, to: u16) -> (Error, Duration) {
+    proxy.lead_to(to);
+    area.lock()[LOCAL_IO].raise_config_id();
+    let error = next_error(area);
+    assert!(matches!(error, Error::ConnectionLost { .. }), "{error:?}");
+    (error, proxy.struck().elapsed())
+}
+
+/// Nothing listens in the gap, in which the program does something; the error that comes of it.
+fn amid_gap(
+    limit: Duration,
+    run: fn(TransferAreaComHandler, &TransferArea, &Proxy) -> Error,
+) -> Outcome {
+    let (controller, proxy, handler) = start(limit);
+    let area = handler.transfer_area();
+    let (_socket, nobody) = closed_port();
+    lose(&proxy, &area, nobody);
+    let lost = Instant::now();
+    let error = run(handler, &area, &proxy);
+    let soon = Some(lost.elapsed());
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon, by, stopped }
+}
+
+fn restarted(version: FirmwareVersion) -> Outcome {
+    let (controller, proxy, handler) = start(DEADLINE);
+    let area = handler.transfer_area();
+    let other = Controller::start(txt().firmware(version));
+    let (mut error, mut soon) = lose(&proxy, &area, other.port());
+    if version > VERSION {
+        check_goes_on(&area);
+        assert_eq!(handler.version(), Some(version));
+        assert_eq!(handler.end_transfer(), Ok(()));
+    } else {
+        error = next_error(&area);
+        soon = proxy.struck().elapsed();
+        assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+    }
+    assert!(!other.txt.with_machine(|machine| is_on(machine)), "the motor is on again");
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
+
+fn under_guard() -> Outcome {
+    let (controller, proxy, handler) = start(DEADLINE);
+    let (area, unaware) = (handler.transfer_area(), handler.transfer_area());
+    let events = handler.events(&[EventKind::ConnectionRestored], 10).unwrap();
+    area.lock()[LOCAL_IO].raise_config_id();
+    let mut guard = unaware.lock();
+    guard[LOCAL_IO].output.duty[0] = DUTY;
+    events.recv_timeout(DEADLINE).unwrap();
+    drop(guard);
+    let error = next_error(&area);
+    check_goes_on(&area);
+    assert_eq!(handler.end_transfer(), Ok(()));
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: None, by, stopped }
+}
+
+fn with_camera() -> Outcome {
+    let (controller, proxy, handler) = start(DEADLINE);
+    let area = handler.transfer_area();
+    let frames = handler.start_camera(small_pictures()).unwrap();
+    let before = frames.recv_timeout(DEADLINE).unwrap();
+    let (error, soon) = lose(&proxy, &area, controller.port());
+    check_goes_on(&area);
+    while frames.try_recv().is_ok() {}
+    let after = frames.recv_timeout(DEADLINE).unwrap();
+    assert!(after.sequence > before.sequence);
+    assert_eq!(handler.camera_error(), None);
+    assert_eq!(handler.end_transfer(), Ok(()));
+    let (by, stopped) = controller.stopped_after(proxy.struck());
+    Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
+}
