@@ -25,8 +25,9 @@ impl Exports {
         let mut exports = Vec::new();
         collect(&library, "", &mut exports);
         let declared = library.lines().filter_map(|line| line.strip_prefix("pub mod "));
-        let modules: Vec<String> =
-            declared.map(|name| name.trim_end_matches(';').to_owned()).collect();
+        let declared = declared.map(|name| name.trim_end_matches(';').to_owned());
+        // A single file is that for the fuzzers, which is not public.
+        let modules: Vec<String> = declared.filter(|name| root.join(name).is_dir()).collect();
         for module in &modules {
             let text = fs::read_to_string(root.join(module).join("mod.rs")).unwrap();
             collect(&text, &format!("{module}::"), &mut exports);
