@@ -242,24 +242,25 @@ fn may_be_a_gap(error: &Error) -> bool {
     )
 }
 
-/// Reads frames from a connection until something ends it: those that are left in the channel, and
-/// what has ended it.
+/// Reads frames that come in these pieces, with a signal in place of an empty one, until something
+/// ends it: the frames that are left in the channel, what has ended it, and what was sent.
 #[cfg(feature = "__fuzzing")]
 pub fn read_frames(
-    stream: std::net::TcpStream,
+    pieces: Vec<Vec<u8>>,
     options: CameraOptions,
-) -> Result<(Vec<CameraFrame>, Error), Error> {
-    options.command()?;
+) -> (Vec<CameraFrame>, Error, Vec<u8>) {
+    use crate::client::scripted::{Event, Scripted};
+
+    let signal = || Event::Error(std::io::ErrorKind::Interrupted);
+    let event = |piece: Vec<u8>| if piece.is_empty() { signal() } else { Event::Bytes(piece) };
+    let events = pieces.into_iter().map(event).chain([Event::End]);
+    let server = Scripted::new(events.map(|event| (Duration::ZERO, event)).collect(), Vec::new());
     let (sender, oldest) = bounded(options.channel_frames);
-    let address = SocketAddr::from(([127, 0, 0, 1], 0));
-    let limit = options.frame_limit;
-    let limits = TimeLimits { connect: limit, read: limit, write: limit };
-    let mut connection = Connection::over_tcp(stream, limits)
-        .map_err(|error| connect_error(address, limit, &error))?;
-    let control = Arc::new(CameraControl::new(address));
+    let control = Arc::new(CameraControl::new(SocketAddr::from(([127, 0, 0, 1], 0))));
     let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };
-    let error = reader.read_from(&mut connection, &mut 0);
-    Ok((reader.oldest.try_iter().collect(), error))
+    let error = reader.read_from(&mut server.connection(), &mut 0);
+    let sent = server.state().written.clone();
+    (reader.oldest.try_iter().collect(), error, sent)
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@ mod connect;
 mod connection;
 mod limits;
 mod resolve;
-#[cfg(test)]
+#[cfg(any(test, feature = "__fuzzing"))]
+#[cfg_attr(not(test), allow(dead_code, reason = "tests use all of it"))]
 pub(crate) mod scripted;
 #[cfg(all(test, unix))]
 pub(crate) mod signals;
