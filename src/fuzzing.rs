@@ -3,4 +3,5 @@
 //! This is no part of the public interface and may change with any version.
 
 pub use crate::camera::read_frames;
+pub use crate::i2c::i2c_client;
 pub use crate::simulator::fuzzing::{command_size, i2c_response, look_ahead, MainPort};

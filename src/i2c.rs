@@ -203,6 +203,23 @@ impl I2cClient {
     }
 }
 
+/// A client to which these pieces come, with a signal in place of an empty one, and then the end of
+/// the connection; and what it has sent so far.
+#[cfg(feature = "__fuzzing")]
+pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
+    let server = crate::client::scripted::Scripted::sending(pieces);
+    let client = I2cClient {
+        host: "127.0.0.1".to_owned(),
+        port: 0,
+        limits: TimeLimits::default(),
+        last_request: Instant::now(),
+        connection: Some(server.connection()),
+        request: Vec::new(),
+        response: Vec::new(),
+    };
+    (client, move || server.state().written.clone())
+}
+
 /// The size of a response of which the first bytes have come in, once they tell it. `expected` is
 /// that of a success.
 fn response_size(start: &[u8], expected: usize) -> Result<Option<usize>, Error> {

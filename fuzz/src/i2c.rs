@@ -1,159 +1,120 @@
 //! Both sides of the I2C port.
 
-use std::io::{Read, Write};
-use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
-use std::sync::mpsc::{channel, Sender};
-use std::thread;
-use std::time::Duration;
+use std::collections::VecDeque;
 
 use arbitrary::{Result, Unstructured};
-use ft_transfer_area::fuzzing::i2c_response;
+use ft_transfer_area::fuzzing;
 use ft_transfer_area::simulator::{Machine, I2C_REGISTERS};
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
-use ft_transfer_area::{Error, I2cClient, TimeLimits};
+use ft_transfer_area::Error;
 
 use super::take;
 
-/// What a controller answers to a request.
-struct Answer {
-    pieces: Vec<Vec<u8>>,
-    /// Whether the connection is closed behind it.
-    close: bool,
+/// What a client makes of a response.
+#[derive(Debug, PartialEq)]
+enum Outcome {
+    Read(Vec<u8>),
+    NoDevice,
+    WrongId,
+    Surplus { expected: usize, found: usize },
+    Closed { received: usize },
 }
 
-/// What the client is to do, and what it meets.
-struct Transfer<'a> {
-    device: u8,
-    write: &'a [u8],
-    read: usize,
-    response: Vec<u8>,
-}
-
-/// Asks a controller that answers with arbitrary bytes, in pieces.
+/// Asks a controller that answers with arbitrary bytes, in pieces and with signals between. What is
+/// read is what a slower reader of the same pieces reads.
 pub fn i2c_client(data: &[u8]) {
     // The input ends when there are no more bytes.
     let _ = ask(&mut Unstructured::new(data));
 }
 
 fn ask(input: &mut Unstructured) -> Result<()> {
-    let (mut transfers, mut answers) = (Vec::new(), Vec::new());
-    while !input.is_empty() && transfers.len() < 20 {
+    let mut pieces = VecDeque::new();
+    for _ in 0..input.int_in_range(0..=30)? {
+        pieces.push_back(match input.int_in_range(0..=3)? {
+            0 => I2cResponseHeader::ID.to_be_bytes().to_vec(),
+            1 => I2C_NO_DEVICE.to_vec(),
+            _ => take(input, 320)?.to_vec(),
+        });
+    }
+    let (mut client, sent) = fuzzing::i2c_client(pieces.iter().cloned().collect());
+    let mut before = 0;
+    while !input.is_empty() {
         let device = input.int_in_range(0..=127)?;
         let write = match take(input, 255)? {
             [] => &[0],
             bytes => bytes,
         };
-        let read = input.int_in_range(0..=300)?;
-        let mut pieces = match input.int_in_range(0..=3)? {
-            0 => vec![I2cResponseHeader::ID.to_be_bytes().to_vec()],
-            1 => vec![I2C_NO_DEVICE.to_vec()],
-            _ => vec![],
-        };
-        while !input.is_empty() && input.ratio(3, 4)? {
-            pieces.push(take(input, 320)?.to_vec());
-        }
-        let response = pieces.concat();
-        let transfer = Transfer { device, write, read, response };
-        // Whoever has not got all bytes would wait for them.
-        let close = transfer.is_too_short() || input.arbitrary()?;
-        answers.push(Answer { pieces, close });
-        transfers.push(transfer);
-    }
+        let untouched = vec![0xA5; input.int_in_range(0..=300)?];
+        let mut buffer = untouched.clone();
+        let result = client.write_read(device, write, &mut buffer);
 
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a port is free");
-    let port = listener.local_addr().expect("it listens").port();
-    let (sender, answered) = channel();
-    let server = thread::spawn(move || serve(&listener, answers, &sender));
-    // Nothing is waited for but a busy machine.
-    let limit = Duration::from_secs(60);
-    let limits = TimeLimits { connect: limit, read: limit, write: limit };
-    let mut client = I2cClient::connect("127.0.0.1", port, limits).expect("it listens");
-    for transfer in transfers {
-        transfer.check(&mut client);
-        answered.recv().expect("it has answered");
+        let sent = sent();
+        let (header, written) = sent[before..].split_at(I2cRequestHeader::LEN);
+        let header = I2cRequestHeader::parse(header).expect("a request");
+        assert_eq!((header.device, written), (device.into(), write));
+        assert_eq!(
+            (header.write_len as usize, header.read_len as usize),
+            (write.len(), buffer.len())
+        );
+        before = sent.len();
+
+        let outcome = match result {
+            Ok(()) => Outcome::Read(buffer.clone()),
+            Err(Error::I2cNoDevice { device: named }) if named == device => Outcome::NoDevice,
+            Err(Error::WrongId { .. }) => Outcome::WrongId,
+            Err(Error::WrongSize { expected, found, .. }) => Outcome::Surplus { expected, found },
+            Err(Error::ConnectionClosed { received, .. }) => Outcome::Closed { received },
+            Err(error) => panic!("{error}"),
+        };
+        assert_eq!(outcome, respond(&mut pieces, buffer.len()));
+        match outcome {
+            Outcome::Read(_) => {}
+            Outcome::NoDevice => assert_eq!(buffer, untouched),
+            _ => {
+                assert_eq!(buffer, untouched);
+                // The connection is given up, and another one would be made.
+                return Ok(());
+            }
+        }
     }
-    drop(client);
-    server.join().expect("it does not panic");
     Ok(())
 }
 
-/// Gives one answer after another, on as many connections as are made.
-fn serve(listener: &TcpListener, answers: Vec<Answer>, answered: &Sender<()>) {
-    let mut answers = answers.into_iter().peekable();
-    while answers.peek().is_some() {
-        let (mut stream, _) = listener.accept().expect("a client comes");
-        stream.set_nodelay(true).expect("a connection");
-        while answers.peek().is_some() && read_request(&mut stream).is_some() {
-            let Some(answer) = answers.next() else { return };
-            for piece in answer.pieces {
-                // The client closes the connection when it reads what is no response.
-                let _ = stream.write_all(&piece);
-            }
-            if answer.close {
-                let _ = stream.shutdown(Shutdown::Write);
-            }
-            let _ = answered.send(());
-            if answer.close {
-                break;
-            }
+/// What the next pieces are as the response to a request to read so many bytes.
+fn respond(pieces: &mut VecDeque<Vec<u8>>, read: usize) -> Outcome {
+    let mut response = Vec::new();
+    let mut size = None;
+    loop {
+        if let (None, Some(header)) = (size, response.get(..I2cResponseHeader::LEN)) {
+            size = match header {
+                _ if header == I2C_NO_DEVICE => Some(I2C_NO_DEVICE.len()),
+                _ if header.starts_with(&I2cResponseHeader::ID.to_be_bytes()) => {
+                    Some(I2cResponseHeader::LEN + read)
+                }
+                _ => return Outcome::WrongId,
+            };
         }
-    }
-}
-
-fn read_request(stream: &mut TcpStream) -> Option<()> {
-    let mut header = [0; I2cRequestHeader::LEN];
-    stream.read_exact(&mut header).ok()?;
-    let header = I2cRequestHeader::parse(&header).expect("a request");
-    assert_eq!(u32::from(header.command), header.write_len);
-    stream.read_exact(&mut vec![0; header.write_len as usize]).ok()
-}
-
-impl Transfer<'_> {
-    /// The bytes of a response that says yes.
-    fn size(&self) -> usize {
-        I2cResponseHeader::LEN + self.read
-    }
-
-    fn is_no_device(&self) -> bool {
-        self.response.starts_with(&I2C_NO_DEVICE)
-    }
-
-    /// Whether it begins as a response that says yes.
-    fn has_id(&self) -> bool {
-        self.response.starts_with(&I2cResponseHeader::ID.to_be_bytes())
-    }
-
-    fn is_too_short(&self) -> bool {
-        self.response.len() < I2cResponseHeader::LEN
-            || self.has_id() && self.response.len() < self.size()
-    }
-
-    fn check(&self, client: &mut I2cClient) {
-        let untouched = vec![0xA5; self.read];
-        let mut buffer = untouched.clone();
-        let result = client.write_read(self.device, self.write, &mut buffer);
-        let received = self.response.len();
-        if result.is_err() {
-            assert_eq!(buffer, untouched, "after {result:?}");
+        match size {
+            Some(expected) if response.len() > expected => {
+                return Outcome::Surplus { expected, found: response.len() }
+            }
+            Some(expected) if response.len() == expected => {
+                return match response.starts_with(&I2C_NO_DEVICE) {
+                    true => Outcome::NoDevice,
+                    false => Outcome::Read(response[I2cResponseHeader::LEN..].to_vec()),
+                }
+            }
+            _ => {}
         }
-        match result {
-            Ok(()) => {
-                assert!(self.has_id() && received >= self.size());
-                assert_eq!(buffer, self.response[I2cResponseHeader::LEN..self.size()]);
-            }
-            Err(Error::I2cNoDevice { device }) => {
-                assert!(self.is_no_device() && device == self.device);
-            }
-            Err(Error::WrongId { .. }) => assert!(!self.is_no_device() && !self.has_id()),
-            Err(Error::WrongSize { expected, found, .. }) => {
-                let size = if self.has_id() { self.size() } else { I2cResponseHeader::LEN };
-                assert!(expected == size && size < found && found <= received);
-            }
-            Err(Error::ConnectionClosed { received: found, .. }) => {
-                assert!(self.is_too_short() && found == received);
-            }
-            Err(error) => panic!("{error}"),
+        let Some(mut piece) = pieces.pop_front() else {
+            return Outcome::Closed { received: response.len() };
+        };
+        // The client has room for one byte more than there should be.
+        let room = I2cResponseHeader::LEN + read + 1 - response.len();
+        if piece.len() > room {
+            pieces.push_front(piece.split_off(room));
         }
+        response.extend(piece);
     }
 }
 
@@ -207,7 +168,7 @@ fn answer(input: &mut Unstructured) -> Result<()> {
 
 fn check_request(request: &[u8], machine: &mut Machine, models: &mut [Option<Model>]) {
     let before = machine.clone();
-    let response = match i2c_response(request, machine) {
+    let response = match fuzzing::i2c_response(request, machine) {
         Ok(response) => response,
         Err(reason) => {
             assert!(!reason.is_empty());

@@ -249,12 +249,7 @@ pub fn read_frames(
     pieces: Vec<Vec<u8>>,
     options: CameraOptions,
 ) -> (Vec<CameraFrame>, Error, Vec<u8>) {
-    use crate::client::scripted::{Event, Scripted};
-
-    let signal = || Event::Error(std::io::ErrorKind::Interrupted);
-    let event = |piece: Vec<u8>| if piece.is_empty() { signal() } else { Event::Bytes(piece) };
-    let events = pieces.into_iter().map(event).chain([Event::End]);
-    let server = Scripted::new(events.map(|event| (Duration::ZERO, event)).collect(), Vec::new());
+    let server = crate::client::scripted::Scripted::sending(pieces);
     let (sender, oldest) = bounded(options.channel_frames);
     let control = Arc::new(CameraControl::new(SocketAddr::from(([127, 0, 0, 1], 0))));
     let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };

@@ -80,6 +80,17 @@ impl Scripted {
         })))
     }
 
+    /// The other side sends these pieces, with a signal in place of an empty one, and then closes.
+    #[cfg(feature = "__fuzzing")]
+    pub(crate) fn sending(pieces: Vec<Vec<u8>>) -> Self {
+        let events = pieces.into_iter().map(|piece| match piece.is_empty() {
+            true => Event::Error(ErrorKind::Interrupted),
+            false => Event::Bytes(piece),
+        });
+        let events = events.chain([Event::End]);
+        Self::new(events.map(|event| (Duration::ZERO, event)).collect(), Vec::new())
+    }
+
     pub(crate) fn connection(&self) -> Connection {
         Connection::over(Box::new(self.clone()), LIMITS)
     }

@@ -202,24 +202,34 @@ fn i2c_response(read: &[u8]) -> Vec<u8> {
 }
 
 fn i2c() {
-    // The request; whether and how it is answered by a header; its pieces; whether it closes.
-    let mut input = Input::default();
-    let mut transfer = |read: usize, header: usize, pieces: &[&[u8]], close: Option<u8>| {
-        input.int(0x18, 127).take(&[0x3F], 255).int(read, 300).int(header, 3);
+    let good = i2c_response(&[1, 2, 3, 4, 5, 6]);
+    let answers: [(&str, usize, &[&[u8]]); 7] = [
+        ("whole", 6, &[&good, &I2C_NO_DEVICE, &good]),
+        ("in_pieces", 6, &[&good[..3], &[], &good[3..13], &good[13..], &[0; 6], &[], &[0; 6]]),
+        ("nothing_to_read", 0, &[&good[..12], &good[..12]]),
+        ("surplus", 5, &[&good]),
+        ("surplus_behind", 5, &[&good[..17], &good[17..]]),
+        ("cut", 6, &[&good, &good[..15]]),
+        ("wrong_id", 6, &[&[1; 20]]),
+    ];
+    for (name, read, pieces) in answers {
+        let mut input = Input::default();
+        input.int(pieces.len(), 30);
         for piece in pieces {
-            input.int(0, 3).take(piece, 320);
+            input.int(2, 3).take(piece, 320);
         }
-        input.int(3, 3).bytes(close.as_slice());
-    };
-    transfer(6, 2, &[&i2c_response(&[1, 2, 3, 4, 5, 6])], Some(0));
-    transfer(2, 0, &[&[0; 8], &[7, 8]], Some(0));
-    transfer(0, 0, &[&[0; 8]], Some(1));
-    transfer(6, 1, &[], Some(0));
-    transfer(6, 1, &[&[0; 6]], Some(1));
-    transfer(3, 2, &[&i2c_response(&[1, 2, 3, 4])], Some(0));
-    transfer(3, 2, &[&i2c_response(&[1, 2])], None);
-    transfer(3, 2, &[&[1; 20]], Some(0));
-    write("i2c_client", "every_kind", input.0);
+        for _ in 0..3 {
+            input.int(0x18, 127).take(&[0x3F], 255).int(read, 300);
+        }
+        write("i2c_client", name, input.0);
+    }
+
+    let mut input = Input::default();
+    input.int(3, 30).int(0, 3).int(2, 3).take(&[7; 10], 320).int(1, 3);
+    for read in [2, 300] {
+        input.int(0x18, 127).take(&[], 255).int(read, 300);
+    }
+    write("i2c_client", "made_headers", input.0);
 
     let mut input = Input::default();
     for (write, read) in [(&[0x3F][..], 6), (&[0x3E, 0x80], 0), (&[0xFE, 1, 2, 3], 4), (&[], 300)] {
