@@ -282,10 +282,23 @@ impl Shared {
         known.interruptions = self.state().interruptions.count();
     }
 
-    /// Waits until no thread is connecting.
-    pub(super) fn wait_until_begun(&self) {
+    /// Has the transfer end that is there; tells its number, or that of the last one.
+    pub(super) fn ask_to_end(&self) -> u64 {
         let mut state = self.state();
-        while state.transfer.is_beginning() {
+        state.transfer.ask_to_stop(Stop::Asked);
+        self.attended.notify_one();
+        state.transfer.number()
+    }
+
+    /// The number of the transfer that is there, or of the last one.
+    pub(super) fn number(&self) -> u64 {
+        self.state().transfer.number()
+    }
+
+    /// Waits while a thread connects for the transfer of this number.
+    pub(super) fn wait_until_begun(&self, number: u64) {
+        let mut state = self.state();
+        while state.transfer.is_beginning() && state.transfer.number() == number {
             self.arrived.wait(&mut state);
         }
     }
