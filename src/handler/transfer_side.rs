@@ -98,6 +98,10 @@ impl Shared {
     fn open(&self, state: &mut State) {
         let told = state.window.open(state.delivered);
         state.area_lock.expect(told);
+        if told > 0 {
+            // They were alive all the time, and could not do anything before the response.
+            state.watchdog.feed();
+        }
         self.arrived.notify_all();
     }
 

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow::{self, Break, Continue};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{mpsc, Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -322,4 +322,57 @@ fn what_it_owns_is_dropped_with_the_handler() {
     drop(handler);
     assert_eq!(Arc::strong_count(&calls), 1);
     assert!(area.wait_cycle().is_err());
+}
+
+#[test]
+fn the_handler_may_be_dropped_with_the_hook_that_owns_it() {
+    struct Owned {
+        handler: Arc<TransferAreaComHandler>,
+        /// Ends when the handler has been dropped.
+        _dropped: mpsc::Sender<()>,
+    }
+    let txt = unpaced().start().unwrap();
+    let handler = Arc::new(build(&txt, Duration::ZERO));
+    let (dropped, is_dropped) = mpsc::channel();
+    let (clear, is_to_clear) = mpsc::channel();
+    let owned = Owned { handler: Arc::clone(&handler), _dropped: dropped };
+    handler.set_cycle_hook(move |_| {
+        let owned = &owned;
+        if is_to_clear.try_recv().is_ok() {
+            owned.handler.clear_cycle_hook();
+        }
+        Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    drop(handler);
+    clear.send(()).unwrap();
+    let waited = is_dropped.recv_timeout(DEADLINE / 3);
+    assert_eq!(waited, Err(mpsc::RecvTimeoutError::Disconnected), "it hangs");
+    wait_until(&txt, "the end", |machine| !machine.connected());
+}
+
+#[test]
+fn a_panic_of_what_it_owned_stops_the_motors() {
+    struct Panics;
+    impl Drop for Panics {
+        fn drop(&mut self) {
+            panic!("of what a hook owned");
+        }
+    }
+    let txt = unpaced().start().unwrap();
+    let handler = Arc::new(build(&txt, Duration::ZERO));
+    let (own, owned) = (Arc::downgrade(&handler), Panics);
+    handler.set_cycle_hook(move |_| {
+        let _owned = &owned;
+        own.upgrade().unwrap().set_cycle_hook(|_| Continue(()));
+        Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    let error = loop {
+        if let Err(error) = handler.wait_cycle() {
+            break error;
+        }
+    };
+    assert_eq!(error, Error::ProgramPanicked);
+    wait_until(&txt, "the end", |machine| !machine.connected());
 }
