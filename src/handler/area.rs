@@ -7,11 +7,11 @@ use std::time::Duration;
 
 use super::guard::TransferAreaGuard;
 use super::panic_check::PanicCheck;
-use super::program_side::{Known, Taken};
 use super::shared::Shared;
 use super::state::Stop;
 use super::statistics::Statistics;
 use super::sync::deadline_after;
+use super::taken::{Known, Taken};
 use crate::error::Error;
 
 /// A handle to the areas of a [`TransferAreaComHandler`](super::TransferAreaComHandler), for
@@ -39,7 +39,8 @@ use crate::error::Error;
 /// - by `false` from [`is_running`](Self::is_running), or an error from [`error`](Self::error),
 /// - the handler's own calls by `end_transfer` and `begin_transfer`, too.
 ///
-/// What others write meanwhile is thrown away. So nothing that was meant for the time before moves a
+/// What others write meanwhile is thrown away. Threads that share one handle know what one of them was
+/// told, which is another reason for a handle for each. So nothing that was meant for the time before moves a
 /// motor afterwards, and a program that polls finds its outputs at 0 while nobody sends them. The timers
 /// stand still after the end, as the inputs do. A configuration counts always.
 ///
@@ -107,11 +108,12 @@ impl TransferArea {
     ///
     /// Works before, during and after a transfer. Blocks while another thread holds a guard, and those
     /// that wait get the areas one after the other. The exchange goes on meanwhile with what the areas
-    /// last held; inputs that come in while the guard is held are there at the next lock.
+    /// last held; inputs that come in while the guard is held are there at the next lock. A guard that is
+    /// forgotten (`mem::forget`) keeps the areas for ever.
     ///
     /// # Panics
     ///
-    /// When this thread holds a guard already, because it would wait for itself for ever. So stop the
+    /// When this thread holds a guard already, because it would wait for itself for ever. This stops the
     /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
     /// of its block, or of the statement that locks: `match handler.lock()[0].input.uni[0] { … }` and
     /// `println!` hold it until their end.
@@ -128,7 +130,7 @@ impl TransferArea {
     /// that opened it, unless this handle has returned it before.
     ///
     /// Blocks until a response comes in or the transfer ends, so at most as long as the transfer's
-    /// time limits, its reaction window and its [limit for
+    /// time limits, its reaction window, the limit of its hook and its [limit for
     /// reconnecting](crate::TransferAreaComHandlerBuilder::reconnect) allow; then as long as another
     /// thread holds a guard.
     ///

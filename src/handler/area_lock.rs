@@ -73,6 +73,11 @@ impl AreaLock {
         self.expected = threads;
     }
 
+    /// Keeps them for one more.
+    pub(super) fn expect_one_more(&mut self) {
+        self.expected += 1;
+    }
+
     /// One of them has come. Tells whom to wake, as [`put_back`](Self::put_back).
     pub(super) fn arrive(&mut self) -> Option<Waiter> {
         self.expected = self.expected.saturating_sub(1);

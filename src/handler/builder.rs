@@ -118,8 +118,8 @@ impl TransferAreaComHandlerBuilder {
     /// without a guard, under a guard that it never drops, in a hook, waiting for a lock that nobody gives
     /// back, or because the thread that did the work is gone.
     ///
-    /// With the next request, so within two cycles, all outputs of all controllers go to 0 and the
-    /// extended motor mode is left, and they stay so until the program says that it is alive and goes on:
+    /// With the next request, so within two cycles or as soon as the controller answers, all outputs of all
+    /// controllers go to 0 and the extended motor mode is left, and they stay so until the program says that it is alive and goes on:
     /// the next wait or `feed_watchdog` returns [`Error::WatchdogExpired`], to each handle once, and from
     /// the first such error on what the program writes goes out again. Dropping a guard is not enough, so
     /// a program that polls calls `feed_watchdog` in its loop. What was written in between is thrown away.

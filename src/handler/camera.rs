@@ -18,7 +18,8 @@ impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.
     ///
     /// The command goes to the controller between two exchanges; blocks until that is done, so for
-    /// one or two of them and their reaction windows.
+    /// one or two of them and their reaction windows, and while a lost connection is made again until that
+    /// has ended. Panics in a cycle hook, for which the exchanges wait.
     /// The frames come over a connection and a thread of their own. The server needs 1 to 2 s
     /// before the first one. Each frame is acknowledged as soon as it is read, whatever the
     /// consumer does: when the channel is full, the oldest frame in it is dropped and counted, so
@@ -74,8 +75,8 @@ impl TransferAreaComHandler {
 
     /// Stops the camera and ends its channel; frames in it can still be received.
     ///
-    /// Blocks for one or two exchanges and their reaction windows. Does nothing when the camera was
-    /// never started, or has ended with its transfer.
+    /// Blocks as [`start_camera`](Self::start_camera) does, and panics where that does. Does nothing when
+    /// the camera was never started, or has ended with its transfer.
     ///
     /// # Errors
     ///

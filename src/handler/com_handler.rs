@@ -11,7 +11,6 @@ use super::guard::TransferAreaGuard;
 use super::handshake;
 use super::settings::Settings;
 use super::shared::{Controller, Shared};
-use super::state::Stop;
 use super::statistics::Statistics;
 use super::thread::TransferThread;
 use super::watchdog::Watchdog;
@@ -70,7 +69,8 @@ use crate::firmware::FirmwareVersion;
 pub struct TransferAreaComHandler {
     settings: Settings,
     area: TransferArea,
-    thread: Mutex<Option<JoinHandle<()>>>,
+    /// With the number of its transfer.
+    thread: Mutex<Option<(u64, JoinHandle<()>)>>,
     camera: Mutex<Camera>,
 }
 
@@ -118,7 +118,9 @@ impl TransferAreaComHandler {
     /// where they were, so a controller that has forgotten them resets counters once more; commands that
     /// were under way at the end of a transfer never read as done.
     ///
-    /// Any thread may call it, and a retry is as short as it reads:
+    /// Any thread may call it, and a retry is as short as it reads, without a watchdog and without
+    /// [`reconnect`](crate::TransferAreaComHandlerBuilder::reconnect), which does this by itself and more
+    /// often than once:
     ///
     /// ```no_run
     /// use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -135,9 +137,6 @@ impl TransferAreaComHandler {
     /// }
     /// ```
     ///
-    /// [`reconnect`](crate::TransferAreaComHandlerBuilder::reconnect) does this by itself, and more often than
-    /// once.
-    ///
     /// # Errors
     ///
     /// [`Error::AlreadyStarted`] while a transfer runs or begins; [`Error::FirmwareTooOld`] below firmware
@@ -151,11 +150,12 @@ impl TransferAreaComHandler {
         let shared = self.area.shared();
         shared.begin()?;
         self.area.learn(|known| shared.know_all(known));
-        self.join_threads();
-        self.try_begin().inspect_err(|error| shared.fail(error.clone()))
+        let number = shared.number();
+        self.join_threads(number);
+        self.try_begin(number).inspect_err(|error| shared.fail(error.clone()))
     }
 
-    fn try_begin(&self) -> Result<(), Error> {
+    fn try_begin(&self, number: u64) -> Result<(), Error> {
         let shared = self.area.shared();
         // Without the areas themselves, which a thread of the program may hold for long.
         let areas = shared.outgoing();
@@ -169,13 +169,16 @@ impl TransferAreaComHandler {
             let _ = link.client.stop_online();
             return stop.result().and(Err(Error::NotStarted));
         }
-        let (settings, shared) = (self.settings.clone(), Arc::clone(shared));
-        let work = TransferThread::new(link, areas, shared, settings);
+        let work = TransferThread::new(link, areas, Arc::clone(shared), self.settings.clone());
         let thread = std::thread::Builder::new()
             .name("transfer-area".to_owned())
             .spawn(move || work.run())
-            .map_err(|error| Error::not_started(&error))?;
-        *self.thread.lock() = Some(thread);
+            .map_err(|error| {
+                // It was running, so somebody may have written outputs.
+                shared.leave(&mut []);
+                Error::not_started(&error)
+            })?;
+        *self.thread.lock() = Some((number, thread));
         Ok(())
     }
 
@@ -196,21 +199,26 @@ impl TransferAreaComHandler {
     #[doc(alias = "StopTxtDownloadProg")]
     pub fn end_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
-        shared.ask_to_stop(Stop::Asked);
+        let number = shared.ask_to_end();
         // It can't wait for itself: the transfer ends when it has returned.
         if shared.hook_runs_here() {
             return Ok(());
         }
-        shared.wait_until_ended();
-        self.join_threads();
+        shared.wait_until_begun(number);
+        self.join_threads(number);
         self.area.error().map_or(Ok(()), Err)
     }
 
-    fn join_threads(&self) {
-        let thread = self.thread.lock().take();
-        if let Some(thread) = thread {
+    /// Waits for the threads of transfers up to this number.
+    fn join_threads(&self, number: u64) {
+        // Held meanwhile, so that others who end the transfer wait for that, too.
+        let mut thread = self.thread.lock();
+        if let Some((_, thread)) = thread.take_if(|(of, _)| *of <= number) {
             // The thread catches its own panics, so there is nothing to learn here.
             let _ = thread.join();
+        }
+        if self.area.shared().number() > number {
+            return;
         }
         let mut camera = self.camera();
         if let Some(stream) = &mut camera.stream {

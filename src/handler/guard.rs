@@ -6,8 +6,8 @@ use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
 use super::panic_check::PanicCheck;
-use super::program_side::Taken;
 use super::shared::Shared;
+use super::taken::Taken;
 use crate::transfer_area::FishX1Transfer;
 
 /// The areas, locked: a slice with the master at

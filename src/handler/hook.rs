@@ -32,8 +32,8 @@ impl TransferAreaComHandler {
     /// [`Error::HookHangs`](crate::Error::HookHangs), and it is never called again. Its thread can't be
     /// stopped from outside, and ends when the function returns.
     ///
-    /// Inside it, use the areas that it gets: locking the areas or waiting for a cycle panics, because
-    /// it would wait for itself. Setting and clearing hooks is allowed, and so is ending the transfer or
+    /// Inside it, use the areas that it gets: locking the areas, waiting for a cycle and starting or
+    /// stopping the camera panic, because it would wait for itself. Setting and clearing hooks is allowed, and so is ending the transfer or
     /// dropping the handler, which then happens when it has returned.
     ///
     /// While a thread of the program holds a guard, its turn is put off, but not beyond the reaction
@@ -76,8 +76,8 @@ impl TransferAreaComHandler {
 
     /// Calls the function of [`set_cycle_hook`](Self::set_cycle_hook) no more, and drops it.
     ///
-    /// Blocks while it runs, for its limit at most, but not when it is called from inside it; it is not
-    /// called again when this has returned.
+    /// Blocks while it runs, for its limit at most, but not when it is called from inside it. It is not
+    /// called again when this has returned; one that hangs may still be running.
     pub fn clear_cycle_hook(&self) {
         self.area().shared().put_hook(None);
     }

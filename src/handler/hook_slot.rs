@@ -121,18 +121,21 @@ impl HookSlot {
         }
     }
 
-    /// Ends a turn. Gives the hook back when it is not the present one any more, to be dropped
-    /// elsewhere.
-    pub(super) fn done(&mut self, begun: Begun, me: ThreadId) -> Option<Hook> {
-        let is_given_up = !self.runs_in(me);
-        if !is_given_up {
-            self.turn = Turn::None;
-        }
-        if is_given_up || begun.version != self.version {
+    /// The hook has returned. Gives it back when it is not the present one any more, to be dropped
+    /// before its turn [ends](Self::end_turn).
+    pub(super) fn returned(&mut self, begun: Begun, me: ThreadId) -> Option<Hook> {
+        if !self.runs_in(me) || begun.version != self.version {
             return begun.hook;
         }
         self.hook = begun.hook;
         None
+    }
+
+    /// Ends a turn, unless the hook was given up.
+    pub(super) fn end_turn(&mut self, me: ThreadId) {
+        if self.runs_in(me) {
+            self.turn = Turn::None;
+        }
     }
 }
 

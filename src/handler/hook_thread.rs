@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use super::area_lock::Holder;
 use super::hook_slot::Begun;
-use super::program_side::Taken;
 use super::shared::{Shared, State};
 use super::state::Stop;
 use super::sync::{earlier, thread_id, wait_until};
+use super::taken::Taken;
 use crate::error::Error;
 
 /// The transfer thread's hold on the hook: gives it a turn in each cycle, and goes on without it when
@@ -38,7 +38,7 @@ impl HookThread {
     pub(super) fn take_turn(&mut self) -> Result<(), Error> {
         self.start()?;
         if self.give_turn() {
-            self.wait_until_done();
+            self.wait_until_done(true);
         }
         Ok(())
     }
@@ -78,6 +78,8 @@ impl HookThread {
                 let elapsed = state.transfer.elapsed();
                 state.hand_over.bring_up_to_date(&mut areas, elapsed);
                 state.hook.call(areas, turn);
+                // Not before, because it could not do anything before the response.
+                state.watchdog.feed();
                 shared.hook_turn.notify_all();
                 return true;
             }
@@ -93,12 +95,13 @@ impl HookThread {
         false
     }
 
-    fn wait_until_done(&self) {
+    /// Waits until the hook has returned, or its limit is over; or also until the watchdog has expired.
+    fn wait_until_done(&self, watched: bool) {
         let shared = &*self.shared;
         let mut state = shared.state();
         while let Some(since) = state.hook.busy_since() {
             let end = since.checked_add(self.limit);
-            let deadline = earlier(end, state.watchdog.deadline());
+            let deadline = if watched { earlier(end, state.watchdog.deadline()) } else { end };
             if !wait_until(&shared.attended, &mut state, deadline) {
                 continue;
             }
@@ -121,11 +124,15 @@ impl HookThread {
     pub(super) fn end(&mut self) -> Result<(), Error> {
         let Some(thread) = self.thread.take() else { return Ok(()) };
         let shared = &*self.shared;
-        self.wait_until_done();
+        self.wait_until_done(false);
         let mut state = shared.state();
         let hangs = state.hook.busy_since().is_some();
+        // Others may have them again while what the hook has left is dropped.
+        let holds = state.area_lock.holder().is_some_and(|holder| {
+            holder.thread == thread_id() || state.hook.runs_in(holder.thread)
+        });
         state.hook.end();
-        if hangs {
+        if hangs && holds {
             let areas = state.hand_over.outgoing().to_vec();
             let next = state.area_lock.replace(areas);
             shared.wake_next(&state, next);
@@ -158,11 +165,16 @@ fn serve(shared: &Shared, number: u64) {
         let taken = Taken::for_hook(&state, std::mem::take(&mut begun.areas), begun.turn);
         drop(state);
         run(shared, &mut begun, taken);
-        let replaced = shared.state().hook.done(begun, thread_id());
+        let replaced = shared.state().hook.returned(begun, thread_id());
+        // Not under the lock, because what it owns is the program's, and within its turn, because that
+        // may be the handler, which must not wait for this thread.
+        if let Err(payload) = catch_unwind(AssertUnwindSafe(|| drop(replaced))) {
+            shared.ask_to_stop(Stop::ProgramPanicked);
+            std::mem::forget(payload);
+        }
+        shared.state().hook.end_turn(thread_id());
         shared.attended.notify_one();
         shared.hook_turn.notify_all();
-        // Not under the lock, because what it owns is the program's.
-        drop(replaced);
     }
 }
 

@@ -27,6 +27,7 @@ mod state;
 mod statistics;
 mod subscribe;
 mod sync;
+mod taken;
 mod thread;
 mod transfer_side;
 mod unfinished;

@@ -9,8 +9,8 @@ use std::time::Duration;
 use shuttle::sync::Mutex;
 use shuttle::{check_pct, check_random, thread};
 
-use super::program_side::Known;
 use super::shared::Shared;
+use super::taken::Known;
 use super::watchdog::Watchdog;
 use crate::error::Error;
 use crate::exchange::Inputs;

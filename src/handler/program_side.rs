@@ -8,68 +8,10 @@ use super::command::Command;
 use super::shared::{Shared, State};
 use super::state::Stop;
 use super::sync::{thread_id, wait_until, MutexGuard};
+use super::taken::{Known, Taken};
 use crate::camera::CameraControl;
 use crate::error::Error;
 use crate::transfer_area::FishX1Transfer;
-
-/// What one handle to the areas has been told, so that it is told the rest, and nothing twice.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
-    /// The newest response that a wait of this handle has returned.
-    pub(super) returned: u64,
-    /// The newest response that any guard of this handle has shown.
-    pub(super) shown: u64,
-    /// How many interruptions it knows of.
-    pub(super) interruptions: u64,
-}
-
-/// The areas in the hands of a guard, and what has to be known when they are put back.
-#[derive(Debug)]
-pub(super) struct Taken {
-    pub(super) areas: Vec<FishX1Transfer>,
-    /// The holder's turn.
-    turn: u64,
-    /// The newest response whose window was opened.
-    pub(super) response: u64,
-    /// The newest response that is in the areas.
-    pub(super) newest: u64,
-    /// The response for which the thread waited.
-    pub(super) reacts_to: Option<u64>,
-    /// Whether it has not waited and shows its handle a response for the first time.
-    looks: bool,
-    /// The interruptions before it; with one more its outputs do not count.
-    interruptions: u64,
-    /// Whether its outputs count at all.
-    outputs_count: bool,
-}
-
-impl Taken {
-    /// The areas in the hands of the cycle hook.
-    pub(super) fn for_hook(state: &State, areas: Vec<FishX1Transfer>, turn: u64) -> Self {
-        let interruptions = state.interruptions.count();
-        let known = Known { interruptions, ..Known::default() };
-        Self::new(state, areas, turn, None, state.outputs_count(known))
-    }
-
-    fn new(
-        state: &State,
-        areas: Vec<FishX1Transfer>,
-        turn: u64,
-        reacts_to: Option<u64>,
-        outputs_count: bool,
-    ) -> Self {
-        Self {
-            areas,
-            turn,
-            response: state.window.response(),
-            newest: state.delivered,
-            reacts_to,
-            looks: false,
-            interruptions: state.interruptions.count(),
-            outputs_count,
-        }
-    }
-}
 
 impl Shared {
     /// Locks the areas and brings them up to date.
@@ -212,7 +154,7 @@ impl Shared {
             drop(state);
             return self.wait_cycle(known, deadline);
         }
-        let reacts_to = state.window.join();
+        let reacts_to = state.join_window();
         let taken = self.take(&mut state, *known, reacts_to);
         MutexGuard::unlock_fair(state);
         Ok(Some(taken))
@@ -227,7 +169,7 @@ impl Shared {
         state.tell_news(known)?;
         state.check_running(known)?;
         if state.window.response() > known.returned {
-            if let Some(response) = state.window.join() {
+            if let Some(response) = state.join_window() {
                 return Ok(Some(response));
             }
         }
@@ -282,10 +224,23 @@ impl Shared {
         known.interruptions = self.state().interruptions.count();
     }
 
-    /// Waits until there is no transfer, and nobody connects.
-    pub(super) fn wait_until_ended(&self) {
+    /// Has the transfer end that is there; tells its number, or that of the last one.
+    pub(super) fn ask_to_end(&self) -> u64 {
         let mut state = self.state();
-        while state.transfer.is_beginning() || state.transfer.is_running() {
+        state.transfer.ask_to_stop(Stop::Asked);
+        self.attended.notify_one();
+        state.transfer.number()
+    }
+
+    /// The number of the transfer that is there, or of the last one.
+    pub(super) fn number(&self) -> u64 {
+        self.state().transfer.number()
+    }
+
+    /// Waits while a thread connects for the transfer of this number.
+    pub(super) fn wait_until_begun(&self, number: u64) {
+        let mut state = self.state();
+        while state.transfer.is_beginning() && state.transfer.number() == number {
             self.arrived.wait(&mut state);
         }
     }
@@ -306,8 +261,17 @@ impl Shared {
         self.state().transfer.check_running()
     }
 
-    /// Has the transfer thread send a command, and waits until that is done.
+    /// Has the transfer thread send a command, and waits until that is done, across a gap, too.
+    ///
+    /// # Panics
+    ///
+    /// In a cycle hook, for which the transfer thread waits.
     pub(super) fn run_command(&self, command: Command) -> Result<(), Error> {
+        assert!(
+            !self.hook_runs_here(),
+            "the cycle hook asks for something of the camera, for which the transfer would have to go on, \
+             but that waits for the hook; have another thread do so"
+        );
         let mut state = self.state();
         state.transfer.check_running()?;
         state.command = Some(command);
@@ -320,12 +284,15 @@ impl Shared {
     /// Has this stream end with the transfer; at once, when that has ended already.
     pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
         let mut state = self.state();
-        if state.transfer.is_running() {
-            state.camera = Some(camera);
-            return;
+        if !state.transfer.is_running() {
+            drop(state);
+            return camera.stop();
         }
-        drop(state);
-        camera.stop();
+        if !state.transfer.is_exchanging() {
+            // A gap has begun since the camera's server was started.
+            camera.pause();
+        }
+        state.camera = Some(camera);
     }
 
     pub(super) fn ask_to_stop(&self, stop: Stop) {
@@ -335,11 +302,12 @@ impl Shared {
 }
 
 impl State {
-    /// Whether the outputs count that a handle writes now: not while they are stopped and it does not
-    /// know of that.
-    fn outputs_count(&self, known: Known) -> bool {
-        let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();
-        goes_on || known.interruptions >= self.interruptions.count()
+    /// Has the next request wait for the calling thread, which comes for the areas now; tells for which
+    /// response, unless its window is closed.
+    fn join_window(&mut self) -> Option<u64> {
+        let response = self.window.join()?;
+        self.area_lock.expect_one_more();
+        Some(response)
     }
 
     /// Errs with the next interruption that a handle has not been told.

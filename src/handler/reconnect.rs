@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use log::{debug, info};
+use log::{debug, info, warn};
 
 use super::cycle::Cycle;
 use super::handshake;
@@ -43,11 +43,12 @@ pub(super) fn reconnect(
         }
         let rest = limit.saturating_sub(begin.elapsed());
         match attempt(cycle, shared, settings, rest) {
-            Ok(delivered) => {
+            Ok(Attempts::Connected(delivered)) => {
                 info!("connected again after {:?}", begin.elapsed());
                 shared.resume(begin.elapsed());
                 return Ok(Attempts::Connected(delivered));
             }
+            Ok(stopped) => return Ok(stopped),
             // Another attempt would find the same.
             Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
             Err(error) if begin.elapsed() >= limit => {
@@ -66,7 +67,7 @@ fn attempt(
     shared: &Arc<Shared>,
     settings: &Settings,
     rest: Duration,
-) -> Result<Delivered, Error> {
+) -> Result<Attempts, Error> {
     let limit = settings.limits.connect.min(rest);
     let mut host = None;
     // Before the first response, by which the program learns that the connection stands.
@@ -74,16 +75,31 @@ fn attempt(
         host = controller.address;
         shared.set_controller(controller);
     };
-    let (link, config_updates) = handshake::connect(settings, limit, &shared.outgoing(), found)?;
-    let delivered = cycle.go_on_with(link).inspect_err(|error| {
-        // The controller may have got what the program has written since the gap began, so that another
-        // one begins.
-        shared.lose_connection(error, cycle.areas_mut());
-        cycle.abandon();
-    })?;
+    let (mut link, config_updates) =
+        handshake::connect(settings, limit, &shared.outgoing(), found)?;
+    if let Some(stop) = shared.stop() {
+        // Nothing moves yet, and nothing shall begin to.
+        let _ = link.client.stop_online();
+        return Ok(Attempts::Stopped(stop));
+    }
+    let delivered = match cycle.go_on_with(link) {
+        Ok(delivered) => delivered,
+        Err(error) => {
+            // What the program has written since the last gap may have moved something.
+            lose(cycle, shared, &error);
+            return Err(error);
+        }
+    };
     if let Some(host) = host.filter(|_| cycle.camera_is_started()) {
         shared.resume_camera((host, settings.camera_port).into());
     }
     shared.count_config_updates(config_updates);
-    Ok(delivered)
+    Ok(Attempts::Connected(delivered))
+}
+
+/// Tells the program that the connection is lost, stops the motors as far as it allows, and closes it.
+pub(super) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
+    warn!("the connection is lost, and is made again: {error}");
+    shared.lose_connection(error, cycle.areas_mut());
+    cycle.abandon();
 }

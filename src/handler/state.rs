@@ -47,7 +47,7 @@ pub(super) struct Transfer {
     phase: Phase,
     /// Why it is to stop, while it is there.
     stop: Option<Stop>,
-    /// Counts the transfers, so that a thread that waits knows its own.
+    /// Counts the transfers, also those that could not begin, so that a thread that waits knows its own.
     number: u64,
     began: Option<Instant>,
     /// How long the last one took.
@@ -73,6 +73,7 @@ impl Transfer {
         }
         self.phase = Phase::Beginning;
         self.stop = None;
+        self.number += 1;
         Ok(())
     }
 
@@ -82,7 +83,6 @@ impl Transfer {
             return Err(stop);
         }
         self.phase = Phase::Running;
-        self.number += 1;
         self.began = Some(Instant::now());
         Ok(())
     }

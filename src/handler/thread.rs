@@ -3,12 +3,12 @@
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 
-use log::{error, info, warn};
+use log::{error, info};
 
 use super::cycle::Cycle;
 use super::handshake::Link;
 use super::hook_thread::HookThread;
-use super::reconnect::{reconnect, Attempts};
+use super::reconnect::{lose, reconnect, Attempts};
 use super::settings::Settings;
 use super::shared::Shared;
 use super::state::Stop;
@@ -90,9 +90,7 @@ impl TransferThread {
     fn ride_out(&mut self, error: Error) -> Result<Option<Stop>, Error> {
         let limit = self.settings.reconnect.filter(|_| !matches!(error, Error::Thread { .. }));
         let Some(limit) = limit else { return Err(error) };
-        warn!("the connection is lost, and is made again: {error}");
-        self.shared.lose_connection(&error, self.cycle.areas_mut());
-        self.cycle.abandon();
+        lose(&mut self.cycle, &self.shared, &error);
         self.connected = false;
         match reconnect(&mut self.cycle, &self.shared, &self.settings, limit)? {
             Attempts::Stopped(stop) => Ok(Some(stop)),

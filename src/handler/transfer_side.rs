@@ -66,10 +66,12 @@ impl Shared {
         before: &mut Inputs,
         now: &mut Inputs,
     ) -> Delivered {
+        let mut listeners = self.listeners.lock();
         let mut locked = self.state_soon();
         let state = &mut *locked;
         state.delivered += 1;
-        let listened = self.listeners.note_response(state.delivered);
+        let listened = listeners.note_response(state.delivered);
+        drop(listeners);
         if !listened.is_empty() {
             before.clone_from(state.hand_over.incoming());
         }

@@ -87,15 +87,15 @@ impl Unfinished {
             for motor in 0..IZ_MOTOR {
                 let ordered = area.output.motor_ex_cmd_id[motor];
                 let command = &mut commands.motors[motor];
-                self.any |= hide(command, ordered, &mut told.motor_command_id[motor]);
+                self.any |= hide_one(command, ordered, &mut told.motor_command_id[motor]);
             }
             for counter in 0..IZ_COUNTER {
                 let ordered = area.output.cnt_reset_cmd_id[counter];
                 let command = &mut commands.resets[counter];
-                self.any |= hide(command, ordered, &mut told.counter_reset_id[counter]);
+                self.any |= hide_one(command, ordered, &mut told.counter_reset_id[counter]);
             }
             let ordered = area.txt_outputs.sound_cmd_id;
-            self.any |= hide(&mut commands.sound, ordered, &mut told.sound_command_id);
+            self.any |= hide_one(&mut commands.sound, ordered, &mut told.sound_command_id);
         }
     }
 }
@@ -110,7 +110,7 @@ fn note(command: &mut Option<Command>, ordered: u16, done: u16, id: u16) {
 }
 
 /// Whether a command is still to be hidden, which is done then.
-fn hide(command: &mut Option<Command>, ordered: u16, told: &mut u16) -> bool {
+fn hide_one(command: &mut Option<Command>, ordered: u16, told: &mut u16) -> bool {
     *command = command.filter(|command| command.id == ordered);
     if let Some(command) = command {
         *told = command.done;

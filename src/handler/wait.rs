@@ -225,8 +225,8 @@ mod tests {
 
     use super::*;
     use crate::exchange::Inputs;
-    use crate::handler::program_side::Known;
     use crate::handler::shared::Shared;
+    use crate::handler::taken::Known;
     use crate::handler::watchdog::Watchdog;
 
     /// Areas of a transfer that is running.

@@ -32,9 +32,9 @@ impl Watchdog {
         }
     }
 
-    /// The program has learned of the interruption with this number, and goes on.
+    /// The program has learned of the interruption with this number, or a later one, and goes on.
     pub(super) fn acknowledge(&mut self, number: u64) {
-        if self.expired == Some(number) {
+        if self.expired.is_some_and(|expired| expired <= number) {
             self.start();
         }
     }
@@ -92,6 +92,16 @@ mod tests {
         watchdog.acknowledge(1);
         assert!(!watchdog.has_expired());
         assert!(watchdog.deadline().is_some());
+    }
+
+    #[test]
+    fn learning_of_a_later_interruption_wakes_it_too() {
+        let mut watchdog = Watchdog::new(Some(LIMIT));
+        let deadline = watchdog.deadline().unwrap();
+        assert_eq!(watchdog.check(deadline, 1), Some(LIMIT));
+        // The first one may be told no more when there were many others.
+        watchdog.acknowledge(17);
+        assert!(!watchdog.has_expired());
     }
 
     #[test]

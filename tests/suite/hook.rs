@@ -406,3 +406,56 @@ fn it_may_end_the_transfer_and_drop_the_handler() {
     }
     check_client(&txt);
 }
+
+#[test]
+fn the_handler_may_be_dropped_with_the_hook_that_owns_it() {
+    struct Owned {
+        handler: Arc<TransferAreaComHandler>,
+        /// Ends when the handler has been dropped.
+        _dropped: mpsc::Sender<()>,
+    }
+    let txt = unpaced().start().unwrap();
+    let handler = Arc::new(build(&txt, Duration::ZERO));
+    let (dropped, is_dropped) = mpsc::channel();
+    let (clear, is_to_clear) = mpsc::channel();
+    let owned = Owned { handler: Arc::clone(&handler), _dropped: dropped };
+    handler.set_cycle_hook(move |_| {
+        let owned = &owned;
+        if is_to_clear.try_recv().is_ok() {
+            owned.handler.clear_cycle_hook();
+        }
+        Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    drop(handler);
+    clear.send(()).unwrap();
+    let waited = is_dropped.recv_timeout(DEADLINE / 3);
+    assert_eq!(waited, Err(mpsc::RecvTimeoutError::Disconnected), "it hangs");
+    wait_until(&txt, "the end", |machine| !machine.connected());
+}
+
+#[test]
+fn a_panic_of_what_it_owned_stops_the_motors() {
+    struct Panics;
+    impl Drop for Panics {
+        fn drop(&mut self) {
+            panic!("of what a hook owned");
+        }
+    }
+    let txt = unpaced().start().unwrap();
+    let handler = Arc::new(build(&txt, Duration::ZERO));
+    let (own, owned) = (Arc::downgrade(&handler), Panics);
+    handler.set_cycle_hook(move |_| {
+        let _owned = &owned;
+        own.upgrade().unwrap().set_cycle_hook(|_| Continue(()));
+        Continue(())
+    });
+    handler.begin_transfer().unwrap();
+    let error = loop {
+        if let Err(error) = handler.wait_cycle() {
+            break error;
+        }
+    };
+    assert_eq!(error, Error::ProgramPanicked);
+    wait_until(&txt, "the end", |machine| !machine.connected());
+}

@@ -352,3 +352,20 @@ fn a_transfer_begins_again_after_its_end_and_after_an_error() {
     assert_eq!(handler.end_transfer(), Ok(()));
     check_client(&txt);
 }
+
+#[test]
+fn every_thread_that_ends_the_transfer_returns_when_it_has_ended() {
+    let txt = unpaced().fault(Fault::at_exchange(20, FaultKind::Silence)).start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    assert!(txt.wait_until(DEADLINE, |machine| machine.exchanges() > 20));
+    thread::scope(|scope| {
+        for _ in 0..3 {
+            scope.spawn(|| {
+                let result = handler.end_transfer();
+                assert!(!handler.is_running(), "its motors may still be on");
+                assert!(matches!(result, Err(Error::NoAnswer { .. })), "{result:?}");
+            });
+        }
+    });
+}

@@ -323,3 +323,58 @@ fn the_camera_starts_again_and_its_channel_goes_on() {
     while frames.recv_timeout(DEADLINE).is_ok() {}
     assert_eq!(handler.camera_error(), None);
 }
+
+const NONE: FaultKind = FaultKind::Delay(Duration::ZERO);
+
+/// Time enough to write something before the second connection stands.
+const PAUSE: FaultKind = FaultKind::Delay(Duration::from_millis(500));
+
+#[test]
+fn a_connection_that_fails_in_its_first_exchange_is_closed_and_told() {
+    let record = Record::default();
+    let noted = record.clone();
+    let txt = unpaced().fault(Fault::at_exchange(20, FaultKind::Close { after: 5 }));
+    // Each of these strikes on the connection of its place.
+    let txt =
+        [NONE, PAUSE].into_iter().fold(txt, |txt, kind| txt.fault(Fault::at_response(0, kind)));
+    let txt = [NONE, FaultKind::Silence]
+        .into_iter()
+        .fold(txt, |txt, kind| txt.fault(Fault::at_exchange(0, kind)))
+        .on_exchange(move |machine| noted.note(machine))
+        .start()
+        .unwrap();
+    let limits = TimeLimits { read: Duration::from_secs(2), ..TimeLimits::default() };
+    let builder = handler_for(&txt).time_limits(limits).reconnect(DEADLINE / 3);
+    let handler = builder.build().unwrap();
+    let area = handler.transfer_area();
+    handler.begin_transfer().unwrap();
+    assert_lost(&next_error(&area));
+    area.lock()[LOCAL_IO].output.duty[0] = 512;
+    wait_until(&txt, "a motor that runs", |machine| master(machine)[0] == 512);
+    let before = record.outputs().len();
+    // The motor has run, and is stopped now.
+    assert_lost(&area.wait_cycle().map(drop).unwrap_err());
+    drop(area.wait_cycle().unwrap());
+    assert_eq!(txt.with_machine(|machine| machine.connections()), 3);
+    assert!(record.outputs()[before..].iter().all(|outputs| outputs.duty[0] == 0));
+    assert_eq!(handler.statistics().gaps, 2);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn nothing_begins_to_move_when_the_transfer_ends_while_it_connects() {
+    let record = Record::default();
+    let noted = record.clone();
+    let txt = unpaced().fault(Fault::at_exchange(20, FaultKind::Close { after: 5 }));
+    let txt =
+        [NONE, PAUSE].into_iter().fold(txt, |txt, kind| txt.fault(Fault::at_response(0, kind)));
+    let txt = txt.on_exchange(move |machine| noted.note(machine)).start().unwrap();
+    let handler = handler(&txt);
+    let area = handler.transfer_area();
+    handler.begin_transfer().unwrap();
+    assert_lost(&next_error(&area));
+    area.lock()[LOCAL_IO].output.duty[0] = 512;
+    wait_until(&txt, "another connection", |machine| machine.connections() == 2);
+    handler.end_transfer().unwrap();
+    assert!(record.outputs().iter().all(|outputs| outputs.duty[0] == 0));
+}

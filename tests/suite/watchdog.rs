@@ -241,3 +241,56 @@ fn it_begins_anew_with_each_transfer() {
     watched.check_runs_with(200);
     watched.handler.end_transfer().unwrap();
 }
+
+#[test]
+fn a_program_that_waits_for_a_late_response_is_alive() {
+    use ft_transfer_area::simulator::{Fault, FaultKind};
+    use ft_transfer_area::TimeLimits;
+    let late = || Fault::at_exchange(5, FaultKind::Delay(LIMIT + LIMIT / 2));
+    let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
+    let waits = unpaced().fault(late()).start().unwrap();
+    let handler = handler_for(&waits).watchdog(LIMIT).time_limits(limits).build().unwrap();
+    handler.begin_transfer().unwrap();
+    for _ in 0..20 {
+        let _areas = handler.wait_cycle().expect("it has waited all the time");
+        thread::sleep(Duration::from_millis(10));
+    }
+    handler.end_transfer().unwrap();
+
+    let calls = unpaced().fault(late()).start().unwrap();
+    let handler = handler_for(&calls).watchdog(LIMIT).time_limits(limits).build().unwrap();
+    let mut number = 0;
+    handler.set_cycle_hook(move |_| {
+        number += 1;
+        thread::sleep(Duration::from_millis(10));
+        if number < 20 {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    });
+    let events = handler.events(&[EventKind::WatchdogExpired, EventKind::TransferEnded], 9);
+    handler.begin_transfer().unwrap();
+    let event = events.unwrap().recv_timeout(DEADLINE);
+    assert_eq!(event, Ok(Event::TransferEnded { error: None }));
+}
+
+#[test]
+fn the_exchange_goes_on_beside_a_hook_that_hangs() {
+    let txt = unpaced().start().unwrap();
+    let builder = handler_for(&txt).watchdog(LIMIT / 4).hook_limit(DEADLINE / 3);
+    let handler = builder.build().unwrap();
+    let (give_up, hangs) = mpsc::channel::<()>();
+    handler.set_cycle_hook(move |areas| {
+        areas[LOCAL_IO].output.duty[0] = 512;
+        let _ = hangs.recv();
+        ControlFlow::Continue(())
+    });
+    let events = handler.events(&[EventKind::WatchdogExpired], 9).unwrap();
+    handler.begin_transfer().unwrap();
+    events.recv_timeout(DEADLINE).unwrap();
+    let before = txt.with_machine(|machine| machine.exchanges());
+    let goes_on = txt.wait_until(DEADLINE / 6, |machine| machine.exchanges() > before + 20);
+    drop(give_up);
+    assert!(goes_on, "{before} exchanges, and no more");
+}

@@ -41,13 +41,6 @@ impl Listeners {
         self.0.lock()
     }
 
-    /// A response has come in; tells of which events somebody wants to hear.
-    pub(in crate::handler) fn note_response(&self, number: u64) -> KindSet {
-        let mut list = self.lock();
-        list.response = number;
-        list.kinds()
-    }
-
     /// Sends an event that no response tells to all whom it concerns. Does not block.
     pub(in crate::handler) fn tell_all(&self, event: &Event) {
         self.lock().tell(event, u64::MAX);
@@ -83,6 +76,12 @@ impl Listeners {
 }
 
 impl List {
+    /// A response has come in; tells of which events somebody wants to hear.
+    pub(in crate::handler) fn note_response(&mut self, number: u64) -> KindSet {
+        self.response = number;
+        self.kinds()
+    }
+
     /// Sends an event of a response to all whom it concerns. Does not block.
     pub(in crate::handler) fn tell(&self, event: &Event, response: u64) {
         for listener in self.listeners.iter().filter(|listener| listener.since < response) {
@@ -185,7 +184,7 @@ mod tests {
         let ends = subscribe(&listeners, &[EventKind::TransferEnded], 9);
         let extensions = subscribe(&listeners, &[EventKind::ExtensionChanged], 9);
         let nothing = subscribe(&listeners, &[], 9);
-        listeners.note_response(5);
+        listeners.lock().note_response(5);
         let late = subscribe(&listeners, &EventKind::ALL, 9);
         listeners.lock().tell(&came(1), 5);
         listeners.lock().tell(&came(2), 6);
