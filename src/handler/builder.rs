@@ -103,7 +103,8 @@ impl TransferAreaComHandlerBuilder {
     }
 
     /// How long a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take. Default 500 ms. A hook
-    /// that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`].
+    /// that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`]; so does one
+    /// whose panic takes longer to print its backtrace.
     pub fn hook_limit(mut self, limit: Duration) -> Self {
         self.settings.hook_limit = limit;
         self

@@ -21,7 +21,8 @@ pub(crate) fn unpaced() -> SimulatedTxtBuilder {
 
 /// Settings for a handler of this simulated TXT.
 pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
-    TransferAreaComHandler::builder("127.0.0.1").port(txt.port())
+    // A hook that panics takes long where a backtrace is printed.
+    TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).hook_limit(DEADLINE)
 }
 
 /// Waits until the simulated machine is as it should be.

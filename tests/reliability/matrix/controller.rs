@@ -93,7 +93,9 @@ impl Controller {
 
     /// Settings for a handler of it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
-        TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string()).port(self.port())
+        let builder = TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string());
+        // A hook that panics takes long where a backtrace is printed.
+        builder.port(self.port()).hook_limit(DEADLINE)
     }
 
     pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {

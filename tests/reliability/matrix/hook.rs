@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::sync::{mpsc, Arc, Mutex};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
@@ -12,6 +12,8 @@ use super::ends::{error_of, waiters};
 use super::row::{By, Outcome, Row, Seen};
 
 const SECTION: &str = "The cycle hook";
+/// What a handler has by default.
+const HOOK_LIMIT: Duration = Duration::from_millis(500);
 
 /// A call of the program while the hook hangs; the handler afterwards, if it is there still.
 type Call = fn(TransferAreaComHandler) -> Option<TransferAreaComHandler>;
@@ -85,7 +87,7 @@ pub(crate) fn rows() -> Vec<Row> {
 /// A program with a motor on.
 fn start() -> (Controller, TransferAreaComHandler) {
     let controller = Controller::start(txt());
-    let handler = controller.handler().build().unwrap();
+    let handler = controller.handler().hook_limit(HOOK_LIMIT).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
