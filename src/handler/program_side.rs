@@ -88,8 +88,9 @@ impl Shared {
             } else {
                 let counts =
                     taken.outputs_count && state.interruptions.count() == taken.interruptions;
-                let is_late = taken.looks && state.window.is_answered(taken.newest);
-                if is_late && state.hand_over.differs(&areas) {
+                let reacts =
+                    taken.reacts_to.is_some() || taken.looks && state.hand_over.differs(&areas);
+                if reacts && state.window.is_answered(taken.newest) {
                     state.statistics.late_reactions += 1;
                 }
                 state.hand_over.take(&areas, counts);

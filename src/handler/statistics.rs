@@ -12,10 +12,9 @@ pub struct Statistics {
     pub config_updates: u64,
     /// Reactions to a response that were not in the request behind it. Counted are
     ///
-    /// - threads that waited for the response and had not dropped their guards when the outputs for that
-    ///   request were taken,
-    /// - guards of a lock that showed a response to their handle for the first time, changed outputs, and
-    ///   were dropped after that,
+    /// - guards of a wait, and guards of a lock that showed a response to their handle for the first time and
+    ///   changed outputs, when they are dropped after the outputs were taken for the request behind the newest
+    ///   response that they showed,
     /// - [cycle hooks](crate::TransferAreaComHandler::set_cycle_hook) that missed their turn,
     ///
     /// each once, however long it takes. So it can be checked from outside: a program that answers each

@@ -123,11 +123,8 @@ impl Shared {
             }
         }
         let expired = state.check_watchdog();
-        let late = self.close_window(&mut state);
+        self.close_window(&mut state);
         let stop = state.transfer.stop();
-        if stop.is_none() {
-            state.statistics.late_reactions += late;
-        }
         areas.copy_from_slice(state.hand_over.outgoing());
         drop(state);
         if let Some(limit) = expired {
@@ -138,12 +135,11 @@ impl Shared {
         stop
     }
 
-    /// Closes the window, and lets all who want them have the areas; tells how many reactions are missing.
-    fn close_window(&self, state: &mut State) -> u64 {
+    /// Closes the window, and lets all who want them have the areas.
+    fn close_window(&self, state: &mut State) {
         let next = state.area_lock.expect_nobody();
         self.wake_next(state, next);
-        let newest = state.delivered;
-        state.window.close(newest)
+        state.window.close(state.delivered);
     }
 
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last

@@ -81,15 +81,12 @@ impl Window {
         self.used && self.reacting == 0
     }
 
-    /// Closes the window, because outputs are taken that answer the response `newest`; tells how
-    /// many of those who waited have not reacted.
-    pub(super) fn close(&mut self, newest: u64) -> u64 {
-        let reacting = if self.open { self.reacting as u64 } else { 0 };
+    /// Closes the window, because outputs are taken that answer the response `newest`.
+    pub(super) fn close(&mut self, newest: u64) {
         self.open = false;
         self.reacting = 0;
         self.used = false;
         self.answered = newest;
-        reacting
     }
 }
 
@@ -108,7 +105,7 @@ mod tests {
         assert!(!window.is_attended());
         window.react(1);
         assert!(window.is_attended());
-        assert_eq!(window.close(1), 0);
+        window.close(1);
     }
 
     #[test]
@@ -116,7 +113,7 @@ mod tests {
         let mut window = Window::default();
         assert_eq!(window.open(1), 0);
         assert!(!window.is_attended());
-        assert_eq!(window.close(1), 0);
+        window.close(1);
     }
 
     #[test]
@@ -133,18 +130,17 @@ mod tests {
     }
 
     #[test]
-    fn reactions_that_are_missing_at_the_end_are_late_once() {
+    fn who_reacts_too_late_is_nobody_whom_the_next_window_waits_for() {
         let mut window = Window::default();
         window.expect();
-        window.expect();
         window.open(1);
-        window.react(1);
-        assert_eq!(window.close(1), 1);
+        window.close(1);
+        window.expect();
         window.open(2);
-        // The late one is dropped, and is nobody whom this window waits for.
         window.react(1);
         assert!(!window.is_attended());
-        assert_eq!(window.close(2), 0);
+        window.react(2);
+        assert!(window.is_attended());
     }
 
     #[test]
@@ -168,6 +164,6 @@ mod tests {
         // It was told of a response and of an error at the same time, and returns the error.
         window.give_up(0);
         assert!(window.is_attended());
-        assert_eq!(window.close(1), 0);
+        window.close(1);
     }
 }
