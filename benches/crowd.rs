@@ -15,16 +15,17 @@ use ft_transfer_area::TransferAreaComHandler;
 const RESPONSES: usize = 500;
 
 fn main() {
-    println!("beside  responses  got    answered at once  late  lock: median  99 %");
-    for lockers in [0, 1, 4] {
-        measure(lockers);
+    println!("beside  work  responses  got    answered at once  late  lock: median  99 %");
+    for (lockers, work) in [(0, 0), (1, 0), (4, 0), (1, 100), (4, 100)] {
+        measure(lockers, Duration::from_micros(work));
     }
 }
 
 /// What a response told on I1, and what the next request had on O1.
 type Answer = (i16, i16);
 
-fn measure(lockers: usize) {
+/// Each of the threads works for so long under its guard.
+fn measure(lockers: usize, work: Duration) {
     let answers = Arc::new(Mutex::new(Vec::<Answer>::new()));
     let noted = Arc::clone(&answers);
     let mut asked = 0;
@@ -46,7 +47,11 @@ fn measure(lockers: usize) {
             let stop = &stop;
             scope.spawn(move || {
                 while !stop.load(Ordering::Relaxed) {
-                    std::hint::black_box(area.lock()[LOCAL_IO].input.uni[0]);
+                    let _areas = area.lock();
+                    let begin = Instant::now();
+                    while begin.elapsed() < work {
+                        std::hint::spin_loop();
+                    }
                 }
             });
         }
@@ -72,7 +77,7 @@ fn measure(lockers: usize) {
     locked.sort_unstable();
     let at = |part: usize| locked[(locked.len() - 1) * part / 100];
     println!(
-        "{lockers:6}  {count:9}  {:5.1} %  {:13.1} %  {late:4}  {:12.1?}  {:.1?}",
+        "{lockers:6}  {work:4?}  {count:9}  {:5.1} %  {:13.1} %  {late:4}  {:12.1?}  {:.1?}",
         100.0 * got as f64 / RESPONSES as f64,
         100.0 * answered as f64 / count as f64,
         at(50),
