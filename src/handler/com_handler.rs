@@ -185,9 +185,10 @@ impl TransferAreaComHandler {
     /// Stops all motors with a last exchange, ends online mode and closes the connection.
     ///
     /// Blocks until this is done, at most as long as the time limits and the [limit of the cycle
-    /// hook](crate::TransferAreaComHandlerBuilder::hook_limit) allow; while a lost connection is made again, until
-    /// the attempt that is under way has failed. Ending what has ended well, or was never begun, does
-    /// nothing. From inside a cycle hook it does not block, and the transfer ends when that has returned.
+    /// hook](crate::TransferAreaComHandlerBuilder::hook_limit) allow; while a lost connection is made
+    /// again, until the attempt that is under way has failed. Ending what has ended well, or was never
+    /// begun, does nothing. From inside a cycle hook it does not block, and the transfer ends when that
+    /// has returned.
     ///
     /// # Errors
     ///

@@ -3,9 +3,9 @@
 //! Each thing has a room of its own: where the [transfer](super::state) stands, [who has the
 //! areas](super::area_lock), the [hand-over](super::hand_over) of outputs and inputs, the [reaction
 //! window](super::window), the [watchdog](super::watchdog), what has [stopped the
-//! outputs](super::interruptions), and the [cycle hook](super::hook_slot). None of them knows another,
-//! a lock or a clock. Here they are under one lock, which is held for moments only, and the threads
-//! wait on the conditions beside it. What the program's threads do with them is in
+//! outputs](super::interruptions), and the [cycle hook](super::hook_slot). None of them knows another
+//! or a lock. Here they are under one lock, which is held for moments only, and the threads wait on the
+//! conditions beside it. What the program's threads do with them is in
 //! [`program_side`](super::program_side), what the transfer thread does in
 //! [`transfer_side`](super::transfer_side).
 //!

@@ -1,6 +1,6 @@
 //! The reaction window: the time after a response in which the program may answer it.
 
-/// Who waits for a response, who is answering it, and who came too late.
+/// Who waits for a response, who is answering it, and which responses the outputs have answered.
 ///
 /// Responses are counted over all transfers. The window of a response opens when the program is told
 /// of it and closes when the outputs for the next request are taken.
@@ -106,6 +106,7 @@ mod tests {
         window.react(1);
         assert!(window.is_attended());
         window.close(1);
+        assert!(!window.is_attended(), "it is over");
     }
 
     #[test]
@@ -113,7 +114,6 @@ mod tests {
         let mut window = Window::default();
         assert_eq!(window.open(1), 0);
         assert!(!window.is_attended());
-        window.close(1);
     }
 
     #[test]
@@ -164,6 +164,5 @@ mod tests {
         // It was told of a response and of an error at the same time, and returns the error.
         window.give_up(0);
         assert!(window.is_attended());
-        window.close(1);
     }
 }
