@@ -1,4 +1,4 @@
-//! How long decoding and mending a camera frame takes.
+//! How long decoding and repairing a camera frame takes.
 //!
 //! ```text
 //! cargo bench --bench camera
@@ -17,7 +17,7 @@ fn main() {
 
 const SIZES: [(u16, u16); 2] = [(320, 240), (640, 480)];
 
-/// A frame as the simulated camera sends it: no end marker, garbage behind, no Huffman tables.
+/// A frame as the simulated camera sends it: no end marker, garbage at the end, no Huffman tables.
 fn frame((width, height): (u16, u16)) -> CameraFrame {
     let txt = SimulatedTxt::builder()
         .camera_tables(false)
@@ -30,7 +30,7 @@ fn frame((width, height): (u16, u16)) -> CameraFrame {
         .build()
         .expect("one area is right");
     handler.begin_transfer().expect("the simulated TXT answers");
-    let options = CameraOptions { width, height, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_size(width, height);
     let frames = handler.start_camera(options).expect("the camera starts");
     frames.recv().expect("a frame comes in")
 }
@@ -47,7 +47,7 @@ fn to_yuv422(bencher: Bencher, size: (u16, u16)) {
     bencher.bench_local(|| black_box(&frame).to_yuv422());
 }
 
-/// Mending without decoding.
+/// Repairs without decoding.
 #[divan::bench(args = SIZES)]
 fn jpeg(bencher: Bencher, size: (u16, u16)) {
     let frame = frame(size);

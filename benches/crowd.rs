@@ -1,5 +1,5 @@
-//! A thread that waits for cycles beside threads that lock all the time: does it get each response, and
-//! is its answer in the next request?
+//! A thread waits for cycles while other threads lock all the time. Does it get each response, and is
+//! its answer in the next request?
 //!
 //! `cargo bench --bench crowd`
 
@@ -11,20 +11,20 @@ use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
 
-/// At the controller's pace these are five seconds.
+/// Five seconds at the controller's pace.
 const RESPONSES: usize = 500;
 
 fn main() {
-    println!("beside  work  responses  got    answered at once  late  lock: median  99 %");
+    println!("others  work  responses  got    answered in time  late  lock: median  99 %");
     for (lockers, work) in [(0, 0), (1, 0), (4, 0), (1, 100), (4, 100)] {
         measure(lockers, Duration::from_micros(work));
     }
 }
 
-/// What a response told on I1, and what the next request had on O1.
+/// The value of I1 in a response, and the value of O1 in the next request.
 type Answer = (i16, i16);
 
-/// Each of the threads works for so long under its guard.
+/// Each of the other threads works for this time under its guard.
 fn measure(lockers: usize, work: Duration) {
     let answers = Arc::new(Mutex::new(Vec::<Answer>::new()));
     let noted = Arc::clone(&answers);

@@ -1,4 +1,4 @@
-//! What a cycle costs: in the exchange alone, and over a socket with an unpaced simulated TXT.
+//! How long a cycle takes: the exchange alone, and over a socket with a simulated TXT without a pace.
 //!
 //! ```text
 //! cargo bench --bench exchange
@@ -20,7 +20,7 @@ fn main() {
     divan::main();
 }
 
-/// Makes a request in which the duties of so many areas have changed.
+/// Makes a request in which the duties of this number of areas have changed.
 #[divan::bench(args = [1, 9])]
 fn request(bencher: Bencher, count: usize) {
     let mut exchange = exchange_with(count);
@@ -36,7 +36,7 @@ fn request(bencher: Bencher, count: usize) {
     });
 }
 
-/// Takes in a response in which the universal inputs of so many areas have changed.
+/// Reads a response in which the universal inputs of this number of areas have changed.
 #[divan::bench(args = [1, 9])]
 fn receive(bencher: Bencher, count: usize) {
     let mut areas = vec![FishX1Transfer::default(); count];
@@ -53,7 +53,7 @@ fn receive(bencher: Bencher, count: usize) {
         });
 }
 
-/// A whole cycle by the client, without a thread and without the controller's 10 ms.
+/// A whole cycle of the client, without a thread and without the controller's 10 ms.
 #[divan::bench(args = [0, 8])]
 fn do_transfer(bencher: Bencher, extensions: usize) {
     let txt = unpaced(extensions);
@@ -66,7 +66,7 @@ fn do_transfer(bencher: Bencher, extensions: usize) {
     bencher.bench_local(|| client.do_transfer(&mut exchange, &mut areas));
 }
 
-/// A whole cycle by the handler: wake, react, exchange.
+/// A whole cycle of the handler: wake, react, exchange.
 #[divan::bench(args = [0, 8])]
 fn wait_cycle(bencher: Bencher, extensions: usize) {
     let txt = unpaced(extensions);
@@ -75,12 +75,12 @@ fn wait_cycle(bencher: Bencher, extensions: usize) {
     bencher.bench_local(|| answer(&handler));
 }
 
-/// The same with somebody who listens for all events, 8 of each controller in each response.
+/// The same with a listener for all events, 8 of each controller in each response.
 #[divan::bench(args = [0, 8])]
 fn wait_cycle_and_listen(bencher: Bencher, extensions: usize) {
     let txt = unpaced(extensions);
     let handler = handler_for(&txt, extensions);
-    let events = handler.events(&EventKind::ALL, 1000).expect("there is room for so many");
+    let events = handler.events(EventKind::ALL, 1000).expect("1000 places are allowed");
     handler.begin_transfer().expect("the simulated TXT answers");
     bencher.bench_local(|| {
         answer(&handler);
@@ -94,7 +94,7 @@ fn answer(handler: &TransferAreaComHandler) {
     areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
 }
 
-/// What a polling program pays for a look at the areas.
+/// How long it takes a polling program to look at the areas.
 #[divan::bench(args = [1, 9])]
 fn lock(bencher: Bencher, count: usize) {
     let handler = TransferAreaComHandler::builder("127.0.0.1")
@@ -106,14 +106,14 @@ fn lock(bencher: Bencher, count: usize) {
 
 const FIRMWARE: FirmwareVersion = FirmwareVersion::new(4, 6, 6);
 
-/// An exchange that has seen so many areas take part.
+/// An exchange that has received a response with this number of areas.
 fn exchange_with(count: usize) -> Exchange {
     let mut exchange = Exchange::new(TransferMode::Compressed, FIRMWARE);
     exchange.receive(&response(&mut Compressor::new(), count, 0)).expect("it is right");
     exchange
 }
 
-/// A response of so many areas whose universal inputs have this value.
+/// A response of this number of areas whose universal inputs have this value.
 fn response(controller: &mut Compressor, count: usize, value: u16) -> Vec<u8> {
     let mut area = [0; 52];
     area[..8].fill(value);

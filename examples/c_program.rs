@@ -1,43 +1,42 @@
-//! A C program and its port, line by line: a gate that opens when somebody presses a button, rings
-//! and blinks meanwhile, and closes until it presses its end switch.
+//! A C program and its port, line by line. A gate opens when somebody presses a button, with a bell and
+//! a blinking lamp. Before and after that the gate closes until it presses its end switch.
 //!
-//! The lines behind `// C:` are the whole C program, in the calls of FtTxtLib. Below each is what it
-//! becomes here. What is different on purpose:
+//! The lines after `// C:` are the whole C program, with the calls of FtTxtLib. Below each is its port.
+//! These things are different on purpose:
 //!
-//! - A call that can fail returns an error, which `?` hands on; the C program does not look at it.
-//! - Each wait says how long it may take, and ends when the connection does.
-//! - However the program ends, also by an error, the motors are stopped.
+//! - A call that can fail returns an error, which `?` passes on; the C program ignores it.
+//! - Each wait has a time limit, and ends when the connection ends.
+//! - The motors stop at every end of the program. Ctrl-C ends it with a last exchange.
 //!
-//! Wiring: the gate's encoder motor on M1 and C1, a switch on I1 that the closed gate presses, a
-//! push button on I3 (both on contacts 1 and 3), a lamp between O7 and ⊥. M1 clockwise opens.
+//! Wiring: the gate's encoder motor on M3 and C3, a switch on I4 that the closed gate presses, a
+//! push button on I3 (both on contacts 1 and 3), a lamp between O7 and ⊥. M3 clockwise opens.
 //!
 //! ```text
-//! cargo run --example c_program                  # a simulated TXT; somebody presses I3
+//! cargo run --example c_program                  # a simulated TXT
 //! cargo run --example c_program -- 192.168.7.2   # a TXT on USB
-//! cargo run --example c_program -- --seconds 60 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! Ctrl-C stops the motor and goes offline.
-
-mod common;
+//! Next: `docs/porting.md` has all the calls.
 
 // C: #include <stdio.h>
 // C: #include <windows.h>
 // C: #include "FtTxtLib.h"
 // C: using namespace fischertechnik::txt::ids;
 // C: using namespace fischertechnik::txt::remote::api;
-use std::process::ExitCode;
+use std::env;
+use std::sync::Arc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use common::Example;
 use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output, Sound};
-use ft_transfer_area::FishX1Transfer;
-
-const USAGE: &str = "usage: c_program [--seconds N] [HOST[:PORT]]";
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
 /// For the wait for the next visitor.
 const FOREVER: Duration = Duration::MAX;
@@ -45,62 +44,76 @@ const FOREVER: Duration = Duration::MAX;
 const LIMIT: Duration = Duration::from_secs(20);
 
 // C:
-// C: int main()
+// C: void close(ftIF2013TransferAreaComHandlerEx2 *txt)
 // C: {
-fn run() -> common::Result {
-    // C:     ftIF2013TransferAreaComHandlerEx2 *txt =
-    // C:         new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2", "65000");
-    let example = Example::start(USAGE, simulated)?;
-    let txt = example.handler().areas(1).build()?;
+fn close(txt: &TransferAreaComHandler) -> Result<(), Error> {
+    // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 512, Direction::CCW);
+    // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I4))
+    // C:         Sleep(10);
+    // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 0, Direction::Halt);
+    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 512, Direction::Ccw)?;
+    plugged_in(txt.wait_until(pressed(Input::I4), LIMIT))?;
+    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)
+    // C: }
+}
 
-    // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I1, InputMode::MODE_R, true);
-    // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);
-    // C:     txt->SetFtMotorConfig(ShmIfId_TXT::LOCAL_IO, Motor::M4, false);
-    txt.lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, true);
-    txt.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Resistance, true);
-    txt.lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
+/// Says what to check when a wait takes too long. The C program waits for ever.
+fn plugged_in<T>(waited: Result<T, Error>) -> Result<T, Error> {
+    waited.inspect_err(|error| {
+        if matches!(error, Error::WaitTimedOut { .. }) {
+            println!("The gate does not arrive. Are M3, C3 and I4 plugged in?");
+        }
+    })
+}
 
-    // C:     if (txt->ftxStartTransferArea() != FtErrors::FTLIB_ERR_SUCCESS) {
-    // C:         printf("There is no TXT.\n");
-    // C:         return 1;
-    // C:     }
-    txt.begin_transfer()?;
-    example.stop_in_time(&txt);
+/// A condition for a wait: this input is pressed.
+fn pressed(input: Input) -> impl Fn(&[FishX1Transfer]) -> bool {
+    move |areas| areas[LOCAL_IO].get_in_io_value_binary(input) == Ok(true)
+}
+
+// C:
+// C: void control(ftIF2013TransferAreaComHandlerEx2 *txt)
+// C: {
+fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
+    // C:     printf("It closes, until it presses I4.\n");
+    // C:     close(txt);
+    println!("It closes, until it presses I4.");
+    close(txt)?;
 
     // C:
     // C:     printf("Press I3 to open the gate.\n");
     // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I3))
     // C:         Sleep(10);
     println!("Press I3 to open the gate.");
-    let pressed = |input: Input| {
-        move |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_io_value_binary(input) == Ok(true)
-    };
     txt.wait_until(pressed(Input::I3), FOREVER)?;
 
     // C:
     // C:     printf("It opens.\n");
     // C:     txt->SetSound(ShmIfId_TXT::LOCAL_IO, 3, 1);
-    // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M1, 512, Direction::CW, 200);
+    // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M3, 512, Direction::CW, 200);
     println!("It opens.");
     txt.lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
-    txt.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 200)?;
+    txt.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, 512, Direction::Cw, &[], 200)?;
 
     // C:     bool lit = false;
-    // C:     while (!txt->IsMotorExReady(ShmIfId_TXT::LOCAL_IO, Motor::M1)) {
+    // C:     while (!txt->IsMotorExReady(ShmIfId_TXT::LOCAL_IO, Motor::M3)) {
     // C:         lit = !lit;
     // C:         txt->SetOutPwmValues(ShmIfId_TXT::LOCAL_IO, Output::O7, lit ? 512 : 0);
     // C:         Sleep(200);
     // C:     }
-    let mut lit = false;
-    while !txt.wait_cycle()?[LOCAL_IO].is_motor_ex_ready(Motor::M1) {
+    let (mut lit, begin) = (false, Instant::now());
+    while !txt.wait_cycle()?[LOCAL_IO].is_motor_ex_ready(Motor::M3) {
         lit = !lit;
         txt.lock()[LOCAL_IO].set_out_pwm_values(Output::O7, if lit { 512 } else { 0 })?;
         thread::sleep(Duration::from_millis(200));
+        if begin.elapsed() > LIMIT {
+            plugged_in(Err(Error::WaitTimedOut { limit: LIMIT }))?;
+        }
     }
 
     // C:     printf("It is open after %d pulses.\n",
-    // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C1));
-    let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C1);
+    // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C3));
+    let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
     println!("It is open after {pulses} pulses.");
 
     // C:     while (!txt->IsSoundReady(ShmIfId_TXT::LOCAL_IO))
@@ -108,30 +121,58 @@ fn run() -> common::Result {
     txt.wait_sound(LOCAL_IO, LIMIT)?;
 
     // C:
-    // C:     txt->StopMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M1);
-    // C:     txt->StartCounterReset(ShmIfId_TXT::LOCAL_IO, Counter::C1);
-    // C:     while (!txt->IsCntResetReady(ShmIfId_TXT::LOCAL_IO, Counter::C1))
+    // C:     txt->StopMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M3);
+    // C:     txt->StartCounterReset(ShmIfId_TXT::LOCAL_IO, Counter::C3);
+    // C:     while (!txt->IsCntResetReady(ShmIfId_TXT::LOCAL_IO, Counter::C3))
     // C:         Sleep(10);
-    txt.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M1)?;
-    txt.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
-    txt.wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
+    txt.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
+    txt.lock()[LOCAL_IO].start_counter_reset(Counter::C3);
+    txt.wait_counter_reset(LOCAL_IO, Counter::C3, LIMIT)?;
 
-    // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M1, 512, Direction::CCW);
-    // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I1))
-    // C:         Sleep(10);
-    // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M1, 0, Direction::Halt);
-    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 512, Direction::Ccw)?;
-    txt.wait_until(pressed(Input::I1), LIMIT)?;
-    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)?;
-
+    // C:     close(txt);
     // C:     txt->SetOutPwmValues(ShmIfId_TXT::LOCAL_IO, Output::O7, 0);
     // C:     printf("It is closed after %d pulses.\n",
-    // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C1));
+    // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C3));
+    close(txt)?;
     txt.lock()[LOCAL_IO].set_out_pwm_values(Output::O7, 0)?;
-    let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C1);
+    let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
     println!("It is closed after {pulses} pulses.");
+    Ok(())
+    // C: }
+}
 
-    // C:
+// C:
+// C: int main()
+// C: {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // C:     ftIF2013TransferAreaComHandlerEx2 *txt =
+    // C:         new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2", "65000");
+    let (address, _simulated) = controller()?;
+    let txt = Arc::new(TransferAreaComHandler::builder(address).areas(1).build()?);
+
+    // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);
+    // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I4, InputMode::MODE_R, true);
+    // C:     txt->SetFtMotorConfig(ShmIfId_TXT::LOCAL_IO, Motor::M4, false);
+    txt.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Resistance, true);
+    txt.lock()[LOCAL_IO].set_ft_uni_config(Input::I4, InputMode::Resistance, true);
+    txt.lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
+
+    // C:     if (txt->ftxStartTransferArea() != FtErrors::FTLIB_ERR_SUCCESS) {
+    // C:         printf("There is no TXT.\n");
+    // C:         return 1;
+    // C:     }
+    txt.begin_transfer()?;
+
+    // The C program does not have this: Ctrl-C ends the transfer, which stops the motor.
+    let on_ctrl_c = Arc::clone(&txt);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+
+    // C:     control(txt);
+    match control(&txt) {
+        Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
+        result => result?,
+    }
+
     // C:     txt->ftxStopTransferArea();
     // C:     delete txt;
     // C:     return 0;
@@ -140,12 +181,14 @@ fn run() -> common::Result {
     Ok(())
 }
 
-fn main() -> ExitCode {
-    common::main(run)
-}
-
-/// The gate, and a visitor.
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let world = World::from_toml(include_str!("worlds/gate.toml"))?;
-    Ok(SimulatedTxt::builder().world(world))
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
+    }
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

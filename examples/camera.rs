@@ -1,87 +1,54 @@
-//! Camera: receives 20 frames and saves each as JPEG and as YUV 4:2:2, while the transfer area keeps
-//! cycling. A port of the kit's sample Camera.
+//! Camera: receives 20 frames and saves each as JPEG and as YUV 4:2:2, while the exchange goes on.
+//! A port of the kit's sample Camera.
 //!
 //! Wiring: the fischertechnik camera on the TXT's USB socket.
 //!
 //! ```text
-//! cargo run --example camera                                   # a simulated TXT
-//! cargo run --example camera -- 192.168.7.2                    # a TXT on USB
-//! cargo run --example camera -- 127.0.0.1:65000                # the program simulated_txt
-//! cargo run --example camera -- --folder pictures --size 640x480
-//! cargo run --example camera -- --pause 1000 --seconds 60      # a slow consumer, in ms
+//! cargo run --example camera                           # a simulated TXT
+//! cargo run --example camera -- 192.168.7.2            # a TXT on USB
+//! cargo run --example camera -- 192.168.7.2 pictures   # the pictures go into this folder
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! Without `--folder` the pictures go to a new folder among the temporary files. A YUV file has
-//! Y0 Cb Y1 Cr for each two pixels, row by row; `ffplay -f rawvideo -pixel_format yuyv422
-//! -video_size 320x240 FILE` shows it. Ctrl-C stops the camera and goes offline before the program
-//! exits. The sample motor_on_off_switch shows inputs and outputs.
+//! Without a folder, the pictures go to a new one in the folder for temporary files. A YUV file has
+//! Y0 Cb Y1 Cr for every two pixels, row by row; `ffplay -f rawvideo -pixel_format yuyv422
+//! -video_size 320x240 FILE` shows it. Ctrl-C stops the camera and ends the transfer. Next:
+//! `motor_on_off_switch` for inputs and outputs.
 
-mod common;
-
+use std::env;
 use std::fs;
 use std::path::PathBuf;
-use std::process::ExitCode;
-use std::thread;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use common::Example;
 use ft_transfer_area::simulator::SimulatedTxt;
-use ft_transfer_area::CameraOptions;
-use lexopt::prelude::ValueExt;
-
-const USAGE: &str =
-    "usage: camera [--folder DIR] [--size WIDTHxHEIGHT] [--pause MS] [--seconds N] \
-                     [HOST[:PORT]]";
+use ft_transfer_area::{CameraOptions, Error, TransferAreaComHandler};
 
 /// How many frames are saved.
 const FRAMES: usize = 20;
 
-fn main() -> ExitCode {
-    common::main(run)
-}
+/// Their size in pixels.
+const WIDTH: u16 = 320;
+const HEIGHT: u16 = 240;
 
-/// What the example's own options say.
-struct Options {
-    folder: PathBuf,
-    width: u16,
-    height: u16,
-    /// What a slow consumer does between two frames.
-    pause: Duration,
-}
-
-impl Options {
-    /// Takes an option, if it is one of these.
-    fn take(&mut self, option: &str, parser: &mut lexopt::Parser) -> common::Result<bool> {
-        match option {
-            "folder" => self.folder = parser.value()?.into(),
-            "size" => {
-                let size = parser.value()?.string()?;
-                let (width, height) = size.split_once('x').ok_or(USAGE)?;
-                (self.width, self.height) = (width.parse()?, height.parse()?);
-            }
-            "pause" => self.pause = Duration::from_millis(parser.value()?.parse()?),
-            _ => return Ok(false),
-        }
-        Ok(true)
-    }
-}
-
-fn run() -> common::Result {
-    let CameraOptions { width, height, .. } = CameraOptions::default();
-    let folder = std::env::temp_dir().join(format!("txt-camera-{}", std::process::id()));
-    let mut options = Options { folder, width, height, pause: Duration::ZERO };
-    let simulated = || Ok(SimulatedTxt::builder().camera_tables(false));
-    let example =
-        Example::start_with(USAGE, simulated, |option, parser| options.take(option, parser))?;
-    let Options { folder, width, height, pause } = options;
-
-    // The camera has the port behind this one.
-    let handler = example.handler().build()?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // Without an address, a simulated TXT runs as long as the second value lives.
+    let (address, _simulated) = controller()?;
+    let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
     handler.begin_transfer()?;
+
+    // Ctrl-C ends the transfer, and with it the frames.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+
+    let folder = env::args().nth(2).map_or_else(temporary_folder, PathBuf::from);
     fs::create_dir_all(&folder)?;
-    let frames =
-        handler.start_camera(CameraOptions { width, height, ..CameraOptions::default() })?;
-    println!("Camera started at {}; its first frame takes a second or two.", example.host);
+
+    let frames = handler.start_camera(CameraOptions::default().with_size(WIDTH, HEIGHT))?;
+    println!("The camera is started; its first frame takes a second or two.");
 
     let (start, cycles) = (Instant::now(), handler.statistics().cycles);
     let mut last: Option<Instant> = None;
@@ -92,8 +59,7 @@ fn run() -> common::Result {
         fs::write(path.with_extension("jpg"), frame.jpeg()?)?;
         fs::write(path.with_extension("yuv"), &yuv.data)?;
         println!(
-            "frame {:3}: {}x{}, {:5} bytes, {:4} ms after the one before, {:3} ms old, {} dropped, \
-             cycle {}",
+            "frame {:3}: {}x{}, {:5} bytes, {:4} ms after the one before, {:3} ms old, {} dropped",
             frame.sequence,
             yuv.width,
             yuv.height,
@@ -101,20 +67,35 @@ fn run() -> common::Result {
             last.map_or(Duration::ZERO, |last| frame.arrived - last).as_millis(),
             age.as_millis(),
             handler.camera_statistics().dropped,
-            handler.statistics().cycles,
         );
         last = Some(frame.arrived);
-        if !example.goes_on() {
-            break;
-        }
-        thread::sleep(pause);
     }
     let cycles = handler.statistics().cycles - cycles;
     let seconds = start.elapsed().as_secs_f64();
+    // The reason why the frames have ended, unless all have come or it was Ctrl-C.
     let ended_by = handler.camera_error();
     handler.stop_camera()?;
     handler.end_transfer()?;
-    println!("{:.0} cycles a second meanwhile", cycles as f64 / seconds);
-    println!("pictures are in {}", folder.display());
-    ended_by.map_or(Ok(()), |error| Err(error.into()))
+    if let Some(error) = ended_by {
+        println!("The frames have ended. Is the camera plugged into the TXT's USB socket?");
+        return Err(error.into());
+    }
+    println!("The pictures are in {}.", folder.display());
+    println!("{:.0} exchanges a second were done meanwhile.", cycles as f64 / seconds);
+    Ok(())
+}
+
+/// A new folder in the folder for temporary files.
+fn temporary_folder() -> PathBuf {
+    env::temp_dir().join(format!("txt-camera-{}", std::process::id()))
+}
+
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
+    }
+    println!("No address is given, so this is a simulated TXT. Its camera shows a test card.");
+    let txt = SimulatedTxt::builder().start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

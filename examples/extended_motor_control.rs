@@ -1,57 +1,70 @@
 //! Extended motor control: motors that the controller stops after a number of pulses of their
-//! encoders, alone and synchronised, and how to leave that mode again. A port of what FtTxtLib's sample
-//! TestProj02 and the TX library's sample of extended motor control do.
+//! encoders, alone and synchronised, and how to leave that mode again. A port of FtTxtLib's sample
+//! TestProj02 and of the TX library's sample of extended motor control.
 //!
 //! Wiring: two encoder motors on M1 and M2, their encoders on C1 and C2.
 //!
 //! ```text
 //! cargo run --example extended_motor_control                  # a simulated TXT
 //! cargo run --example extended_motor_control -- 192.168.7.2   # a TXT on USB
-//! cargo run --example extended_motor_control -- --seconds 60 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! The motors turn as soon as it starts, for about four seconds. Ctrl-C stops them.
+//! The motors turn as soon as it starts, for about four seconds. Ctrl-C stops them. Next: `wlan` for
+//! distances over a connection that may be lost.
 
-mod common;
-
-use std::process::ExitCode;
+use std::env;
+use std::sync::Arc;
 use std::time::Duration;
 
-use common::Example;
 use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::Counter::{C1, C2};
 use ft_transfer_area::tx::Direction::{Ccw, Cw};
 use ft_transfer_area::tx::Motor::{M1, M2};
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
-const USAGE: &str = "usage: extended_motor_control [--seconds N] [HOST[:PORT]]";
-
 /// A little more than two turns of fischertechnik's encoder motor.
 const PULSES: u16 = 150;
 
-/// Longer than anything takes, unless a motor is stuck or its encoder is not plugged in.
-const LIMIT: Duration = Duration::from_secs(20);
+/// Longer than any of these movements takes, unless a motor is stuck or its encoder is not plugged in.
+const LIMIT: Duration = Duration::from_secs(5);
 
-fn main() -> ExitCode {
-    common::main(run)
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // Without an address, a simulated TXT runs as long as the second value lives.
+    let (address, _simulated) = controller()?;
+    let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    handler.begin_transfer()?;
+
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+
+    match drive(&handler) {
+        Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
+        Err(error @ Error::WaitTimedOut { .. }) => {
+            println!("A motor has not arrived. Are M1 with C1 and M2 with C2 plugged in, and free to turn?");
+            return Err(error.into());
+        }
+        result => result?,
+    }
+    handler.end_transfer()?;
+    Ok(())
 }
 
-fn run() -> common::Result {
-    let example = Example::start(USAGE, simulated)?;
-    let handler = example.handler().build()?;
-    handler.begin_transfer()?;
-    example.stop_in_time(&handler);
-
+fn drive(handler: &TransferAreaComHandler) -> Result<(), Error> {
     println!("M1 turns for {PULSES} pulses.");
     handler.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
     let areas = handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
     print_counters("arrived", &areas[LOCAL_IO]);
     drop(areas);
 
-    // A distance begins with a reset of its counters. So that nobody takes the old counts for new
-    // ones until the first response, they are reset before.
+    // A distance begins with a reset of its counters, but the old counts stay until the first response.
+    // So reset them before.
     handler.lock()[LOCAL_IO].start_counter_reset(C1);
     handler.lock()[LOCAL_IO].start_counter_reset(C2);
     handler.wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
@@ -68,22 +81,19 @@ fn run() -> common::Result {
         let areas = handler.wait_until(enough, LIMIT)?;
         print_counters("on the way", &areas[LOCAL_IO]);
     }
-    // Each motor of the group tells for itself when it has arrived.
+    // Each motor of the group reports by itself when it has arrived.
     handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
     let areas = handler.wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
     print_counters("arrived", &areas[LOCAL_IO]);
     drop(areas);
 
     println!("At plain speed nothing turns: the controller holds both where they have arrived.");
-    turn_half_a_second(&handler)?;
+    turn_half_a_second(handler)?;
 
     println!("They leave the extended mode, and turn at plain speed.");
     handler.lock()[LOCAL_IO].stop_motor_ex_cmd(M1)?;
     handler.lock()[LOCAL_IO].stop_motor_ex_cmd(M2)?;
-    turn_half_a_second(&handler)?;
-
-    handler.end_transfer()?;
-    Ok(())
+    turn_half_a_second(handler)
 }
 
 /// Turns both motors at plain speed for 50 cycles, half a second.
@@ -107,8 +117,14 @@ fn print_counters(what: &str, area: &FishX1Transfer) {
     println!("  {what}: C1 {}, C2 {}", area.get_in_cnt_count(C1), area.get_in_cnt_count(C2));
 }
 
-/// Two encoder motors, of which M2 has more to carry.
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let world = World::from_toml(include_str!("worlds/two_motors.toml"))?;
-    Ok(SimulatedTxt::builder().world(world))
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
+    }
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

@@ -1,92 +1,103 @@
 //! Extension: the button on the master runs the motor on the extension, and the button on the
-//! extension the motor on the master. While the extension is away, its motor can't be told anything
-//! and its button is not believed.
+//! extension runs the motor on the master. While the extension is not plugged in, its motor can't be
+//! controlled and its button is ignored.
 //!
 //! Wiring, the same on both controllers: a push button on I1 (contacts 1 and 3), a motor on M1. The
 //! second TXT is connected to the first one's EXT socket, and set to be an extension in its menu.
 //!
 //! ```text
-//! cargo run --example extension                  # a simulated TXT; somebody pulls the plug
+//! cargo run --example extension                  # a simulated TXT
 //! cargo run --example extension -- 192.168.7.2   # a TXT on USB
-//! cargo run --example extension -- --seconds 30 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! It prints what has changed, and ends when its time is up or on Ctrl-C; all motors stop.
+//! It prints each change. Ctrl-C stops all motors and ends the transfer. Next: `i2c`, with another
+//! device in the EXT socket.
 
-mod common;
-
-use std::process::ExitCode;
+use std::env;
+use std::sync::Arc;
 use std::time::Duration;
 
-use common::Example;
 use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area::FishX1Transfer;
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
-const USAGE: &str = "usage: extension [--seconds N] [HOST[:PORT]]";
-
-fn main() -> ExitCode {
-    common::main(run)
-}
-
-fn run() -> common::Result {
-    let example = Example::start(USAGE, simulated)?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (address, simulated) = controller()?;
     // The master and one extension. All motors stop when the loop below hangs for a second.
-    let handler = example.handler().areas(2).watchdog(Duration::from_secs(1)).build()?;
+    let builder = TransferAreaComHandler::builder(address).areas(2);
+    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
     handler.lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+
     // Whether the extension is there, and the two buttons, as printed last.
     let mut shown: Option<(bool, bool, bool)> = None;
-    while example.goes_on() {
-        let mut areas = handler.wait_cycle()?;
+    let cycles = if simulated.is_some() { 600 } else { u64::MAX };
+    for _ in 0..cycles {
+        // Ctrl-C or an error ends the loop.
+        let Ok(mut areas) = handler.wait_cycle() else { break };
         let is_there = areas[LOCAL_IO].slaves_alive() > 0;
         if is_there && matches!(shown, Some((false, ..))) {
-            // It may have been switched off, and forgotten what it was told.
+            // It may have been switched off, and have lost its configuration.
             configure(&mut areas[REMOTE_IO_1]);
         }
 
         let master_pressed = areas[LOCAL_IO].get_in_io_value_binary(Input::I1)?;
-        // While it is away, its area has the inputs that it sent last.
+        // While it is not plugged in, its area has the inputs that it sent last.
         let extension_pressed = is_there && areas[REMOTE_IO_1].get_in_io_value_binary(Input::I1)?;
         let power = |pressed| if pressed { DUTY_MAX } else { 0 };
         areas[REMOTE_IO_1].set_out_motor_power(Motor::M1, power(master_pressed))?;
         areas[LOCAL_IO].set_out_motor_power(Motor::M1, power(extension_pressed))?;
 
-        // The console is slow, and the outputs leave when the areas are dropped.
+        // Printing is slow, and the outputs are sent after the guard is dropped. So copies are printed.
+        let (master, extension) = (areas[LOCAL_IO], areas[REMOTE_IO_1]);
         drop(areas);
         let state = Some((is_there, master_pressed, extension_pressed));
         if state != shown {
             shown = state;
-            let button = |pressed| if pressed { "pressed" } else { "open   " };
-            let motor = |runs| if runs { "runs" } else { "stands" };
-            print!(
-                "master: I1 {}, M1 {:6}    extension: ",
-                button(master_pressed),
-                motor(extension_pressed)
-            );
-            if is_there {
-                println!("I1 {}, M1 {}", button(extension_pressed), motor(master_pressed));
-            } else {
-                println!("away");
-            }
+            let extension =
+                if is_there { describe(&extension)? } else { "not plugged in".to_owned() };
+            println!("master: {}    extension: {extension}", describe(&master)?);
         }
     }
+    // This returns the error, if one has ended the transfer.
     handler.end_transfer()?;
     Ok(())
+}
+
+/// Button and motor of a controller.
+fn describe(area: &FishX1Transfer) -> Result<String, Error> {
+    let button = if area.get_in_io_value_binary(Input::I1)? { "pressed" } else { "open" };
+    let motor = if area.get_out_motor_values(Motor::M1)? != 0 { "runs" } else { "stands" };
+    Ok(format!("I1 {button:7}, M1 {motor:6}"))
 }
 
 fn configure(area: &mut FishX1Transfer) {
     area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);
 }
 
-/// A TXT with an extension that is unplugged for a second every five, of 100 exchanges each.
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let world = World::from_toml(include_str!("worlds/extension.toml"))?;
-    Ok(SimulatedTxt::builder().extensions(1).world(world).on_exchange(|machine| {
-        let exchange = machine.exchanges() % 500;
-        machine.alive[0] = !(180..280).contains(&exchange);
-    }))
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
+    }
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    // Somebody unplugs the extension for a second, from the 330th exchange to the 430th.
+    let unplug = |exchange| (330..430).contains(&exchange);
+    let txt = SimulatedTxt::builder()
+        .world(World::default())
+        .on_exchange(move |machine| machine.alive[0] = !unplug(machine.exchanges()))
+        .start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

@@ -1,73 +1,71 @@
-//! Infrared remote: its joysticks drive a car on two motors, the left one M1, the right one M2. The
-//! button ON lets them drive, OFF stops them.
+//! Infrared remote: its joysticks drive a car with two motors, the left joystick M1, the right one M2.
+//! The button ON lets them drive, OFF stops them.
 //!
 //! Wiring: the motors of the left and the right wheel on M1 and M2, their encoders, if they have
-//! any, on C1 and C2. The remote's DIP switches say which remote it is; it works with switch 1 on
-//! and switch 2 off, or as `--remote` says.
+//! any, on C1 and C2. The remote's DIP switches say which remote it is: here 1 is on and 2 is off.
 //!
 //! ```text
-//! cargo run --example infrared_remote                  # a simulated TXT; its remote moves by itself
+//! cargo run --example infrared_remote                  # a simulated TXT
 //! cargo run --example infrared_remote -- 192.168.7.2   # a TXT on USB
-//! cargo run --example infrared_remote -- --remote off-off 192.168.7.2
-//! cargo run --example infrared_remote -- --remote any --seconds 30 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! It prints what has changed, and ends when its time is up or on Ctrl-C; the motors stop.
+//! It prints each change. Ctrl-C stops the motors and ends the transfer. Next: `extension`.
 
-mod common;
-
-use std::process::ExitCode;
+use std::env;
+use std::sync::Arc;
 use std::time::Duration;
 
-use common::Example;
-use ft_transfer_area::simulator::world::{Remote, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, IrDevice, JoystickAxis, JoystickSwitch, Motor};
-use lexopt::ValueExt;
+use ft_transfer_area::{Error, TransferAreaComHandler};
 
-const USAGE: &str = "usage: infrared_remote [--remote any|off-off|on-off|off-on|on-on] \
-                     [--seconds N] [HOST[:PORT]]";
+/// The remote with DIP switch 1 on and 2 off. `IrDevice::Any` is any remote.
+const REMOTE: IrDevice = IrDevice::OnOff;
 
 /// How far a joystick moves from its middle in each direction.
 const JOYSTICK_MAX: i16 = 15;
 
-fn main() -> ExitCode {
-    common::main(run)
-}
-
-fn run() -> common::Result {
-    let mut remote = IrDevice::OnOff;
-    let example = Example::start_with(USAGE, simulated, |option, parser| {
-        if option == "remote" {
-            remote = parser.value()?.parse_with(remote_from)?;
-        }
-        Ok(option == "remote")
-    })?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (address, simulated) = controller()?;
     // The car stops when the loop below hangs for a second.
-    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
+    let builder = TransferAreaComHandler::builder(address);
+    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
     handler.begin_transfer()?;
 
-    println!("Press ON, and drive with both joysticks.");
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+
+    println!(
+        "Press ON, and drive with both joysticks. The remote needs DIP switch 1 on and 2 off."
+    );
     let mut driving = false;
     let mut shown = None;
-    while example.goes_on() {
-        let mut areas = handler.wait_cycle()?;
+    let cycles = if simulated.is_some() { 500 } else { u64::MAX };
+    for _ in 0..cycles {
+        // Ctrl-C or an error ends the loop.
+        let Ok(mut areas) = handler.wait_cycle() else { break };
         let area = &mut areas[LOCAL_IO];
-        if area.get_joystick_but_swi(remote, JoystickSwitch::On) {
+        if area.get_joystick_but_swi(REMOTE, JoystickSwitch::On) {
             driving = true;
         }
-        if area.get_joystick_but_swi(remote, JoystickSwitch::Off) {
+        if area.get_joystick_but_swi(REMOTE, JoystickSwitch::Off) {
             driving = false;
         }
-        let left = area.get_joystick_full(remote, JoystickAxis::LeftY);
-        let right = area.get_joystick_full(remote, JoystickAxis::RightY);
+        let left = area.get_joystick_full(REMOTE, JoystickAxis::LeftY);
+        let right = area.get_joystick_full(REMOTE, JoystickAxis::RightY);
         for (motor, joystick) in [(Motor::M1, left), (Motor::M2, right)] {
             let power = if driving { DUTY_MAX * joystick / JOYSTICK_MAX } else { 0 };
             area.set_out_motor_power(motor, power)?;
         }
 
-        // The console is slow, so a copy is printed, and the outputs leave meanwhile.
+        // Printing is slow, so a copy is printed while the outputs are sent.
         let copy = *area;
         drop(areas);
         let state = Some((left, right, driving));
@@ -83,48 +81,19 @@ fn run() -> common::Result {
             );
         }
     }
+    // This returns the error, if one has ended the transfer.
     handler.end_transfer()?;
     Ok(())
 }
 
-fn remote_from(text: &str) -> Result<IrDevice, String> {
-    match text {
-        "any" => Ok(IrDevice::Any),
-        "off-off" => Ok(IrDevice::OffOff),
-        "on-off" => Ok(IrDevice::OnOff),
-        "off-on" => Ok(IrDevice::OffOn),
-        "on-on" => Ok(IrDevice::OnOn),
-        _ => Err(USAGE.to_owned()),
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
     }
-}
-
-/// Two motors, and two remotes that move by themselves. Only one of them has the right switches.
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let world = World::from_toml(include_str!("worlds/two_motors.toml"))?;
-    Ok(SimulatedTxt::builder().world(world).on_exchange(move_joysticks))
-}
-
-/// What happens at which exchange, again and again: left and right joystick, ON, OFF.
-const DRIVE: [(u64, i8, i8, bool, bool); 9] = [
-    (0, 0, 0, false, false),
-    (30, 15, 15, false, false), // nothing moves before ON
-    (60, 0, 0, true, false),
-    (80, 0, 0, false, false),
-    (100, 15, 15, false, false), // straight ahead
-    (180, 15, 5, false, false),  // to the right
-    (240, -8, -8, false, false), // back
-    (300, -8, -8, false, true),  // OFF while it drives
-    (320, 0, 0, false, false),
-];
-const DRIVE_LENGTH: u64 = 400;
-
-fn move_joysticks(machine: &mut Machine) {
-    let exchange = machine.exchanges() % DRIVE_LENGTH;
-    let Some(world) = machine.world_mut() else { return };
-    if let Some(&(_, left_y, right_y, on, off)) = DRIVE.iter().find(|step| step.0 == exchange) {
-        world.set_remote(Remote { dip1: true, left_y, right_y, on, off, ..Remote::default() });
-    }
-    // Somebody else plays with a remote whose switches are both off.
-    let left_x = if exchange % 50 < 25 { -15 } else { 15 };
-    world.set_remote(Remote { left_x, left_y: 15, on: true, ..Remote::default() });
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

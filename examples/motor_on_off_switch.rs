@@ -1,98 +1,133 @@
 //! Motor on/off switch: M1 runs while I1 is pressed, on the master and on the first extension.
 //! A port of the kit's sample MotorOnOffSwitch.
 //!
-//! Wiring, the same on both controllers: a push button on I1 (contacts 1 and 3), an ultrasonic
-//! sensor on I2, a motor on M1. What is missing on the table reads as not connected.
-//!
 //! ```text
-//! cargo run --example motor_on_off_switch                  # a simulated TXT with one extension
-//! cargo run --example motor_on_off_switch -- 192.168.7.2   # a TXT on USB
-//! cargo run --example motor_on_off_switch -- --seconds 60 192.168.8.2
-//! cargo run --example motor_on_off_switch -- 127.0.0.1:65000   # the program simulated_txt
+//! cargo run --example motor_on_off_switch                  # a simulated TXT, for ten seconds
+//! cargo run --example motor_on_off_switch -- 192.168.7.2   # a TXT on USB, until Ctrl-C
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! Every third exchange the inputs, counters and outputs of both controllers are printed. Ctrl-C
-//! stops the motors and goes offline before the program exits.
+//! It prints its wiring, and says what is not plugged in. Ctrl-C stops the motors and ends the
+//! transfer. Next: `slide_on_events` for a program that reacts, `extended_motor_control` for one
+//! that counts.
 
-mod common;
+use std::env;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use std::process::ExitCode;
-use std::time::Duration;
-
-use common::Example;
 use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
-use ft_transfer_area::transfer_area::{InputMode, UniConfig, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::{
+    InputMode, DUTY_MAX, LOCAL_IO, NO_ULTRASONIC, REMOTE_IO_1, ULTRASONIC_MAX,
+};
+use ft_transfer_area::tx::Input;
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 
-const USAGE: &str = "usage: motor_on_off_switch [--seconds N] [HOST[:PORT]]";
+const HEAD: &str = "
+M1 runs while I1 is pressed. The wiring, the same on the master and on extension 1:
 
-fn main() -> ExitCode {
-    common::main(run)
-}
+  I1  push button (contacts 1 and 3)
+  I2  ultrasonic sensor
+  M1  encoder motor, its encoder on C1
 
-fn run() -> common::Result {
-    let example = Example::start(USAGE, simulated)?;
+          master                         │ extension 1
+   time   I1       I2      M1         C1 │ I1       I2      M1         C1";
 
-    // Create the communication handler with its transfer areas: the master and one extension. Its
-    // watchdog stops all motors when the loop below hangs for a second.
-    let handler = example.handler().areas(2).watchdog(Duration::from_secs(1)).build()?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (address, simulated) = controller()?;
 
-    // Configure I2 of master and extension to ultrasonic.
+    // Transfer areas for the master and one extension. The watchdog stops all motors when the loop
+    // below hangs for a second.
+    let builder = TransferAreaComHandler::builder(address).areas(2);
+    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
     for area in handler.lock().iter_mut() {
-        area.config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
-        area.raise_config_id();
+        area.set_ft_uni_config(Input::I2, InputMode::Ultrasonic, false);
     }
-
     handler.begin_transfer()?;
-    println!(
-        "{} with firmware {} at {}:{}",
-        handler.device_name().unwrap_or_default(),
-        handler.version().map(|version| version.to_string()).unwrap_or_default(),
-        example.host,
-        example.port,
-    );
 
-    // Loop for the given time, or until Ctrl-C.
-    let mut transfers = 0_u64;
-    while example.goes_on() {
-        // Wait for the inputs of the next exchange. It comes in every 10 ms.
-        let mut areas = handler.wait_cycle()?;
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
-        // Set M1 depending on I1. For the other direction, set duty[1] instead of duty[0].
-        for index in [LOCAL_IO, REMOTE_IO_1] {
-            let pressed = areas[index].input.uni[0] != 0;
-            areas[index].output.duty[0] = if pressed { DUTY_MAX } else { 0 };
+    println!("Connected to {}.\n{HEAD}", handler.device_name().unwrap_or_default());
+    let start = Instant::now();
+    let mut shown = [FishX1Transfer::default(); 2];
+    let cycles = if simulated.is_some() { 1000 } else { u64::MAX };
+    for cycle in 0..cycles {
+        // The inputs of the next exchange, one every 10 ms. Ctrl-C or an error ends the loop.
+        let Ok(mut areas) = handler.wait_cycle() else { break };
+
+        // For the other direction, set duty[1] instead of duty[0].
+        for area in areas.iter_mut() {
+            let pressed = area.input.uni[0] != 0; // I1
+            area.output.duty[0] = if pressed { DUTY_MAX } else { 0 }; // M1
         }
 
-        // Print after the guard is dropped: the console is slow, and the outputs leave then.
-        let lines =
-            (transfers % 3 == 0).then(|| format!("{}\n{}", areas[LOCAL_IO], areas[REMOTE_IO_1]));
+        // Printing is slow, and the outputs are sent after the guard is dropped. So a copy is printed.
+        let now = [areas[LOCAL_IO], areas[REMOTE_IO_1]];
         drop(areas);
-        if let Some(lines) = lines {
-            println!("{lines}");
+
+        // Each change of I1 is shown, and a running motor four times a second.
+        let changed = (0..2).any(|i| now[i].output.duty != shown[i].output.duty);
+        let runs = now.iter().any(|area| area.output.duty[0] != 0);
+        if cycle == 0 || changed || runs && cycle % 25 == 0 {
+            // All inputs, counters and outputs, as the kit prints them: println!("{}", now[0]);
+            let seconds = start.elapsed().as_secs_f64();
+            let extension = if now[LOCAL_IO].slaves_alive() > 0 {
+                columns(&now[REMOTE_IO_1], &shown[REMOTE_IO_1])
+            } else {
+                "not plugged in".to_owned()
+            };
+            println!(
+                "{seconds:6.2} s  {} │ {extension}",
+                columns(&now[LOCAL_IO], &shown[LOCAL_IO])
+            );
+            shown = now;
         }
-        transfers += 1;
     }
 
-    // Stop the motors and go offline.
-    let statistics = handler.statistics();
+    // This returns the error, if one has ended the transfer.
     handler.end_transfer()?;
-
-    // This should be around 100 for each second.
-    println!("{transfers} transfers done");
+    let statistics = handler.statistics();
     println!(
-        "{} cycles of {:.1} to {:.1} ms, {} late reactions, {} configurations sent",
+        "The motors are stopped. {} exchanges of {:.1} to {:.1} ms were done, with {} late reactions.",
         statistics.cycles,
         statistics.shortest_cycle.as_secs_f64() * 1e3,
         statistics.longest_cycle.as_secs_f64() * 1e3,
         statistics.late_reactions,
-        statistics.config_updates,
     );
     Ok(())
 }
 
-/// The kit's wiring, and somebody who presses the buttons.
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let world = World::from_toml(include_str!("worlds/kit.toml"))?;
-    Ok(SimulatedTxt::builder().world(world))
+/// I1, I2, M1 and C1 of a controller, whose values `before` were shown last.
+fn columns(now: &FishX1Transfer, before: &FishX1Transfer) -> String {
+    let button = if now.input.uni[0] != 0 { "pressed" } else { "open" };
+    let distance = match now.input.uni[1] {
+        cm @ ..=ULTRASONIC_MAX => format!("{cm} cm"),
+        NO_ULTRASONIC => "none".to_owned(),
+        _ => "far".to_owned(),
+    };
+    let (count, counted) = (now.input.counter[0], now.input.counter[0] != before.input.counter[0]);
+    let motor = match (now.output.duty[0], before.output.duty[0]) {
+        (0, _) => "stands",
+        // A motor without an encoder, no motor, or a wheel that is blocked.
+        (_, on) if on != 0 && !counted => "no count",
+        _ => "runs",
+    };
+    format!("{button:7}  {distance:6}  {motor:8} {count:4}")
+}
+
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
+    }
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

@@ -1,96 +1,104 @@
-//! A slide that goes to and fro between its end switches. Events turn it round.
+//! A slide that moves back and forth between its end switches. Events reverse it.
 //!
-//! Wiring: the slide's encoder motor on M1 and C1, a switch at its start on I1, one at its end on
-//! I2, a push button on I3 (all on contacts 1 and 3). M1 clockwise moves it towards I2.
+//! Wiring: the slide's encoder motor on M3 and C3, a switch at its start on I4, one at its end on
+//! I5, a push button on I3 (all on contacts 1 and 3). M3 clockwise moves it towards I5.
 //!
 //! ```text
-//! cargo run --example slide_on_events                  # a simulated TXT; somebody presses I3
+//! cargo run --example slide_on_events                  # a simulated TXT
 //! cargo run --example slide_on_events -- 192.168.7.2   # a TXT on USB
-//! cargo run --example slide_on_events -- --seconds 60 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! It ends when I3 is pressed, when its time is up, or on Ctrl-C, with the motor stopped.
+//! When I3 is pressed, or on Ctrl-C, the motor stops and the program ends. Next: `wlan`, which goes on
+//! after a lost connection.
 
-mod common;
+use std::env;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-use std::process::ExitCode;
-use std::time::Duration;
-
-use common::Example;
-use ft_transfer_area::simulator::world::{ScriptEvent, Travel, World};
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
-use ft_transfer_area::{Event, EventKind, TransferAreaComHandler};
+use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
 
-const USAGE: &str = "usage: slide_on_events [--seconds N] [HOST[:PORT]]";
+/// If a running motor counts nothing for this time, it is blocked or not plugged in.
+const STILL: Duration = Duration::from_secs(2);
 
-fn main() -> ExitCode {
-    common::main(run)
-}
-
-fn run() -> common::Result {
-    let example = Example::start(USAGE, simulated)?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // Without an address, a simulated TXT runs as long as the second value lives.
+    let (address, _simulated) = controller()?;
     // The motor stops when the loop below hangs for a second.
-    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
+    let builder = TransferAreaComHandler::builder(address);
+    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
     let events = handler.events(&[EventKind::InputChanged], 100)?;
     handler.begin_transfer()?;
 
-    // Only changes are told, so the slide may stand at its end already.
-    let is_at_end = handler.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I2)?;
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+
+    // There are only events for changes, but the slide may already be at its end.
+    let is_at_end = handler.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I5)?;
     drive(&handler, if is_at_end { Direction::Ccw } else { Direction::Cw })?;
     println!("The slide moves. Press I3 to end it.");
 
-    while example.goes_on() {
-        // Nothing happens for long at times, so this says that the program is alive. It is also told
-        // here when the transfer has ended.
-        handler.feed_watchdog()?;
-        let Ok(event) = events.recv_timeout(Duration::from_millis(100)) else { continue };
-        match event {
-            Event::InputChanged { input: Input::I1, pressed: true, .. } => {
-                println!("I1, the start, after {} pulses.", pulses(&handler));
+    // The count of C3, and since when.
+    let (mut count, mut since) = (0, Instant::now());
+    // Sometimes nothing happens for a long time, so this tells the watchdog that the program is alive.
+    // It fails when the transfer has ended.
+    while handler.feed_watchdog().is_ok() {
+        match events.recv_timeout(Duration::from_millis(100)).map(|told| told.event) {
+            Ok(Event::InputChanged { input: Input::I4, pressed: true, .. }) => {
+                println!("I4, the start, after {} pulses.", pulses(&handler));
                 drive(&handler, Direction::Cw)?;
             }
-            Event::InputChanged { input: Input::I2, pressed: true, .. } => {
-                println!("I2, the end, after {} pulses.", pulses(&handler));
+            Ok(Event::InputChanged { input: Input::I5, pressed: true, .. }) => {
+                println!("I5, the end, after {} pulses.", pulses(&handler));
                 drive(&handler, Direction::Ccw)?;
             }
-            Event::InputChanged { input: Input::I3, pressed: true, .. } => {
+            Ok(Event::InputChanged { input: Input::I3, pressed: true, .. }) => {
                 println!("I3 is pressed.");
                 break;
             }
             _ => {}
         }
+        if pulses(&handler) != count {
+            (count, since) = (pulses(&handler), Instant::now());
+        } else if since.elapsed() > STILL {
+            println!("The slide stands still at {count} pulses. Are M3, C3, I4 and I5 plugged in?");
+            break;
+        }
     }
     println!("{} events were lost.", events.lost());
-    // Stops the motor.
+    // Stops the motor, and returns the error, if one has ended the transfer.
     handler.end_transfer()?;
     Ok(())
 }
 
-/// Moves the slide, and counts its pulses from here. The answer to an event goes out with the very
-/// next request.
-fn drive(handler: &TransferAreaComHandler, direction: Direction) -> common::Result {
+/// Moves the slide, and counts its pulses from here. The next request has this answer to an event.
+fn drive(handler: &TransferAreaComHandler, direction: Direction) -> Result<(), Error> {
     let area = &mut handler.lock()[LOCAL_IO];
-    area.set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
-    area.start_counter_reset(Counter::C1);
+    area.set_out_motor_values(Motor::M3, DUTY_MAX, direction)?;
+    area.start_counter_reset(Counter::C3);
     Ok(())
 }
 
 fn pulses(handler: &TransferAreaComHandler) -> u16 {
-    handler.lock()[LOCAL_IO].get_in_cnt_count(Counter::C1)
+    handler.lock()[LOCAL_IO].get_in_cnt_count(Counter::C3)
 }
 
-/// The slide of the default world with a faster motor, and somebody who presses the button.
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let mut world = World::default();
-    for motor in world.master.motors.values_mut() {
-        motor.top_speed = 9.0;
-        if let Some(slide) = &mut motor.slide {
-            (slide.travel, slide.position) = (Travel::Pulses(600.0), 540.0);
-        }
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
     }
-    let press = ScriptEvent { at: 3.0, controller: 0, input: Input::I3, pressed: true };
-    world.script.events.push(press);
-    Ok(SimulatedTxt::builder().world(world))
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

@@ -1,96 +1,106 @@
-//! Sound and lamps: one of four lamps after the other is lit, while sounds are played one after
-//! another, until a button is pressed.
+//! Sound and lamps: two lamps light in turn while sounds are played one after another, until a
+//! button is pressed.
 //!
-//! Wiring: lamps between O5, O6, O7, O8 and ⊥, a push button on I1 (contacts 1 and 3). The
-//! loudspeaker is in the TXT.
+//! Wiring: lamps between O7, O8 and ⊥, a push button on I3 (contacts 1 and 3). The loudspeaker is in
+//! the TXT.
 //!
 //! ```text
-//! cargo run --example sound_and_lamps                  # a simulated TXT; somebody presses I1
+//! cargo run --example sound_and_lamps                  # a simulated TXT
 //! cargo run --example sound_and_lamps -- 192.168.7.2   # a TXT on USB
-//! cargo run --example sound_and_lamps -- --seconds 30 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! It ends when I1 is pressed, when its time is up, or on Ctrl-C; lamps off and silence.
+//! When I3 is pressed, or on Ctrl-C, the lamps go out and the sound ends. Next: `c_program` has a lamp,
+//! a sound and a motor.
 
-mod common;
-
-use std::process::ExitCode;
+use std::env;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::Duration;
 
-use common::Example;
 use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor, Output, Sound, SILENCE};
-
-const USAGE: &str = "usage: sound_and_lamps [--seconds N] [HOST[:PORT]]";
-
-const LAMPS: [Output; 4] = [Output::O5, Output::O6, Output::O7, Output::O8];
+use ft_transfer_area::{Error, TransferAreaComHandler};
 
 const SOUNDS: [Sound; 4] =
     [Sound::Bell, Sound::CarHornShort, Sound::PropellerAirplane, Sound::ShipsHorn];
 
-fn main() -> ExitCode {
-    common::main(run)
-}
-
-fn run() -> common::Result {
-    let example = Example::start(USAGE, simulated)?;
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // Without an address, a simulated TXT runs as long as the second value lives.
+    let (address, _simulated) = controller()?;
     // The lamps go out when the loop below hangs for a second.
-    let handler = example.handler().watchdog(Duration::from_secs(1)).build()?;
+    let handler =
+        TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(1)).build()?;
     {
         let area = &mut handler.lock()[LOCAL_IO];
-        area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);
-        // The terminals of M3 and M4 are four single outputs.
-        area.set_ft_motor_config(Motor::M3, false);
+        area.set_ft_uni_config(Input::I3, InputMode::Resistance, true);
+        // The terminals of M4 are two single outputs.
         area.set_ft_motor_config(Motor::M4, false);
     }
     handler.begin_transfer()?;
 
-    println!("Press I1 to end it.");
-    let mut played = 0;
-    let mut lit = LAMPS.len();
-    while example.goes_on() {
+    // Ctrl-C ends the loop.
+    let stopped = Arc::new(AtomicBool::new(false));
+    let on_ctrl_c = Arc::clone(&stopped);
+    ctrlc::set_handler(move || on_ctrl_c.store(true, Ordering::Relaxed))?;
+
+    println!("Press I3 to end it.");
+    let mut sounds = SOUNDS.into_iter().cycle();
+    let mut sound = "";
+    let mut shown = None;
+    while !stopped.load(Ordering::Relaxed) {
         let mut areas = handler.wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
-        if area.get_in_io_value_binary(Input::I1)? {
-            println!("I1 is pressed.");
+        if area.get_in_io_value_binary(Input::I3)? {
+            println!("I3 is pressed.");
             break;
         }
 
         // The next sound begins when the one before has been played.
         if area.is_sound_ready() {
-            area.set_sound(SOUNDS[played % SOUNDS.len()], 1)?;
-            played += 1;
+            if let Some(next) = sounds.next() {
+                area.set_sound(next, 1)?;
+                sound = next.name();
+            }
         }
 
-        // Each lamp is lit for a quarter of a second.
-        let next = usize::from(area.timer.timer_10ms / 25) % LAMPS.len();
-        if next == lit {
-            continue;
-        }
-        lit = next;
-        for (index, lamp) in LAMPS.into_iter().enumerate() {
-            area.set_out_pwm_values(lamp, if index == lit { DUTY_MAX } else { 0 })?;
-        }
-        // The console is slow, and the outputs leave when the areas are dropped.
+        // Each lamp is lit for half a second.
+        let first = area.timer.timer_10ms / 50 % 2 == 0;
+        area.set_out_pwm_values(Output::O7, if first { DUTY_MAX } else { 0 })?;
+        area.set_out_pwm_values(Output::O8, if first { 0 } else { DUTY_MAX })?;
+
+        // Printing is slow, and the outputs are sent after the guard is dropped.
         drop(areas);
-        print_state(lit, SOUNDS[(played - 1) % SOUNDS.len()]);
+        let now = Some((first, sound));
+        if now != shown {
+            shown = now;
+            println!(
+                "O7 {}  O8 {}  {sound}",
+                if first { "(*)" } else { "( )" },
+                if first { "( )" } else { "(*)" }
+            );
+        }
     }
 
-    // The end of the transfer switches the lamps off. A sound would play on.
+    // The end of the transfer switches the lamps off, but the sound would go on.
     handler.lock()[LOCAL_IO].set_sound(SILENCE, 1)?;
     handler.end_transfer()?;
     Ok(())
 }
 
-fn print_state(lit: usize, sound: Sound) {
-    let lamps: String =
-        (0..LAMPS.len()).map(|lamp| if lamp == lit { " *" } else { " ." }).collect();
-    println!("O5{lamps} O8   {}", sound.name());
-}
-
-fn simulated() -> common::Result<SimulatedTxtBuilder> {
-    let world = World::from_toml(include_str!("worlds/lamps.toml"))?;
-    Ok(SimulatedTxt::builder().world(world))
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
+    }
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }

@@ -1,85 +1,86 @@
-//! WLAN: a slide goes to and fro by distances, and goes on after its connection was lost. After each
-//! gap it looks for its start again, because its position is not known any more.
+//! WLAN: a slide moves back and forth by distances, and goes on after a lost connection. After each
+//! gap it looks for its start again, because its position is no longer known.
 //!
-//! Wiring: the slide's encoder motor on M1 and C1, a switch at its start on I1 (contacts 1 and 3).
-//! M1 counterclockwise moves it towards the switch; its way has to be longer than 300 pulses.
+//! Wiring: the slide's encoder motor on M3 and C3, a switch at its start on I4 (contacts 1 and 3).
+//! M3 counterclockwise moves it towards the switch. The slide needs a way of more than 300 pulses.
 //!
 //! ```text
-//! cargo run --example wlan                  # a simulated TXT that is away for three seconds
+//! cargo run --example wlan                  # a simulated TXT
 //! cargo run --example wlan -- 192.168.8.2   # a TXT on WLAN
-//! cargo run --example wlan -- --seconds 60 127.0.0.1:65000
+//!
+//! in your own project, where FOLDER is the folder of ft-transfer-area:
+//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ctrlc@3
 //! ```
 //!
-//! With a TXT of your own, leave the room with the PC, or switch the TXT off and on again. The sample
-//! ends when its time is up or on Ctrl-C, also in a gap, with the motor stopped.
+//! To lose the connection to a real TXT, leave the room with the PC, or switch the TXT off and on
+//! again. With the program simulated_txt, end it and start it again. Ctrl-C stops the motor and ends
+//! the sample, also in a gap.
 
-mod common;
-
-use std::process::ExitCode;
+use std::env;
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use common::Example;
-use ft_transfer_area::simulator::world::{Travel, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
-use ft_transfer_area::{
-    Error, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferAreaGuard,
-};
+use ft_transfer_area::{Error, FishX1Transfer, TimeLimits, TransferAreaComHandler};
 
-const USAGE: &str = "usage: wlan [--seconds N] [HOST[:PORT]]";
-
-/// A slow WLAN may need this long for an answer, because a lost packet is sent again. The
-/// controller gives up after 5 s without commands, so more does not help.
+/// A slow WLAN may need this long for a response, because a lost packet is sent again. The
+/// controller closes the connection after 5 s without commands, so more does not help.
 const READ_LIMIT: Duration = Duration::from_secs(4);
-/// The motor stops when this program hangs for so long. Longer than an answer may take.
+/// The motor stops when this program hangs for this time. Longer than a response may take.
 const WATCHDOG: Duration = Duration::from_secs(5);
-/// For how long a lost connection is made again.
+/// How long the handler tries to make a lost connection again.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(60);
 
-/// How many pulses the slide first moves away from its start, and then there and back.
+/// How many pulses the slide first moves away from its start, and then back and forth.
 const AWAY: u16 = 50;
 const PULSES: u16 = 250;
-/// No way takes longer, unless the slide is stuck.
-const WAY_LIMIT: Duration = Duration::from_secs(20);
+/// Every movement takes less time, unless the slide is stuck.
+const WAY_LIMIT: Duration = Duration::from_secs(10);
 
-fn main() -> ExitCode {
-    common::main(run)
-}
-
-fn run() -> common::Result {
-    let mut example = Example::start(USAGE, || Ok(simulated(100.0)))?;
-    if let Some(txt) = example.take_simulated() {
-        thread::spawn(|| make_gap(txt));
-    }
-    let handler = example
-        .handler()
-        .time_limits(TimeLimits { read: READ_LIMIT, ..TimeLimits::default() })
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (address, simulated) = controller()?;
+    let builder = TransferAreaComHandler::builder(address)
+        .time_limits(TimeLimits::default().with_read(READ_LIMIT))
         .watchdog(WATCHDOG)
-        .reconnect(RECONNECT_LIMIT)
-        .build()?;
+        .reconnect(RECONNECT_LIMIT);
+    let handler = Arc::new(builder.build()?);
     handler.begin_transfer()?;
 
-    // When the connection was lost, until it stands again.
+    // Ctrl-C ends the transfer, which stops the motors.
+    let on_ctrl_c = Arc::clone(&handler);
+    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    if let Some(txt) = simulated {
+        let handler = Arc::clone(&handler);
+        thread::spawn(move || switch_off_and_on(txt, &handler));
+    }
+
+    // When the connection was lost, while there is none.
     let mut lost: Option<Instant> = None;
-    while example.goes_on() {
+    loop {
         let result = match lost {
-            None => work(&example, &handler),
+            None => work(&handler),
             Some(since) => wait_for_connection(&handler, since),
         };
         match result {
             Ok(()) => lost = None,
-            // Not yet. Ctrl-C can end it between two waits.
-            Err(Error::WaitTimedOut { .. }) if lost.is_some() => {}
             Err(error @ Error::ConnectionLost { .. }) => {
                 println!("Lost: {error}.");
                 print_outputs(&handler.lock()[LOCAL_IO]);
                 lost = Some(Instant::now());
             }
-            // The connection stands, and the motor is stopped.
+            // The connection is fine, and the motor is stopped.
             Err(error @ Error::WatchdogExpired { .. }) => println!("Stopped: {error}."),
-            Err(error) => return Err(error.into()),
+            Err(error @ Error::WaitTimedOut { .. }) => {
+                println!("The slide does not arrive. Are M3, C3 and I4 plugged in?");
+                return Err(error.into());
+            }
+            // Ctrl-C, or an error that has ended the transfer.
+            Err(_) => break,
         }
     }
     let gaps = handler.statistics().gaps;
@@ -88,109 +89,76 @@ fn run() -> common::Result {
     Ok(())
 }
 
-/// Finds the start, and then goes there and back until the example is to end.
-fn work(example: &Example, handler: &TransferAreaComHandler) -> Result<(), Error> {
-    println!("M1 looks for the start.");
-    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M1)?;
-    handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, Direction::Ccw)?;
-    let is_at_start = |area: &FishX1Transfer| area.get_in_io_value_binary(Input::I1) == Ok(true);
-    let mut areas = wait(example, handler, is_at_start)?;
-    areas[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)?;
+/// Finds the start, and then moves back and forth until something is wrong.
+fn work(handler: &TransferAreaComHandler) -> Result<(), Error> {
+    println!("M3 looks for the start.");
+    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
+    handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M3, DUTY_MAX, Direction::Ccw)?;
+    let is_at_start =
+        |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_io_value_binary(Input::I4) == Ok(true);
+    let mut areas = handler.wait_until(is_at_start, WAY_LIMIT)?;
+    areas[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)?;
     drop(areas);
 
-    // The ways back end a little before the start, because it can't go beyond that.
-    drive(example, handler, Direction::Cw, AWAY)?;
-    while example.goes_on() {
-        drive(example, handler, Direction::Cw, PULSES)?;
-        drive(example, handler, Direction::Ccw, PULSES)?;
+    // The ways back end a little before the start, because the slide can't move beyond it.
+    drive(handler, Direction::Cw, AWAY)?;
+    loop {
+        drive(handler, Direction::Cw, PULSES)?;
+        drive(handler, Direction::Ccw, PULSES)?;
     }
-    Ok(())
 }
 
-/// Drives some pulses, unless the example is to end.
-fn drive(
-    example: &Example,
-    handler: &TransferAreaComHandler,
-    direction: Direction,
-    pulses: u16,
-) -> Result<(), Error> {
-    if !example.goes_on() {
-        return Ok(());
-    }
+/// Drives some pulses.
+fn drive(handler: &TransferAreaComHandler, direction: Direction, pulses: u16) -> Result<(), Error> {
     let way = if direction == Direction::Cw { "there" } else { "back" };
-    println!("M1 runs {pulses} pulses {way}.");
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(
-        Motor::M1,
-        DUTY_MAX,
-        direction,
-        &[],
-        pulses.into(),
-    )?;
-    // A way that is cut off never reads as done: this returns the error instead.
-    let area = wait(example, handler, |area| area.is_motor_ex_ready(Motor::M1))?[LOCAL_IO];
-    let end = if area.is_motor_ex_ready(Motor::M1) { "done" } else { "stopped" };
-    println!("  {end} after {} pulses.", area.get_in_cnt_count(Counter::C1));
+    println!("M3 runs {pulses} pulses {way}.");
+    let distance = pulses.into();
+    handler.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, DUTY_MAX, direction, &[], distance)?;
+    // An interrupted movement never reads as done: this returns the error instead.
+    let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M3, WAY_LIMIT)?;
+    println!("  done after {} pulses.", areas[LOCAL_IO].get_in_cnt_count(Counter::C3));
     Ok(())
 }
 
-/// Waits for a condition, or until the example is to end.
-///
-/// A cycle hook that does this would tell the watchdog that all is well, also when this hangs.
-fn wait<'a>(
-    example: &Example,
-    handler: &'a TransferAreaComHandler,
-    condition: impl Fn(&FishX1Transfer) -> bool,
-) -> Result<TransferAreaGuard<'a>, Error> {
-    handler.wait_until(|areas| !example.goes_on() || condition(&areas[LOCAL_IO]), WAY_LIMIT)
-}
-
-/// Waits a little for a connection that was lost.
+/// Waits for a new connection, at most as long as the handler tries.
 fn wait_for_connection(handler: &TransferAreaComHandler, since: Instant) -> Result<(), Error> {
-    let area = handler.wait_cycle_for(Duration::from_millis(100))?[LOCAL_IO];
+    let area = handler.wait_cycle()?[LOCAL_IO];
     println!("The connection is restored after {:.1} s.", since.elapsed().as_secs_f64());
     print_outputs(&area);
     Ok(())
 }
 
 fn print_outputs(area: &FishX1Transfer) {
-    let done = if area.is_motor_ex_ready(Motor::M1) { "done" } else { "not done" };
-    let [cw, ccw, ..] = area.output.duty;
-    println!("  M1 has duty {cw} and {ccw}; its last way reads as {done}.");
+    let done = if area.is_motor_ex_ready(Motor::M3) { "done" } else { "not done" };
+    let [.., cw, ccw, _, _] = area.output.duty;
+    println!("  M3 has duty {cw} and {ccw}; its last way reads as {done}.");
 }
 
-/// The slide of the default world, shorter and with a faster motor.
-fn simulated(position: f64) -> SimulatedTxtBuilder {
-    let mut world = World::default();
-    for motor in world.master.motors.values_mut() {
-        motor.top_speed = 9.0;
-        if let Some(slide) = &mut motor.slide {
-            (slide.travel, slide.position) = (Travel::Pulses(600.0), position);
-        }
+/// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
+fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+    if let Some(address) = env::args().nth(1) {
+        return Ok((address, None));
     }
-    SimulatedTxt::builder().world(world)
+    println!(
+        "No address is given, so this is a simulated TXT. Its buttons are pressed by a script."
+    );
+    let txt = SimulatedTxt::builder().world(World::default()).start()?;
+    Ok((txt.address().to_string(), Some(txt)))
 }
 
-/// Switches the simulated TXT off in the middle of a way, and three seconds later on again. The slide
-/// stays where it is meanwhile.
-fn make_gap(txt: SimulatedTxt) {
-    let is_on_its_way = |machine: &Machine| {
-        let outputs = &machine.controllers[LOCAL_IO].outputs;
-        let counted = machine.controllers[LOCAL_IO].counter[0];
-        machine.exchanges() > 200 && outputs.distance[0] > 0 && (100..200).contains(&counted)
-    };
-    txt.wait_until(Duration::MAX, is_on_its_way);
-    let (counted, position) = txt.with_machine(|machine| {
-        let slide = machine.world().and_then(|world| world.slide(LOCAL_IO, Motor::M1));
-        (machine.controllers[LOCAL_IO].counter[0], slide.unwrap_or_default())
-    });
+/// Switches the simulated TXT off for three seconds, and later ends the transfer.
+fn switch_off_and_on(txt: SimulatedTxt, handler: &TransferAreaComHandler) {
     let port = txt.port();
-    println!("[The simulated TXT is switched off. C1 has counted {counted} of {PULSES} pulses.]");
+    txt.wait_until(Duration::MAX, |machine| machine.exchanges() > 270);
+    println!("[The simulated TXT is switched off.]");
     drop(txt);
     thread::sleep(Duration::from_secs(3));
     println!("[It is switched on again.]");
-    match simulated(position).port(port).start() {
-        // It runs until the program ends.
-        Ok(txt) => drop(txt.wait_until(Duration::MAX, |_| false)),
+    match SimulatedTxt::builder().port(port).world(World::default()).start() {
+        Ok(txt) => {
+            txt.wait_until(Duration::MAX, |machine| machine.exchanges() > 300);
+            let _ = handler.end_transfer();
+        }
         Err(error) => eprintln!("{error}"),
     }
 }

@@ -1,26 +1,43 @@
 //! The one error type of the crate.
 
+mod io_error;
 mod message;
 
 use std::any::Any;
+use std::fmt;
 use std::io;
 use std::ops::RangeInclusive;
+#[cfg(feature = "simulator")]
+use std::path::PathBuf;
 use std::time::Duration;
 
+pub use io_error::IoError;
+
 use crate::firmware::FirmwareVersion;
+use crate::found::{FoundController, TriedAddress};
 use crate::terminals::{Input, Motor, Output};
 
 /// What can go wrong between a program and its controller.
 ///
-/// Every message is a sentence that says what happened and what to check. After an error that
-/// came while talking to the controller the connection is of no further use: a
+/// Every message is a sentence that says what happened and what to check. `Debug` shows the same
+/// sentence as `Display`, because Rust prints it when `main` returns an error:
+///
+/// ```
+/// # use ft_transfer_area::Error;
+/// assert_eq!(format!("{:?}", Error::NotStarted), "no transfer is running; call begin_transfer first");
+/// ```
+///
+/// The [`source`](std::error::Error::source) is the operating system's error or the error that led to
+/// this one, if any. The sentence contains it, too.
+///
+/// After an error in talking to the controller the connection can't be used any more: a
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
-/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until `begin_transfer` starts afresh;
-/// an [`I2cClient`](crate::I2cClient) connects anew at its next call.
-/// The errors that leave the connection as it was say so, and so do those after which a transfer goes on.
+/// [`TransferAreaComHandler`](crate::TransferAreaComHandler) until the next `begin_transfer`;
+/// an [`I2cClient`](crate::I2cClient) connects again at its next call.
+/// The errors that leave the connection usable say so, and so do those after which a transfer goes on.
 #[doc(alias = "FtErrors")]
 #[doc(alias = "ftxGetLibErrorString")]
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Error {
     /// A number of transfer areas outside 1..=9. Nothing was sent.
@@ -28,16 +45,16 @@ pub enum Error {
         /// How many areas were asked for.
         given: usize,
     },
-    /// A number that a call was given is out of its range. Nothing was changed, and nothing sent.
+    /// An argument is out of its range. Nothing was changed, and nothing sent.
     #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
     OutOfRange {
         /// What the number is for.
         what: &'static str,
         /// What was given.
         given: i64,
-        /// The least that there can be.
+        /// The lowest number allowed.
         least: i64,
-        /// The most that there can be.
+        /// The highest number allowed.
         most: i64,
     },
     /// The call is for a motor, but these outputs are configured as two single ones. Nothing was
@@ -54,6 +71,9 @@ pub enum Error {
         /// The output.
         output: Output,
     },
+    /// A motor command has 0 pulses. To turn motors without a distance, use
+    /// [`start_synchronised`](crate::FishX1Transfer::start_synchronised). Nothing was changed.
+    ZeroPulses,
     /// A motor command names this motor twice. Nothing was changed.
     MotorTwice {
         /// The motor.
@@ -69,7 +89,7 @@ pub enum Error {
         /// The input.
         input: Input,
     },
-    /// `begin_transfer` was called while a transfer is running, which goes on undisturbed.
+    /// `begin_transfer` was called while a transfer is running. That transfer goes on.
     #[doc(alias = "FTLIB_ERR_THREAD_IS_RUNNING")]
     AlreadyStarted,
     /// The call needs a running transfer, and there is none: call `begin_transfer` first.
@@ -80,18 +100,35 @@ pub enum Error {
         /// The command that was refused.
         command: &'static str,
     },
-    /// What a call waited for did not come about within its time limit. The transfer goes on.
+    /// What a call waited for did not happen within its time limit. The transfer goes on.
     WaitTimedOut {
         /// The limit that was given.
         limit: Duration,
     },
 
+    /// The controller's address is wrong: the host is missing, or no port follows the colon. Nothing was
+    /// sent.
+    BadAddress {
+        /// What was given.
+        given: String,
+    },
+    /// No controller was found, by the host `auto` or by
+    /// [`find_controllers`](crate::find_controllers). Nothing was started.
+    NoController {
+        /// The addresses that were tried, and what happened there.
+        tried: Vec<TriedAddress>,
+    },
+    /// The host `auto` means the only controller, and there are several. Nothing was started.
+    SeveralControllers {
+        /// Those that answered.
+        found: Vec<FoundController>,
+    },
     /// The host name has no address.
     HostNotFound {
         /// The name as it was given.
         host: String,
         /// What the operating system said.
-        reason: String,
+        cause: IoError,
     },
     /// The addresses of the host name were not found within the time limit for connecting.
     LookupTimedOut {
@@ -118,7 +155,7 @@ pub enum Error {
         /// Host and port.
         address: String,
         /// What the operating system said.
-        reason: String,
+        cause: IoError,
     },
 
     /// The controller did not take a command within the time limit for writing.
@@ -137,33 +174,31 @@ pub enum Error {
         /// How many bytes of the response had come in.
         received: usize,
     },
-    /// The controller closed the connection where a response was due.
+    /// The controller closed the connection instead of sending a response.
     ConnectionClosed {
         /// The command.
         command: &'static str,
         /// How many bytes of the response had come in.
         received: usize,
     },
-    /// A command could not be sent or its response not be read.
+    /// A command could not be sent, or its response could not be read.
     Io {
         /// The command.
         command: &'static str,
-        /// The kind of the operating system's error.
-        kind: io::ErrorKind,
         /// What the operating system said.
-        reason: String,
+        cause: IoError,
     },
 
-    /// A packet starts with another id than the one that is due.
+    /// A packet starts with another id than the expected one.
     WrongId {
-        /// The packet that was due.
+        /// The packet that was expected.
         packet: &'static str,
         /// Its id.
         expected: u32,
         /// The id that came.
         found: u32,
     },
-    /// A packet has another size than its kind has.
+    /// A packet has a wrong size for its kind.
     WrongSize {
         /// The packet.
         packet: &'static str,
@@ -181,21 +216,21 @@ pub enum Error {
         /// The limit.
         limit: usize,
     },
-    /// Compressed data ends before all words are told.
+    /// Compressed data ends before all words are there.
     DataEndsEarly {
-        /// How many words were due.
+        /// How many words were expected.
         expected: usize,
         /// How many the data held.
         found: usize,
     },
-    /// The checksum of expanded data is not the announced one.
+    /// The checksum of the expanded data differs from the announced one.
     WrongCrc {
         /// The checksum announced in the packet.
         announced: u32,
         /// The checksum of what came.
         computed: u32,
     },
-    /// The controller's firmware is older than this crate can talk to.
+    /// The controller's firmware is too old for this crate.
     FirmwareTooOld {
         /// The controller's version.
         found: FirmwareVersion,
@@ -203,7 +238,7 @@ pub enum Error {
         required: FirmwareVersion,
     },
 
-    /// `start_camera` was called while the camera is started, which goes on undisturbed.
+    /// `start_camera` was called while the camera is started. The camera goes on.
     CameraAlreadyStarted,
     /// The camera announces a frame of an implausible size.
     FrameSize {
@@ -212,7 +247,7 @@ pub enum Error {
         /// The limit that was set.
         limit: usize,
     },
-    /// A frame is no picture that can be mended or decoded. The next one may be.
+    /// A frame can't be repaired or decoded. The next one may be fine.
     BadPicture {
         /// What is wrong with it.
         reason: String,
@@ -220,15 +255,15 @@ pub enum Error {
 
     /// No I2C device answers at this address. The connection stays usable.
     ///
-    /// So says the simulated TXT. How a real controller says it is not known, and may come out as
-    /// another error.
+    /// The simulated TXT reports this. How a real controller reports it is not known; it may be another
+    /// error.
     I2cNoDevice {
-        /// The address, of 7 bits.
+        /// The 7-bit address.
         device: u8,
     },
 
-    /// A thread of the program panicked with the transfer area in its hands; the motors were
-    /// stopped and the transfer ended.
+    /// A thread of the program panicked while it used the transfer area. The motors were stopped and the
+    /// transfer ended.
     ProgramPanicked,
     /// The cycle hook did not return within its limit; the motors were stopped and the transfer ended. The
     /// hook is not called again, and its thread ends when it returns.
@@ -237,64 +272,89 @@ pub enum Error {
         limit: Duration,
     },
     /// The program showed no sign of life for the watchdog's limit: all outputs were set to 0, and what it
-    /// wrote since is gone. The transfer goes on, and so can the program.
+    /// wrote since is lost. The transfer goes on, and the program can go on, too.
     WatchdogExpired {
         /// The limit that was set.
         limit: Duration,
     },
-    /// The connection was lost and is made again: all outputs were set to 0, all commands forgotten, and
-    /// what the program wrote before is gone. The transfer goes on, and so can the program.
+    /// The connection was lost and is being made again: all outputs were set to 0, all commands forgotten,
+    /// and what the program wrote before is lost. The transfer goes on, and the program can go on, too.
     ConnectionLost {
         /// What went wrong with the connection.
         cause: Box<Error>,
     },
-    /// A lost connection could not be made again within the limit for that, and the transfer ended.
+    /// A lost connection could not be made again within the limit. The transfer ended.
     ReconnectFailed {
         /// The limit that was set.
         limit: Duration,
         /// What went wrong with the last attempt.
         cause: Box<Error>,
     },
-    /// A thread for the transfer, the camera or a host name could not be started, or ended by a
-    /// panic. The latter is a defect of this crate.
+    /// A thread for the transfer, the camera or a host name could not be started.
     #[doc(alias = "FTLIB_ERR_THREAD_NOT_STARTABLE")]
-    Thread {
-        /// What happened.
+    ThreadNotStarted {
+        /// What the operating system said.
+        cause: IoError,
+    },
+    /// A thread of this crate panicked, which is a bug in the crate.
+    ThreadPanicked {
+        /// What the panic said.
         reason: String,
     },
     /// A world for the simulated TXT has a mistake. Nothing was started.
+    #[cfg(feature = "simulator")]
     World {
-        /// The line of the file, counted from 1; 0 for a file that can't be read and for a world
-        /// that was built in code.
+        /// The line of the file, counted from 1; 0 for a world without a file.
         line: usize,
         /// What is wrong, and what was expected.
         reason: String,
     },
+    /// The file of a world for the simulated TXT can't be read. Nothing was started.
+    #[cfg(feature = "simulator")]
+    WorldNotRead {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: IoError,
+    },
     /// A simulated TXT could not be started: its port is taken, or the operating system refused
     /// a socket or a thread.
+    #[cfg(feature = "simulator")]
     SimulatorFailed {
         /// What the operating system said.
-        reason: String,
+        cause: IoError,
     },
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
 }
 
 impl std::error::Error for Error {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::ConnectionLost { cause } | Self::ReconnectFailed { cause, .. } => Some(cause),
+            Self::HostNotFound { cause, .. }
+            | Self::ConnectFailed { cause, .. }
+            | Self::Io { cause, .. }
+            | Self::ThreadNotStarted { cause } => Some(&**cause),
+            #[cfg(feature = "simulator")]
+            Self::WorldNotRead { cause, .. } | Self::SimulatorFailed { cause } => Some(&**cause),
             _ => None,
         }
     }
 }
 
 impl Error {
-    /// Errs unless a number is in its range.
+    /// Returns an error unless a number is in its range.
     pub(crate) fn check_range(
         what: &'static str,
         given: impl TryInto<i64>,
         range: RangeInclusive<i64>,
     ) -> Result<(), Self> {
-        // What does not fit is a number of things, and larger than any range.
+        // Only a count can be too large for an i64, and it is above any range.
         let given = given.try_into().unwrap_or(i64::MAX);
         if range.contains(&given) {
             return Ok(());
@@ -303,14 +363,14 @@ impl Error {
     }
 
     /// The error for a thread that could not be started.
-    pub(crate) fn not_started(error: &io::Error) -> Self {
-        Self::Thread { reason: error.to_string() }
+    pub(crate) fn not_started(error: io::Error) -> Self {
+        Self::ThreadNotStarted { cause: error.into() }
     }
 
-    /// The error for a thread that ended by a panic.
+    /// The error for a thread that panicked.
     pub(crate) fn from_panic(panic: &(dyn Any + Send)) -> Self {
         let text = panic.downcast_ref::<&str>().copied();
         let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-        Self::Thread { reason: text.unwrap_or("panic").to_owned() }
+        Self::ThreadPanicked { reason: text.unwrap_or("panic").to_owned() }
     }
 }

@@ -5,21 +5,21 @@ use std::fmt;
 /// A firmware version of the TXT, such as 4.1.6.
 ///
 /// The controller reports it as one number with a byte per part: `0x0401_0600` is 4.1.6
-/// (the kit's document, section QueryStatus). Versions compare in the order of their release.
+/// (the kit's document, section QueryStatus). A newer version is the greater one.
 ///
 /// ```
 /// use ft_transfer_area::FirmwareVersion;
 ///
 /// let version = FirmwareVersion::new(4, 6, 6);
-/// assert_eq!(version.to_string(), "4.6.6");
+/// assert_eq!((version.to_string(), format!("{version:?}")), ("4.6.6".into(), "4.6.6".into()));
 /// assert!(version > FirmwareVersion::OLDEST_SUPPORTED);
 /// assert_eq!(FirmwareVersion::from_code(0x0401_0600), FirmwareVersion::new(4, 1, 6));
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FirmwareVersion(u32);
 
 impl FirmwareVersion {
-    /// The oldest firmware this crate talks to: 4.1.6, for which the kit was published.
+    /// The oldest firmware that this crate supports: 4.1.6, for which the kit was published.
     pub const OLDEST_SUPPORTED: Self = Self::new(4, 1, 6);
 
     /// The first firmware whose compressed exchange carries the microphone values (4.2.4).
@@ -39,6 +39,13 @@ impl FirmwareVersion {
     #[doc(alias = "m_version")]
     pub const fn code(self) -> u32 {
         self.0
+    }
+}
+
+/// The same as its [`Display`](fmt::Display) form, `4.6.6`.
+impl fmt::Debug for FirmwareVersion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

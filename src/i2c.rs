@@ -1,49 +1,49 @@
-//! I2C devices behind the controller, over a connection of their own.
+//! I2C devices at the controller, over a connection of their own.
 
 use std::time::{Duration, Instant};
 
 use log::debug;
 
-use crate::client::{Connection, PacketNames, TimeLimits};
+use crate::client::{found_host, Connection, PacketNames, TimeLimits, PORT};
 use crate::error::Error;
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
-/// The greatest address of a device, which has 7 bits.
+/// The highest address of a device: it has 7 bits.
 const ADDRESS_MAX: i64 = 0x7F;
 
-/// The most bytes to write: their number has to fit into the request's command, too.
+/// The most bytes to write: their number is also the request's command, a byte.
 const WRITE_MAX: i64 = u8::MAX as i64;
 
 /// The most bytes to read.
 const READ_MAX: i64 = u16::MAX as i64;
 
-/// How old a connection's last request may be when the next goes out. The controller closes a
-/// connection that was silent for 5 s, and it should not do so with a request on its way.
+/// The maximum age of a connection's last request when the next goes out. The controller closes a
+/// connection that was silent for 5 s, and must not do so while a request is on its way.
 const SILENCE_LIMIT: Duration = Duration::from_secs(4);
 
-/// What errors call a request and its response.
+/// The names of a request and its response in errors.
 const NAMES: PacketNames =
     PacketNames { request: "an I2C request", response: I2cResponseHeader::NAME };
 
 /// Reads and writes the I2C devices that are plugged into the controller.
 ///
-/// Made by [`TransferAreaComHandler::i2c`](crate::TransferAreaComHandler::i2c), or by
-/// [`connect`](Self::connect) where there is no handler. Each call sends one request, waits for its
-/// response, and returns within the [`TimeLimits`]. It has a connection of its own (port 65002), so
-/// a running transfer goes on meanwhile.
+/// Get one from [`TransferAreaComHandler::i2c`](crate::TransferAreaComHandler::i2c), or from
+/// [`connect`](Self::connect) without a handler. Each call sends one request, waits for its response,
+/// and returns within the [`TimeLimits`]. The client has a connection of its own (port 65002), so a
+/// running transfer goes on meanwhile.
 ///
-/// The controller closes a connection that is silent for 5 s, and nothing could be sent that leaves
-/// every device as it is. So before each request the client looks whether the connection was closed
-/// or is silent for 4 s, and makes a new one if so. A program notices nothing of that, however long
-/// it pauses. It does the same after an error on the wire.
+/// The controller closes a connection that is silent for 5 s. No request is known that changes nothing
+/// in any device and could keep the connection open. So before each request the client makes a new
+/// connection if the old one was closed or has been silent for 4 s. A program may pause for any time
+/// and does not notice. The client also makes a new connection after an error on the wire.
 ///
-/// **No request is sent twice.** After an error of connecting nothing was sent. After another error
-/// on the wire it is not known whether the device has carried the request out; whether it may be
-/// repeated depends on the device.
+/// **No request is sent twice.** After an error of connecting, nothing was sent. After another error
+/// on the wire, it is not known whether the device has carried out the request. Whether a program may
+/// repeat it depends on the device.
 ///
-/// Only ftrobopy's use of this port is known. It connects while it is online and reads and writes
-/// registers with numbers of one byte, so whether a controller answers before `begin_transfer` is
-/// not known. The simulated TXT does.
+/// Only ftrobopy's use of this port is known: it connects while it is online, and reads and writes
+/// registers with numbers of one byte. It is not known whether a controller answers before
+/// `begin_transfer`. The simulated TXT does.
 ///
 /// ```no_run
 /// use ft_transfer_area::TransferAreaComHandler;
@@ -65,7 +65,7 @@ pub struct I2cClient {
     limits: TimeLimits,
     /// `None` after an error on the wire.
     connection: Option<Connection>,
-    /// When the connection had its last request, or was made.
+    /// When the last request was sent, or the connection was made.
     last_request: Instant,
     request: Vec<u8>,
     response: Vec<u8>,
@@ -74,32 +74,36 @@ pub struct I2cClient {
 impl I2cClient {
     /// Connects to the controller. Blocks up to `limits.connect`.
     ///
-    /// `host` is a name or a numeric address; `port` is 65002 for a real controller. For devices
-    /// that take long, allow a longer time for reading.
+    /// `host` is a name or a numeric address, and `port` is 65002 for a real controller. An I2C port
+    /// after the host replaces `port`: `"192.168.7.2:65002"`, `"[::1]:65002"`. The host `auto` means the
+    /// only controller that [`find_controllers`](crate::find_controllers) finds. For slow devices, set a
+    /// longer time limit for reading.
     ///
     /// # Errors
     ///
-    /// [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
-    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::Thread`] when no thread
+    /// [`Error::NoController`] or [`Error::SeveralControllers`] for `auto`;
+    /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
+    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
     /// could be started to look for a host name.
     #[doc(alias = "InitI2C")]
     #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
+        let host = found_host(host, PORT, limits.connect)?;
         Ok(Self {
-            host: host.to_owned(),
+            connection: Some(Connection::connect(&host, port, limits)?),
+            host,
             port,
             limits,
             last_request: Instant::now(),
-            connection: Some(Connection::connect(host, port, limits)?),
             request: Vec::new(),
             response: Vec::new(),
         })
     }
 
-    /// Reads a device's register, and with a longer buffer those behind it, as most devices do.
+    /// Reads a device's register. With a longer buffer, most devices also send the next registers.
     /// Blocks until the response.
     ///
-    /// `device` is the address of 7 bits, 0..=127; `buffer` has 1 to 65535 bytes and is filled, or
+    /// `device` is the address of 7 bits, 0..=127. `buffer` has 1 to 65535 bytes. It is filled, or
     /// after an error unchanged.
     ///
     /// # Errors
@@ -114,8 +118,8 @@ impl I2cClient {
         self.transact(device, &[register], &[], buffer)
     }
 
-    /// Writes values into a device's register, and with more than one into those behind it, as most
-    /// devices do. Blocks until the response.
+    /// Writes a value into a device's register. Most devices write further values into the next
+    /// registers. Blocks until the response.
     ///
     /// `device` is the address of 7 bits, 0..=127; there are 1 to 254 values.
     ///
@@ -131,12 +135,12 @@ impl I2cClient {
         self.transact(device, &[register], values, &mut [])
     }
 
-    /// Writes bytes to a device, then reads. For devices without registers, or with numbers of
-    /// registers that are longer than a byte. Blocks until the response.
+    /// Writes bytes to a device, then reads. For devices without registers, or with register numbers
+    /// longer than a byte. Blocks until the response.
     ///
-    /// `device` is the address of 7 bits, 0..=127. There are 1 to 255 bytes to write, because no
-    /// client is known that reads without writing first, and 0 to 65535 to read; `read` is filled,
-    /// or after an error unchanged.
+    /// `device` is the address of 7 bits, 0..=127. `write` has 1 to 255 bytes, because no client is
+    /// known that reads without writing first. `read` has 0 to 65535 bytes. It is filled, or after an
+    /// error unchanged.
     ///
     /// # Errors
     ///
@@ -151,8 +155,8 @@ impl I2cClient {
         self.transact(device, write, &[], read)
     }
 
-    /// Sends a request to write these bytes and those behind them, and fills the buffer from its
-    /// response.
+    /// Sends a request to write the bytes of `write` and then those of `behind`, and fills the buffer
+    /// from its response.
     fn transact(
         &mut self,
         device: u8,
@@ -163,7 +167,7 @@ impl I2cClient {
         Error::check_range("I2C device's address", device, 0..=ADDRESS_MAX)?;
         let write_len = write.len() + behind.len();
         let header = I2cRequestHeader {
-            // These fit, as the callers have checked.
+            // These fit: the callers have checked them.
             command: write_len as u8,
             device: device.into(),
             write_len: write_len as u32,
@@ -174,13 +178,13 @@ impl I2cClient {
         self.request.extend_from_slice(write);
         self.request.extend_from_slice(behind);
         let expected = I2cResponseHeader::LEN + buffer.len();
-        // A byte more, by which a longer response shows.
+        // A byte more, to detect a longer response.
         self.response.resize(expected + 1, 0);
 
         let mut connection = self.take_connection()?;
         self.last_request = Instant::now();
         let size = |start: &[u8]| response_size(start, expected);
-        // After an error bytes of the response may still come, so the connection is not kept.
+        // After an error, bytes of the response may still come, so the connection is not kept.
         connection.transact(NAMES, &self.request, &mut self.response, size)?;
         self.connection = Some(connection);
         if self.response.starts_with(&I2C_NO_DEVICE) {
@@ -190,7 +194,7 @@ impl I2cClient {
         Ok(())
     }
 
-    /// The connection if it is still good, or else a new one.
+    /// The connection if it is still usable, or else a new one.
     fn take_connection(&mut self) -> Result<Connection, Error> {
         let is_young = self.last_request.elapsed() < SILENCE_LIMIT;
         let connection = self.connection.take();
@@ -203,8 +207,8 @@ impl I2cClient {
     }
 }
 
-/// A client to which these pieces come, with a signal in place of an empty one, and then the end of
-/// the connection; and what it has sent so far.
+/// A client that receives these pieces (an empty one is a signal) and then the end of the connection;
+/// and what it has sent so far.
 #[cfg(feature = "__fuzzing")]
 pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
@@ -220,8 +224,8 @@ pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
     (client, move || server.state().written.clone())
 }
 
-/// The size of a response of which the first bytes have come in, once they tell it. `expected` is
-/// that of a success.
+/// The size of a response, as soon as its first bytes show it. `expected` is the size of a successful
+/// response.
 fn response_size(start: &[u8], expected: usize) -> Result<Option<usize>, Error> {
     let Some(header) = start.get(..I2cResponseHeader::LEN) else { return Ok(None) };
     if header == I2C_NO_DEVICE {
@@ -241,7 +245,7 @@ mod tests {
     use super::*;
     use crate::client::scripted::{storm, Script, Scripted, LIMITS};
 
-    /// What a client says whose connection has this script, and how long it took.
+    /// The result of a client whose connection has this script, and how long it took.
     fn write_over(reads: Script, writes: Script) -> (Result<(), Error>, Duration) {
         let (mut client, _streams) = client_of(1);
         let transport = Scripted::new(reads, writes);
@@ -272,8 +276,8 @@ mod tests {
         assert!(transport.state().written.is_empty());
     }
 
-    /// A client of a controller that answers to so many requests, and the controller's side of each
-    /// connection. Every register of a connection holds its number, counted from 0.
+    /// A client of a controller that answers this number of requests, and the controller's side of each
+    /// connection. Every register holds the number of the connection, counted from 0.
     fn client_of(requests: u32) -> (I2cClient, mpsc::Receiver<TcpStream>) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();

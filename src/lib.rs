@@ -1,6 +1,6 @@
 //! Control a fischertechnik ROBOTICS TXT controller from a PC.
 //!
-//! A background thread keeps a TX-compatible transfer area in step with the controller, about 100
+//! A background thread exchanges a TX-compatible transfer area with the controller, about 100
 //! times a second. The program reads inputs from it and writes outputs into it:
 //!
 //! ```
@@ -14,13 +14,13 @@
 //!         let mut areas = handler.wait_cycle()?; // the inputs of the newest exchange
 //!         let pressed = areas[LOCAL_IO].input.uni[0] != 0; // I1
 //!         areas[LOCAL_IO].output.duty[0] = if pressed { 512 } else { 0 }; // M1
-//!     } // the guard is dropped, and the outputs leave with the next exchange
+//!     } // the guard is dropped: the outputs go out with the next exchange
 //!     handler.end_transfer() // motors off
 //! }
 //!
 //! # #[cfg(feature = "simulator")]
 //! # fn main() -> Result<(), Error> {
-//! // The real one is at 192.168.7.2 (USB), port 65000; this one needs no controller.
+//! // A real TXT is at 192.168.7.2 (USB), port 65000. This one is simulated.
 //! let txt = ft_transfer_area::simulator::SimulatedTxt::builder().start()?;
 //! run("127.0.0.1", txt.port())
 //! # }
@@ -30,76 +30,94 @@
 //!
 //! # Which part to use
 //!
-//! | to | use |
+//! | task | use |
 //! |---|---|
 //! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
 //! | port the calls of the TX library or of FtTxtLib | [`tx`] |
-//! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and its like |
-//! | hear of what changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
+//! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and the other waits |
+//! | be told of changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
+//! | be told when a motor is blocked | [`TransferAreaComHandler::set_stall_limit`] |
+//! | measure the time between two responses, and count missed ones | [`TransferAreaGuard::arrived`] and [`cycle`](TransferAreaGuard::cycle) |
+//! | control several controllers in one loop | [`TransferArea::wait_any`] |
 //! | stop the motors when the program hangs | [`TransferAreaComHandlerBuilder::watchdog`] |
-//! | go on after a lost connection, as on a slow WLAN | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
+//! | continue after a lost connection, as on a slow WLAN | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
 //! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
 //! | port a C program with a loop around `DoTransferCompressed` | [`TxtClient::do_transfer`] with an [`Exchange`] |
 //! | send single commands, without a transfer area | [`TxtClient`] |
-//! | drive the exchange over a connection of your own | [`Exchange`] |
+//! | exchange over a connection of your own | [`Exchange`] |
 //! | look at the bytes | [`wire`] |
-//! | see through the camera | [`TransferAreaComHandler::start_camera`] |
+//! | find controllers | the host `auto`, or [`find_controllers`] |
+//! | get the camera's pictures | [`TransferAreaComHandler::start_camera`] |
 //! | read and write I2C devices | [`TransferAreaComHandler::i2c`], or an [`I2cClient`] alone |
-//! | develop and test without a controller | `simulator` (feature `simulator`) |
+//! | develop and test without a controller | `simulator` (feature `simulator`), with [`TransferAreaComHandlerBuilder::lock_step`] for the same result in each run |
 //!
-//! The crate is a port of the C-Programming Kit 4.1.6; searching this documentation for the kit's
-//! names finds their places here, and `docs/porting.md` in the repository has them all. Where the
-//! kit has a mistake, `docs/protocol.md` says what it is and what happens here instead.
+//! The crate is a port of the C-Programming Kit 4.1.6. Search this documentation for a name of the
+//! kit to find its place here; [`guide::porting`] lists them all. Where the kit has a mistake,
+//! [`guide::protocol`] says what it is and what this crate does instead.
 //!
 //! # Blocking
 //!
-//! Calls block, as in the kit: a control loop is a sequence of steps, and there is one connection
-//! whose pace the controller sets. [`TimeLimits`] bound every step on the wire, so nothing waits
-//! for a controller for ever.
+//! Calls block, as in the kit: a control loop is a sequence of steps, and the controller sets the
+//! pace of the one connection. [`TimeLimits`] bound every step on the wire, so nothing waits for a
+//! controller for ever.
 //!
 //! # Errors and the machine
 //!
-//! Whatever comes over the network or from a caller's argument ends in an [`Error`], never in a
-//! panic. One mistake of a program panics, with a sentence that says what to write instead: a thread
-//! that locks the areas while it holds them, because it would wait for itself for ever.
+//! Bad data from the network and bad arguments give an [`Error`], never a panic. Two mistakes of a
+//! program panic, with a message that says what to write instead: a thread that locks the areas while
+//! it holds them, because it would wait for itself for ever, and an index beyond the handler's areas.
 //!
-//! However a transfer ends, its motors are stopped as far as the connection still allows, and by the
-//! controller where it does not: at once when the connection is closed, as that of a program that is
-//! killed, and after about 5 s of silence. A panic ends the transfer [where it can be
+//! Whatever ends a transfer, its motors stop. The last exchange stops them if the connection still works.
+//! Otherwise the controller stops them: immediately when the connection is closed, also when the
+//! program is killed, or after about 5 s of silence. A panic ends the transfer [where it can be
 //! seen](TransferArea#when-a-thread-panics), and so does a cycle hook that does not return within its
-//! [limit](TransferAreaComHandlerBuilder::hook_limit). A program that hangs elsewhere is a matter for
-//! the [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off unless it is set.
+//! [limit](TransferAreaComHandlerBuilder::hook_limit). For a program that hangs elsewhere there is the
+//! [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
 //!
 //! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What
 //! was written before moves no motor afterwards, and a command that was cut off never reads as done.
-//! [When outputs count](TransferArea#when-outputs-count) again is a matter of what the program knows.
+//! Outputs [count again](TransferArea#when-outputs-count) when the program knows what happened.
 //!
-//! `docs/reliability.md` in the repository tells of each fault what the program sees and how soon.
+//! [`guide::reliability`] lists for each fault what the program sees and how soon.
 //!
 //! # Logging
 //!
-//! Through the `log` crate. `error`: the transfer ended by an error. `warn`: the connection is lost and
-//! made again, the watchdog has expired, the camera's stream ended by an error, or a duty is out of its
-//! range. `info`: which controller was reached, connected again, a transfer or stream ended. `debug`: an
-//! attempt to connect again failed, or an I2C connection was made anew. The simulated TXT also uses
-//! `warn` for what a client does wrong, `info` for what else it does, and `trace` for each exchange.
+//! The crate logs through the `log` crate. `error`: the transfer ended with an error. `warn`: the
+//! connection is lost and is being made again, the watchdog has expired, the camera's stream ended with
+//! an error, or a duty is out of range. `info`: which controller was reached, connected again, a transfer
+//! or stream ended. `debug`: an attempt to connect again failed, or an I2C connection was made again. The
+//! simulated TXT also uses `warn` for a client's mistakes, `info` for its other actions, and `trace` for
+//! each exchange.
+//!
+//! # Features
+//!
+//! All are off by default.
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `simulator` | the module `simulator`: a simulated TXT in the same process, to test and run programs without a controller |
 //!
 //! # Dependencies
 //!
-//! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has the locks that a
-//! thread can wait on with a limit, `crossbeam-channel` hands over events and camera frames,
-//! `jpeg-decoder` decodes these, and `log` takes the lines above. With the feature `simulator`
-//! only, `jpeg-encoder` encodes what the simulated camera sees, and `serde` and `toml` read the
-//! files of its worlds.
+//! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has locks on which a
+//! thread can wait with a limit, `crossbeam-channel` hands over events and camera frames,
+//! `jpeg-decoder` decodes the frames, and `log` takes the log's lines. Only with the feature `simulator`:
+//! `jpeg-encoder` encodes the simulated camera's pictures, and `toml` reads the files of its worlds.
+
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod camera;
+pub mod channel;
 mod client;
 mod error;
 mod exchange;
 mod firmware;
+mod found;
 #[cfg(feature = "__fuzzing")]
 #[doc(hidden)]
 pub mod fuzzing;
+#[cfg(any(doc, doctest))]
+pub mod guide;
 mod handler;
 mod i2c;
 mod pause;
@@ -111,23 +129,19 @@ pub mod tx;
 pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, Picture, PowerLine};
-pub use client::{TimeLimits, TxtClient, PORT};
-pub use error::Error;
+pub use client::{find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT};
+pub use error::{Error, IoError};
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
+pub use found::{ConnectionKind, FoundController, TriedAddress};
 pub use handler::{
-    Event, EventKind, Events, Joystick, Statistics, TransferArea, TransferAreaComHandler,
-    TransferAreaComHandlerBuilder, TransferAreaGuard,
+    Event, EventKind, Events, Joystick, Statistics, TimedEvent, TransferArea,
+    TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferAreaGuard,
 };
 pub use i2c::I2cClient;
 pub use transfer_area::FishX1Transfer;
 
-/// The README's programs are tested along with the documentation.
+/// The README's programs are tested with the documentation.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
-
-/// So are those of the porting guide.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/porting.md")]
-struct Porting;

@@ -1,35 +1,36 @@
 //! Waits that end on time.
 //!
 //! On Windows a wait on a condition variable that has a limit ends with a tick of the system's
-//! clock, which comes every 15.6 ms by default: too coarse for a controller's pace of 10 ms.
+//! clock, which comes every 15.6 ms by default: too coarse for a controller's cycle of 10 ms.
 //! `thread::sleep` has a timer of high resolution there, but nothing can wake it. So the last part
-//! of a wait is held by short sleeps, with a look at the condition after each.
+//! of a wait is made of short sleeps, with a check of the condition after each.
 
 use std::thread;
 use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, MutexGuard};
 
-/// When a wait on a condition variable ends whose limit has come.
+/// How exactly a wait on a condition variable ends at its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Clock {
-    /// Well within a millisecond of its limit.
+    /// Well within a millisecond.
     Fine,
-    /// With a tick that may be [`COARSE`] away.
+    /// With a tick that may be [`COARSE`] later.
     Coarse,
 }
 
 /// More than two ticks of a coarse clock.
 const COARSE: Duration = Duration::from_millis(40);
 
-/// How long a sleep lasts that stands in for a wait, so how late the condition may be seen.
+/// How long each of the short sleeps is, so how late the condition may be seen.
 const NAP: Duration = Duration::from_micros(500);
 
 impl Clock {
-    /// That of the system which this is compiled for.
+    /// The clock of the system that this is compiled for.
     pub(crate) const OF_SYSTEM: Self = if cfg!(windows) { Self::Coarse } else { Self::Fine };
 
-    /// Waits for news, but not beyond the deadline; tells whether that has come. May end without either.
+    /// Waits for news, but not beyond the deadline; returns whether the deadline has passed. May end
+    /// without either.
     pub(crate) fn wait_until<T>(
         self,
         news: &Condvar,
@@ -48,8 +49,8 @@ impl Clock {
         left.is_zero()
     }
 
-    /// Waits as long as the condition holds, at most so long. The condition is looked at first, and
-    /// whenever there are news.
+    /// Waits as long as the condition holds, but not longer than `limit`. The condition is checked first,
+    /// and after each piece of news.
     #[cfg(feature = "simulator")]
     pub(crate) fn wait_while_for<T>(
         self,
@@ -79,7 +80,7 @@ mod tests {
     /// Far more than any test takes.
     const LONG: Duration = Duration::from_secs(3600);
 
-    /// How often the condition is looked at in a wait of so long that nothing ends.
+    /// How often the condition is checked in a wait of this length that nothing else ends.
     fn looks(clock: Clock, limit: Duration) -> usize {
         let mut looks = 0;
         let begin = Instant::now();

@@ -1,4 +1,4 @@
-//! The terminals of a controller, by the names that are printed on the box.
+//! The terminals of a controller, by the names that are printed on its case.
 
 use std::fmt;
 
@@ -7,7 +7,6 @@ macro_rules! terminals {
     ($(#[$about:meta])* $name:ident: $($terminal:ident),+; $index:literal) => {
         $(#[$about])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        #[cfg_attr(feature = "simulator", derive(serde::Deserialize))]
         #[allow(missing_docs, reason = "the names are those on the controller")]
         pub enum $name {
             $($terminal),+
@@ -32,33 +31,35 @@ macro_rules! terminals {
 }
 
 terminals! {
-    /// A universal input.
+    /// A universal input. Closed on purpose: a controller has these eight.
     #[doc(alias = "idxIO")]
     Input: I1, I2, I3, I4, I5, I6, I7, I8;
-    "Where its value is in [`Input::uni`](crate::transfer_area::Input::uni), 0..=7."
+    "Its index in [`InputValues::uni`](crate::transfer_area::InputValues::uni), 0..=7."
 }
 
 terminals! {
-    /// A counter input. An encoder motor's encoder is plugged into the one with its number.
+    /// A counter input. The encoder of a motor is plugged into the counter with the motor's number.
+    /// Closed on purpose: a controller has these four.
     Counter: C1, C2, C3, C4;
-    "Where its value is in [`Input::counter`](crate::transfer_area::Input::counter), 0..=3."
+    "Its index in [`InputValues::counter`](crate::transfer_area::InputValues::counter), 0..=3."
 }
 
 terminals! {
-    /// A motor output: the pair of outputs 2*m* and 2*m* + 1. Its encoder is plugged into the counter
-    /// with the same number.
+    /// A motor output: a pair of outputs, O1 and O2 for M1. Its encoder is plugged into the counter with
+    /// the same number. Closed on purpose: a controller has these four.
     Motor: M1, M2, M3, M4;
-    "Where its distance is in [`Output::distance`](crate::transfer_area::Output::distance), 0..=3."
+    "Its index in [`OutputValues::distance`](crate::transfer_area::OutputValues::distance), 0..=3."
 }
 
 terminals! {
-    /// A single output. O1 and O2 are the terminals of M1, O3 and O4 those of M2, and so on.
+    /// A single output. O1 and O2 are the terminals of M1, O3 and O4 those of M2, and so on. Closed on
+    /// purpose: a controller has these eight.
     Output: O1, O2, O3, O4, O5, O6, O7, O8;
-    "Where its duty is in [`Output::duty`](crate::transfer_area::Output::duty), 0..=7."
+    "Its index in [`OutputValues::duty`](crate::transfer_area::OutputValues::duty), 0..=7."
 }
 
 impl Motor {
-    /// The counter that its encoder is plugged into.
+    /// The counter for its encoder.
     pub const fn counter(self) -> Counter {
         Counter::ALL[self.index()]
     }
@@ -70,7 +71,7 @@ impl Motor {
 }
 
 impl Output {
-    /// The motor output that has this terminal too.
+    /// The motor output that this terminal belongs to.
     pub const fn motor(self) -> Motor {
         Motor::ALL[self.index() / 2]
     }

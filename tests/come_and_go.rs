@@ -1,5 +1,5 @@
-//! Ten thousand clients at each port leave nothing behind. A program of its own, because memory and
-//! files are counted.
+//! Ten thousand clients at each port leak nothing. This is a separate program, because memory and files
+//! are counted.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpStream};
@@ -13,16 +13,16 @@ use ft_transfer_area::{TimeLimits, TxtClient};
 /// Longer than anything takes on a busy machine.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// In each round a thousand clients come to each port.
+/// In each round a thousand clients connect to each port.
 const ROUNDS: usize = 10;
 
-/// What is less in a round is no leak, in KiB: 8 bytes for each client of one port.
+/// Less growth in a round is no leak, in KiB: 8 bytes for each client of one port.
 const NO_GROWTH: u64 = 8;
 
 const SMALL_PICTURE: StartCameraOnline =
     StartCameraOnline { width: 16, height: 16, framerate: 1000, power_line_frequency: 50 };
 
-/// To a device that is not there.
+/// To a missing device.
 const I2C_REQUEST: [u8; 16] = [0xB9, 0xDB, 0x3B, 0x39, 1, 0, 0, 0, 0x18, 0, 0, 0, 0, 0, 0, 0];
 
 fn client(txt: &SimulatedTxt) -> TxtClient {
@@ -35,15 +35,15 @@ fn connect(port: u16) -> TcpStream {
     stream
 }
 
-/// Connects, says something and leaves without an answer, 500 times.
+/// Connects, sends something and leaves without an answer, 500 times.
 ///
-/// A client that leaves first and in peace keeps its port busy for a minute. Those who leave with an
-/// answer unread don't, so that the tests after this one find ports.
+/// A client that closes first in the normal way keeps its port busy for a minute. A client that leaves an
+/// answer unread does not, so the tests after this one find free ports.
 fn come_and_go(port: u16, words: &[u8]) {
     for number in 0..500 {
         let mut stream = connect(port);
         match number % 50 {
-            // Now and then one waits for its end, lest the system's queue overflow.
+            // Now and then a client waits for its end, so that the system's queue does not overflow.
             0 => {
                 let _ = stream.shutdown(Shutdown::Write);
                 match io::copy(&mut stream, &mut io::sink()) {
@@ -51,16 +51,16 @@ fn come_and_go(port: u16, words: &[u8]) {
                     Err(error) => assert_eq!(error.kind(), ErrorKind::ConnectionReset),
                 }
             }
-            // These say nothing, or not enough.
+            // These send nothing, or not enough.
             1 => {}
             2 => drop(stream.write_all(&words[..3])),
-            // Who was refused can't say anything.
+            // A refused client can't send anything.
             _ => drop(stream.write_all(words)),
         }
     }
 }
 
-/// Clients come to all ports, while another one is online with its camera on, and while none is.
+/// Clients connect to all ports, while another one is online with its camera on, and while none is.
 fn round(txt: &SimulatedTxt) {
     let come = || {
         thread::scope(|scope| {
@@ -77,7 +77,7 @@ fn round(txt: &SimulatedTxt) {
     first.query_status().unwrap();
 }
 
-/// Whether each port serves.
+/// Fails unless each port serves.
 fn assert_serves(txt: &SimulatedTxt) {
     let mut client = client(txt);
     client.start_online().unwrap();
@@ -90,7 +90,7 @@ fn assert_serves(txt: &SimulatedTxt) {
     i2c.read_exact(&mut [0; 12]).unwrap();
 }
 
-/// Memory that this process has for itself in KiB, where the system tells.
+/// The private memory of this process in KiB, if the system reports it.
 fn memory() -> Option<u64> {
     let rollup = std::fs::read_to_string("/proc/self/smaps_rollup").ok()?;
     let kib = |name: &str| -> Option<u64> {
@@ -100,7 +100,7 @@ fn memory() -> Option<u64> {
     Some(kib("Anonymous:")? + kib("Swap:")?)
 }
 
-/// Open files of this process, where the system tells.
+/// The open files of this process, if the system reports them.
 fn open_files() -> Option<usize> {
     Some(std::fs::read_dir("/proc/self/fd").ok()?.count())
 }
@@ -122,7 +122,7 @@ fn ten_thousand_clients_come_and_go_at_each_port_and_the_next_is_served() {
     println!("{refused} clients were refused, {frames} camera frames sent");
     assert!(refused > 0 && frames > 0);
     println!("KiB after each round: {memory_after:?}");
-    // A leak grows in most rounds, an allocator that changes its mind in one or two.
+    // A leak grows in most rounds; an allocator's growth shows in one or two.
     let mut grown: Vec<u64> =
         memory_after.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
     grown.sort_unstable();

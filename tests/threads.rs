@@ -1,10 +1,10 @@
-//! No failure leaves a thread behind. A program of its own, because threads are counted.
+//! No failure leaves a thread running. This is a separate program, because threads are counted.
 #![cfg(target_os = "linux")]
 
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{find_controllers_at, TransferAreaComHandler};
 
 #[test]
 fn no_thread_is_left_after_an_end_or_a_failure() {
@@ -25,8 +25,13 @@ fn no_thread_is_left_after_an_end_or_a_failure() {
         assert_eq!(handler.end_transfer(), result);
     }
     assert_eq!(failures, 8);
+    // The search for controllers, also where none answers.
+    let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let addresses = [txt.port(), silent.local_addr().unwrap().port(), 1];
+    let addresses = addresses.map(|port| format!("127.0.0.1:{port}"));
+    assert_eq!(find_controllers_at(&addresses, Duration::from_secs(1)).unwrap().len(), 1);
     drop(txt);
-    // The operating system removes a thread from its list a moment after it was joined.
+    // The operating system removes a thread from its list shortly after it was joined.
     let deadline = Instant::now() + Duration::from_secs(10);
     while thread_names() != before && Instant::now() < deadline {
         std::thread::yield_now();

@@ -3,16 +3,16 @@
 //! ```text
 //! cargo run --example simulated_txt                            # ports 65000 to 65002
 //! cargo run --example simulated_txt -- --port 0 --extensions 1 # free ports, one extension
-//! cargo run --example simulated_txt -- --world kit             # what the kit's sample is wired to
-//! cargo run --example simulated_txt -- --world examples/worlds/everything.toml
+//! cargo run --example simulated_txt -- --world car             # another world than the default one
+//! cargo run --example simulated_txt -- --world src/simulator/worlds/everything.toml
 //! cargo run --example simulated_txt -- --fault crc@exchange:100
 //! cargo run --example simulated_txt -- --help
 //! ```
 //!
-//! It prints where it listens, one port a line, and serves one client after another until Ctrl-C.
-//! Lines that are typed while it runs change its inputs: `I3 1` presses the button of the slide's
-//! world. It warns of clients that do something wrong; with `RUST_LOG=info` it tells who connects
-//! and what they do, too. `docs/simulator.md` has it all.
+//! It prints where it listens, one port per line, and serves one client after another until Ctrl-C.
+//! Lines that you type while it runs change its inputs: `I3 1` presses a button. It warns about clients
+//! that do something wrong. With `RUST_LOG=info` it also tells who connects and what clients do.
+//! `docs/simulator.md` describes everything.
 
 mod options;
 mod typed;
@@ -52,7 +52,7 @@ fn main() -> ExitCode {
 fn run(txt: SimulatedTxtBuilder) -> Result<(), Box<dyn Error>> {
     let (sender, interrupted) = mpsc::channel();
     ctrlc::set_handler(move || {
-        // When nobody receives any more, the program is about to end anyway.
+        // Without a receiver the program is already ending.
         let _ = sender.send(());
     })?;
 
@@ -63,12 +63,12 @@ fn run(txt: SimulatedTxtBuilder) -> Result<(), Box<dyn Error>> {
 
     let typed = Arc::downgrade(&txt);
     thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;
-    // Clients are served meanwhile. The sender lives as long as the program.
+    // Clients are served while this waits. The sender lives as long as the program.
     let _ = interrupted.recv();
     Ok(())
 }
 
-/// Carries typed lines out. Without a keyboard, or at its end, the program just goes on.
+/// Carries out typed lines. Without a keyboard, or at the end of the input, the program just goes on.
 fn read_lines(txt: &Weak<SimulatedTxt>) {
     for line in io::stdin().lines() {
         let (Ok(line), Some(txt)) = (line, txt.upgrade()) else { return };

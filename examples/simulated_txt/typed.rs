@@ -13,21 +13,21 @@ use ft_transfer_area::wire::IrRemote;
 
 pub(crate) const HELP: &str = "\
 I1 1 to I8 1                     presses what is plugged in there, or sets its value: ohms, mV, cm,
-                                 degrees Celsius, percent of light; in no world the input itself
+                                 degrees Celsius, percent of light; without a world the input itself
 C1 1 to C4 1                     sets the level of a counter input
 E1.I2 0, E1.C1 1                 the same on an extension
-E1 0, E1 1                       cuts an extension off, plugs it in again
+E1 0, E1 1                       unplugs an extension, plugs it in again
 IR1 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and y, right x and y
                                  (-15 to 15), 1 for ON, 2 for OFF, 3 for both; the DIP switches
-                                 of IR1 to IR4 are off off, on off, off on, on on; in no world
-                                 the last number has 4 and 8 for them, and IR0 is any remote
+                                 of IR1 to IR4 are off off, on off, off on, on on; without a world
+                                 4 and 8 in the last number are these switches, IR0 is any remote
 I2C 24 63 7                      sets a register of an I2C device: address, register, value";
 
 /// The DIP switches of a remote, in the bits that it sends.
 const DIP1: u8 = 4;
 const DIP2: u8 = 8;
 
-/// Does what a line says; otherwise a sentence that tells what is wrong with it.
+/// Carries out a line. The error is a sentence that says what is wrong with it.
 pub(crate) fn carry_out(line: &str, machine: &mut Machine) -> Result<(), String> {
     let mut words = line.split_whitespace();
     let target = words.next().unwrap_or_default().to_uppercase();
@@ -80,7 +80,7 @@ fn set_input(
     Ok(())
 }
 
-/// Where in a world I1 to I8 are.
+/// The universal input with this name, I1 to I8.
 fn plug(input: &str) -> Option<Input> {
     Input::ALL.into_iter().find(|plug| plug.to_string() == input)
 }
@@ -95,12 +95,14 @@ fn set_sensor(
 ) -> Result<(), String> {
     if let Some(motor) = world.moved_by(controller, plug) {
         return Err(match world.sensor(controller, plug) {
-            Some(Sensor::Ultrasonic { .. }) => format!("{target} looks at the slide of {motor}"),
+            Some(Sensor::Ultrasonic { .. }) => {
+                format!("{target} measures the distance to the slide of {motor}")
+            }
             _ => format!("{target} is pressed by the slide of {motor}"),
         });
     }
     let sensor = match world.sensor(controller, plug) {
-        // As the numbers saturate, a value out of range counts as the nearest in it.
+        // A value out of range becomes the nearest one in the range.
         Some(Sensor::Resistor { .. }) => Sensor::Resistor { ohms: value as u32 },
         Some(Sensor::Ntc { .. }) => Sensor::Ntc { celsius: value },
         Some(Sensor::PhotoTransistor { .. }) => Sensor::PhotoTransistor { light: value / 100.0 },
@@ -135,7 +137,9 @@ fn set_remote(
     if let Some(world) = machine.world_mut() {
         let dips = dip_switches(target, remote)?;
         if bits >= DIP1 && bits & (DIP1 | DIP2) != dips {
-            return Err(format!("{target} tells the DIP switches, so its last number is 0 to 3"));
+            return Err(format!(
+                "{target} already sets the DIP switches, so its last number is 0 to 3"
+            ));
         }
         let is_set = |bit: u8| (bits | dips) & bit != 0;
         let (on, off, dip1, dip2) = (is_set(1), is_set(2), is_set(DIP1), is_set(DIP2));
@@ -143,7 +147,7 @@ fn set_remote(
         return Ok(());
     }
     let place = machine.controllers[0].ir.get_mut(remote);
-    let place = place.ok_or_else(|| format!("there is no {target}, but IR0 to IR4"))?;
+    let place = place.ok_or_else(|| format!("there is no {target}, only IR0 to IR4"))?;
     *place = IrRemote { left_x, left_y, right_x, right_y, bits };
     Ok(())
 }
@@ -156,18 +160,18 @@ fn dip_switches(target: &str, remote: usize) -> Result<u8, String> {
         IR_RECEIVER_IDX_OFF_ON => Ok(DIP2),
         IR_RECEIVER_IDX_ON_ON => Ok(DIP1 | DIP2),
         IR_RECEIVER_IDX_ALL_DATA => {
-            Err(format!("{target} is whichever remote is used; in a world say IR1 to IR4"))
+            Err(format!("{target} is any remote; in a world use IR1 to IR4"))
         }
-        _ => Err(format!("there is no {target} in a world, but IR1 to IR4")),
+        _ => Err(format!("there is no {target} in a world, only IR1 to IR4")),
     }
 }
 
 /// The index of the controller that `E1` names.
 fn extension_number(machine: &Machine, name: &str) -> Result<usize, String> {
     let number = name.strip_prefix('E').and_then(|digits| digits.parse().ok());
-    number
-        .filter(|number| (1..machine.controllers.len()).contains(number))
-        .ok_or_else(|| format!("there is no extension {name:?}; --extensions tells how many"))
+    number.filter(|number| (1..machine.controllers.len()).contains(number)).ok_or_else(|| {
+        format!("there is no extension {name:?}; --extensions sets how many there are")
+    })
 }
 
 fn numbers<T: FromStr, const N: usize>(target: &str, values: &[&str]) -> Result<[T; N], String> {

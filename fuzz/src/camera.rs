@@ -1,7 +1,6 @@
 //! The camera's connection and its pictures.
 
 use std::borrow::Cow;
-use std::time::Instant;
 
 use arbitrary::{Result, Unstructured};
 use ft_transfer_area::fuzzing::read_frames;
@@ -10,11 +9,11 @@ use ft_transfer_area::{CameraFrame, CameraOptions, Error};
 
 use super::take;
 
-/// The most bytes of a frame, so that both larger and smaller ones come.
+/// The most bytes of a frame. Both larger and smaller frames are sent.
 const MAX_FRAME_SIZE: usize = 2000;
 
-/// Sends the bytes as a camera server would, in pieces and with signals between, then closes the
-/// connection. The frames that come out are those that the bytes tell.
+/// Sends the bytes like a camera server, in pieces and with signals between them, then closes the
+/// connection. The received frames must be those in the bytes.
 pub fn camera_stream(data: &[u8]) {
     // The input ends when there are no more bytes.
     let _ = stream(&mut Unstructured::new(data));
@@ -27,15 +26,13 @@ fn stream(input: &mut Unstructured) -> Result<()> {
         pieces.push(take(input, 300)?.to_vec());
     }
     let bytes = pieces.concat();
-    let options = CameraOptions {
-        channel_frames,
-        max_frame_size: MAX_FRAME_SIZE,
-        ..CameraOptions::default()
-    };
+    let options = CameraOptions::default()
+        .with_channel_frames(channel_frames)
+        .with_max_frame_size(MAX_FRAME_SIZE);
     let (frames, error, acknowledges) = read_frames(pieces, options);
 
     let (expected, expected_error) = expected_frames(&bytes);
-    // The channel keeps the newest.
+    // The channel keeps the newest frames.
     let dropped = expected.len().saturating_sub(channel_frames);
     assert_eq!(frames.len(), expected.len() - dropped);
     for (index, frame) in frames.iter().enumerate() {
@@ -58,7 +55,7 @@ fn stream(input: &mut Unstructured) -> Result<()> {
     Ok(())
 }
 
-/// The frames at the start of these bytes, and what is wrong with those behind them.
+/// The frames at the start of these bytes, and the error for the bytes after them.
 fn expected_frames(mut bytes: &[u8]) -> (Vec<(CameraFrameHeader, Vec<u8>)>, Error) {
     let mut frames = Vec::new();
     let closed = |received| Error::ConnectionClosed { command: "", received };
@@ -83,25 +80,17 @@ fn expected_frames(mut bytes: &[u8]) -> (Vec<(CameraFrameHeader, Vec<u8>)>, Erro
 }
 
 fn frame(data: &[u8]) -> CameraFrame {
-    CameraFrame {
-        sequence: 0,
-        arrived: Instant::now(),
-        frames_ready: 1,
-        width: 0,
-        height: 0,
-        size_raw: 0,
-        data: data.to_vec(),
-    }
+    CameraFrame::new(data.to_vec())
 }
 
-/// Mends a picture. What comes out is whole, and nothing is left to mend.
+/// Repairs a picture. The result is whole, and repairing it again changes nothing.
 pub fn repair(data: &[u8]) {
     let camera_frame = frame(data);
     match camera_frame.jpeg() {
         Ok(jpeg) => {
             assert!(jpeg.starts_with(&[0xFF, 0xD8]) && jpeg.ends_with(&[0xFF, 0xD9]));
             let again = frame(&jpeg);
-            let again = again.jpeg().expect("it was mended");
+            let again = again.jpeg().expect("it was repaired");
             assert!(matches!(again, Cow::Borrowed(_)), "it was copied");
             assert_eq!(again, jpeg);
         }
@@ -110,20 +99,20 @@ pub fn repair(data: &[u8]) {
     }
 }
 
-/// Decodes a picture both ways.
+/// Decodes a picture in both ways.
 pub fn decode(data: &[u8]) {
     let frame = frame(data);
-    let is_mended = frame.jpeg().is_ok();
+    let is_repaired = frame.jpeg().is_ok();
     match (frame.to_rgb(), frame.to_yuv422()) {
         (Ok(rgb), Ok(yuv)) => {
-            assert!(is_mended);
+            assert!(is_repaired);
             assert_eq!((rgb.width, rgb.height), (yuv.width, yuv.height));
             let (width, height) = (usize::from(rgb.width), usize::from(rgb.height));
             assert_eq!(rgb.data.len(), 3 * width * height);
             assert_eq!(yuv.data.len(), 4 * width.div_ceil(2) * height);
         }
         (Err(Error::BadPicture { .. }), Err(Error::BadPicture { .. })) => {}
-        // The decoder takes a picture with its own idea of the colours for one way only.
+        // One way must not accept a picture that the other way refuses.
         (rgb, yuv) => panic!("{:?} {:?}", rgb.err(), yuv.err()),
     }
 }

@@ -12,14 +12,14 @@ use super::take;
 /// Words of each area in a request.
 const REQUEST_WORDS: usize = 27;
 
-/// A client, and what the controller knows of it.
+/// A client, and the controller's side of the exchange.
 struct Pair {
     mode: TransferMode,
     areas: Vec<FishX1Transfer>,
     exchange: Exchange,
     /// Understands the requests.
     requests: Expander,
-    /// Makes right responses, while the client has taken in no others.
+    /// Makes right responses, as long as the client has accepted no other responses.
     responses: Compressor,
     words_per_area: usize,
     in_step: bool,
@@ -55,7 +55,7 @@ fn exchanges(input: &mut Unstructured) -> Result<()> {
 }
 
 impl Pair {
-    /// The client's next commands, which a controller understands.
+    /// Makes the client's next commands. A controller must understand them.
     fn request(&mut self) {
         let mut configs = 0;
         while let Some(update) = self.exchange.next_update_config(&self.areas) {
@@ -72,7 +72,7 @@ impl Pair {
             TransferMode::Simple => {
                 self.check_duty(ExchangeData::parse(&request).expect("a request").duty);
             }
-            TransferMode::Compressed => {
+            _ => {
                 let (header, data) = request.split_at(CmprHeader::LEN);
                 let header = CmprHeader::parse_command(header).expect("a request");
                 let mask = header.active_extensions;
@@ -87,7 +87,7 @@ impl Pair {
         }
     }
 
-    /// Checks what a request says of the master's duties. It need not say those that no output has.
+    /// Checks the master's duties in a request. A duty out of range may be sent as the nearest one in it.
     fn check_duty(&self, told: [i16; 8]) {
         let possible = |duty: i16| duty.clamp(0, DUTY_MAX);
         assert_eq!(told.map(possible), self.areas[0].output.duty.map(possible));
@@ -116,7 +116,7 @@ impl Pair {
                     0 => response.truncate(place),
                     change => response[place] ^= change,
                 }
-                // A byte that is not looked at may be any.
+                // A byte that the client does not read may have any value.
                 if self.receive(&response) {
                     self.responses = responses;
                     self.in_step = false;
@@ -126,7 +126,7 @@ impl Pair {
         Ok(())
     }
 
-    /// Compressed data as they are, with the checksum that the client computes.
+    /// A response with these compressed data and the checksum that the client computes.
     fn with_right_crc(&self, mask: u16, data: &[u8]) -> Vec<u8> {
         let response = |crc| {
             let extra_size = data.len() as u32;
@@ -141,7 +141,7 @@ impl Pair {
         }
     }
 
-    /// A response as a controller makes it, and the state of its compression after it.
+    /// A response as a controller makes it, and the controller's compressor after it.
     fn right_response(&self, input: &mut Unstructured) -> Result<(Vec<u8>, Compressor)> {
         let mut responses = self.responses.clone();
         let mut bytes = Vec::new();
@@ -151,7 +151,7 @@ impl Pair {
                 bytes.extend_from_slice(take(input, ExchangeDataResponse::LEN)?);
                 bytes.resize(ExchangeDataResponse::LEN, 0);
             }
-            TransferMode::Compressed => {
+            _ => {
                 let mask = u16::from(input.arbitrary::<u8>()?);
                 let count = self.words_per_area * (1 + mask.count_ones() as usize);
                 let told = take(input, 2 * count)?;
@@ -170,7 +170,7 @@ impl Pair {
         Ok((bytes, responses))
     }
 
-    /// Hands a response to the client; whether it takes it in.
+    /// Gives a response to the client. Returns whether the client accepts it.
     fn receive(&mut self, response: &[u8]) -> bool {
         let before = self.exchange.inputs().clone();
         match self.exchange.receive(response) {
@@ -188,7 +188,7 @@ impl Pair {
         }
     }
 
-    /// What a program does with its areas between two exchanges.
+    /// Changes the outputs, as a program does between two exchanges.
     fn change_outputs(&mut self, input: &mut Unstructured) -> Result<()> {
         let area = input.choose_index(self.areas.len())?;
         let output = &mut self.areas[area].output;

@@ -10,7 +10,7 @@ use ft_transfer_area::Error;
 
 use super::take;
 
-/// What a client makes of a response.
+/// What a client reads from a response.
 #[derive(Debug, PartialEq)]
 enum Outcome {
     Read(Vec<u8>),
@@ -20,8 +20,8 @@ enum Outcome {
     Closed { received: usize },
 }
 
-/// Asks a controller that answers with arbitrary bytes, in pieces and with signals between. What is
-/// read is what a slower reader of the same pieces reads.
+/// Sends requests to a controller that answers with arbitrary bytes, in pieces and with signals
+/// between them. A simpler reader of the same pieces must read the same.
 pub fn i2c_client(data: &[u8]) {
     // The input ends when there are no more bytes.
     let _ = ask(&mut Unstructured::new(data));
@@ -72,7 +72,7 @@ fn ask(input: &mut Unstructured) -> Result<()> {
             Outcome::NoDevice => assert_eq!(buffer, untouched),
             _ => {
                 assert_eq!(buffer, untouched);
-                // The connection is given up, and another one would be made.
+                // The connection is closed, and the client would make another one.
                 return Ok(());
             }
         }
@@ -80,7 +80,7 @@ fn ask(input: &mut Unstructured) -> Result<()> {
     Ok(())
 }
 
-/// What the next pieces are as the response to a request to read so many bytes.
+/// The outcome of the next pieces as the response to a request that reads `read` bytes.
 fn respond(pieces: &mut VecDeque<Vec<u8>>, read: usize) -> Outcome {
     let mut response = Vec::new();
     let mut size = None;
@@ -109,7 +109,7 @@ fn respond(pieces: &mut VecDeque<Vec<u8>>, read: usize) -> Outcome {
         let Some(mut piece) = pieces.pop_front() else {
             return Outcome::Closed { received: response.len() };
         };
-        // The client has room for one byte more than there should be.
+        // The client has room for one byte more than expected.
         let room = I2cResponseHeader::LEN + read + 1 - response.len();
         if piece.len() > room {
             pieces.push_front(piece.split_off(room));
@@ -118,7 +118,7 @@ fn respond(pieces: &mut VecDeque<Vec<u8>>, read: usize) -> Outcome {
     }
 }
 
-/// The registers of a device, kept beside the simulated one's.
+/// A second copy of the registers of a simulated device.
 struct Model {
     registers: [u8; I2C_REGISTERS],
     next: u8,

@@ -1,7 +1,7 @@
-//! What the fuzzers do with their bytes. Each function panics when it finds something wrong.
+//! What the fuzzers do with their bytes. Each function panics when it finds a mistake.
 //!
-//! The programs in `fuzz_targets/` hand them what libFuzzer makes up; the test program
-//! `tests/fuzz_replay` of the library hands them the files in `corpus/` and `findings/`.
+//! The programs in `fuzz_targets/` give them the bytes that libFuzzer makes up. The test program
+//! `tests/fuzz_replay` of the library gives them the files in `corpus/` and `findings/`.
 
 mod camera;
 mod exchange;
@@ -24,7 +24,7 @@ use std::sync::LazyLock;
 use arbitrary::{Result, Unstructured};
 use ft_transfer_area::simulator::world::World;
 
-/// The next bytes of the input, at most so many, in a number that the input tells.
+/// The next bytes of the input. Their number is read from the input, and is at most `most`.
 fn take<'a>(input: &mut Unstructured<'a>, most: usize) -> Result<&'a [u8]> {
     let count = input.int_in_range(0..=most)?;
     input.bytes(count.min(input.len()))
@@ -32,9 +32,7 @@ fn take<'a>(input: &mut Unstructured<'a>, most: usize) -> Result<&'a [u8]> {
 
 /// The shipped world that has everything.
 fn everything() -> World {
-    static WORLD: LazyLock<World> = LazyLock::new(|| {
-        let text = include_str!("../../examples/worlds/everything.toml");
-        World::from_toml(text).expect("it is shipped")
-    });
+    static WORLD: LazyLock<World> =
+        LazyLock::new(|| World::shipped("everything").expect("it is shipped"));
     WORLD.clone()
 }

@@ -15,19 +15,19 @@ use super::{everything, take};
 /// Words of each controller in a request.
 const REQUEST_WORDS: usize = 27;
 
-/// A client that sends what it likes, and the simulated TXT.
+/// A client that sends arbitrary commands, and the simulated TXT.
 struct Conversation {
     machine: Machine,
     port: MainPort,
     microphone: bool,
-    /// What the controller understands of the compressed requests.
+    /// Reads the compressed requests, as the controller does.
     requests: Expander,
-    /// What a client understands of the responses.
+    /// Reads the compressed responses, as a client does.
     responses: Expander,
 }
 
-/// Sends commands to the simulated TXT: right ones, wrong ones and arbitrary bytes. Whatever is
-/// refused has changed nothing, and whatever is answered is answered by a whole packet.
+/// Sends commands to the simulated TXT: right ones, wrong ones and arbitrary bytes. A refused command
+/// must change nothing, and each response must be a whole packet.
 pub fn session(data: &[u8]) {
     // The input ends when there are no more bytes.
     let _ = converse(&mut Unstructured::new(data));
@@ -113,7 +113,7 @@ impl Conversation {
         Ok(())
     }
 
-    /// Sends a compressed exchange with these data, and their checksum if it is to be right.
+    /// Sends a compressed exchange with these data, and with their checksum if it should be right.
     fn exchange(&mut self, mask: u16, data: &[u8], is_right: bool) {
         let count = REQUEST_WORDS * (1 + mask.count_ones() as usize);
         let (crc, is_right) = match self.requests.clone().expand(data, count, 0) {
@@ -129,7 +129,7 @@ impl Conversation {
         assert!(is_answered || !must_answer, "a right exchange was refused");
     }
 
-    /// Sends bytes in which the commands are told as the server does.
+    /// Sends bytes, split into commands in the same way as the server does.
     fn send_stream(&mut self, mut bytes: &[u8]) {
         while let Some((command, rest)) = split_command(bytes) {
             look_ahead(rest);
@@ -138,7 +138,7 @@ impl Conversation {
         }
     }
 
-    /// Sends a whole command; whether it is answered.
+    /// Sends a whole command. Returns whether it is answered.
     fn send(&mut self, command: &[u8]) -> bool {
         let before = self.machine.clone();
         match self.port.answer(command, &mut self.machine) {
@@ -206,7 +206,7 @@ impl Conversation {
     }
 }
 
-/// The first command of a stream, if it is whole, or what makes no command.
+/// The first command of a stream if it is whole, or bytes that are no command; and the rest.
 fn split_command(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let mut there = 0;
     loop {
@@ -225,7 +225,7 @@ fn split_command(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     }
 }
 
-/// What a refused command must leave as it is: all but the list of commands.
+/// What a refused command must not change: everything except the list of commands.
 fn state(machine: &Machine) -> String {
     let Machine { controllers, alive, .. } = machine;
     let counts = (machine.exchanges(), machine.online(), machine.connected(), machine.camera());

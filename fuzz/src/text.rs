@@ -1,4 +1,4 @@
-//! What people type for the simulated TXT.
+//! Text that people type for the simulated TXT.
 
 use std::time::Duration;
 
@@ -10,8 +10,8 @@ use super::everything;
 #[path = "../../examples/simulated_txt/typed.rs"]
 mod typed;
 
-/// Types lines while the simulated TXT runs, with a world and without one. A line that is refused
-/// has changed nothing.
+/// Types lines for the simulated TXT, with a world and without one. A refused line must change
+/// nothing.
 pub fn typed_lines(data: &[u8]) {
     let text = String::from_utf8_lossy(data);
     let with_world = Machine::with_world(1, everything()).expect("it is shipped");
@@ -28,7 +28,7 @@ pub fn typed_lines(data: &[u8]) {
     }
 }
 
-/// Reads a text as a fault. What is accepted is the fault that its value's text tells.
+/// Reads a text as a fault. The text of an accepted fault must give the same fault.
 pub fn fault_text(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     match text.parse::<Fault>() {

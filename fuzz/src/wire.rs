@@ -16,14 +16,14 @@ use super::take;
 struct Kind<P> {
     id: [u8; ID_LEN],
     size: usize,
-    /// How many bytes at its end are not looked at, and written as 0.
+    /// How many bytes at its end are not read, and written as 0.
     unused: usize,
     parse: fn(&[u8]) -> std::result::Result<P, Error>,
     emit: fn(&P, &mut Vec<u8>),
 }
 
-/// Reads the bytes as each kind of packet, as they are and with the kind's id and size. What is
-/// read is written as it was.
+/// Reads the bytes as each kind of packet, as they are and with the kind's id and size. Writing the
+/// packet must give the same bytes.
 pub fn wire(data: &[u8]) {
     if let Some(id) = data.first_chunk().map(|id| u32::from_le_bytes(*id)) {
         if let Some(command) = CommandId::from_id(id) {
@@ -129,7 +129,7 @@ pub fn wire(data: &[u8]) {
 }
 
 impl<P: Debug + PartialEq> Kind<P> {
-    /// The packet that the bytes make with the right id and size.
+    /// The packet of these bytes with the right id and size.
     fn check(&self, data: &[u8]) -> Option<P> {
         self.round_trip(data);
         let mut bytes = self.id.to_vec();
@@ -157,7 +157,7 @@ impl<P: Debug + PartialEq> Kind<P> {
     }
 }
 
-/// Expands packet after packet, and hands what comes out from a compressor to another expander.
+/// Expands packet after packet. Compresses the words again, and expands them with another expander.
 pub fn expansion(data: &[u8]) {
     // The input ends when there are no more bytes.
     let _ = expand_packets(&mut Unstructured::new(data));
@@ -167,7 +167,7 @@ fn expand_packets(input: &mut Unstructured) -> Result<()> {
     let (mut expander, mut compressor, mut other) =
         (Expander::new(), Compressor::new(), Expander::new());
     while !input.is_empty() {
-        // Areas have 27, 50 or 52 words; the longest run of the kit has 4370.
+        // Areas have 27, 50 or 52 words. The longest run of the kit has 4370.
         let count = input.int_in_range(0..=5000)?;
         let packet = take(input, 1000)?;
         let Some(words) = expand(&mut expander, packet, count) else { continue };
@@ -178,7 +178,7 @@ fn expand_packets(input: &mut Unstructured) -> Result<()> {
     Ok(())
 }
 
-/// The words that a packet tells, whatever its checksum.
+/// The words of a packet with any checksum.
 fn expand(expander: &mut Expander, packet: &[u8], count: usize) -> Option<Vec<u16>> {
     let mut before = expander.clone();
     let words = match expander.expand(packet, count, 0) {

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use arbitrary::{Result, Unstructured};
 use ft_transfer_area::simulator::world::{
-    Board, Contact, MotorModel, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide, Travel, World,
+    Board, Contact, I2cDevice, MotorModel, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide,
+    Travel, World,
 };
 use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
@@ -12,10 +13,10 @@ use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area::Error;
 
-/// How often a world is stepped.
+/// How many times a world is stepped.
 const STEPS: u32 = 100;
 
-/// Reads a text as a world. What is accepted can be stepped.
+/// Reads a text as a world. An accepted world can be stepped.
 pub fn worlds(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
     match World::from_toml(text) {
@@ -32,7 +33,7 @@ pub fn worlds(data: &[u8]) {
     }
 }
 
-/// Builds a world of arbitrary values. What is accepted can be stepped.
+/// Builds a world of arbitrary values. An accepted world can be stepped.
 pub fn built_worlds(data: &[u8]) {
     let mut input = Unstructured::new(data);
     // The input ends when there are no more bytes.
@@ -44,7 +45,7 @@ pub fn built_worlds(data: &[u8]) {
     }
 }
 
-/// Lets time pass with outputs that these bytes tell, now with short steps, now with a long one.
+/// Lets time pass with outputs from these bytes, in short steps and one long step.
 fn step(mut machine: Machine, bytes: &[u8]) {
     let mut bytes = bytes.iter().copied().cycle();
     let mut next = || bytes.next().unwrap_or_default();
@@ -85,7 +86,12 @@ fn world(input: &mut Unstructured) -> Result<(usize, World)> {
     let period = option(input, number)?;
     let remotes = (0..input.int_in_range(0..=5)?).map(|_| remote(input)).collect::<Result<_>>()?;
     let machine = input.int_in_range(0..=MAX_EXTENSIONS)?;
-    Ok((machine, World { master, extensions, script: Script { period, events }, remotes }))
+    let devices = (0..input.int_in_range(0..=3)?).map(|_| device(input)).collect::<Result<_>>()?;
+    let mut script = Script::default();
+    (script.period, script.events) = (period, events);
+    let mut world = World::new().with_master(master).with_script(script);
+    (world.extensions, world.remotes, world.i2c) = (extensions, remotes, devices);
+    Ok((machine, world))
 }
 
 fn board(input: &mut Unstructured) -> Result<Board> {
@@ -142,13 +148,13 @@ fn sensor(input: &mut Unstructured) -> Result<Sensor> {
 }
 
 fn motor(input: &mut Unstructured) -> Result<MotorModel> {
-    Ok(MotorModel {
-        top_speed: number(input)?,
-        time_constant: number(input)?,
-        load: number(input)?,
-        pulses_per_turn: option(input, number)?,
-        slide: option(input, slide)?,
-    })
+    let mut motor = MotorModel::default();
+    motor.top_speed = number(input)?;
+    motor.time_constant = number(input)?;
+    motor.load = number(input)?;
+    motor.pulses_per_turn = option(input, number)?;
+    motor.slide = option(input, slide)?;
+    Ok(motor)
 }
 
 fn slide(input: &mut Unstructured) -> Result<Slide> {
@@ -157,25 +163,31 @@ fn slide(input: &mut Unstructured) -> Result<Slide> {
     } else {
         Travel::Mm { length: number(input)?, per_turn: number(input)? }
     };
-    Ok(Slide {
-        travel,
-        position: number(input)?,
-        start_switch: option(input, socket)?,
-        end_switch: option(input, socket)?,
-        seen_by: option(input, |input| {
-            let (start_cm, end_cm) = (number(input)?, number(input)?);
-            Ok(SeenBy { input: socket(input)?, start_cm, end_cm })
-        })?,
-    })
+    let mut slide = Slide::new(travel).with_position(number(input)?);
+    slide.start_switch = option(input, socket)?;
+    slide.end_switch = option(input, socket)?;
+    slide.seen_by = option(input, |input| {
+        let (start_cm, end_cm) = (number(input)?, number(input)?);
+        Ok(SeenBy { input: socket(input)?, start_cm, end_cm })
+    })?;
+    Ok(slide)
 }
 
 fn event(input: &mut Unstructured) -> Result<ScriptEvent> {
-    Ok(ScriptEvent {
-        at: number(input)?,
-        controller: input.int_in_range(0..=MAX_EXTENSIONS + 1)?,
-        input: socket(input)?,
-        pressed: input.arbitrary()?,
+    let at = number(input)?;
+    Ok(match input.int_in_range(0..=3)? {
+        0 => ScriptEvent::remote(at, remote(input)?),
+        1 => ScriptEvent::i2c(at, input.int_in_range(0..=4)?, input.arbitrary()?, input.bytes(2)?),
+        _ => {
+            let controller = input.int_in_range(0..=MAX_EXTENSIONS + 1)?;
+            ScriptEvent::press(at, controller, socket(input)?, input.arbitrary()?)
+        }
     })
+}
+
+fn device(input: &mut Unstructured) -> Result<I2cDevice> {
+    let device = I2cDevice::new(input.int_in_range(0..=4)?);
+    Ok(device.with_registers(input.arbitrary()?, input.bytes(2)?))
 }
 
 fn remote(input: &mut Unstructured) -> Result<Remote> {

@@ -1,18 +1,19 @@
-//! The hold that other threads have on the camera's stream.
+//! How other threads control the camera's stream.
 
 use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::Duration;
 
 use parking_lot::{Condvar, Mutex};
 
+use super::server::CameraServer;
 use super::CameraStatistics;
 use crate::error::Error;
 
-/// Steers a stream's thread, and tells how it fares.
+/// Controls a stream's thread, and has its state.
 #[derive(Debug)]
 pub(crate) struct CameraControl {
     state: Mutex<State>,
-    /// That the stream is to stop, or that its server has changed.
+    /// The stream is to stop, or its server has changed.
     changed: Condvar,
 }
 
@@ -22,16 +23,18 @@ struct State {
     finished: bool,
     /// Where the frames come from; `None` while there is a gap.
     server: Option<SocketAddr>,
-    /// How often that was changed.
+    /// The connection that was made before the server was started, until the thread takes it.
+    early: Option<TcpStream>,
+    /// How often the server was changed.
     changes: u64,
-    /// The connection, by which a thread that reads is woken.
+    /// The connection; closing it wakes a thread that reads from it.
     connection: Option<TcpStream>,
     /// Why the stream has ended.
     error: Option<Error>,
     statistics: CameraStatistics,
 }
 
-/// A camera server, until it is changed for another or started anew.
+/// A camera server, until it is replaced by another or started again.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Server {
     pub(super) address: SocketAddr,
@@ -40,8 +43,9 @@ pub(super) struct Server {
 
 /// What other threads do.
 impl CameraControl {
-    pub(super) fn new(address: SocketAddr) -> Self {
-        let state = State { server: Some(address), ..State::default() };
+    pub(super) fn new(server: CameraServer) -> Self {
+        let CameraServer { address, early } = server;
+        let state = State { server: Some(address), early, ..State::default() };
         Self { state: Mutex::new(state), changed: Condvar::new() }
     }
 
@@ -54,24 +58,24 @@ impl CameraControl {
     }
 
     /// Begins a gap, because the main connection was lost and its camera server with it: the
-    /// stream's connection is closed, and the thread waits for [`resume`](Self::resume) or
-    /// [`stop`](Self::stop), however long that takes. Does not block.
+    /// stream's connection is closed, and the thread waits without a limit for [`resume`](Self::resume) or
+    /// [`stop`](Self::stop). Does not block.
     ///
-    /// Does nothing when the stream has ended before.
+    /// Does nothing when the stream has already ended.
     pub(crate) fn pause(&self) {
         self.change(None);
     }
 
-    /// Ends a gap, when the camera server was started again: the thread connects to it, for which
-    /// it has the limit for the start anew. Frames come in on the same channel, and their sequence
-    /// numbers go on. Does not block.
+    /// Ends a gap, when the camera server was started again: the thread connects to it, again within the
+    /// limit for the start. Frames come in on the same channel, and their sequence numbers continue. Does not
+    /// block.
     ///
-    /// Does nothing when the stream has ended before.
-    pub(crate) fn resume(&self, address: SocketAddr) {
-        self.change(Some(address));
+    /// Does nothing when the stream has already ended.
+    pub(crate) fn resume(&self, server: CameraServer) {
+        self.change(Some(server));
     }
 
-    /// Why the stream has ended, unless it was stopped or goes on.
+    /// The error that ended the stream; `None` if it was stopped or goes on.
     pub(crate) fn error(&self) -> Option<Error> {
         self.state.lock().error.clone()
     }
@@ -85,9 +89,12 @@ impl CameraControl {
         self.state.lock().finished
     }
 
-    fn change(&self, server: Option<SocketAddr>) {
+    fn change(&self, server: Option<CameraServer>) {
         let mut state = self.state.lock();
-        state.server = server;
+        (state.server, state.early) = match server {
+            Some(CameraServer { address, early }) => (Some(address), early),
+            None => (None, None),
+        };
         state.changes += 1;
         state.disconnect();
         self.changed.notify_all();
@@ -106,15 +113,24 @@ impl CameraControl {
         state.server.map(|address| Server { address, number: state.changes })
     }
 
-    /// Waits so long, or until this is no longer the server to read from; returns whether it is
-    /// not.
+    /// The connection to this server that was made before it was started; returned only once.
+    pub(super) fn take_early(&self, server: Server) -> Option<TcpStream> {
+        let mut state = self.state.lock();
+        if state.has_left(server) {
+            return None;
+        }
+        state.early.take()
+    }
+
+    /// Waits for `time`, or until this is no longer the server to read from; returns whether it is no
+    /// longer.
     pub(super) fn wait_for_change(&self, server: Server, time: Duration) -> bool {
         let mut state = self.state.lock();
         self.changed.wait_while_for(&mut state, |state| !state.has_left(server), time);
         state.has_left(server)
     }
 
-    /// Lets others close the connection to this server, or closes it when it is of no use any more.
+    /// Lets others close the connection to this server, or closes it when it is no longer needed.
     pub(super) fn keep(&self, connection: TcpStream, server: Server) {
         let mut state = self.state.lock();
         state.connection = Some(connection);
@@ -123,7 +139,7 @@ impl CameraControl {
         }
     }
 
-    /// Lets go of a connection that has failed.
+    /// Drops a connection that has failed.
     pub(super) fn let_go(&self) {
         self.state.lock().connection = None;
     }
@@ -140,10 +156,10 @@ impl CameraControl {
         state.statistics.dropped += dropped;
     }
 
-    /// Notes that the stream has ended; returns why, unless it was stopped.
+    /// Stores that the stream has ended; returns the error, unless it was stopped.
     pub(super) fn finish(&self, result: Result<(), Error>) -> Option<Error> {
         let mut state = self.state.lock();
-        state.connection = None;
+        (state.connection, state.early) = (None, None);
         state.finished = true;
         state.error = result.err().filter(|_| !state.stopping);
         state.error.clone()

@@ -3,22 +3,23 @@
 use std::borrow::Cow;
 use std::time::Instant;
 
-use super::decode::{decode_rgb, decode_yuv422, Picture};
+use super::decode::{decode_rgb, Picture};
 use super::repair::repair;
+use super::yuv::decode_yuv422;
 use crate::error::Error;
 
 /// A frame of the camera, as it came over the wire.
 ///
-/// The camera leaves out the end of its JPEG pictures (the EOI marker), often the Huffman tables
-/// too, and sends garbage behind them. [`jpeg`](Self::jpeg) mends this.
-#[doc(alias = "GetCameraFrameJpeg")]
+/// The camera leaves out the end of its JPEG pictures (the EOI marker), often also the Huffman tables,
+/// and sends garbage after the picture. [`jpeg`](Self::jpeg) repairs this.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CameraFrame {
-    /// Number of the frame in its stream, from 0. Numbers are missing where frames were dropped.
+    /// Number of the frame in its stream, from 0. The numbers of dropped frames are missing.
     pub sequence: u64,
-    /// When it had come in completely.
+    /// When the whole frame had come in.
     pub arrived: Instant,
-    /// How many frames waited on the controller; more than 1 when the connection is too slow.
+    /// How many frames were waiting on the controller; more than 1 if the connection is too slow.
     pub frames_ready: u32,
     /// Width in pixels, as announced.
     pub width: u16,
@@ -26,30 +27,54 @@ pub struct CameraFrame {
     pub height: u16,
     /// Size when decoded to YUV 4:2:2, as announced.
     pub size_raw: u32,
-    /// The bytes that came, with the camera's faults.
+    /// The bytes as they came in, with the camera's faults.
     pub data: Vec<u8>,
 }
 
 impl CameraFrame {
+    /// A frame of these bytes, to test what a program does with a picture.
+    ///
+    /// It is number 0 and arrived now; one frame was ready, and the announced sizes are 0. Set the fields to
+    /// change this.
+    ///
+    /// ```
+    /// # use ft_transfer_area::CameraFrame;
+    /// let mut frame = CameraFrame::new(b"no picture".to_vec());
+    /// frame.sequence = 7;
+    /// assert!(frame.to_rgb().is_err());
+    /// ```
+    pub fn new(data: Vec<u8>) -> Self {
+        Self {
+            sequence: 0,
+            arrived: Instant::now(),
+            frames_ready: 1,
+            width: 0,
+            height: 0,
+            size_raw: 0,
+            data,
+        }
+    }
+
     /// The picture as JPEG that any viewer opens.
     ///
-    /// The end marker is added where it is missing, what follows the picture is cut off, and the
-    /// standard Huffman tables are put in where there are none. What is right already is not
+    /// The end marker is added if it is missing, bytes after the picture are cut off, and the
+    /// standard Huffman tables are added if there are none. A picture that is already correct is not
     /// copied.
     ///
     /// # Errors
     ///
-    /// [`Error::BadPicture`] when it is no baseline JPEG picture, not a whole one, or has more than
-    /// 16 million pixels. What its values mean is not looked at.
+    /// [`Error::BadPicture`] when it is not a baseline JPEG picture, not complete, or has more than
+    /// 16 million pixels. Its values are not checked.
+    #[doc(alias = "GetCameraFrameJpeg")]
     pub fn jpeg(&self) -> Result<Cow<'_, [u8]>, Error> {
-        Ok(repair(&self.data)?.jpeg)
+        repair(&self.data)
     }
 
-    /// The picture as RGB, 3 bytes a pixel, row by row from the top left.
+    /// The picture as RGB, 3 bytes per pixel, row by row from the top left.
     ///
     /// # Errors
     ///
-    /// [`Error::BadPicture`] as [`jpeg`](Self::jpeg), and when its values make no sense.
+    /// [`Error::BadPicture`] as for [`jpeg`](Self::jpeg), and when its values make no sense.
     pub fn to_rgb(&self) -> Result<Picture, Error> {
         decode_rgb(&self.jpeg()?)
     }
@@ -58,16 +83,15 @@ impl CameraFrame {
     /// the top left, as in the kit's camera sample. A row of odd width ends with its last pixel
     /// twice.
     ///
-    /// A 4:2:2 picture, which is what the camera sends, gives its own samples, neither filtered
-    /// nor converted. Of others the chroma is that of each pair of pixels, averaged. The picture is
-    /// taken to hold Y, Cb and Cr, as cameras' JPEG pictures do.
+    /// A 4:2:2 picture, which the camera sends, gives its own samples, neither filtered nor converted. In
+    /// other pictures each pixel has the chroma sample that covers it, and a pair of pixels gets the mean of
+    /// both. The picture's components are assumed to be Y, Cb and Cr, as in cameras' JPEG pictures.
     ///
     /// # Errors
     ///
-    /// [`Error::BadPicture`] as [`jpeg`](Self::jpeg), and when its values make no sense.
+    /// [`Error::BadPicture`] as for [`jpeg`](Self::jpeg), and when its values make no sense.
     #[doc(alias = "ftProJpegDec")]
     pub fn to_yuv422(&self) -> Result<Picture, Error> {
-        let repaired = repair(&self.data)?;
-        decode_yuv422(&repaired.jpeg, repaired.is_422)
+        decode_yuv422(&self.data)
     }
 }

@@ -1,10 +1,10 @@
-//! Huffman tables of JPEG: just enough to find where a picture ends.
+//! Huffman tables of JPEG: just enough to find the blocks of a scan.
 
-use super::bits::BitReader;
+use super::bits::{BitReader, BitSink};
 
 /// The four tables of the JPEG standard's Annex K, as one DHT segment.
 ///
-/// Many cameras leave them out and mean these.
+/// Many cameras leave their tables out and use these.
 pub(super) const STANDARD_TABLES: [u8; 420] = {
     let mut segment = [0; 420];
     let header = [0xFF, 0xC4, 0x01, 0xA2];
@@ -71,8 +71,8 @@ const fn hex<const N: usize>(digits: &[u8]) -> [u8; N] {
     bytes
 }
 
-/// A Huffman table: by length of the code, the first code that is too large, aligned to 16 bits,
-/// and what to add to a code's number to get the place of its value.
+/// A Huffman table: for each length of a code, the first code that is too large, aligned to 16 bits,
+/// and what to add to a code's number to get the index of its value.
 #[derive(Clone, Debug)]
 pub(super) struct HuffmanTable {
     /// For 1 to 16 bits.
@@ -82,8 +82,8 @@ pub(super) struct HuffmanTable {
 }
 
 impl HuffmanTable {
-    /// A table with so many codes of each length and these values; `None` when there can be none
-    /// such.
+    /// A table with these counts of codes by length and these values; `None` when they do not fit each
+    /// other.
     pub(super) fn new(counts: &[u8; 16], values: &[u8]) -> Option<Self> {
         let mut limits = [0; 16];
         let mut offsets = [0; 16];
@@ -102,11 +102,11 @@ impl HuffmanTable {
         (place as usize == values.len()).then(|| Self { limits, offsets, values: values.to_vec() })
     }
 
-    /// Reads a code and returns its value; `None` when there is none, or the data ends.
-    pub(super) fn read(&self, bits: &mut BitReader<'_>) -> Option<u8> {
+    /// Reads a code into `sink` and returns its value; `None` when the code is wrong, or the data ends.
+    pub(super) fn read(&self, bits: &mut BitReader<'_>, sink: &mut impl BitSink) -> Option<u8> {
         let code = bits.peek16();
         let length = 1 + self.limits.iter().position(|&limit| code < limit)?;
-        bits.skip(length as u32)?;
+        bits.read(length as u32, sink)?;
         let number = (code >> (16 - length)) as i32;
         self.values.get((number + self.offsets[length - 1]) as usize).copied()
     }

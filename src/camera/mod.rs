@@ -4,15 +4,21 @@ mod bits;
 mod control;
 mod decode;
 mod frame;
+mod header;
 mod huffman;
+mod parser;
+mod planes;
 mod repair;
+mod server;
 mod stream;
+mod yuv;
 
 use std::time::Duration;
 
 pub(crate) use control::CameraControl;
 pub use decode::Picture;
 pub use frame::CameraFrame;
+pub(crate) use server::CameraServer;
 #[cfg(feature = "__fuzzing")]
 pub use stream::read_frames;
 pub(crate) use stream::CameraStream;
@@ -23,10 +29,12 @@ use crate::wire::StartCameraOnline;
 /// The most frames that a channel may hold.
 const MAX_CHANNEL_FRAMES: usize = 1000;
 
-/// Frequency of the mains behind the lamps, so that the picture does not flicker.
+/// Frequency of the mains, so that the picture does not flicker under lamps.
+///
+/// Exhaustive, because the protocol has only these three.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PowerLine {
-    /// Left to the camera.
+    /// The camera decides.
     Auto,
     /// 50 Hz, as in Europe. The kit's default.
     #[default]
@@ -35,23 +43,19 @@ pub enum PowerLine {
     Hz60,
 }
 
-/// What to ask of the camera and of the stream of its frames.
+/// Settings of the camera and of the stream of its frames.
 ///
 /// The kit was tested with 160×120 at 60 frames per second, 320×240 at 30 and 640×480 at 15. A
-/// camera may deliver another size than asked for; the frames tell which.
+/// camera may deliver another size than requested; each frame contains its size.
 ///
 /// ```
 /// use ft_transfer_area::{CameraOptions, PowerLine};
 ///
-/// let options = CameraOptions {
-///     width: 640,
-///     height: 480,
-///     power_line: PowerLine::Hz60,
-///     ..CameraOptions::default()
-/// };
+/// let options = CameraOptions::default().with_size(640, 480).with_power_line(PowerLine::Hz60);
 /// assert_eq!(options.framerate, 15);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CameraOptions {
     /// Width of the picture in pixels, at least 1. Default 320.
     pub width: u16,
@@ -63,14 +67,15 @@ pub struct CameraOptions {
     #[doc(alias = "powerlinefreq")]
     pub power_line: PowerLine,
     /// How many frames the channel holds, 1..=1000. Default 2. When one more comes, the oldest is
-    /// dropped. They may take [`max_frame_size`](Self::max_frame_size) each.
+    /// dropped, so with 1 the channel holds only the newest frame. Each may take up to
+    /// [`max_frame_size`](Self::max_frame_size) bytes.
     pub channel_frames: usize,
     /// How long connecting to the camera server may take. Default 5 s; the server starts within
-    /// 1 to 2 s, and until then connecting is tried again and again.
+    /// 1 to 2 s, and until then connecting is tried repeatedly.
     pub start_limit: Duration,
     /// How long a frame may take to come in. Default 5 s.
     pub frame_limit: Duration,
-    /// The most bytes of JPEG that a frame may have. Default 16 MiB.
+    /// The largest size of a frame's JPEG data, in bytes. Default 16 MiB.
     pub max_frame_size: usize,
 }
 
@@ -90,7 +95,42 @@ impl Default for CameraOptions {
 }
 
 impl CameraOptions {
-    /// The command that asks for this. Errs when an option is out of its range.
+    /// Requests pictures of this size, in pixels.
+    pub const fn with_size(self, width: u16, height: u16) -> Self {
+        Self { width, height, ..self }
+    }
+
+    /// Requests this number of frames per second.
+    pub const fn with_framerate(self, framerate: u16) -> Self {
+        Self { framerate, ..self }
+    }
+
+    /// Tells the camera the frequency of the mains.
+    pub const fn with_power_line(self, power_line: PowerLine) -> Self {
+        Self { power_line, ..self }
+    }
+
+    /// Sets how many frames the channel holds. With 1 it holds only the newest frame.
+    pub const fn with_channel_frames(self, channel_frames: usize) -> Self {
+        Self { channel_frames, ..self }
+    }
+
+    /// Sets how long connecting to the camera server may take.
+    pub const fn with_start_limit(self, start_limit: Duration) -> Self {
+        Self { start_limit, ..self }
+    }
+
+    /// Sets how long a frame may take to come in.
+    pub const fn with_frame_limit(self, frame_limit: Duration) -> Self {
+        Self { frame_limit, ..self }
+    }
+
+    /// Sets the largest size of a frame's JPEG data, in bytes.
+    pub const fn with_max_frame_size(self, max_frame_size: usize) -> Self {
+        Self { max_frame_size, ..self }
+    }
+
+    /// The command with these options. Returns an error when an option is out of its range.
     pub(crate) fn command(&self) -> Result<StartCameraOnline, Error> {
         for (what, given, most) in [
             ("camera's width", self.width.into(), u16::MAX.into()),
@@ -114,13 +154,13 @@ impl CameraOptions {
     }
 }
 
-/// Figures of a camera's stream, from its start on.
+/// Statistics of a camera's stream since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct CameraStatistics {
     /// Frames that have come in.
     pub frames: u64,
-    /// Frames of those that were dropped because the channel was full of newer ones.
+    /// How many of these were dropped because the channel was full and newer ones came.
     pub dropped: u64,
 }
 
@@ -142,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn the_frequency_of_the_mains_is_told_in_hertz() {
+    fn the_frequency_of_the_mains_is_sent_in_hertz() {
         for (power_line, expected) in
             [(PowerLine::Auto, 0), (PowerLine::Hz50, 50), (PowerLine::Hz60, 60)]
         {

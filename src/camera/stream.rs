@@ -1,7 +1,9 @@
 //! The camera's connection: a thread that reads frames, acknowledges them and puts them into the
 //! channel.
 
-use std::net::{SocketAddr, TcpStream};
+#[cfg(feature = "__fuzzing")]
+use std::net::SocketAddr;
+use std::net::TcpStream;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -11,18 +13,19 @@ use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
 use log::{info, warn};
 
 use super::control::{CameraControl, Server};
+use super::server::CameraServer;
 use super::{CameraFrame, CameraOptions};
 use crate::client::{connect_error, connect_to, Connection, TimeLimits};
 use crate::error::Error;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
-/// How long to wait before connecting to a server that does not listen yet is tried again.
+/// How long to wait before the next attempt to connect to a server that does not listen yet.
 const RETRY: Duration = Duration::from_millis(50);
 
 /// The longest that a single attempt to connect may take, so that stopping does not take longer.
 const ATTEMPT: Duration = Duration::from_secs(1);
 
-/// What stands for the command in the camera connection's errors. The acknowledge of a frame is the
+/// The name of the command in the camera connection's errors. The acknowledge of a frame is the
 /// request for the next one.
 const REQUEST: &str = "the request for a camera frame";
 
@@ -34,21 +37,22 @@ pub(crate) struct CameraStream {
 }
 
 impl CameraStream {
-    /// Starts a thread that connects and reads frames until it is stopped. Does not block.
+    /// Starts a thread that connects, unless that was done before the camera's start, and reads frames
+    /// until it is stopped. Does not block.
     ///
-    /// When the main connection breaks, the camera's breaks too, and may do so first. With
-    /// `rides_out` a connection that has failed does not end the stream before that time is over:
-    /// until then the thread waits for [`CameraControl::pause`] or [`CameraControl::resume`].
+    /// When the main connection fails, the camera's fails, too, perhaps first. With `rides_out`, a failed
+    /// connection ends the stream only after that time: until then the thread waits for
+    /// [`CameraControl::pause`] or [`CameraControl::resume`].
     ///
     /// # Errors
     ///
-    /// [`Error::Thread`].
+    /// [`Error::ThreadNotStarted`].
     pub(crate) fn start(
-        address: SocketAddr,
+        server: CameraServer,
         options: CameraOptions,
         rides_out: Option<Duration>,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
-        let control = Arc::new(CameraControl::new(address));
+        let control = Arc::new(CameraControl::new(server));
         let (sender, receiver) = bounded(options.channel_frames);
         let reader = Reader {
             options,
@@ -60,7 +64,7 @@ impl CameraStream {
         let thread = std::thread::Builder::new()
             .name("camera".to_owned())
             .spawn(move || reader.run())
-            .map_err(|error| Error::not_started(&error))?;
+            .map_err(Error::not_started)?;
         Ok((Self { control, thread: Some(thread) }, receiver))
     }
 
@@ -73,11 +77,11 @@ impl CameraStream {
         self.control.is_finished()
     }
 
-    /// Stops the stream and waits for its thread, which takes moments, a second at most.
+    /// Stops the stream and waits for its thread, for a second at most.
     pub(crate) fn join(&mut self) {
         self.control.stop();
         if let Some(thread) = self.thread.take() {
-            // The thread catches its own panics, so there is nothing to learn here.
+            // The thread catches its own panics, so there is nothing to report here.
             let _ = thread.join();
         }
     }
@@ -85,7 +89,7 @@ impl CameraStream {
 
 struct Reader {
     options: CameraOptions,
-    /// How long a failed connection may be that of a gap.
+    /// How long to wait for a gap after a failed connection.
     rides_out: Duration,
     control: Arc<CameraControl>,
     sender: Sender<CameraFrame>,
@@ -98,7 +102,7 @@ impl Reader {
         let result = catch_unwind(AssertUnwindSafe(|| self.read_frames()))
             .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
         let error = self.control.finish(result);
-        // The reason is known before the channel ends, so whoever sees that can ask for it.
+        // The reason is known before the channel ends, so the program can ask for it then.
         drop(self);
         match error {
             Some(error) => warn!("the camera stream has ended: {error}"),
@@ -119,7 +123,7 @@ impl Reader {
         Ok(())
     }
 
-    /// Reads frames until something ends it, and returns that.
+    /// Reads frames until an error, and returns the error.
     fn read_from_server(&self, server: Server, sequence: &mut u64) -> Error {
         let start = Instant::now();
         let first = *sequence;
@@ -143,22 +147,23 @@ impl Reader {
         }
     }
 
-    /// Connects to the server, which may take its time to listen.
+    /// Connects to the server, which may not listen yet.
     fn connect(&self, server: Server, start: Instant) -> Result<Connection, Error> {
         let (address, limit) = (server.address, self.options.start_limit);
+        let mut early = self.control.take_early(server);
         loop {
             let rest = limit.saturating_sub(start.elapsed());
-            let error = match connect_to(address, rest.min(ATTEMPT)) {
-                Ok(stream) => {
-                    return self
-                        .prepare(stream, server)
-                        .map_err(|error| connect_error(address, limit, &error))
-                }
+            let connected = match early.take() {
+                Some(stream) => Ok(stream),
+                None => connect_to(address, rest.min(ATTEMPT)),
+            };
+            let error = match connected.and_then(|stream| self.prepare(stream, server)) {
+                Ok(connection) => return Ok(connection),
                 Err(error) => error,
             };
             let given_up = start.elapsed() >= limit || self.control.wait_for_change(server, RETRY);
             if given_up {
-                return Err(connect_error(address, limit, &error));
+                return Err(connect_error(address, limit, error));
             }
         }
     }
@@ -172,7 +177,7 @@ impl Reader {
         Ok(connection)
     }
 
-    /// Reads frames until something ends it, and returns that.
+    /// Reads frames until an error, and returns the error.
     fn read_from(&self, connection: &mut Connection, sequence: &mut u64) -> Error {
         loop {
             let frame = match self.read_frame(connection, *sequence) {
@@ -180,7 +185,7 @@ impl Reader {
                 Err(error) => return error,
             };
             let acknowledged = connection.send(REQUEST, &CAMERA_FRAME_ACKNOWLEDGE);
-            // Also when that fails: the frame is whole.
+            // Even if that fails, because the frame is complete.
             self.put(frame);
             *sequence += 1;
             if let Err(error) = acknowledged {
@@ -216,19 +221,19 @@ impl Reader {
         }
     }
 
-    /// Puts a frame into the channel, and the oldest one out when there is no room.
+    /// Puts a frame into the channel, and drops the oldest one if there is no room.
     fn put(&self, mut frame: CameraFrame) {
         let mut dropped = 0;
         while let Err(TrySendError::Full(back)) = self.sender.try_send(frame) {
             frame = back;
-            // The consumer may have taken it out meanwhile.
+            // The program may have received it meanwhile.
             dropped += u64::from(self.oldest.try_recv().is_ok());
         }
         self.control.count_frame(dropped);
     }
 }
 
-/// Whether a stream ends by this when the main connection is lost.
+/// Whether this error may come from a loss of the main connection.
 fn may_be_a_gap(error: &Error) -> bool {
     matches!(
         error,
@@ -242,8 +247,8 @@ fn may_be_a_gap(error: &Error) -> bool {
     )
 }
 
-/// Reads frames that come in these pieces, with a signal in place of an empty one, until something
-/// ends it: the frames that are left in the channel, what has ended it, and what was sent.
+/// Reads frames that come in these pieces until an error; an empty piece means a signal. Returns the frames
+/// that are left in the channel, the error, and the bytes that were sent.
 #[cfg(feature = "__fuzzing")]
 pub fn read_frames(
     pieces: Vec<Vec<u8>>,
@@ -251,7 +256,8 @@ pub fn read_frames(
 ) -> (Vec<CameraFrame>, Error, Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
     let (sender, oldest) = bounded(options.channel_frames);
-    let control = Arc::new(CameraControl::new(SocketAddr::from(([127, 0, 0, 1], 0))));
+    let address = SocketAddr::from(([127, 0, 0, 1], 0));
+    let control = Arc::new(CameraControl::new(CameraServer { address, early: None }));
     let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };
     let error = reader.read_from(&mut server.connection(), &mut 0);
     let sent = server.state().written.clone();

@@ -27,8 +27,12 @@ where
     let addresses = resolver.addresses(host, port, &mut left)?;
     let found = connect_to_one(&addresses, &mut left, Instant::now, connect_to);
     found.unwrap_or_else(|| {
-        Err(Error::HostNotFound { host: host.to_owned(), reason: "it has no address".to_owned() })
+        Err(Error::HostNotFound { host: host.to_owned(), cause: no_address().into() })
     })
+}
+
+fn no_address() -> io::Error {
+    io::Error::new(ErrorKind::NotFound, "it has no address")
 }
 
 /// Connects to the first address that answers. Each gets an equal share of the time that is left
@@ -47,7 +51,7 @@ fn connect_to_one<S>(
         };
         match result {
             Ok(stream) => return Some(Ok(stream)),
-            Err(error) => failure = Some(Err(connect_error(address, left.limit(), &error))),
+            Err(error) => failure = Some(Err(connect_error(address, left.limit(), error))),
         }
     }
     failure
@@ -59,12 +63,12 @@ pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<Tcp
 }
 
 /// The error for an address that could not be connected to within the limit.
-pub(crate) fn connect_error(address: SocketAddr, limit: Duration, error: &io::Error) -> Error {
+pub(crate) fn connect_error(address: SocketAddr, limit: Duration, error: io::Error) -> Error {
     let address = address.to_string();
     match error.kind() {
         ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },
         ErrorKind::TimedOut => Error::ConnectTimedOut { address, limit },
-        _ => Error::ConnectFailed { address, reason: error.to_string() },
+        _ => Error::ConnectFailed { address, cause: error.into() },
     }
 }
 
@@ -81,8 +85,8 @@ mod tests {
         (1..=count).map(|number| ([10, 0, 0, number], 65000).into()).collect()
     }
 
-    /// Connects to addresses of which each behaves as told: it answers after that long, never, or
-    /// refuses. Returns what comes of it, and how long each had.
+    /// Connects to addresses with these behaviours: each answers after this time, never, or refuses.
+    /// Returns the result, and the limit that each one had.
     fn connect_to_these(
         behaviours: &[Result<Duration, ErrorKind>],
         found_after: Duration,
@@ -134,7 +138,7 @@ mod tests {
         assert_eq!((result, limits), (timed_out(addresses(3)[2]), vec![secs(2); 3]));
         let (result, limits) = connect_to_these(&[DEAD, DEAD], secs(2));
         assert_eq!((result, limits), (timed_out(addresses(2)[1]), vec![secs(2); 2]));
-        // What one does not use is for those behind it.
+        // The time that one does not use is for the ones after it.
         let (result, limits) = connect_to_these(&[REFUSED, DEAD], secs(0));
         assert_eq!((result, limits), (timed_out(addresses(2)[1]), vec![secs(3), secs(6)]));
     }
@@ -146,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_address_that_answers_is_the_one() {
+    fn the_first_address_that_answers_is_taken() {
         let (result, limits) = connect_to_these(&[Ok(secs(0)), DEAD], secs(0));
         assert_eq!((result, limits), (Some(Ok(addresses(2)[0])), vec![secs(3)]));
     }
@@ -161,8 +165,10 @@ mod tests {
     fn a_name_without_an_address_is_not_found() {
         let resolver = Resolver::new(|_: &str| Ok(Vec::new()));
         let error = connect_by(&resolver, "txt.local", 65000, LIMIT).unwrap_err();
-        let reason = "it has no address".to_owned();
-        assert_eq!(error, Error::HostNotFound { host: "txt.local".to_owned(), reason });
+        assert_eq!(
+            error,
+            Error::HostNotFound { host: "txt.local".to_owned(), cause: no_address().into() }
+        );
     }
 
     #[test]

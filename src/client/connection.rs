@@ -4,19 +4,20 @@ use std::io::{self, ErrorKind};
 use std::net::{IpAddr, TcpStream};
 use std::time::Duration;
 
+use super::address::host_and_port;
 use super::connect;
 use super::limits::{TimeLeft, TimeLimits};
 use super::transport::{TcpTransport, Transport};
 use crate::error::Error;
 
-/// A connection on which each request has one response, strictly in turn.
+/// A connection on which requests and responses alternate.
 #[derive(Debug)]
 pub(crate) struct Connection {
     transport: Box<dyn Transport>,
     limits: TimeLimits,
 }
 
-/// What errors call a request and its response.
+/// The names of a request and its response in errors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PacketNames {
     pub(crate) request: &'static str,
@@ -25,12 +26,13 @@ pub(crate) struct PacketNames {
 
 impl Connection {
     /// Connects to the first of the host's addresses that answers; the limit for connecting is for
-    /// all of it.
+    /// all of it. A port in `host` is used instead of `port`.
     pub(crate) fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
+        let (host, port) = host_and_port(host, port)?;
         let stream = connect::connect(host, port, limits.connect)?;
         Self::over_tcp(stream, limits).map_err(|error| Error::ConnectFailed {
             address: format!("{host}:{port}"),
-            reason: error.to_string(),
+            cause: error.into(),
         })
     }
 
@@ -45,7 +47,7 @@ impl Connection {
     }
 
     /// Whether the other side has neither closed the connection, as far as is known here, nor sent
-    /// what nobody asked for. Does not block.
+    /// bytes that no request asked for. Does not block.
     pub(crate) fn is_silent(&self) -> bool {
         self.transport.is_silent()
     }
@@ -55,10 +57,11 @@ impl Connection {
         self.transport.peer_ip()
     }
 
-    /// Sends a request and reads its whole response into `buffer`, which is longer than any, so
-    /// that one of too many bytes shows. Returns the response's size.
+    /// Sends a request and reads its whole response into `buffer`. The buffer is longer than any
+    /// response, to detect one with too many bytes. Returns the response's size.
     ///
-    /// `size` tells it, or that the bytes are wrong, by the first bytes once there are enough.
+    /// `size` gets the bytes that have come in. It returns the response's size once it can tell, or an
+    /// error when the bytes are wrong.
     pub(crate) fn transact(
         &mut self,
         names: PacketNames,
@@ -91,16 +94,16 @@ impl Connection {
         let mut left = TimeLeft::new(limit, self.transport.now());
         self.write_all(bytes, &mut left).map_err(|error| match error.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => Error::NotTaken { command, limit },
-            _ => io_error(command, &error, 0),
+            _ => io_error(command, error, 0),
         })
     }
 
-    /// The time for a response, from now on.
+    /// The time for a response, starting now.
     pub(crate) fn time_to_read(&self) -> TimeLeft {
         TimeLeft::new(self.limits.read, self.transport.now())
     }
 
-    /// Fills the buffer with what answers a command; `received` bytes of it have come in before.
+    /// Fills the buffer with the response to a command, of which `received` bytes have come in before.
     pub(crate) fn fill(
         &mut self,
         command: &'static str,
@@ -115,11 +118,11 @@ impl Connection {
         Ok(())
     }
 
-    /// Leaves a connection that may be of no use any more: sends these last words, and reads until
-    /// the other side has closed. Errors are of no interest. Blocks up to the limit.
+    /// Leaves a connection that may not work any more: sends these last bytes, and reads until
+    /// the other side has closed. Ignores errors. Blocks up to the limit.
     ///
     /// Closing with unread bytes would reset the connection, and the other side might never read
-    /// what was just sent.
+    /// the last bytes.
     pub(super) fn abandon(&mut self, last_words: &[u8], limit: Duration, buffer: &mut [u8]) {
         let mut left = TimeLeft::new(limit, self.transport.now());
         if self.write_all(last_words, &mut left).is_err() {
@@ -129,7 +132,7 @@ impl Connection {
         while matches!(self.read(buffer, &mut left), Ok(1..)) {}
     }
 
-    /// Reads the next bytes of what answers a command, at least one.
+    /// Reads the next bytes of the response to a command, at least one.
     fn receive(
         &mut self,
         command: &'static str,
@@ -144,12 +147,12 @@ impl Connection {
                 ErrorKind::WouldBlock | ErrorKind::TimedOut => {
                     Error::NoAnswer { command, limit: left.limit(), received }
                 }
-                _ => io_error(command, &error, received),
+                _ => io_error(command, error, received),
             }),
         }
     }
 
-    /// Reads, as often as that is interrupted.
+    /// Reads, and tries again after each interruption.
     fn read(&mut self, buffer: &mut [u8], left: &mut TimeLeft) -> io::Result<usize> {
         loop {
             let rest = left.next(|| self.transport.now()).ok_or(ErrorKind::TimedOut)?;
@@ -160,7 +163,7 @@ impl Connection {
         }
     }
 
-    /// Writes all bytes, however often that is interrupted.
+    /// Writes all bytes, and tries again after each interruption.
     fn write_all(&mut self, mut bytes: &[u8], left: &mut TimeLeft) -> io::Result<()> {
         while !bytes.is_empty() {
             let rest = left.next(|| self.transport.now()).ok_or(ErrorKind::TimedOut)?;
@@ -175,12 +178,12 @@ impl Connection {
     }
 }
 
-/// The error for a command during which the connection failed, when so many bytes had come in.
-fn io_error(command: &'static str, error: &io::Error, received: usize) -> Error {
+/// The error for a command during which the connection failed, after `received` bytes of the response.
+fn io_error(command: &'static str, error: io::Error, received: usize) -> Error {
     match error.kind() {
         ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted | ErrorKind::BrokenPipe => {
             Error::ConnectionClosed { command, received }
         }
-        kind => Error::Io { command, kind, reason: error.to_string() },
+        _ => Error::Io { command, cause: error.into() },
     }
 }

@@ -1,26 +1,36 @@
-//! How long things may take, and what is left of that.
+//! Time limits, and the time that is left of them.
 
 use std::mem;
 use std::time::{Duration, Instant};
 
 /// How long the steps of talking to the controller may take.
 ///
-/// Each limit holds however often a signal of the operating system interrupts the waiting. Limits
-/// under a millisecond count as one millisecond.
+/// Signals of the operating system that interrupt a wait do not lengthen a limit. A limit under a
+/// millisecond counts as one millisecond.
+///
+/// ```
+/// use std::time::Duration;
+/// use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
+///
+/// let limits = TimeLimits::default().with_read(Duration::from_secs(4));
+/// let builder = TransferAreaComHandler::builder("192.168.8.2").time_limits(limits);
+/// # let _ = builder;
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct TimeLimits {
-    /// For finding the addresses of a host name and connecting to one of them, all together.
+    /// For looking up the addresses of a host name and connecting to one of them, all together.
     /// Default 5 s.
     ///
-    /// Where a host has several addresses, each gets an equal share of the time that is left when
-    /// its turn comes. A numeric address needs no finding, so nobody is asked for it.
+    /// If a host has several addresses, each gets an equal share of the time that is left when
+    /// its turn comes. A numeric address needs no lookup.
     ///
-    /// The operating system can't be interrupted while it looks for a host name. So that is done
-    /// in a thread, which is left behind to end by itself when the limit comes; asking for the same
+    /// The operating system can't be interrupted while it looks up a host name. So a thread does
+    /// this; when the limit is over, it goes on in the background until it ends. Asking for the same
     /// name again waits for that thread and starts no other.
     pub connect: Duration,
     /// For the whole response to a command. Default 2 s; the controller answers an exchange
-    /// after 10 ms, 40 ms at most.
+    /// after 10 ms, or after 40 ms at most.
     pub read: Duration,
     /// For handing a whole command to the operating system. Default 2 s.
     pub write: Duration,
@@ -36,11 +46,31 @@ impl Default for TimeLimits {
     }
 }
 
+impl TimeLimits {
+    /// These limits with another one for [`connect`](Self::connect).
+    #[must_use]
+    pub const fn with_connect(self, connect: Duration) -> Self {
+        Self { connect, ..self }
+    }
+
+    /// These limits with another one for [`read`](Self::read).
+    #[must_use]
+    pub const fn with_read(self, read: Duration) -> Self {
+        Self { read, ..self }
+    }
+
+    /// These limits with another one for [`write`](Self::write).
+    #[must_use]
+    pub const fn with_write(self, write: Duration) -> Self {
+        Self { write, ..self }
+    }
+}
+
 /// What is left of a limit that several waits share.
 #[derive(Debug)]
 pub(crate) struct TimeLeft {
     limit: Duration,
-    /// `None` when it is beyond what a clock can tell.
+    /// `None` when it is beyond the range of the clock.
     deadline: Option<Instant>,
     waited: bool,
 }
@@ -50,15 +80,15 @@ impl TimeLeft {
         Self { limit, deadline: now.checked_add(limit), waited: false }
     }
 
-    /// The limit that there was in the beginning.
+    /// The whole limit.
     pub(crate) fn limit(&self) -> Duration {
         self.limit
     }
 
     /// How long the next wait may take; `None` when nothing is left.
     ///
-    /// The first wait may take the whole limit. A transport that has been told this limit before
-    /// need not be told again, which saves a system call in each exchange.
+    /// The first wait may take the whole limit. The transport has this limit set already, so it need not
+    /// set another, which saves a system call in each exchange.
     pub(crate) fn next(&mut self, now: impl FnOnce() -> Instant) -> Option<Duration> {
         if !mem::replace(&mut self.waited, true) {
             return Some(self.limit);

@@ -1,9 +1,12 @@
-//! One blocking call per command, no transfer area and no thread.
+//! One blocking call per command, without a transfer area or a thread.
 
+mod address;
 mod connect;
 mod connection;
+mod find;
 mod limits;
 mod resolve;
+mod response;
 #[cfg(any(test, feature = "__fuzzing"))]
 #[cfg_attr(not(test), allow(dead_code, reason = "tests use all of it"))]
 pub(crate) mod scripted;
@@ -16,8 +19,11 @@ mod transport;
 
 use std::net::IpAddr;
 
+pub(crate) use address::host_and_port;
 pub(crate) use connect::{connect_error, connect_to};
 pub(crate) use connection::{Connection, PacketNames};
+pub use find::{find_controllers, find_controllers_at};
+pub(crate) use find::{found_host, is_auto};
 pub use limits::TimeLimits;
 
 use crate::error::Error;
@@ -31,18 +37,17 @@ use crate::wire::{
 /// Port of the controller's main connection.
 pub const PORT: u16 = 65000;
 
-/// The longest response, and a byte more by which a longer one shows.
+/// The longest response, and one more byte to detect a longer one.
 const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 
 /// A connection to the controller: one blocking call per command.
 ///
 /// For programs that want no transfer area and no thread. Each call sends one command, waits for
 /// its response, and returns within the [`TimeLimits`]. Dropping the client closes the
-/// connection, upon which the controller stops its motors.
+/// connection; the controller then stops its motors.
 ///
-/// After an error that came while talking to the controller, every later call returns the same
-/// error; connect anew. [`Error::NotOnline`] and [`Error::AreaCount`] leave the connection as it
-/// was.
+/// After an error in talking to the controller, every later call returns the same error; connect
+/// again. After [`Error::NotOnline`] and [`Error::AreaCount`] the connection is still usable.
 ///
 /// ```no_run
 /// use ft_transfer_area::wire::ExchangeData;
@@ -65,7 +70,7 @@ pub struct TxtClient {
     /// `None` when it was abandoned.
     connection: Option<Connection>,
     online: bool,
-    /// The error after which the connection is of no further use.
+    /// The error after which the connection can't be used any more.
     broken: Option<Error>,
     request: Vec<u8>,
     response: Box<[u8; BUFFER_SIZE]>,
@@ -74,15 +79,21 @@ pub struct TxtClient {
 impl TxtClient {
     /// Connects to the controller. Blocks up to `limits.connect`.
     ///
-    /// `host` is a name or a numeric address; `port` is [`PORT`] for a real controller.
+    /// `host` is a name or a numeric address, and `port` is [`PORT`] for a real controller. A port in
+    /// `host` is used instead of `port`: `"192.168.7.2:65000"`, `"[::1]:65000"`. The host `auto`
+    /// means the only controller that is found, as for
+    /// [`builder`](crate::TransferAreaComHandler::builder); the search takes up to 1.5 s more.
     ///
     /// # Errors
     ///
-    /// [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
-    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::Thread`] when no thread
-    /// could be started to look for a host name.
+    /// [`Error::NoController`] or [`Error::SeveralControllers`] for `auto`;
+    /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
+    /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
+    /// could be started to look up a host name.
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
-        Ok(Self::over(Connection::connect(host, port, limits)?))
+        let (host, port) = host_and_port(host, port)?;
+        let host = found_host(host, port, limits.connect)?;
+        Ok(Self::over(Connection::connect(&host, port, limits)?))
     }
 
     fn over(connection: Connection) -> Self {
@@ -107,13 +118,14 @@ impl TxtClient {
         self.command(command, |out| command.emit(out), QueryStatusResponse::parse)
     }
 
-    /// Begins online mode: a program running on the controller is stopped, its screen locked,
-    /// and the compression reset. Blocks until the response.
+    /// Begins online mode: the controller stops a program that runs on it, locks its screen and
+    /// resets the compression. Blocks until the response.
     ///
     /// # Errors
     ///
     /// Any error of talking to the controller.
     #[doc(alias = "ftIF2013CommandId_StartOnline")]
+    #[doc(alias = "BeginTransfer")]
     pub fn start_online(&mut self) -> Result<(), Error> {
         self.command(CommandId::StartOnline, |out| StartOnline::new().emit(out), no_values)?;
         self.online = true;
@@ -146,18 +158,18 @@ impl TxtClient {
         self.command(command, |out| outputs.emit(out), ExchangeDataResponse::parse)
     }
 
-    /// One cycle between the areas and the controller: sends the configurations that have
+    /// One exchange between the areas and the controller: sends the configurations that have
     /// changed, then the outputs, and writes the inputs into the areas. Blocks until the
     /// response, which the controller sends 10 ms after its previous one.
     ///
-    /// This is the C samples' `DoTransfer`, for programs with a loop of their own. Set the
-    /// master's timers with [`Timer::set_elapsed`](crate::transfer_area::Timer::set_elapsed), if
-    /// the program uses them.
+    /// This is the C samples' `DoTransfer`, for programs with a loop of their own. It also sets each
+    /// area's [`id`](crate::transfer_area::State::id) to its index. If the program uses the master's
+    /// timers, it sets them with [`Timer::set_elapsed`](crate::transfer_area::Timer::set_elapsed).
     ///
     /// # Errors
     ///
     /// [`Error::NotOnline`] before [`start_online`](Self::start_online), [`Error::AreaCount`], and
-    /// any error of talking to the controller; the areas' inputs then stay as they were.
+    /// any error of talking to the controller; then the areas' inputs do not change.
     #[doc(alias = "DoTransfer")]
     #[doc(alias = "DoTransferCompressed")]
     #[doc(alias = "DoTransferSimple")]
@@ -169,6 +181,9 @@ impl TxtClient {
         // Before a configuration counts as sent.
         self.online(exchange.command())?;
         check_area_count(areas.len())?;
+        for (id, area) in (0..).zip(areas.iter_mut()) {
+            area.state.id = id;
+        }
         self.update_configs(exchange, areas)?;
         self.exchange(exchange, areas)?.apply(areas);
         Ok(())
@@ -201,8 +216,8 @@ impl TxtClient {
         exchange.receive(&self.response[..size]).map_err(|error| self.broken(error))
     }
 
-    /// Starts the camera server on the controller, which takes 1 to 2 s after the response. Its
-    /// frames come over a connection of their own, each behind a
+    /// Starts the camera server on the controller. The server is ready 1 to 2 s after the response. Its
+    /// frames come over a connection of their own, each after a
     /// [`CameraFrameHeader`](crate::wire::CameraFrameHeader).
     /// Blocks until the response.
     ///
@@ -236,6 +251,7 @@ impl TxtClient {
     ///
     /// Any error of talking to the controller.
     #[doc(alias = "ftIF2013CommandId_StopOnline")]
+    #[doc(alias = "EndTransfer")]
     pub fn stop_online(&mut self) -> Result<(), Error> {
         let command = CommandId::StopOnline;
         self.command(command, |out| command.emit(out), no_values)?;
@@ -248,12 +264,12 @@ impl TxtClient {
         self.connection.as_ref().and_then(Connection::peer_ip)
     }
 
-    /// Errs with what broke the connection.
+    /// Returns the error that broke the connection.
     fn usable(&self) -> Result<(), Error> {
         self.broken.clone().map_or(Ok(()), Err)
     }
 
-    /// Errs when the connection is broken or not in online mode.
+    /// Returns an error when the connection is broken or not in online mode.
     fn online(&self, command: CommandId) -> Result<(), Error> {
         self.usable()?;
         if self.online {
@@ -264,7 +280,7 @@ impl TxtClient {
     }
 }
 
-/// What there is to read in a response that is its id alone, which was checked on the way in.
+/// For a response that has only an id, which was checked when it came in.
 fn no_values(_response: &[u8]) -> Result<(), Error> {
     Ok(())
 }

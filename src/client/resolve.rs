@@ -1,7 +1,6 @@
 //! Finding the addresses of host names, within a time limit.
 
 use std::collections::BTreeMap;
-use std::io;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::sync::{Arc, Weak};
 use std::time::Instant;
@@ -9,10 +8,10 @@ use std::time::Instant;
 use parking_lot::{const_mutex, Condvar, Mutex};
 
 use super::limits::TimeLeft;
-use crate::error::Error;
+use crate::error::{Error, IoError};
 
 /// What is found for a name.
-pub(super) type Found = io::Result<Vec<SocketAddr>>;
+pub(super) type Found = Result<Vec<SocketAddr>, IoError>;
 
 /// Finds addresses by asking the operating system.
 pub(super) static SYSTEM: Resolver<fn(&str) -> Found> = Resolver::new(ask_system);
@@ -23,11 +22,11 @@ fn ask_system(host: &str) -> Found {
 
 /// Finds addresses by a function that nothing can interrupt.
 ///
-/// So each name is looked up in a thread, which is left to itself when the time is over. There is
-/// one thread for a name at most, so that a program that tries again and again has no more of them.
+/// So each name is looked up in a thread, which goes on alone when the time is over. There is at most
+/// one thread per name, even when a program tries again and again.
 pub(super) struct Resolver<F> {
     ask: F,
-    /// The threads keep their lookups alive.
+    /// The threads own their lookups.
     under_way: Mutex<BTreeMap<String, Weak<Lookup>>>,
 }
 
@@ -70,13 +69,13 @@ where
                 Ok(with_port.collect())
             }
             Some(Err(error)) => {
-                Err(Error::HostNotFound { host: host.to_owned(), reason: error.to_string() })
+                Err(Error::HostNotFound { host: host.to_owned(), cause: error.clone() })
             }
             None => Err(Error::LookupTimedOut { host: host.to_owned(), limit: left.limit() }),
         }
     }
 
-    /// The lookup of this name that is under way, or a new one.
+    /// The lookup of this name that is running, or a new one.
     fn lookup(&self, host: &str) -> Result<Arc<Lookup>, Error> {
         let mut under_way = self.under_way.lock();
         let same = under_way.get(host).and_then(Weak::upgrade);
@@ -93,7 +92,7 @@ where
                 *answered.answer.lock() = Some(answer);
                 answered.answered.notify_all();
             })
-            .map_err(|error| Error::not_started(&error))?;
+            .map_err(Error::not_started)?;
         under_way.insert(host.to_owned(), Arc::downgrade(&lookup));
         Ok(lookup)
     }
@@ -101,7 +100,7 @@ where
 
 #[cfg(test)]
 mod tests {
-    use std::io::ErrorKind;
+    use std::io::{self, ErrorKind};
     use std::sync::mpsc;
     use std::time::Duration;
 
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn numeric_addresses_ask_nobody() {
+    fn numeric_addresses_need_no_lookup() {
         let resolver = Resolver::new(|host: &str| panic!("{host} was looked up"));
         for (host, expected) in [
             ("192.168.7.2", "192.168.7.2:65000"),
@@ -143,11 +142,11 @@ mod tests {
     }
 
     #[test]
-    fn a_name_that_nobody_knows_is_told_with_the_reason() {
-        let resolver = Resolver::new(|_: &str| Err(ErrorKind::NotFound.into()));
+    fn an_unknown_name_is_an_error_with_the_reason() {
+        let resolver = Resolver::new(|_: &str| Err(io::Error::from(ErrorKind::NotFound).into()));
         let error = resolver.addresses("txt.local", PORT, &mut within(AMPLE)).unwrap_err();
-        let reason = io::Error::from(ErrorKind::NotFound).to_string();
-        assert_eq!(error, Error::HostNotFound { host: "txt.local".to_owned(), reason });
+        let cause = io::Error::from(ErrorKind::NotFound).into();
+        assert_eq!(error, Error::HostNotFound { host: "txt.local".to_owned(), cause });
     }
 
     #[test]
@@ -170,13 +169,13 @@ mod tests {
         questions.recv_timeout(AMPLE).unwrap();
         assert_eq!(questions.try_recv(), Err(mpsc::TryRecvError::Empty));
 
-        // It stands in nobody else's way.
+        // It does not delay others.
         assert_eq!(resolver.addresses("other.local", PORT, &mut within(AMPLE)), Ok(vec![]));
 
-        // Whoever asks again gets what the lookup under way finds.
+        // A second caller gets the result of the running lookup.
         std::thread::scope(|scope| {
             let late = scope.spawn(|| resolver.addresses("slow.local", 1, &mut within(AMPLE)));
-            // The thread has it, and who waits for it.
+            // The lookup's thread holds it, and the caller that waits for it.
             let holders = || resolver.under_way.lock()["slow.local"].strong_count();
             let begin = Instant::now();
             while holders() < 2 {

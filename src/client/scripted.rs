@@ -1,5 +1,5 @@
-//! A transport for tests, without a network and with a clock of its own: what happens when is a
-//! script, and what was done is noted.
+//! A transport for tests, without a network and with a clock of its own: a script says what happens
+//! when, and the calls are recorded.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
@@ -23,14 +23,14 @@ pub(crate) const LIMITS: TimeLimits = TimeLimits {
 pub(crate) enum Event {
     /// These bytes come in; when a call can't take them all, the next one gets the rest.
     Bytes(Vec<u8>),
-    /// So many bytes are taken at most.
+    /// At most this many bytes are written.
     Room(usize),
     Error(ErrorKind),
     /// The other side closes its direction.
     End,
 }
 
-/// Events, each so long after the one before.
+/// Events, each with its time after the previous one.
 pub(crate) type Script = Vec<(Duration, Event)>;
 
 /// A signal every 100 ms for much longer than any limit.
@@ -38,12 +38,12 @@ pub(crate) fn storm() -> Script {
     vec![(Duration::from_millis(100), Event::Error(ErrorKind::Interrupted)); 1000]
 }
 
-/// Events that do not let anybody wait.
+/// Events without a wait between them.
 pub(crate) fn at_once<const N: usize>(events: [Event; N]) -> Script {
     events.map(|event| (Duration::ZERO, event)).into()
 }
 
-/// The test's hold on a transport that the connection owns.
+/// The test's handle to a transport that the connection owns.
 #[derive(Clone, Debug)]
 pub(crate) struct Scripted(Arc<Mutex<State>>);
 
@@ -52,7 +52,7 @@ pub(crate) struct State {
     begin: Instant,
     /// The time since the beginning.
     pub(crate) time: Duration,
-    /// When it is over, nothing comes any more.
+    /// When it is over, nothing more comes in.
     reads: VecDeque<(Duration, Event)>,
     /// When it is over, there is room for everything.
     writes: VecDeque<(Duration, Event)>,
@@ -80,7 +80,7 @@ impl Scripted {
         })))
     }
 
-    /// The other side sends these pieces, with a signal in place of an empty one, and then closes.
+    /// The other side sends these pieces, then closes. An empty piece means a signal.
     #[cfg(feature = "__fuzzing")]
     pub(crate) fn sending(pieces: Vec<Vec<u8>>) -> Self {
         let events = pieces.into_iter().map(|piece| match piece.is_empty() {
@@ -101,7 +101,7 @@ impl Scripted {
 }
 
 impl State {
-    /// Lets time go by until the next event; `None` when the limit is over before.
+    /// Moves the time to the next event; `None` when the limit is over before it.
     fn next_event(&mut self, reading: bool, limit: Duration) -> Option<Event> {
         let script = if reading { &mut self.reads } else { &mut self.writes };
         let Some((delay, event)) = script.pop_front() else {

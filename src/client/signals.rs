@@ -1,4 +1,4 @@
-//! Tests that no time limit is lengthened by signals, with real ones and over real connections.
+//! Tests that signals do not lengthen time limits, with real signals and over real connections.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -24,11 +24,11 @@ const LIMITS: TimeLimits = TimeLimits { connect: LIMIT, read: LIMIT, write: LIMI
 /// The time between two signals.
 const GUST: Duration = Duration::from_millis(50);
 
-/// How long a storm lasts at most. A limit that begins anew with each signal ends after it.
+/// The longest that a storm lasts. A limit that starts again with each signal would outlast it.
 const STORM: Duration = Duration::from_secs(20);
 
-/// Calls this in a storm of signals to this thread, each of them handled with SA_RESTART, as by a
-/// program that wants to notice nothing of them. The call has to return before the storm is over.
+/// Makes a call while this thread gets a storm of signals, handled with SA_RESTART, as in a program
+/// that does not want to notice them. The call has to return before the storm is over.
 pub(crate) fn in_a_storm<T>(call: impl FnOnce() -> T) -> T {
     let signal = Signal::SIGUSR1;
     let handled = Arc::new(AtomicBool::new(false));
@@ -39,7 +39,7 @@ pub(crate) fn in_a_storm<T>(call: impl FnOnce() -> T) -> T {
         scope.spawn(move || {
             let begin = Instant::now();
             while begin.elapsed() < STORM {
-                // Its thread waits for this one.
+                // The target thread exists: it waits for this one.
                 pthread_kill(target, signal).unwrap();
                 if calms_down.recv_timeout(GUST) == Err(RecvTimeoutError::Disconnected) {
                     break;
@@ -95,14 +95,14 @@ fn a_response_that_comes_in_a_storm_of_signals_is_taken() {
 fn the_limit_for_sending_holds_in_a_storm_of_signals() {
     let (_reads_nothing, port) = listen();
     let mut connection = Connection::connect("127.0.0.1", port, LIMITS).unwrap();
-    // More than any system keeps on the way.
+    // More than any system buffers.
     let bytes = vec![0; 64 << 20];
     let result = in_a_storm(|| connection.send("a long command", &bytes));
     assert_eq!(result, Err(Error::NotTaken { command: "a long command", limit: LIMIT }));
 }
 
 #[test]
-fn the_last_words_are_not_cut_short_by_signals() {
+fn signals_do_not_cut_the_last_bytes_short() {
     let (listener, port) = listen();
     let mut client = TxtClient::connect("127.0.0.1", port, LIMITS).unwrap();
     let server = thread::spawn(move || {
@@ -124,7 +124,7 @@ fn the_last_words_are_not_cut_short_by_signals() {
     in_a_storm(|| client.abandon(&[1, 2, 3]));
 }
 
-// Elsewhere a full queue of connections refuses.
+// On other systems a full queue refuses connections.
 #[cfg(target_os = "linux")]
 #[test]
 fn the_limit_for_connecting_holds_in_a_storm_of_signals() {

@@ -1,5 +1,5 @@
-//! The client over a scripted connection: every way in which bytes can come, fail to come, or be
-//! interrupted, to the millisecond.
+//! The client over a scripted connection: bytes that come in, fail to come in or are interrupted in
+//! every way, with exact times.
 
 use std::io::ErrorKind;
 use std::time::Duration;
@@ -25,13 +25,13 @@ fn response() -> Vec<u8> {
     bytes
 }
 
-/// A client to which this happens, and the hold on its transport.
+/// A client with these scripts, and the handle to its transport.
 fn client(reads: Script, writes: Script) -> (TxtClient, Scripted) {
     let transport = Scripted::new(reads, writes);
     (TxtClient::over(transport.connection()), transport)
 }
 
-/// What QueryStatus says, and how long it took.
+/// The result of QueryStatus, and how long it took.
 fn query(reads: Script, writes: Script) -> (Result<(), Error>, Duration) {
     let (mut client, transport) = client(reads, writes);
     let result = client.query_status().map(drop);
@@ -106,11 +106,10 @@ fn a_response_that_ends_early_is_a_closed_connection() {
 }
 
 #[test]
-fn a_reset_is_a_closed_connection_and_other_failures_are_told_as_they_are() {
+fn a_reset_is_a_closed_connection_and_other_failures_are_reported_as_they_are() {
     use ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset, HostUnreachable};
     let broken = |kind: ErrorKind| {
-        let reason = std::io::Error::from(kind).to_string();
-        Err(Error::Io { command: QUERY, kind, reason })
+        Err(Error::Io { command: QUERY, cause: std::io::Error::from(kind).into() })
     };
     for kind in [ConnectionReset, ConnectionAborted, BrokenPipe] {
         let reads = at_once([Event::Bytes(response()[..9].to_vec()), Event::Error(kind)]);
@@ -124,7 +123,7 @@ fn a_reset_is_a_closed_connection_and_other_failures_are_told_as_they_are() {
 }
 
 #[test]
-fn a_wrong_id_is_seen_by_its_four_bytes_and_not_waited_on() {
+fn a_wrong_id_is_an_error_after_its_four_bytes() {
     let packet = "QueryStatus response";
     let mut bytes = response();
     bytes[3] ^= 1;
@@ -136,7 +135,7 @@ fn a_wrong_id_is_seen_by_its_four_bytes_and_not_waited_on() {
 }
 
 #[test]
-fn bytes_behind_a_response_are_a_wrong_size() {
+fn bytes_after_a_response_are_a_wrong_size() {
     let mut bytes = response();
     bytes.extend([1, 2]);
     let packet = "QueryStatus response";
@@ -161,7 +160,7 @@ fn a_command_that_is_not_taken_in_a_storm_of_signals_ends_with_the_limit_for_wri
 }
 
 #[test]
-fn a_command_is_sent_once_however_many_pieces_and_signals_there_are() {
+fn a_command_is_sent_once_even_in_pieces_and_with_signals() {
     let reads = at_once([Event::Bytes(response())]);
     let signal = Event::Error(ErrorKind::Interrupted);
     let writes = at_once([signal.clone(), Event::Room(1), signal, Event::Room(2), Event::Room(9)]);
@@ -170,12 +169,11 @@ fn a_command_is_sent_once_however_many_pieces_and_signals_there_are() {
     assert_eq!(transport.state().written, CommandId::QueryStatus.id().to_le_bytes());
 }
 
-/// The limits are the ones that the transport was made with, so it tells the operating system
-/// nothing.
+/// The limits are the ones that the transport was made with, so it sets none in the operating system.
 #[test]
 fn a_response_in_one_piece_takes_one_call_in_each_direction_with_the_whole_limits() {
     let mut reads = at_once([Event::Bytes(response()), Event::Bytes(response())]);
-    // Time goes by between the calls, too.
+    // Time passes between the calls, too.
     reads[1].0 = ms(10);
     let (mut client, transport) = client(reads, vec![]);
     client.query_status().unwrap();
@@ -200,7 +198,7 @@ fn a_response_in_pieces_leaves_the_next_one_its_whole_time() {
 }
 
 #[test]
-fn an_error_that_the_caller_can_mend_leaves_the_connection_as_it_was() {
+fn an_error_that_the_caller_can_correct_leaves_the_connection_usable() {
     let mut start = Vec::new();
     ResponseId::StartOnline.emit(&mut start);
     let (mut client, transport) = client(at_once([Event::Bytes(start)]), vec![]);
@@ -210,7 +208,7 @@ fn an_error_that_the_caller_can_mend_leaves_the_connection_as_it_was() {
     client.start_online().unwrap();
 }
 
-/// What an abandoned connection was told, and how long it took.
+/// What was sent on an abandoned connection, whether the stream was ended, and how long it took.
 fn abandon(reads: Script, writes: Script) -> (Vec<u8>, bool, Duration) {
     let (mut client, transport) = client(reads, writes);
     client.abandon(&[1, 2, 3]);
@@ -232,7 +230,7 @@ fn an_abandoned_connection_is_read_until_the_other_side_closes() {
 }
 
 #[test]
-fn signals_do_not_end_the_last_words_of_an_abandoned_connection() {
+fn signals_do_not_cut_the_last_bytes_of_an_abandoned_connection_short() {
     let signal = || (ms(10), Event::Error(ErrorKind::Interrupted));
     let writes = vec![signal(), (ms(10), Event::Room(5)), signal()];
     let reads = vec![signal(), (ms(10), Event::Bytes(response())), signal(), (ms(10), Event::End)];
@@ -252,7 +250,7 @@ fn an_abandoned_connection_takes_half_a_second_at_most() {
 }
 
 #[test]
-fn an_abandoned_connection_that_takes_no_words_is_left_at_once() {
+fn an_abandoned_connection_that_takes_no_bytes_is_left_immediately() {
     let writes = at_once([Event::Error(ErrorKind::BrokenPipe)]);
     assert_eq!(abandon(vec![], writes), (vec![], false, NO_WAIT));
 }

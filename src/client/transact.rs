@@ -1,19 +1,18 @@
-//! Bytes to the controller and back: a command and its response, and the last words.
+//! Bytes to the controller and back: a command and its response, and the last bytes.
 
 use std::time::Duration;
 
 use super::connection::PacketNames;
+use super::response::response_size;
 use super::TxtClient;
 use crate::error::Error;
-use crate::wire::{
-    CmprHeader, CommandId, ExchangeDataResponse, QueryStatusResponse, ResponseId, ID_LEN,
-};
+use crate::wire::CommandId;
 
-/// How long the last words on a failing connection may take.
+/// How long the last bytes on a failing connection may take.
 const ABANDON_LIMIT: Duration = Duration::from_millis(500);
 
 impl TxtClient {
-    /// Notes the error after which the connection is of no further use.
+    /// Stores the error after which the connection can't be used any more.
     pub(super) fn broken(&mut self, error: Error) -> Error {
         self.broken = Some(error.clone());
         error
@@ -46,9 +45,9 @@ impl TxtClient {
             .map_err(|error| self.broken(error))
     }
 
-    /// Leaves a connection on which something went wrong: sends this request and StopOnline
-    /// whatever came before, so that the controller hears it if it can hear anything. Errors are
-    /// of no interest any more, and the connection is closed. Blocks for half a second at most.
+    /// Leaves a connection on which something went wrong: sends this request and StopOnline, without
+    /// waiting for a response in between, so that the controller gets them if it gets anything. Ignores
+    /// errors, and closes the connection. Blocks for half a second at most.
     pub(crate) fn abandon(&mut self, last_request: &[u8]) {
         let mut last_words = last_request.to_vec();
         CommandId::StopOnline.emit(&mut last_words);
@@ -56,29 +55,4 @@ impl TxtClient {
             connection.abandon(&last_words, ABANDON_LIMIT, &mut self.response[..]);
         }
     }
-}
-
-/// The size of a response of which the first bytes have come in, once they tell it.
-fn response_size(command: CommandId, start: &[u8]) -> Result<Option<usize>, Error> {
-    let response = command.response();
-    if start.len() < ID_LEN {
-        return Ok(None);
-    }
-    response.check(start)?;
-    Ok(match response {
-        ResponseId::QueryStatus => Some(QueryStatusResponse::LEN),
-        ResponseId::ExchangeData => Some(ExchangeDataResponse::LEN),
-        ResponseId::ExchangeDataCmpr => match start.get(..CmprHeader::LEN) {
-            Some(header) => {
-                let header = CmprHeader::parse_response(header)?;
-                Some(CmprHeader::LEN + header.extra_size as usize)
-            }
-            None => None,
-        },
-        ResponseId::StartOnline
-        | ResponseId::UpdateConfig
-        | ResponseId::StopOnline
-        | ResponseId::StartCameraOnline
-        | ResponseId::StopCameraOnline => Some(ID_LEN),
-    })
 }

@@ -1,42 +1,42 @@
-//! What a connection needs of the network.
+//! What a connection needs from the network.
 
 use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{IpAddr, Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-/// The shortest limit that the operating system takes for one.
+/// The shortest limit that the operating system accepts.
 pub(super) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
 
 /// A stream of bytes in each direction, with a clock.
 ///
-/// Reading and writing are single system calls: they may move a part of the bytes, and be
-/// interrupted. A limit that is over is an error of the kind `WouldBlock` or `TimedOut`.
+/// Reading and writing are single system calls: they may move only a part of the bytes, and may be
+/// interrupted. When the limit is over, the error is of the kind `WouldBlock` or `TimedOut`.
 pub(super) trait Transport: fmt::Debug + Send + Sync {
     fn now(&self) -> Instant;
 
-    /// Reads what has come, and waits for it up to `limit`. 0 is the end of the stream.
+    /// Reads the bytes that have come in, and waits for some up to `limit`. 0 is the end of the stream.
     fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize>;
 
     /// Writes as much as there is room for, and waits for room up to `limit`.
     fn write(&mut self, bytes: &[u8], limit: Duration) -> io::Result<usize>;
 
-    /// Tells the other side that nothing more will be written.
+    /// Ends the stream to the other side.
     fn end_writing(&mut self) -> io::Result<()>;
 
     /// Whether the other side has neither closed the connection, as far as is known here, nor sent
-    /// what is not read yet. Does not block.
+    /// bytes that are not read yet. Does not block.
     fn is_silent(&self) -> bool;
 
     /// The other side's address, unless the connection is lost already.
     fn peer_ip(&self) -> Option<IpAddr>;
 }
 
-/// The network itself.
+/// A TCP connection.
 #[derive(Debug)]
 pub(super) struct TcpTransport {
     stream: TcpStream,
-    /// The limits that the operating system was told last.
+    /// The limits that are set in the operating system.
     read_limit: Duration,
     write_limit: Duration,
 }
@@ -118,13 +118,13 @@ mod tests {
             assert_eq!(transport.stream.read_timeout().unwrap(), Some(limit));
             assert_eq!(transport.stream.write_timeout().unwrap(), Some(limit / 2));
         }
-        // Shorter ones than the operating system takes are over as soon as it can tell.
+        // A limit that is too short for the operating system counts as its shortest one.
         let (mut transport, _server) = connected(Duration::ZERO);
         let error = transport.read(&mut [0], Duration::ZERO).unwrap_err();
         assert!(matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut), "{error:?}");
     }
 
-    // Elsewhere a system need not tell that a connection was reset before it is read from.
+    // Other systems may report a reset only when the connection is read from.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_connection_that_was_reset_is_not_silent() {

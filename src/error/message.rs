@@ -1,4 +1,4 @@
-//! What an error says: a sentence for a robot builder, with what to check.
+//! The errors' messages: a sentence for a robot builder, with what to check.
 
 use std::fmt;
 
@@ -29,6 +29,11 @@ impl fmt::Display for Error {
                  by set_ft_motor_config, or use set_out_motor_values",
                 output.motor()
             ),
+            Self::ZeroPulses => write!(
+                f,
+                "a distance is 1 to 65535 pulses, not 0; to turn motors without a distance, alone or \
+                 together, call start_synchronised"
+            ),
             Self::MotorTwice { motor } => write!(
                 f,
                 "{motor} is named twice in one motor command; master and slaves have to be \
@@ -46,7 +51,7 @@ impl fmt::Display for Error {
             ),
             Self::AlreadyStarted => write!(
                 f,
-                "the transfer is running already; call end_transfer before begin_transfer"
+                "the transfer is already running; call end_transfer before begin_transfer"
             ),
             Self::NotStarted => {
                 write!(f, "no transfer is running; call begin_transfer first")
@@ -57,13 +62,31 @@ impl fmt::Display for Error {
             Self::WaitTimedOut { limit } => {
                 write!(
                     f,
-                    "what was waited for did not come about within {limit:?}; the transfer goes on, so \
-                     wait again or allow more time"
+                    "what the program waited for did not happen within {limit:?}; the transfer goes on, \
+                     so wait again or allow more time"
                 )
             }
-            Self::HostNotFound { host, reason } => write!(
+            Self::BadAddress { given } => write!(
                 f,
-                "there is no host {host:?} ({reason}); check the spelling, or use the address: \
+                "{given:?} is no address of a controller; write the host alone, as 192.168.7.2, or \
+                 with a port of 1 to 65535, as 192.168.7.2:65000 or [::1]:65000"
+            ),
+            Self::NoController { tried } => write!(
+                f,
+                "no controller was found{}; check that the TXT is switched on and has finished \
+                 starting, that its cable is plugged in or the PC is in its WLAN or paired by Bluetooth, \
+                 and that no other program uses it; for a TXT in another network, give its address",
+                if tried.is_empty() { String::new() } else { format!(" at {}", list(tried)) }
+            ),
+            Self::SeveralControllers { found } => write!(
+                f,
+                "there are several controllers: {}; use the address of the one to control instead of \
+                 \"auto\", so that the right machine moves",
+                list(found)
+            ),
+            Self::HostNotFound { host, cause } => write!(
+                f,
+                "there is no host {host:?} ({cause}); check the spelling, or use the address: \
                  192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth"
             ),
             Self::LookupTimedOut { host, limit } => write!(
@@ -80,42 +103,44 @@ impl fmt::Display for Error {
             Self::ConnectTimedOut { address, limit } => write!(
                 f,
                 "{address} did not answer within {limit:?}; check that the TXT is switched on and \
-                 connected by USB, WLAN or Bluetooth"
+                 connected by USB, WLAN or Bluetooth, or allow more time for connecting by time_limits"
             ),
-            Self::ConnectFailed { address, reason } => write!(
+            Self::ConnectFailed { address, cause } => write!(
                 f,
-                "no connection to {address} ({reason}); check that the TXT is switched on and \
+                "no connection to {address} ({cause}); check that the TXT is switched on and \
                  connected by USB, WLAN or Bluetooth"
             ),
             Self::NotTaken { command, limit } => write!(
                 f,
                 "the controller did not take {command} within {limit:?}; check the connection to the \
-                 TXT, or allow a longer time for writing"
+                 TXT, or allow more time for writing by time_limits"
             ),
             Self::NoAnswer { command, limit, received } => write!(
                 f,
                 "the controller did not answer {command} within {limit:?} ({received} bytes came); \
-                 check the connection to the TXT, or allow a longer time for reading"
+                 check the connection to the TXT, or allow more time for reading by time_limits"
             ),
             Self::ConnectionClosed { command, received } => write!(
                 f,
                 "the controller closed the connection instead of answering {command} ({received} \
                  bytes came); check that the TXT is still on and no other program uses it"
             ),
-            Self::Io { command, reason, .. } => write!(
+            Self::Io { command, cause } => write!(
                 f,
-                "the connection broke during {command} ({reason}); check that the TXT is still on \
+                "the connection broke during {command} ({cause}); check that the TXT is still on \
                  and in reach"
             ),
             Self::WrongId { packet, expected, found } => write!(
                 f,
-                "expected a {packet} (id {expected:#010x}), but a packet with id {found:#010x} \
-                 came; check that the other side is a TXT"
+                "expected {} {packet} (id {expected:#010x}), but a packet with id {found:#010x} \
+                 came; check that the other side is a TXT",
+                article(packet)
             ),
             Self::WrongSize { packet, expected, found } => write!(
                 f,
-                "a {packet} has {expected} bytes, but {found} came; check that the other side is \
-                 a TXT with a firmware this crate knows"
+                "{} {packet} has {expected} bytes, but {found} came; check that the other side is \
+                 a TXT with a firmware this crate knows",
+                article(packet)
             ),
             Self::TooLarge { packet, announced, limit } => write!(
                 f,
@@ -139,12 +164,13 @@ impl fmt::Display for Error {
                  it with ROBOPro or from an SD card"
             ),
             Self::CameraAlreadyStarted => {
-                write!(f, "the camera is started already; call stop_camera first")
+                write!(f, "the camera is already started; call stop_camera first")
             }
             Self::FrameSize { announced, limit } => write!(
                 f,
                 "the camera announces a frame of {announced} bytes, but 1 to {limit} are \
-                 plausible; check that the other side is a TXT, or allow larger frames"
+                 plausible; check that the other side is a TXT, or allow larger frames by \
+                 CameraOptions::max_frame_size"
             ),
             Self::BadPicture { reason } => {
                 write!(f, "the camera's frame is no usable picture: {reason}")
@@ -152,7 +178,7 @@ impl fmt::Display for Error {
             Self::I2cNoDevice { device } => write!(
                 f,
                 "no I2C device answers at the address {device:#04x}; check its cable and its power, \
-                 and whether the address is the one of 7 bits"
+                 and whether this is the 7-bit address"
             ),
             Self::ProgramPanicked => write!(
                 f,
@@ -162,37 +188,91 @@ impl fmt::Display for Error {
             Self::HookHangs { limit } => write!(
                 f,
                 "the cycle hook did not return within {limit:?}; the motors were stopped, and the hook is \
-                 not called again; make it quick, and let it wait for nothing"
+                 not called again; make it quick, without waits, or allow more time by hook_limit"
             ),
             Self::WatchdogExpired { limit } => write!(
                 f,
                 "the program showed no sign of life for {limit:?}, so the watchdog has set all outputs to \
-                 0; find out what it waited for, or allow more time; to go on, set the outputs anew"
+                 0; find out where it hung, or allow more time by watchdog; to go on, set the outputs again"
             ),
             Self::ConnectionLost { cause } => write!(
                 f,
                 "the connection to the controller was lost and is being made again; all outputs are 0 and \
-                 all commands forgotten, so set them anew; what went wrong: {cause}"
+                 all commands forgotten, so set them again; what went wrong: {cause}"
             ),
             Self::ReconnectFailed { limit, cause } => write!(
                 f,
-                "the connection to the controller was lost and could not be made again within {limit:?}; \
-                 what went wrong at last: {cause}"
+                "the connection to the controller was lost and could not be made again within {limit:?}, \
+                 the limit that reconnect has set; the last error: {cause}"
             ),
-            Self::Thread { reason } => {
-                write!(f, "a thread for the transfer, the camera or a host name failed: {reason}")
-            }
+            Self::ThreadNotStarted { cause } => write!(
+                f,
+                "the operating system could not start a thread ({cause}); check how many threads this \
+                 program has, and how many it may have"
+            ),
+            Self::ThreadPanicked { reason } => write!(
+                f,
+                "a thread of ft-transfer-area panicked ({reason}); this is a bug in that library, \
+                 please report it"
+            ),
+            #[cfg(feature = "simulator")]
             Self::World { line: 0, reason } => {
                 write!(f, "the simulated world can't be used: {reason}")
             }
+            #[cfg(feature = "simulator")]
             Self::World { line, reason } => {
                 write!(f, "line {line} of the simulated world is wrong: {reason}")
             }
-            Self::SimulatorFailed { reason } => write!(
+            #[cfg(feature = "simulator")]
+            Self::WorldNotRead { path, cause } => {
+                write!(f, "the simulated world in {} can't be read ({cause})", path.display())
+            }
+            #[cfg(feature = "simulator")]
+            Self::SimulatorFailed { cause } => write!(
                 f,
-                "the simulated TXT could not be started ({reason}); check that no other program \
+                "the simulated TXT could not be started ({cause}); check that no other program \
                  uses its port"
             ),
         }
+    }
+}
+
+/// The article before a packet's name.
+fn article(packet: &str) -> &'static str {
+    if packet.starts_with(['A', 'E', 'I', 'O', 'U', 'a', 'e', 'i', 'o', 'u']) {
+        "an"
+    } else {
+        "a"
+    }
+}
+
+/// The items, separated by commas.
+fn list(items: &[impl ToString]) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn debug_shows_the_sentence_that_display_shows() {
+        let range = Error::OutOfRange { what: "duty", given: 513, least: -512, most: 512 };
+        assert_eq!(format!("{range:?}"), "the duty is 513, but has to be -512 to 512");
+        let lost = Error::ConnectionLost { cause: Box::new(range) };
+        assert_eq!(format!("{lost:?}"), lost.to_string());
+    }
+
+    #[test]
+    fn packets_have_their_article() {
+        for (packet, start) in [
+            ("ExchangeDataCmpr response", "expected an ExchangeDataCmpr response ("),
+            ("QueryStatus response", "expected a QueryStatus response ("),
+        ] {
+            let id = Error::WrongId { packet, expected: 1, found: 2 };
+            assert!(id.to_string().starts_with(start), "{id}");
+        }
+        let size = Error::WrongSize { packet: "UpdateConfig", expected: 2, found: 1 };
+        assert!(size.to_string().starts_with("an UpdateConfig has 2 bytes"), "{size}");
     }
 }

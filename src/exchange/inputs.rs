@@ -1,9 +1,9 @@
-//! What responses tell, and how it gets into the areas.
+//! The inputs in the responses, and how they get into the areas.
 
 use crate::transfer_area::{FishX1Transfer, IrInput, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::{ExchangeDataResponse, IrRemote};
 
-/// What the responses of one transfer have told so far.
+/// The inputs from the responses of one transfer so far.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Inputs {
     /// By area; `None` for an extension that has never taken part.
@@ -12,7 +12,7 @@ pub struct Inputs {
     alive: u16,
 }
 
-/// What a response tells of one area.
+/// The inputs of one area in a response.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct AreaInputs {
     data: ExchangeDataResponse,
@@ -26,7 +26,7 @@ impl Inputs {
         self.alive
     }
 
-    /// What is known of one area; `None` for an extension that has never taken part.
+    /// The newest inputs of one area; `None` for an extension that has never taken part.
     pub(crate) fn area(&self, index: usize) -> Option<&ExchangeDataResponse> {
         self.areas.get(index)?.as_ref().map(|area| &area.data)
     }
@@ -36,14 +36,14 @@ impl Inputs {
         self.areas.get_mut(index)?.as_mut().map(|area| &mut area.data)
     }
 
-    /// Writes the newest inputs of each area that has ever taken part into it, and which extensions
-    /// are alive into the first one's `io_slave_alive`.
+    /// Writes the newest inputs of each controller that has ever taken part into its area, and which
+    /// extensions are connected into `io_slave_alive` of the first area.
     ///
-    /// A counter reset or motor command whose id has just come back as done sets the area's
-    /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) or
-    /// [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) when it is the newest
-    /// one that the area's output part asks for. Applying the same inputs again changes nothing;
-    /// flags that the program has cleared since stay cleared.
+    /// When a response newly reports a counter reset or motor command as done, and its id is the one in
+    /// the area's output part, the area's
+    /// [`cnt_resetted`](crate::transfer_area::InputValues::cnt_resetted) or
+    /// [`motor_ex_reached`](crate::transfer_area::InputValues::motor_ex_reached) becomes 1. To apply the
+    /// same inputs again changes nothing: flags that the program has cleared stay cleared.
     pub fn apply(&self, areas: &mut [FishX1Transfer]) {
         for (area, inputs) in areas.iter_mut().zip(&self.areas) {
             if let Some(inputs) = inputs {
@@ -51,9 +51,7 @@ impl Inputs {
             }
         }
         if let Some(master) = areas.first_mut() {
-            for (extension, alive) in master.state.io_slave_alive.iter_mut().enumerate() {
-                *alive = u8::from(self.alive & 1 << extension != 0);
-            }
+            apply_alive(self.alive, master);
         }
     }
 
@@ -62,7 +60,7 @@ impl Inputs {
         self.areas[0] = Some(AreaInputs { data, microphone: None });
     }
 
-    /// Takes in a compressed response: so many words for the master and each active extension.
+    /// Takes in a compressed response: `words_per_area` words for the master and each active extension.
     pub(crate) fn take_compressed(
         &mut self,
         active_extensions: u16,
@@ -73,12 +71,29 @@ impl Inputs {
         let takes_part = |area: &usize| *area == 0 || active_extensions & 1 << (area - 1) != 0;
         let indices = (0..=u16::BITS as usize).filter(takes_part);
         for (index, words) in indices.zip(words.chunks_exact(words_per_area)) {
-            // There are bits for more extensions than there can be areas.
+            // The mask has bits for more extensions than there can be areas.
             if let Some(area) = self.areas.get_mut(index) {
                 *area = Some(AreaInputs::from_words(words));
             }
         }
     }
+}
+
+/// Writes which extensions are connected, bit 0 the first, into the master's area.
+pub(crate) fn apply_alive(alive: u16, master: &mut FishX1Transfer) {
+    for (extension, is_alive) in master.state.io_slave_alive.iter_mut().enumerate() {
+        *is_alive = u8::from(alive & 1 << extension != 0);
+    }
+}
+
+/// Writes one controller's inputs and loudness into its area, as [`Inputs::apply`] does.
+#[cfg(feature = "simulator")]
+pub(crate) fn apply_report(
+    report: &ExchangeDataResponse,
+    microphone: [u16; 2],
+    area: &mut FishX1Transfer,
+) {
+    AreaInputs { data: *report, microphone: Some(microphone) }.apply(area);
 }
 
 impl AreaInputs {
@@ -133,12 +148,12 @@ impl AreaInputs {
     }
 }
 
-/// Remembers the id of the last command that is done, and says whether it is news.
+/// Remembers the id of the last command that is done; `true` if it is a new one.
 fn note_done(remembered: &mut u16, done: u16) -> bool {
     std::mem::replace(remembered, done) != done
 }
 
-/// The transfer area's form of a remote: both halves of each axis beside its value.
+/// A remote as the transfer area has it: with both halves of each axis after its value.
 fn ir_input(remote: IrRemote) -> IrInput {
     let axis = |value: i8| {
         let magnitude = u16::from(value.unsigned_abs());
@@ -219,7 +234,7 @@ mod tests {
         assert_eq!(uni, [10, 0, 20, 0, 0, 0, 0, 0, 30]);
         assert_eq!(areas[0].state.io_slave_alive, [0, 1, 0, 0, 0, 0, 0, 1]);
         assert_eq!(areas[2].txt_inputs.ir_input[4].joy_left_x, 20);
-        // An extension that is gone keeps its last inputs.
+        // The area of an extension that is gone keeps its last inputs.
         inputs.take_compressed(0, &words[..50], 50);
         inputs.apply(&mut areas);
         assert_eq!(areas[2].input.uni[7], 20);

@@ -1,4 +1,4 @@
-//! One exchange cycle without I/O: areas to request bytes, response bytes to inputs.
+//! One exchange without I/O: from areas to request bytes, and from response bytes to inputs.
 
 mod inputs;
 mod outputs;
@@ -6,6 +6,8 @@ mod outputs;
 use outputs::Outputs;
 
 pub use inputs::Inputs;
+#[cfg(feature = "simulator")]
+pub(crate) use inputs::{apply_alive, apply_report};
 
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
@@ -14,15 +16,16 @@ use crate::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander, UpdateConfig,
 };
 
-/// How outputs and inputs travel.
+/// How outputs and inputs are sent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum TransferMode {
     /// ExchangeDataCmpr: the master and up to 8 extensions, compressed. The kit's default.
     #[default]
     #[doc(alias = "DoTransferCompressed")]
     Compressed,
-    /// ExchangeData: the master only, not compressed. Microphone values are not sent; extensions
-    /// are configured, but neither driven nor read.
+    /// ExchangeData: the master only, not compressed. Microphone values are not sent. Extensions
+    /// are configured, but their outputs and inputs are not sent.
     #[doc(alias = "DoTransferSimple")]
     Simple,
 }
@@ -41,10 +44,10 @@ pub(crate) type SentConfigs = [Option<UpdateConfig>; MAX_AREAS];
 
 /// The exchange of one transfer, from StartOnline on, without any I/O.
 ///
-/// It makes the requests from transfer areas and takes in the responses; the bytes between are
-/// the caller's business. [`TxtClient::do_transfer`](crate::TxtClient::do_transfer) and
+/// It makes the requests from transfer areas and takes in the responses; the caller sends and receives
+/// the bytes. [`TxtClient::do_transfer`](crate::TxtClient::do_transfer) and
 /// [`TransferAreaComHandler`](crate::TransferAreaComHandler) are built on it. Begin with a new
-/// one after each StartOnline, because that resets the compression on the controller.
+/// `Exchange` after each StartOnline, because StartOnline resets the compression on the controller.
 ///
 /// ```
 /// use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -59,7 +62,7 @@ pub(crate) type SentConfigs = [Option<UpdateConfig>; MAX_AREAS];
 /// exchange.request(&areas, &mut request)?;
 /// assert_eq!(request.len(), 21); // 16 bytes, then a word and 26 unchanged ones
 ///
-/// // A response that is none changes nothing.
+/// // A wrong response changes nothing.
 /// assert!(exchange.receive(b"nonsense").is_err());
 /// exchange.inputs().apply(&mut areas);
 /// # Ok(())
@@ -68,10 +71,10 @@ pub(crate) type SentConfigs = [Option<UpdateConfig>; MAX_AREAS];
 #[derive(Clone, Debug)]
 pub struct Exchange {
     mode: TransferMode,
-    /// How many words per area a response has, which it does not say itself: by the firmware's
-    /// version at first, then by the checksum of the first response.
+    /// How many words per area a response has; the response does not say it. At first by the
+    /// firmware's version, then by the checksum of the first response.
     word_count: usize,
-    /// The number to try when the first response has not got that many.
+    /// The number to try when it is wrong for the first response.
     other_word_count: Option<usize>,
     compressor: Compressor,
     expander: Expander,
@@ -79,13 +82,14 @@ pub struct Exchange {
     sent_configs: SentConfigs,
     outputs: Outputs,
     inputs: Inputs,
-    /// Buffers that are kept so that a cycle allocates nothing.
+    /// Buffers that are kept, so that a cycle allocates nothing.
     words: Vec<u16>,
     data: Vec<u8>,
 }
 
 impl Exchange {
     /// An exchange in the state after StartOnline.
+    #[doc(alias = "SetTransferMode")]
     pub fn new(mode: TransferMode, firmware: FirmwareVersion) -> Self {
         let (word_count, other) = if firmware < FirmwareVersion::WITH_MICROPHONE {
             (RESPONSE_WORDS, RESPONSE_WORDS_WITH_MICROPHONE)
@@ -106,11 +110,11 @@ impl Exchange {
         }
     }
 
-    /// The next UpdateConfig command that is due, and counts it as sent.
+    /// The next UpdateConfig command to send; it then counts as sent.
     ///
-    /// One is due for every area before the first exchange, and later for each area whose
-    /// [`config_id`](crate::transfer_area::State::config_id) differs from the last one sent. Call
-    /// it before each exchange until it returns `None`.
+    /// One is due for each area before the first exchange, and later for each area whose
+    /// [`config_id`](crate::transfer_area::State::config_id) differs from the last id sent. Call this
+    /// before each exchange until it returns `None`.
     #[doc(alias = "UpdateConfig")]
     pub fn next_update_config(&mut self, areas: &[FishX1Transfer]) -> Option<UpdateConfig> {
         let config_id = |area: &FishX1Transfer| i16::from(area.state.config_id);
@@ -119,7 +123,7 @@ impl Exchange {
             .find(|(_, (area, sent))| sent.map(|sent| sent.config_id) != Some(config_id(area)))?;
         *sent = Some(UpdateConfig {
             config_id: config_id(area),
-            // At most MAX_AREAS, because that many are kept.
+            // Less than MAX_AREAS, the length of `sent_configs`.
             extension_id: index as i16,
             config: area.config,
         });
@@ -131,11 +135,11 @@ impl Exchange {
         &self.sent_configs
     }
 
-    /// Replaces what is in `out` by the request for the areas' outputs.
+    /// Replaces the content of `out` by the request with the areas' outputs.
     ///
-    /// In the compressed mode the extensions that took part in the last response are included,
-    /// as far as there are areas for them. A duty outside 0..=512 goes out as 0 or 512, which is
-    /// logged as a warning when it was in range before.
+    /// In the compressed mode it includes the extensions that took part in the last response, if there
+    /// are areas for them. A duty outside 0..=512 goes out as 0 or 512, with a warning in the log if it
+    /// was in range before.
     ///
     /// # Errors
     ///
@@ -182,7 +186,7 @@ impl Exchange {
     /// # Errors
     ///
     /// Wrong id or size, data that ends early or a wrong checksum. The inputs then stay as they
-    /// were, and the transfer must be begun anew.
+    /// were, and the transfer must begin again.
     pub fn receive(&mut self, response: &[u8]) -> Result<&Inputs, Error> {
         match self.mode {
             TransferMode::Simple => {
@@ -209,12 +213,12 @@ impl Exchange {
         Ok(())
     }
 
-    /// Expands a response into `self.words`, with either number of words per area as long as
-    /// none has been right.
+    /// Expands a response into `self.words`. Tries both numbers of words per area until one of them has
+    /// been right.
     fn expand(&mut self, data: &[u8], areas: usize, crc: u32) -> Result<(), Error> {
         let other = self.other_word_count;
         self.expand_with(self.word_count, data, areas, crc).or_else(|error| match other {
-            // What the version promised makes the better message.
+            // The error for the number by the firmware's version is the better message.
             Some(count) => self.expand_with(count, data, areas, crc).map_err(|_| error),
             None => Err(error),
         })
@@ -241,7 +245,13 @@ impl Exchange {
     }
 }
 
-/// Errs unless there are 1 to 9 areas.
+/// The output part of the area with this index (0 the master), as it is sent.
+#[cfg(feature = "simulator")]
+pub(crate) fn outputs(index: usize, area: &FishX1Transfer) -> ExchangeData {
+    Outputs::default().of(index, area)
+}
+
+/// An error unless there are 1 to 9 areas.
 pub(crate) fn check_area_count(given: usize) -> Result<(), Error> {
     if (1..=MAX_AREAS).contains(&given) {
         Ok(())
@@ -325,7 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_of_areas_that_there_can_not_be_are_an_error() {
+    fn no_areas_or_more_than_9_are_an_error() {
         for given in [0, 10] {
             let areas = vec![FishX1Transfer::default(); given];
             let mut exchange = Exchange::new(TransferMode::Simple, NEW);

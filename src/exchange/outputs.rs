@@ -1,19 +1,19 @@
-//! What goes out: the outputs of an area, as they are sent.
+//! The outputs of an area, as they are sent.
 
 use crate::terminals::Output;
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
 use crate::wire::ExchangeData;
 
-/// Brings duties into their range, and warns of those that were not.
+/// Brings duties into their range, and warns of those out of range.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Outputs {
-    /// Of each area and output, whether its duty was out of range the last time, so that only the
-    /// first of many equal requests is told of.
+    /// For each area and output, whether its duty was out of range in the last request, so that only
+    /// the first of several such requests is logged.
     out_of_range: [[bool; IZ_PWM_CHAN]; MAX_AREAS],
 }
 
 impl Outputs {
-    /// What the output part of the area with this index (0 the master) says.
+    /// The output part of the area with this index (0 the master).
     pub(super) fn of(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
         let mut duty = area.output.duty;
         for (output, duty) in Output::ALL.into_iter().zip(&mut duty) {
@@ -51,7 +51,7 @@ mod tests {
 
     use super::*;
 
-    /// Collects the warnings of each thread, so of each test.
+    /// Collects the warnings of each thread, and so of each test.
     struct Warnings;
 
     thread_local! {
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn a_duty_out_of_range_is_told_of_once_until_it_is_back_in_range() {
+    fn a_duty_out_of_range_is_logged_once_until_it_is_back_in_range() {
         log::set_logger(&Warnings).unwrap();
         log::set_max_level(log::LevelFilter::Warn);
         let mut outputs = Outputs::default();

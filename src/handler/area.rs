@@ -3,46 +3,53 @@
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::guard::TransferAreaGuard;
 use super::panic_check::PanicCheck;
 use super::shared::Shared;
 use super::state::Stop;
 use super::statistics::Statistics;
-use super::sync::deadline_after;
 use super::taken::{Known, Taken};
 use crate::error::Error;
 
 /// A handle to the areas of a [`TransferAreaComHandler`](super::TransferAreaComHandler), for
 /// other threads than the one that owns it.
 ///
-/// It lives as long as one likes; after the handler is dropped the areas keep their last state.
+/// It may outlive the handler; the areas then keep their last state.
 ///
 /// # When a thread panics
 ///
 /// A panic stops the motors where it can be seen: in a thread that holds a guard, in a cycle hook, and in
-/// a thread that owns the handler, a handle or a subscription to events, which is dropped by the panic.
+/// a thread that owns the handler, a handle or a subscription to events, which the panic drops.
 /// The transfer ends with
-/// [`Error::ProgramPanicked`], because nobody does any more what that thread did, and what it wrote
-/// under a guard that it held is undone. **A panic can't be seen** in a thread that shares a handle or
-/// the handler with others, by reference or in an `Arc`, and panics between two guards. So give each
-/// thread a handle of its own (`handler.transfer_area()`, or a clone), and have the
-/// [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) cover the rest.
+/// [`Error::ProgramPanicked`], because no other thread does the work of that thread, and what it wrote
+/// under a guard that it held is undone. **A panic can't be seen** when a thread only shares a handle or
+/// the handler with others, by reference or in an `Arc`, and panics while it holds no guard. So give each
+/// thread a handle of its own (`handler.transfer_area()`, or a clone), and use the
+/// [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) for the rest.
+///
+/// # Two controllers
+///
+/// Each controller has a handler of its own, and their responses come at independent times. A loop that
+/// waits for one while it holds the guard of the other answers the other too late; one that waits for them
+/// in turn misses responses. [`wait_any`](Self::wait_any) waits for the first response of any of them, and
+/// [`lock`](Self::lock) gives the newest inputs of the other without a wait for a response. Or give each
+/// controller a thread.
 ///
 /// # When outputs count
 ///
 /// The end of a transfer, a lost connection and the watchdog set all outputs to 0. From then on, until
-/// the exchange goes on, what is written through a handle counts only if the handle knows of that:
+/// the exchange goes on, what is written through a handle counts only if the handle knows of this:
 ///
-/// - by an error of any of its calls that wait, or of [`feed_watchdog`](Self::feed_watchdog),
+/// - by an error from any of its calls that wait, or from [`feed_watchdog`](Self::feed_watchdog),
 /// - by `false` from [`is_running`](Self::is_running), or an error from [`error`](Self::error),
-/// - the handler's own calls by `end_transfer` and `begin_transfer`, too.
+/// - for the handler itself also by `end_transfer` and `begin_transfer`.
 ///
-/// What others write meanwhile is thrown away. Threads that share one handle know what one of them was
-/// told, which is another reason for a handle for each. So nothing that was meant for the time before moves a
-/// motor afterwards, and a program that polls finds its outputs at 0 while nobody sends them. The timers
-/// stand still after the end, as the inputs do. A configuration counts always.
+/// What is written through other handles meanwhile is thrown away. What one thread learns counts for all
+/// threads that share its handle, which is another reason to give each thread its own. So what was written
+/// for the time before moves no motor afterwards, and a program that polls reads 0 from its outputs while
+/// they are not sent. After the end the timers and the inputs do not change. A configuration always counts.
 ///
 /// ```
 /// use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -89,45 +96,68 @@ impl TransferArea {
         &self.shared
     }
 
-    /// Stops the transfer when the thread has begun to panic since it got this handle.
+    /// Stops the transfer if the thread has begun to panic since it got this handle.
     pub(super) fn stop_on_panic(&self) {
         if self.panicking.has_begun() {
             self.shared.ask_to_stop(Stop::ProgramPanicked);
         }
     }
 
-    /// Has a call tell what this handle does not know yet, and remembers what it knows then.
+    /// Makes a call that tells this handle what it does not know yet, and stores what it knows then.
     pub(super) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
         let mut known = self.known.get();
         let result = call(&mut known);
-        self.known.interruptions.fetch_max(known.interruptions, Ordering::Relaxed);
+        self.has_learned(known);
         result
+    }
+
+    /// Stores what a call has told this handle.
+    pub(super) fn has_learned(&self, known: Known) {
+        self.known.interruptions.fetch_max(known.interruptions, Ordering::Relaxed);
+    }
+
+    /// [`Shared::wait_cycle`], so that a panic names the program's line.
+    #[track_caller]
+    pub(super) fn wait_for_next(
+        &self,
+        mut known: Known,
+        deadline: Option<Instant>,
+    ) -> Result<Option<Taken>, Error> {
+        let result = self.shared.wait_cycle(&mut known, deadline);
+        self.has_learned(known);
+        result
+    }
+
+    /// What this handle knows.
+    pub(super) fn known(&self) -> Known {
+        self.known.get()
     }
 
     /// Locks the areas, with the newest inputs in them.
     ///
-    /// Works before, during and after a transfer. Blocks while another thread holds a guard, and those
-    /// that wait get the areas one after the other. The exchange goes on meanwhile with what the areas
-    /// last held; inputs that come in while the guard is held are there at the next lock. A guard that is
-    /// forgotten (`mem::forget`) keeps the areas for ever.
+    /// Works before, during and after a transfer. Blocks while another thread holds a guard; waiting threads
+    /// get the areas one after the other. Meanwhile the exchange goes on with what the last guard left in the
+    /// areas; inputs that come in while a guard is held are in the areas at the next lock. A guard that is
+    /// forgotten (`mem::forget`) keeps the areas locked for ever.
     ///
     /// # Panics
     ///
-    /// When this thread holds a guard already, because it would wait for itself for ever. This stops the
+    /// When this thread already holds a guard, because it would wait for itself for ever. This stops the
     /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
     /// of its block, or of the statement that locks: `match handler.lock()[0].input.uni[0] { … }` and
     /// `println!` hold it until their end.
     #[must_use = "the areas are locked only as long as the guard lives"]
+    #[track_caller]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
         self.guard(self.shared.lock(self.known.get()))
     }
 
     /// Waits for the next response and returns the areas locked, with its inputs in them.
     ///
-    /// What is written under this guard goes out in the very next request, when the guard is
-    /// dropped within the reaction window; when all threads that waited for the response have
-    /// dropped theirs, the request leaves at once. A call within the window returns the response
-    /// that opened it, unless this handle has returned it before.
+    /// What is written under this guard goes out in the very next request, if the guard is
+    /// dropped within the reaction window. When all threads that waited for the response have
+    /// dropped their guards, the request goes out immediately. A call within the window returns the
+    /// response that opened it, unless this handle has returned it before.
     ///
     /// Blocks until a response comes in or the transfer ends, so at most as long as the transfer's
     /// time limits, its reaction window, the limit of its hook and its [limit for
@@ -137,19 +167,20 @@ impl TransferArea {
     /// # Errors
     ///
     /// [`Error::NotStarted`] without a transfer, or the error that ended it. [`Error::ConnectionLost`]
-    /// and [`Error::WatchdogExpired`] tell this handle once each time that the outputs were stopped;
-    /// the transfer goes on, and so can the program.
+    /// and [`Error::WatchdogExpired`] come once to each handle for each time that the outputs were stopped;
+    /// the transfer goes on, and the program can go on, too.
     ///
     /// # Panics
     ///
     /// When this thread holds a guard, as [`lock`](Self::lock).
+    #[track_caller]
     pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait(None)
     }
 
-    /// Does the same as [`wait_cycle`](Self::wait_cycle), but waits not longer than `limit`.
+    /// Does the same as [`wait_cycle`](Self::wait_cycle), but does not wait longer than `limit`.
     ///
-    /// The lock itself may take longer, when another thread holds a guard.
+    /// The lock itself may take longer when another thread holds a guard.
     ///
     /// # Errors
     ///
@@ -159,20 +190,22 @@ impl TransferArea {
     /// # Panics
     ///
     /// When this thread holds a guard, as [`lock`](Self::lock).
+    #[track_caller]
     pub fn wait_cycle_for(&self, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait(Some(limit))
     }
 
+    #[track_caller]
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
-        let deadline = limit.and_then(deadline_after);
-        let taken = self.learn(|known| self.shared.wait_cycle(known, deadline))?;
+        let deadline = limit.and_then(|limit| self.shared.clock().deadline_after(limit));
+        let taken = self.wait_for_next(self.known(), deadline)?;
         let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
         let guard = self.guard(taken.ok_or_else(timed_out)?);
         self.note_returned(&guard);
         Ok(guard)
     }
 
-    /// Remembers that a wait of this handle has returned the guard's response.
+    /// Stores that a wait of this handle has returned the guard's response.
     pub(super) fn note_returned(&self, guard: &TransferAreaGuard<'_>) {
         self.known.returned.store(guard.response(), Ordering::Relaxed);
     }
@@ -185,7 +218,7 @@ impl TransferArea {
 
     /// Waits until the controller has the configuration that the areas hold now.
     ///
-    /// A configuration goes out by itself when its `config_id` changes; this only waits for it.
+    /// A configuration goes out by itself when its `config_id` changes; this only waits for that.
     /// Blocks for two responses, as [`wait_cycle`](Self::wait_cycle) does for one.
     ///
     /// # Errors
@@ -196,9 +229,10 @@ impl TransferArea {
     ///
     /// When this thread holds a guard, as [`lock`](Self::lock).
     #[doc(alias = "UpdateConfig")]
+    #[track_caller]
     pub fn update_config(&self) -> Result<(), Error> {
-        // The request under way may have left before the last change; the one after it goes out
-        // behind the configuration.
+        // The current request may have left before the last change; the one after it goes out
+        // after the configuration.
         for _ in 0..2 {
             drop(self.wait_cycle()?);
         }
@@ -206,20 +240,20 @@ impl TransferArea {
     }
 
     /// Tells the [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) that the program is alive,
-    /// and the program what it does not know yet. For programs that poll, also without a watchdog: it
-    /// does not wait.
+    /// and returns what the program does not know yet. Does not wait. For programs that poll, also without a
+    /// watchdog.
     ///
     /// # Errors
     ///
-    /// [`Error::WatchdogExpired`] and [`Error::ConnectionLost`], to each handle once each time: all
-    /// outputs were set to 0; set them anew and go on. [`Error::NotStarted`] without a transfer, or the
+    /// [`Error::WatchdogExpired`] and [`Error::ConnectionLost`], once to each handle each time: all
+    /// outputs were set to 0; set them again and go on. [`Error::NotStarted`] without a transfer, or the
     /// error that ended it.
     pub fn feed_watchdog(&self) -> Result<(), Error> {
         self.learn(|known| self.shared.feed_watchdog(known))
     }
 
-    /// Whether a transfer is running: from `begin_transfer` on until it ends, by `end_transfer` or
-    /// by an error, which [`error`](Self::error) tells then. Also while a lost connection is made again.
+    /// Whether a transfer is running: from `begin_transfer` until it ends, by `end_transfer` or by an error,
+    /// which [`error`](Self::error) then returns. Also while a lost connection is made again.
     #[doc(alias = "ftxIsTransferActiv")]
     #[doc(alias = "MotorIOLib_ThreadIsRunning")]
     #[must_use]
@@ -232,7 +266,7 @@ impl TransferArea {
         self.learn(|known| self.shared.error(known))
     }
 
-    /// Figures of the transfer that runs, or of the last one.
+    /// Statistics of the current transfer, or of the last one.
     pub fn statistics(&self) -> Statistics {
         self.shared.statistics()
     }

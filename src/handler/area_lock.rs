@@ -5,29 +5,29 @@ use std::time::Instant;
 use super::sync::ThreadId;
 use crate::transfer_area::FishX1Transfer;
 
-/// The areas go from hand to hand: whoever locks them takes them out, and puts them back.
+/// A thread that locks the areas takes them out, and puts them back afterwards.
 ///
-/// Nobody can overtake those who wait, so a thread that locks again and again does not starve the
-/// others. First comes the cycle hook, then whoever answers a response, for whom the areas are kept while
-/// its window is open, then whoever just locks.
+/// No thread overtakes waiting ones, so a thread that locks repeatedly does not starve the others. The
+/// cycle hook comes first, then threads that answer a response, for which the areas are kept while its
+/// window is open, then threads that just lock.
 #[derive(Debug)]
 pub(super) struct AreaLock {
-    /// `None` while somebody has them.
+    /// `None` while a thread has them.
     areas: Option<Vec<FishX1Transfer>>,
-    /// Counts the holders, so that one who was deprived of them is known.
+    /// Counts the holders, to know one whose areas were replaced.
     turn: u64,
     holder: Option<Holder>,
-    /// The kind of those who wait to whom the areas were promised.
+    /// The kind of the waiting thread that the areas were promised to.
     promised: Option<Waiter>,
-    /// How many wait, by kind.
+    /// How many threads wait, by kind.
     waiting: [usize; 2],
-    /// How many were told of a response and have not come for the areas yet: until they have, nobody
-    /// else gets them.
+    /// How many threads were told of a response and have not taken the areas yet. Until they have, no
+    /// thread of the other kind gets them.
     expected: usize,
     hook_waits: bool,
 }
 
-/// Who has the areas, and since when.
+/// Which thread has the areas, and since when.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Holder {
     pub(super) thread: ThreadId,
@@ -37,7 +37,7 @@ pub(super) struct Holder {
 /// The kinds of threads of the program that wait for the areas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Waiter {
-    /// The next request waits for it.
+    /// The next request waits for the thread.
     Reacting,
     Other,
 }
@@ -55,7 +55,7 @@ impl AreaLock {
         }
     }
 
-    /// Takes the areas unless somebody has them or comes before; tells the holder's turn.
+    /// Takes the areas unless another thread has them or comes first; returns also the holder's turn.
     pub(super) fn try_take(
         &mut self,
         waiter: Waiter,
@@ -73,18 +73,18 @@ impl AreaLock {
         self.expected = threads;
     }
 
-    /// Keeps them for one more.
+    /// Keeps the areas for one more such thread.
     pub(super) fn expect_one_more(&mut self) {
         self.expected += 1;
     }
 
-    /// One of them has come. Tells whom to wake, as [`put_back`](Self::put_back).
+    /// One of these threads has come. Returns the kind to wake, as [`put_back`](Self::put_back).
     pub(super) fn arrive(&mut self) -> Option<Waiter> {
         self.expected = self.expected.saturating_sub(1);
         self.promise_if_free()
     }
 
-    /// They are waited for no longer. Tells whom to wake, as [`put_back`](Self::put_back).
+    /// Stops keeping the areas. Returns the kind to wake, as [`put_back`](Self::put_back).
     pub(super) fn expect_nobody(&mut self) -> Option<Waiter> {
         self.expected = 0;
         self.promise_if_free()
@@ -100,7 +100,7 @@ impl AreaLock {
         self.take(holder)
     }
 
-    /// Takes the areas for the cycle hook, or has it be the next.
+    /// Takes the areas for the cycle hook, or makes it the next one.
     pub(super) fn take_for_hook(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
         let taken = if self.promised.is_none() { self.take(holder) } else { None };
         self.hook_waits = taken.is_none();
@@ -114,7 +114,7 @@ impl AreaLock {
         Some((areas, self.turn))
     }
 
-    /// The hook's turn has passed. Tells whom to wake, as [`put_back`](Self::put_back).
+    /// The hook's turn has passed. Returns the kind to wake, as [`put_back`](Self::put_back).
     pub(super) fn pass_hook(&mut self) -> Option<Waiter> {
         self.hook_waits = false;
         self.promise_if_free()
@@ -137,8 +137,8 @@ impl AreaLock {
         self.waiting[waiter as usize] -= 1;
     }
 
-    /// Puts the areas back; tells the kind of waiters of whom one is to be woken. What a holder
-    /// brings whose turn is over is thrown away.
+    /// Puts the areas back; returns the kind of waiters of which one is to be woken. Areas from a holder
+    /// whose turn is over are thrown away.
     pub(super) fn put_back(&mut self, areas: Vec<FishX1Transfer>, turn: u64) -> Option<Waiter> {
         if turn != self.turn {
             return None;
@@ -148,7 +148,7 @@ impl AreaLock {
         self.promise()
     }
 
-    /// Gives the areas up for lost with whoever has them; these take their place.
+    /// Replaces the areas that a thread has not given back.
     pub(super) fn replace(&mut self, areas: Vec<FishX1Transfer>) -> Option<Waiter> {
         self.turn += 1;
         self.put_back(areas, self.turn)
@@ -167,7 +167,7 @@ impl AreaLock {
         self.promised
     }
 
-    /// The areas go on to another thread.
+    /// Hands the areas to another thread.
     pub(super) fn hand_to(&mut self, thread: ThreadId) {
         if let Some(holder) = &mut self.holder {
             holder.thread = thread;
@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_overtakes_who_waits() {
+    fn no_thread_overtakes_a_waiting_one() {
         let mut lock = lock();
         let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
         assert!(lock.try_take(Waiter::Other, me()).is_none());
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn who_answers_a_response_comes_before_who_just_locks() {
+    fn a_thread_that_answers_a_response_comes_before_one_that_just_locks() {
         let mut lock = lock();
         let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
         lock.wait(Waiter::Other);
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_areas_are_kept_for_those_who_were_told_of_a_response() {
+    fn the_areas_are_kept_for_threads_that_were_told_of_a_response() {
         let mut lock = lock();
         let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
         lock.wait(Waiter::Other);
@@ -238,7 +238,7 @@ mod tests {
         let (areas, turn) = lock.try_take(Waiter::Reacting, me()).unwrap();
         assert_eq!(lock.arrive(), None, "it has them");
         assert_eq!(lock.put_back(areas, turn), None, "another one is still to come");
-        assert_eq!(lock.arrive(), Some(Waiter::Other), "which does without");
+        assert_eq!(lock.arrive(), Some(Waiter::Other), "it does not take them");
         assert!(lock.take_promised(Waiter::Other, me()).is_some());
     }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::com_handler::TransferAreaComHandler;
 use super::settings::Settings;
-use crate::client::TimeLimits;
+use crate::client::{host_and_port, TimeLimits};
 use crate::error::Error;
 use crate::exchange::{check_area_count, TransferMode};
 
@@ -28,16 +28,21 @@ use crate::exchange::{check_area_count, TransferMode};
 #[must_use = "settings do nothing until build is called"]
 pub struct TransferAreaComHandlerBuilder {
     settings: Settings,
-    /// `None` for the port behind the main connection's.
+    /// `None` for the main connection's port plus 1.
     camera_port: Option<u16>,
-    /// `None` for the second port behind the main connection's.
+    /// `None` for the main connection's port plus 2.
     i2c_port: Option<u16>,
 }
 
 impl TransferAreaComHandler {
     /// Settings for a handler of the controller at `host`, a name or a numeric address:
     /// 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
-    /// controller itself.
+    /// controller itself. A port may follow: `"192.168.7.2:65000"`, `"[::1]:65000"`.
+    ///
+    /// The host `auto` means the only controller that [`find_controllers`](crate::find_controllers) finds.
+    /// The search runs when a transfer begins, and takes up to 1.5 s more; a lost connection is made again
+    /// to the same controller. When several are found, the transfer does not begin, because a program for
+    /// one machine must not move another.
     #[doc(alias = "ftIF2013TransferAreaComHandler")]
     #[doc(alias = "ftxOpenComDevice")]
     #[doc(alias = "ftxOpenComDeviceNr")]
@@ -51,20 +56,20 @@ impl TransferAreaComHandler {
 }
 
 impl TransferAreaComHandlerBuilder {
-    /// The port of the main connection, 1..=65535. Default [`PORT`](crate::PORT), 65000. The camera's and I2C's lie
-    /// behind it unless they are set, too.
+    /// The port of the main connection, 1..=65535, if the host has none. Default [`PORT`](crate::PORT),
+    /// 65000. The camera's and I2C's are the next two ports unless they are set, too.
     pub fn port(mut self, port: u16) -> Self {
         self.settings.port = port;
         self
     }
 
-    /// The port of the camera's frames. Default the one behind the main connection's, 65001.
+    /// The port of the camera's frames. Default the main connection's plus 1, 65001.
     pub fn camera_port(mut self, port: u16) -> Self {
         self.camera_port = Some(port);
         self
     }
 
-    /// The port of I2C. Default the second one behind the main connection's, 65002.
+    /// The port of I2C. Default the main connection's plus 2, 65002.
     pub fn i2c_port(mut self, port: u16) -> Self {
         self.i2c_port = Some(port);
         self
@@ -78,7 +83,7 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// How outputs and inputs travel. Default [`TransferMode::Compressed`].
+    /// How outputs and inputs are sent. Default [`TransferMode::Compressed`].
     #[doc(alias = "SetTransferMode")]
     pub fn mode(mut self, mode: TransferMode) -> Self {
         self.settings.mode = mode;
@@ -91,11 +96,11 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// How long after a response the next request is held back, so that the program can answer
-    /// in it. Default 5 ms; zero sends at once, and an answer goes out a request later.
+    /// How long after a response the next request is held back, so that it can contain the program's
+    /// answer. Default 5 ms; zero sends immediately, and an answer goes out one request later.
     ///
     /// The controller sends a response 10 ms after its previous one, so a window well below that
-    /// costs no cycle rate; a longer one slows the cycle down, and one of some seconds makes the
+    /// does not slow the cycle; a longer one does, and one of some seconds makes the
     /// controller close the connection. Threads in `wait_cycle` that are done sooner end it sooner.
     pub fn reaction_window(mut self, window: Duration) -> Self {
         self.settings.reaction_window = window;
@@ -103,32 +108,96 @@ impl TransferAreaComHandlerBuilder {
     }
 
     /// How long a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take. Default 500 ms. A hook
-    /// that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`]; so does one
-    /// whose panic takes longer to print its backtrace.
+    /// that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`]; so does a
+    /// panic in the hook when printing its backtrace takes longer.
     pub fn hook_limit(mut self, limit: Duration) -> Self {
         self.settings.hook_limit = limit;
         self
     }
 
-    /// Stops all motors when the program shows no sign of life for so long. Off by default, because a
-    /// program that sleeps while a motor runs is a good program, too.
+    /// Makes the machine's time move only while the program waits for it. Tests on a simulated TXT are then
+    /// fast and have the same result in each run, also on a busy PC and in a debugger. Off by default.
     ///
-    /// A sign of life of any thread counts: a guard that is dropped, so also one from a wait and one of a
-    /// condition of [`wait_until`](crate::TransferArea::wait_until), a cycle hook that returns, or
-    /// [`feed_watchdog`](crate::TransferArea::feed_watchdog). So it sees a program that hangs: in a loop
-    /// without a guard, under a guard that it never drops, in a hook, waiting for a lock that nobody gives
-    /// back, or because the thread that did the work is gone.
+    /// The next request goes out when a thread asks for the next response, no thread is still answering the
+    /// last one, and no guard is held. It contains all that was written before. This is so for the first
+    /// request of a transfer, too. A thread asks by `wait_cycle`, `wait_until` and the other waits, by
+    /// `update_config`, and by receiving from [`Events`](crate::Events) while there are none. A thread that
+    /// only locks, sleeps or computes does not move the time: the machine pauses meanwhile.
     ///
-    /// With the next request, so within two cycles or as soon as the controller answers, all outputs of all
-    /// controllers go to 0 and the extended motor mode is left, and they stay so until the program says that it is alive and goes on:
-    /// the next wait or `feed_watchdog` returns [`Error::WatchdogExpired`], to each handle once, and from
-    /// the first such error on what the program writes goes out again. Dropping a guard is not enough, so
-    /// a program that polls calls `feed_watchdog` in its loop. What was written in between is thrown away.
-    /// Listeners get [`Event::WatchdogExpired`](crate::Event::WatchdogExpired). The exchange goes on
+    /// Each response takes 10 ms of the machine's time. All times that a program sees are in this time, not
+    /// the system clock's: time limits of waits and of `recv_timeout`, the areas' timers,
+    /// [`arrived`](crate::TransferAreaGuard::arrived), [`Statistics`](crate::Statistics). A wait whose limit
+    /// ends before the next response still asks for that response, so that the time moves, and leaves it to
+    /// the next wait. So if only one thread waits, it and its cycle hook see the same values in each run.
+    /// With several threads, each response goes to those that wait when it comes in, and which these are
+    /// depends on the operating system.
+    ///
+    /// The reaction window and the watchdog are off. The limits of the connection, of the hook and for
+    /// reconnecting use the system clock, and `end_transfer`, errors and panics end a transfer immediately,
+    /// so nothing waits for ever in lock-step either.
+    ///
+    /// A controller closes a connection without requests after some seconds, so the simulated TXT has to be
+    /// in lock-step, too:
+    ///
+    /// ```
+    /// # #[cfg(feature = "simulator")] {
+    /// use std::time::Duration;
+    ///
+    /// use ft_transfer_area::simulator::SimulatedTxt;
+    /// use ft_transfer_area::transfer_area::LOCAL_IO;
+    /// use ft_transfer_area::{Error, TransferAreaComHandler};
+    ///
+    /// /// Turns M1 for 100 ms; returns how many pulses C1 has counted.
+    /// fn turn(handler: &TransferAreaComHandler) -> Result<i16, Error> {
+    ///     let begin = handler.lock().arrived();
+    ///     loop {
+    ///         let mut areas = handler.wait_cycle()?;
+    ///         if areas.arrived() - begin > Duration::from_millis(100) {
+    ///             return Ok(areas[LOCAL_IO].input.counter[0]);
+    ///         }
+    ///         areas[LOCAL_IO].output.duty[0] = 512;
+    ///     }
+    /// }
+    ///
+    /// fn test_run() -> Result<i16, Error> {
+    ///     let txt = SimulatedTxt::builder().lock_step().start()?;
+    ///     let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    ///     let handler = builder.lock_step().build()?;
+    ///     handler.begin_transfer()?;
+    ///     let pulses = turn(&handler)?;
+    ///     handler.end_transfer()?;
+    ///     Ok(pulses)
+    /// }
+    ///
+    /// let pulses = test_run().unwrap();
+    /// assert!(pulses > 0);
+    /// assert_eq!(test_run().unwrap(), pulses);
+    /// # }
+    /// ```
+    pub fn lock_step(mut self) -> Self {
+        self.settings.lock_step = true;
+        self
+    }
+
+    /// Stops all motors when the program shows no sign of life for `limit`. Off by default, because a
+    /// correct program may sleep while a motor runs.
+    ///
+    /// A sign of life of any thread counts: a guard that is dropped, also one from a wait or from a check of
+    /// the condition of [`wait_until`](crate::TransferArea::wait_until), a cycle hook that returns, or
+    /// [`feed_watchdog`](crate::TransferArea::feed_watchdog). So the watchdog detects a program that hangs:
+    /// in a loop without a guard, with a guard that it never drops, in a hook, waiting for a lock that no
+    /// thread unlocks, or because the thread that did the work has ended.
+    ///
+    /// When it expires, the next request sets the outputs of all areas to 0 and ends the extended motor
+    /// mode: within two cycles, or as soon as the controller answers. The outputs stay 0 until the program
+    /// knows: the next wait or `feed_watchdog` returns [`Error::WatchdogExpired`], once to each handle. From
+    /// the first such error on, what the program writes goes out again; what was written in between is
+    /// thrown away. Dropping a guard is not enough, so a program that polls calls `feed_watchdog` in its
+    /// loop. Listeners get [`Event::WatchdogExpired`](crate::Event::WatchdogExpired). The exchange goes on
     /// meanwhile.
     ///
-    /// Allow for the longest pause of the program, and at least a few cycles of 10 ms; while a lost
-    /// connection is made again, it waits.
+    /// Choose a limit above the longest pause of the program, and above a few cycles of 10 ms. The watchdog
+    /// pauses while a lost connection is made again.
     ///
     /// ```
     /// use std::time::Duration;
@@ -142,7 +211,7 @@ impl TransferAreaComHandlerBuilder {
     ///     loop {
     ///         match handler.wait_cycle() {
     ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
-    ///             // All motors are stopped; this program goes on as if nothing had been.
+    ///             // All motors are stopped; this program just goes on.
     ///             Err(error @ Error::WatchdogExpired { .. }) => eprintln!("{error}"),
     ///             Err(error) => return Err(error),
     ///         }
@@ -154,20 +223,21 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// Makes a lost connection again, and tries that for so long. Off by default: a lost connection ends
-    /// the transfer.
+    /// Makes a lost connection again, and tries that for up to `limit`. Off by default: a lost connection
+    /// ends the transfer.
     ///
-    /// When something is wrong with the connection, the outputs in the areas go to 0, and all commands are
-    /// forgotten: none that was under way ever reads as done. The program is told at once: waits return
-    /// [`Error::ConnectionLost`], to each handle once, and listeners get
-    /// [`Event::ConnectionLost`](crate::Event::ConnectionLost). A program that calls again works on: it
-    /// waits until the connection stands, with the configuration of all areas, and its camera if that ran.
-    /// Nothing that it wrote before the gap moves a motor then; what it has written since it knew of the gap
-    /// goes out with the first request. A connection that fails once more at that request is another gap.
+    /// When the connection fails, the outputs in the areas go to 0, and all commands are forgotten: one that
+    /// was not finished never reads as done. The program is told immediately: waits return
+    /// [`Error::ConnectionLost`], once to each handle, and listeners get
+    /// [`Event::ConnectionLost`](crate::Event::ConnectionLost). A program that calls a wait again goes on:
+    /// the call waits until there is a connection, with the configuration of all areas, and with the camera
+    /// if it was running. What the program wrote before the gap moves no motor then; what it has written
+    /// since it knew of the gap goes out with the first request. If the connection fails again at that
+    /// request, this is another gap.
     ///
     /// When `limit` has passed without a connection, the transfer ends with
-    /// [`Error::ReconnectFailed`]. It ends at once when the firmware is too old now. Each attempt takes at
-    /// most the limit for connecting and those for its answers.
+    /// [`Error::ReconnectFailed`]. It ends immediately if the firmware is now too old. Each attempt takes at
+    /// most the limit for connecting plus those for the responses.
     ///
     /// ```
     /// use std::time::Duration;
@@ -181,7 +251,7 @@ impl TransferAreaComHandlerBuilder {
     ///     loop {
     ///         match handler.wait_cycle() {
     ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
-    ///             // A machine with positions to keep would look for them anew here.
+    ///             // A machine that needs its positions would find them again here.
     ///             Err(error @ Error::ConnectionLost { .. }) => eprintln!("{error}"),
     ///             Err(error) => return Err(error),
     ///         }
@@ -193,15 +263,23 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// The handler with these settings. Connects to nothing yet.
+    /// The handler with these settings. Does not connect yet.
     ///
     /// # Errors
     ///
-    /// [`Error::AreaCount`] unless there are 1 to 9 areas; [`Error::OutOfRange`] for a port 0, and for one
-    /// behind which there is no room for the camera's and I2C's, when these are not set.
+    /// [`Error::AreaCount`] unless there are 1 to 9 areas; [`Error::BadAddress`] for a host that is empty, or
+    /// whose port is not a number from 1 to 65535; [`Error::OutOfRange`] for port 0, and for a port that is
+    /// too high for the camera's and I2C's to follow it, when these are not set, and for a watchdog limit
+    /// of 0.
     pub fn build(self) -> Result<TransferAreaComHandler, Error> {
         let Self { mut settings, camera_port, i2c_port } = self;
         check_area_count(settings.areas)?;
+        if settings.watchdog.is_some_and(|limit| limit.is_zero()) {
+            // Every program would be late.
+            Error::check_range("watchdog limit in milliseconds", 0, 1..=i64::from(u32::MAX))?;
+        }
+        let (host, port) = host_and_port(&settings.host, settings.port)?;
+        (settings.host, settings.port) = (host.to_owned(), port);
         let behind = match (camera_port, i2c_port) {
             (_, None) => 2,
             (None, Some(_)) => 1,
@@ -231,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn the_other_ports_lie_behind_the_main_one_or_there_is_no_handler() {
+    fn the_other_ports_follow_the_main_one_or_there_is_no_handler() {
         assert_eq!(ports(|builder| builder), Ok((65_001, 65_002)));
         assert_eq!(ports(|builder| builder.port(65_533)), Ok((65_534, 65_535)));
         for port in [65_534, 65_535, 0] {
@@ -240,5 +318,18 @@ mod tests {
         assert_eq!(ports(|builder| builder.port(65_534).i2c_port(7)), Ok((65_535, 7)));
         assert_eq!(ports(|b| b.port(65_535).i2c_port(7)), refused(65_535, 65_534));
         assert_eq!(ports(|b| b.port(65_535).i2c_port(7).camera_port(8)), Ok((8, 7)));
+    }
+
+    #[test]
+    fn a_port_after_the_host_is_the_main_one_and_the_others_follow_it() {
+        for (given, host) in [("txt:4000", "txt"), ("[::1]:4000", "::1")] {
+            let handler = TransferAreaComHandler::builder(given).port(5000).build().unwrap();
+            let Settings { host: found, port, camera_port, i2c_port, .. } = handler.settings();
+            assert_eq!((&**found, *port, *camera_port, *i2c_port), (host, 4000, 4001, 4002));
+        }
+        let error = TransferAreaComHandler::builder("txt:4o00").build().unwrap_err();
+        assert_eq!(error, Error::BadAddress { given: "txt:4o00".to_owned() });
+        let error = TransferAreaComHandler::builder("txt:65534").build().unwrap_err();
+        assert_eq!(refused(65_534, 65_533), Err(error));
     }
 }

@@ -8,25 +8,28 @@ use crossbeam_channel::Receiver;
 use super::com_handler::{Camera, TransferAreaComHandler};
 use super::command::Command;
 use super::settings::Settings;
-use crate::camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream};
+use crate::camera::{CameraFrame, CameraOptions, CameraServer, CameraStatistics, CameraStream};
 use crate::error::Error;
 
-/// How much later than by its limit the transfer thread may notice that the connection is lost.
+/// How long after its time limit the transfer thread may notice that the connection is lost.
 const NOTICE: Duration = Duration::from_secs(1);
 
 impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.
     ///
-    /// The command goes to the controller between two exchanges; blocks until that is done, so for
-    /// one or two of them and their reaction windows, and while a lost connection is made again until that
-    /// has ended. Panics in a cycle hook, for which the exchanges wait.
-    /// The frames come over a connection and a thread of their own. The server needs 1 to 2 s
-    /// before the first one. Each frame is acknowledged as soon as it is read, whatever the
-    /// consumer does: when the channel is full, the oldest frame in it is dropped and counted, so
-    /// a slow consumer gets the newest ones. Dropping the receiver does not stop the camera.
+    /// The command goes to the controller between two exchanges. Blocks until that is done: for one or two
+    /// exchanges with their reaction windows, and while a lost connection is made again. Panics in a cycle
+    /// hook, because the exchanges wait for the hook.
+    ///
+    /// The frames come over a connection of their own, read by a thread of their own. Connecting is tried
+    /// once before the command, for 300 ms at most, as the TXT 4.0 needs it, and repeatedly after the
+    /// command, because a TXT needs 1 to 2 s to start its camera server. Each frame is acknowledged as soon
+    /// as it is read, even if the program is slow: when the channel is full, the oldest frame in it is
+    /// dropped and counted, so a slow program gets the newest ones. Dropping the receiver does not stop the
+    /// camera.
     ///
     /// The channel ends when the stream does: by [`stop_camera`](Self::stop_camera), with the
-    /// transfer, or by an error, for which ask [`camera_error`](Self::camera_error). The transfer
+    /// transfer, or by an error, which [`camera_error`](Self::camera_error) returns. The transfer
     /// goes on after an error of the camera, and the camera can be started again. A transfer that
     /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect) starts it again by itself after a gap,
     /// and the channel goes on.
@@ -45,7 +48,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::NotStarted`] without a transfer, [`Error::CameraAlreadyStarted`] while frames come
-    /// in, [`Error::OutOfRange`] when an option is out of its range, [`Error::Thread`], or the error
+    /// in, [`Error::OutOfRange`] when an option is out of its range, [`Error::ThreadNotStarted`], or the error
     /// that ended the transfer.
     #[doc(alias = "StartCamera")]
     pub fn start_camera(&self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {
@@ -58,16 +61,16 @@ impl TransferAreaComHandler {
         }
         // A stream that failed has left the controller's server running.
         self.stop(&mut camera)?;
-        shared.run_command(Command::StartCamera(command))?;
-        camera.server_started = true;
         // A transfer is running, so there was a connection.
         let host = self.controller().and_then(|controller| controller.address);
         let host = host.ok_or(Error::NotStarted)?;
         let Settings { camera_port, reconnect, limits, .. } = self.settings();
-        // A lost connection shows on the main connection within its limit for an answer.
+        let server = CameraServer::before_start((host, *camera_port).into());
+        shared.run_command(Command::StartCamera(command))?;
+        camera.server_started = true;
+        // The main connection shows a lost network within its limit for reading.
         let rides_out = reconnect.map(|_| limits.read + NOTICE);
-        let (stream, frames) =
-            CameraStream::start((host, *camera_port).into(), options, rides_out)?;
+        let (stream, frames) = CameraStream::start(server, options, rides_out)?;
         shared.set_camera(Arc::clone(stream.control()));
         camera.stream = Some(stream);
         Ok(frames)
@@ -75,8 +78,8 @@ impl TransferAreaComHandler {
 
     /// Stops the camera and ends its channel; frames in it can still be received.
     ///
-    /// Blocks as [`start_camera`](Self::start_camera) does, and panics where that does. Does nothing when
-    /// the camera was never started, or has ended with its transfer.
+    /// Blocks and panics as [`start_camera`](Self::start_camera) does. Does nothing when the camera was
+    /// never started, or has ended with its transfer.
     ///
     /// # Errors
     ///
@@ -98,12 +101,12 @@ impl TransferAreaComHandler {
     }
 
     /// The error that ended the camera's stream; `None` while it goes on, and when it was stopped
-    /// or ended with the transfer. A controller that goes away ends both, whichever is first.
+    /// or ended with the transfer. A controller that disappears ends both, in any order.
     pub fn camera_error(&self) -> Option<Error> {
         self.camera().stream.as_ref().and_then(|stream| stream.control().error())
     }
 
-    /// Figures of the camera's stream, the present or the last one.
+    /// Statistics of the camera's stream, the current or the last one.
     pub fn camera_statistics(&self) -> CameraStatistics {
         self.camera()
             .stream

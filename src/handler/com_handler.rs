@@ -1,4 +1,4 @@
-//! The handler: the transfer area kept in step with the controller by a background thread.
+//! The handler: a background thread exchanges the transfer area with the controller.
 
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -7,6 +7,7 @@ use std::time::Duration;
 use parking_lot::{Mutex, MutexGuard};
 
 use super::area::TransferArea;
+use super::clock::Clock;
 use super::guard::TransferAreaGuard;
 use super::handshake;
 use super::settings::Settings;
@@ -18,31 +19,30 @@ use crate::camera::CameraStream;
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
 
-/// Keeps transfer areas in step with a controller: a port of the kit's
+/// Exchanges transfer areas with a controller in the background: a port of the kit's
 /// `ftIF2013TransferAreaComHandler`.
 ///
 /// Between [`begin_transfer`](Self::begin_transfer) and [`end_transfer`](Self::end_transfer) a
 /// background thread exchanges the areas' outputs for inputs as fast as the controller answers,
 /// about 100 times a second. The program reads and writes the areas under a
-/// [`lock`](Self::lock), or in step with the exchange by [`wait_cycle`](Self::wait_cycle). It can
-/// also wait [for a condition](Self::wait_until), hear of [events](Self::events), and have a
+/// [`lock`](Self::lock), or once per response by [`wait_cycle`](Self::wait_cycle). It can
+/// also wait [for a condition](Self::wait_until), receive [events](Self::events), and have a
 /// [function called](Self::set_cycle_hook) in each cycle.
 ///
 /// - What is written under one lock goes out in one request.
-/// - Inputs of a response are answered in the very next request by a program that waits, and by
-///   one that polls within the reaction window (5 ms unless set otherwise): for so long the
-///   thread holds the next request back. When all that were waiting have dropped their guards,
-///   the request leaves at once.
+/// - A program that waits answers a response in the very next request. So does a program that polls, if
+///   it answers within the reaction window (5 ms by default), for which the thread holds the next request
+///   back. When all threads that waited have dropped their guards, the request goes out immediately.
 /// - When [`config_id`](crate::transfer_area::State::config_id) changes, the configuration goes
 ///   out before the next exchange.
-/// - Only responses that are right in every respect reach the areas.
-/// - Ending or dropping the handler, an error, or a panic in a thread that uses the area [where it can
-///   be seen](TransferArea#when-a-thread-panics) end with a last exchange that stops all motors, as far
-///   as the connection still allows. A controller that it can't reach stops them because it has lost the
-///   connection. Thereafter the areas' outputs are as that exchange sent them.
-/// - A [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) stops the motors when the program hangs, and
-///   a lost connection can be [made again](crate::TransferAreaComHandlerBuilder::reconnect), if the program
-///   wants that.
+/// - Only responses without any error reach the areas.
+/// - A last exchange stops all motors when the transfer is ended, the handler is dropped, an error occurs, or
+///   a thread that uses the area panics [where it can be seen](TransferArea#when-a-thread-panics). If the
+///   connection does not work any more, the controller stops them because it has lost the connection.
+///   Afterwards the areas' outputs are as in that exchange.
+/// - If the program wants it, a [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) stops the motors
+///   when the program hangs, and a lost connection is
+///   [made again](crate::TransferAreaComHandlerBuilder::reconnect).
 ///
 /// ```no_run
 /// use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
@@ -69,7 +69,7 @@ use crate::firmware::FirmwareVersion;
 pub struct TransferAreaComHandler {
     settings: Settings,
     area: TransferArea,
-    /// With the number of its transfer.
+    /// The transfer's number and its thread.
     thread: Mutex<Option<(u64, JoinHandle<()>)>>,
     camera: Mutex<Camera>,
 }
@@ -77,7 +77,7 @@ pub struct TransferAreaComHandler {
 /// What the handler knows of its camera.
 #[derive(Debug, Default)]
 pub(super) struct Camera {
-    /// The present or the last stream.
+    /// The current or the last stream.
     pub(super) stream: Option<CameraStream>,
     /// Whether the controller's camera server runs, as far as this transfer has started it.
     pub(super) server_started: bool,
@@ -85,7 +85,10 @@ pub(super) struct Camera {
 
 impl TransferAreaComHandler {
     pub(super) fn new(settings: Settings) -> Self {
-        let shared = Shared::new(settings.areas, Watchdog::new(settings.watchdog));
+        let clock = Clock::new(settings.lock_step);
+        // In lock-step a program that computes stops the time.
+        let watchdog = settings.watchdog.filter(|_| !settings.lock_step);
+        let shared = Shared::new(settings.areas, Watchdog::new(watchdog), clock);
         Self {
             settings,
             area: TransferArea::new(Arc::new(shared)),
@@ -109,18 +112,18 @@ impl TransferAreaComHandler {
     /// Connects, checks the firmware, begins online mode, hands over the configuration of all
     /// areas and starts the thread that exchanges.
     ///
-    /// Blocks until the controller has answered all this, for each answer at most as long as the
-    /// time limits allow. Timers and statistics begin anew.
+    /// Blocks until the controller has answered all this, for each response at most as long as the
+    /// time limits allow. Timers and statistics start again from 0.
     ///
-    /// What the areas hold goes out with the first exchange, motors' duties included, if it was written
-    /// before the first transfer or [after the end of the last one was
-    /// known](TransferArea#when-outputs-count). A configuration always does. The ids of commands go on from
-    /// where they were, so a controller that has forgotten them resets counters once more; commands that
-    /// were under way at the end of a transfer never read as done.
+    /// The areas go out with the first exchange. Outputs, also the motors' duties, count if they were
+    /// written before the first transfer or [after the end of the last one was
+    /// known](TransferArea#when-outputs-count). A configuration always counts. The ids of commands continue,
+    /// so a controller that has forgotten them resets counters once more; commands that were not finished at
+    /// the end of a transfer never read as done.
     ///
-    /// Any thread may call it, and a retry is as short as it reads, without a watchdog and without
-    /// [`reconnect`](crate::TransferAreaComHandlerBuilder::reconnect), which does this by itself and more
-    /// often than once:
+    /// Any thread may call it. This program, without a watchdog and without
+    /// [`reconnect`](crate::TransferAreaComHandlerBuilder::reconnect), begins again after an error, with one
+    /// attempt. `reconnect` does that by itself, with more attempts:
     ///
     /// ```no_run
     /// use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -140,9 +143,9 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::AlreadyStarted`] while a transfer runs or begins; [`Error::FirmwareTooOld`] below firmware
-    /// 4.1.6; [`Error::ProgramPanicked`] or [`Error::NotStarted`] when a panic or another thread's
-    /// `end_transfer` came meanwhile; any error of connecting or talking to the controller. No thread and
-    /// no connection are left then.
+    /// 4.1.6; [`Error::ProgramPanicked`] or [`Error::NotStarted`] after a panic or another thread's
+    /// `end_transfer` meanwhile; any error of connecting or talking to the controller. After an error no
+    /// thread and no connection of this transfer are left.
     #[doc(alias = "BeginTransfer")]
     #[doc(alias = "ftxStartTransferArea")]
     #[doc(alias = "StartTxtDownloadProg")]
@@ -157,26 +160,28 @@ impl TransferAreaComHandler {
 
     fn try_begin(&self, number: u64) -> Result<(), Error> {
         let shared = self.area.shared();
-        // Without the areas themselves, which a thread of the program may hold for long.
+        // Not the areas themselves, which a thread of the program may hold for long.
         let areas = shared.outgoing();
         let found = |controller| shared.set_controller(controller);
-        let limit = self.settings.limits.connect;
-        let (mut link, config_updates) = handshake::connect(&self.settings, limit, &areas, found)?;
+        // A lost connection is made again to the same controller, even if there are others by then.
+        let settings = self.settings.with_found_host()?;
+        let limit = settings.limits.connect;
+        let (mut link, config_updates) = handshake::connect(&settings, limit, &areas, found)?;
         // What was written meanwhile.
         let areas = shared.outgoing();
         if let Err(stop) = shared.run(config_updates) {
-            // Whatever comes of that, the connection is closed.
+            // Even if that fails, the connection is closed.
             let _ = link.client.stop_online();
             return stop.result().and(Err(Error::NotStarted));
         }
-        let work = TransferThread::new(link, areas, Arc::clone(shared), self.settings.clone());
+        let work = TransferThread::new(link, areas, Arc::clone(shared), settings);
         let thread = std::thread::Builder::new()
             .name("transfer-area".to_owned())
             .spawn(move || work.run())
             .map_err(|error| {
-                // It was running, so somebody may have written outputs.
+                // It was running, so the program may have written outputs.
                 shared.leave(&mut []);
-                Error::not_started(&error)
+                Error::not_started(error)
             })?;
         *self.thread.lock() = Some((number, thread));
         Ok(())
@@ -186,13 +191,13 @@ impl TransferAreaComHandler {
     ///
     /// Blocks until this is done, at most as long as the time limits and the [limit of the cycle
     /// hook](crate::TransferAreaComHandlerBuilder::hook_limit) allow; while a lost connection is made
-    /// again, until the attempt that is under way has failed. Ending what has ended well, or was never
-    /// begun, does nothing. From inside a cycle hook it does not block, and the transfer ends when that
+    /// again, until the current attempt has failed. Does nothing when the transfer has already ended without
+    /// an error, or never began. Inside a cycle hook it does not block, and the transfer ends when the hook
     /// has returned.
     ///
     /// # Errors
     ///
-    /// The error that ended the transfer, also when it ended before; until the next
+    /// The error that ended the transfer, also when it had ended before this call; until the next
     /// `begin_transfer`.
     #[doc(alias = "EndTransfer")]
     #[doc(alias = "ftxStopTransferArea")]
@@ -201,7 +206,7 @@ impl TransferAreaComHandler {
     pub fn end_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
         let number = shared.ask_to_end();
-        // It can't wait for itself: the transfer ends when it has returned.
+        // The hook can't wait for itself: the transfer ends when it has returned.
         if shared.hook_runs_here() {
             return Ok(());
         }
@@ -212,10 +217,10 @@ impl TransferAreaComHandler {
 
     /// Waits for the threads of transfers up to this number.
     fn join_threads(&self, number: u64) {
-        // Held meanwhile, so that others who end the transfer wait for that, too.
+        // Locked meanwhile, so that other threads that end the transfer wait, too.
         let mut thread = self.thread.lock();
         if let Some((_, thread)) = thread.take_if(|(of, _)| *of <= number) {
-            // The thread catches its own panics, so there is nothing to learn here.
+            // The thread catches its own panics, so there is nothing to report here.
             let _ = thread.join();
         }
         if self.area.shared().number() > number {
@@ -239,6 +244,7 @@ impl TransferAreaComHandler {
     /// Locks the areas. See [`TransferArea::lock`].
     #[doc(alias = "GetTransferAreasArrayAddr")]
     #[doc(alias = "GetKeLibTransferAreaMainAddress")]
+    #[track_caller]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
         self.area.lock()
     }
@@ -250,6 +256,7 @@ impl TransferAreaComHandler {
     /// [`Error::NotStarted`], [`Error::ConnectionLost`], [`Error::WatchdogExpired`], or the error that
     /// ended the transfer.
     #[doc(alias = "PrgTic")]
+    #[track_caller]
     pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
         self.area.wait_cycle()
     }
@@ -260,6 +267,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::WaitTimedOut`]; otherwise as [`wait_cycle`](Self::wait_cycle).
+    #[track_caller]
     pub fn wait_cycle_for(&self, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
         self.area.wait_cycle_for(limit)
     }
@@ -271,6 +279,7 @@ impl TransferAreaComHandler {
     ///
     /// As [`wait_cycle`](Self::wait_cycle).
     #[doc(alias = "UpdateConfig")]
+    #[track_caller]
     pub fn update_config(&self) -> Result<(), Error> {
         self.area.update_config()
     }
@@ -290,7 +299,7 @@ impl TransferAreaComHandler {
         self.area.clone()
     }
 
-    /// The firmware version of the controller that was reached last.
+    /// The firmware version of the controller that was last connected.
     #[doc(alias = "GetVersion")]
     #[doc(alias = "GetRoboTxFwStr")]
     #[doc(alias = "GetRoboTxFwVal")]
@@ -298,14 +307,14 @@ impl TransferAreaComHandler {
         self.controller().map(|controller| controller.status.version)
     }
 
-    /// The name of the controller that was reached last.
+    /// The name of the controller that was last connected.
     #[doc(alias = "m_devicename")]
     #[doc(alias = "GetRoboTxDevName")]
     pub fn device_name(&self) -> Option<String> {
         self.controller().map(|controller| controller.status.name())
     }
 
-    /// Figures of the transfer that runs, or of the last one. See [`Statistics`].
+    /// Statistics of the current transfer, or of the last one. See [`Statistics`].
     #[doc(alias = "GetTrapStatistic")]
     pub fn statistics(&self) -> Statistics {
         self.area.statistics()
@@ -321,15 +330,15 @@ impl TransferAreaComHandler {
     }
 }
 
-/// Ends the transfer, with all motors stopped, and the channels of its events. Blocks as
-/// [`TransferAreaComHandler::end_transfer`].
+/// Ends the transfer, with all motors stopped, and closes the channels of its events. Blocks as
+/// [`TransferAreaComHandler::end_transfer`] does.
 impl Drop for TransferAreaComHandler {
     fn drop(&mut self) {
         self.area.stop_on_panic();
-        // An error is in the log already, and nobody can be told of it here.
+        // An error is in the log already, and can't be returned here.
         let _ = self.end_transfer();
         self.area.shared().listeners.end();
-        // It may own a handle to the areas that own it.
+        // The hook may own a handle to the areas, which own the hook.
         self.clear_cycle_hook();
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::wire::StartCameraOnline;
 
-/// What the program has the transfer thread send.
+/// A command that the transfer thread sends for the program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Command {
     StartCamera(StartCameraOnline),

@@ -1,5 +1,6 @@
 //! The cycle: outputs to the controller, inputs to the program, and time for the program to answer.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,31 +11,32 @@ use super::hook_thread::HookThread;
 use super::shared::Shared;
 use super::state::Stop;
 use super::transfer_side::Delivered;
+use crate::camera::CameraServer;
 use crate::error::Error;
 use crate::exchange::{Inputs, SentConfigs};
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::StartCameraOnline;
 
-/// A connection, and what is kept from one cycle on it to the next.
+/// A connection, and what one cycle keeps for the next.
 pub(super) struct Cycle {
     link: Link,
     shared: Arc<Shared>,
     window: Duration,
-    /// What the next request tells.
+    /// The content of the next request.
     areas: Vec<FishX1Transfer>,
-    /// How the controller's camera server was started, while it is.
+    /// How the controller's camera server was started, while it is running.
     camera: Option<StartCameraOnline>,
-    /// The last two responses, when somebody listens for events.
+    /// The last two responses, if there are listeners for events.
     inputs_before: Inputs,
     inputs: Inputs,
-    /// The configurations by which the one before came in.
+    /// The configurations at the response before the last.
     configs_before: SentConfigs,
-    /// Whether others were sent since.
+    /// Whether others were sent since then.
     configs_changed: bool,
 }
 
 impl Cycle {
-    /// The cycle on a connection that is in online mode and has the areas' configuration.
+    /// Cycles on a connection that is in online mode and has the areas' configuration.
     pub(super) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
@@ -55,23 +57,41 @@ impl Cycle {
         }
     }
 
-    /// One cycle. Tells when the transfer is to stop.
+    /// One cycle. Returns a stop if the transfer is to stop.
     pub(super) fn run(&mut self, hook: &mut HookThread) -> Result<Option<Stop>, Error> {
+        if self.shared.is_lock_step() {
+            // Before the first request, too.
+            while self.shared.wait_for_step() {
+                self.run_command()?;
+            }
+            if let Some(stop) = self.take_outputs() {
+                return Ok(Some(stop));
+            }
+        }
         self.run_command()?;
         let delivered = self.exchange()?;
-        if delivered.hook_first {
+        if delivered.opens_later {
             hook.take_turn()?;
         }
-        self.announce(&delivered);
-        Ok(self.hold())
+        Ok(self.finish(&delivered))
     }
 
-    /// Gives the program time to answer, and takes its outputs. Tells when the transfer is to stop.
-    pub(super) fn hold(&mut self) -> Option<Stop> {
+    /// Ends a cycle whose response has come in: tells the program of it, and takes its outputs; in lock-step
+    /// they are taken later. Returns a stop if the transfer is to stop.
+    pub(super) fn finish(&mut self, delivered: &Delivered) -> Option<Stop> {
+        self.announce(delivered);
+        if self.shared.is_lock_step() {
+            return None;
+        }
+        self.take_outputs()
+    }
+
+    /// Gives the program time to answer, and takes its outputs. Returns a stop if the transfer is to stop.
+    fn take_outputs(&mut self) -> Option<Stop> {
         self.shared.hold_window(self.window, &mut self.areas)
     }
 
-    /// Sends what has changed, and hands in the response.
+    /// Sends what has changed, and delivers the response.
     pub(super) fn exchange(&mut self) -> Result<Delivered, Error> {
         let Link { client, exchange } = &mut self.link;
         if self.configs_changed {
@@ -84,11 +104,24 @@ impl Cycle {
         Ok(self.shared.deliver(inputs, config_updates, before, now))
     }
 
-    /// Tells the program of a response: first who waits for it, then who listens for events.
-    pub(super) fn announce(&self, delivered: &Delivered) {
-        if delivered.hook_first {
+    /// Tells the program of a response: first the threads that wait for it, then the listeners.
+    ///
+    /// In lock-step the listeners come first, so that all events of a response are there when a wait for it
+    /// ends.
+    fn announce(&self, delivered: &Delivered) {
+        let events_first = self.shared.is_lock_step();
+        if events_first {
+            self.tell_events(delivered);
+        }
+        if delivered.opens_later {
             self.shared.open_window();
         }
+        if !events_first {
+            self.tell_events(delivered);
+        }
+    }
+
+    fn tell_events(&self, delivered: &Delivered) {
         if delivered.listened.is_empty() {
             return;
         }
@@ -101,11 +134,11 @@ impl Cycle {
             configs: self.link.exchange.sent_configs(),
             sent: &self.areas,
         };
-        let listeners = self.shared.listeners.lock();
-        comparison.for_each_event(|event| listeners.tell(&event, delivered.number));
+        let Delivered { number, cycle, arrived, .. } = *delivered;
+        self.shared.listeners.lock().tell_response(&comparison, number, cycle, arrived);
     }
 
-    /// Sends the command that the program wants to have sent.
+    /// Sends the program's command, if there is one.
     fn run_command(&mut self) -> Result<(), Error> {
         let client = &mut self.link.client;
         match self.shared.command() {
@@ -123,22 +156,22 @@ impl Cycle {
         Ok(())
     }
 
-    /// Takes another connection in place of the one that was lost: the first exchange on it, with the
-    /// outputs as they are now, and the camera again if it ran.
-    pub(super) fn go_on_with(&mut self, link: Link) -> Result<Delivered, Error> {
+    /// Goes on with a new connection after a lost one: makes the first exchange on it, with the current
+    /// outputs, and starts the camera again if it was running; returns its server.
+    pub(super) fn go_on_with(
+        &mut self,
+        link: Link,
+        camera: Option<SocketAddr>,
+    ) -> Result<(Delivered, Option<CameraServer>), Error> {
         self.configs_before = *link.exchange.sent_configs();
         self.configs_changed = false;
         self.link = link;
         self.areas = self.shared.outgoing();
         let delivered = self.exchange()?;
-        if let Some(start) = &self.camera {
-            self.link.client.start_camera_online(start)?;
-        }
-        Ok(delivered)
-    }
-
-    pub(super) fn camera_is_started(&self) -> bool {
-        self.camera.is_some()
+        let Some(start) = &self.camera else { return Ok((delivered, None)) };
+        let server = camera.map(CameraServer::before_start);
+        self.link.client.start_camera_online(start)?;
+        Ok((delivered, server))
     }
 
     /// Stops the motors with a last exchange and ends online mode.
@@ -151,7 +184,7 @@ impl Cycle {
         self.link.client.stop_online()
     }
 
-    /// Stops the motors over a connection that may be of no use any more.
+    /// Stops the motors over a connection that may not work any more.
     pub(super) fn abandon(&mut self) {
         let Link { client, exchange } = &mut self.link;
         let mut request = Vec::new();

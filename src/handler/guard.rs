@@ -2,8 +2,10 @@
 
 use std::fmt;
 use std::marker::PhantomData;
-use std::ops::{Deref, DerefMut};
+use std::ops::{Deref, DerefMut, Index, IndexMut};
 use std::rc::Rc;
+use std::slice::SliceIndex;
+use std::time::Instant;
 
 use super::panic_check::PanicCheck;
 use super::shared::Shared;
@@ -11,19 +13,22 @@ use super::taken::Taken;
 use crate::transfer_area::FishX1Transfer;
 
 /// The areas, locked: a slice with the master at
-/// [`LOCAL_IO`](crate::transfer_area::LOCAL_IO) and the extensions behind it.
+/// [`LOCAL_IO`](crate::transfer_area::LOCAL_IO) and the extensions after it.
 ///
-/// Dropping it lets what was written go out with the next request, all of it or nothing. It stays with
-/// the thread that has locked.
+/// After the guard is dropped, what was written goes out with the next request, all together. A guard can't
+/// be sent to another thread.
 ///
-/// What was written does not count when the outputs were stopped meanwhile, by the end of the transfer,
-/// a lost connection or the watchdog, nor when they were stopped before and the handle does [not know
-/// of that yet](crate::TransferArea#when-outputs-count). They read 0 then at the next lock.
+/// Outputs that were written do not count when the outputs were stopped meanwhile, by the end of the
+/// transfer, a lost connection or the watchdog, or when they were stopped before and the handle does [not
+/// know of that yet](crate::TransferArea#when-outputs-count). Then they read 0 at the next lock.
+///
+/// An index beyond the number of areas that the handler was
+/// [built](crate::TransferAreaComHandlerBuilder::areas) with panics; `get` returns `None` for it.
 pub struct TransferAreaGuard<'a> {
     shared: &'a Shared,
     taken: Taken,
     panicking: PanicCheck,
-    /// It is known by its thread who has the areas.
+    /// The holder of the areas is known by its thread.
     stays_in_its_thread: PhantomData<Rc<()>>,
 }
 
@@ -33,13 +38,55 @@ impl<'a> TransferAreaGuard<'a> {
         Self { shared, taken, panicking, stays_in_its_thread: PhantomData }
     }
 
+    /// The number of the response whose inputs are in the areas, as in
+    /// [`Statistics::cycles`](crate::Statistics::cycles): 1 for the first of a transfer, 0 before it.
+    ///
+    /// A loop around `wait_cycle` that finds it two higher than in its last round has missed one response.
+    ///
+    /// ```
+    /// use ft_transfer_area::transfer_area::LOCAL_IO;
+    /// use ft_transfer_area::{Error, TransferArea};
+    ///
+    /// /// Holds the distance that a sensor at I1 measures, by an integrating controller for M1.
+    /// fn hold_distance(area: &TransferArea, wanted: f64) -> Result<(), Error> {
+    ///     let areas = area.wait_cycle()?;
+    ///     let (mut cycle, mut arrived) = (areas.cycle(), areas.arrived());
+    ///     drop(areas);
+    ///     let (mut integral, mut missed) = (0.0, 0);
+    ///     loop {
+    ///         let mut areas = area.wait_cycle()?;
+    ///         let dt = (areas.arrived() - arrived).as_secs_f64();
+    ///         missed += areas.cycle() - cycle - 1;
+    ///         (cycle, arrived) = (areas.cycle(), areas.arrived());
+    ///         integral += (wanted - f64::from(areas[LOCAL_IO].input.uni[0])) * dt;
+    ///         areas[LOCAL_IO].output.duty[0] = integral.clamp(0.0, 512.0) as i16;
+    ///         if missed > 100 {
+    ///             return Ok(()); // this program is too slow
+    ///         }
+    ///     }
+    /// }
+    /// ```
+    #[must_use]
+    pub fn cycle(&self) -> u64 {
+        self.taken.cycle
+    }
+
+    /// When the response came in whose inputs are in the areas; before the first one of a transfer, when
+    /// the transfer began.
+    ///
+    /// The transfer thread takes this time, so it does not depend on when this thread was woken.
+    #[must_use]
+    pub fn arrived(&self) -> Instant {
+        self.taken.arrived
+    }
+
     /// The newest response whose window was opened when this was locked.
     pub(super) fn response(&self) -> u64 {
         self.taken.response
     }
 
-    /// The newest response that needs no waiting for any more. One that came in while this thread
-    /// did not expect it does: its window waits for somebody still.
+    /// The newest response that does not have to be waited for any more. One that came in while this
+    /// thread did not expect it has to be: its window still waits for a thread.
     pub(super) fn attended(&self) -> u64 {
         let expected = self.taken.reacts_to == Some(self.taken.response);
         if expected {
@@ -64,6 +111,46 @@ impl DerefMut for TransferAreaGuard<'_> {
     }
 }
 
+/// As for a slice, with a panic that says what to write instead.
+impl<I> Index<I> for TransferAreaGuard<'_>
+where
+    I: SliceIndex<[FishX1Transfer]> + Clone + fmt::Debug,
+{
+    type Output = I::Output;
+
+    #[track_caller]
+    fn index(&self, index: I) -> &I::Output {
+        // No closure, so that the panic shows the caller's line.
+        match self.get(index.clone()) {
+            Some(areas) => areas,
+            None => no_area(&index, self.len()),
+        }
+    }
+}
+
+impl<I> IndexMut<I> for TransferAreaGuard<'_>
+where
+    I: SliceIndex<[FishX1Transfer]> + Clone + fmt::Debug,
+{
+    #[track_caller]
+    fn index_mut(&mut self, index: I) -> &mut I::Output {
+        let count = self.len();
+        match self.get_mut(index.clone()) {
+            Some(areas) => areas,
+            None => no_area(&index, count),
+        }
+    }
+}
+
+#[cold]
+#[track_caller]
+fn no_area(index: &dyn fmt::Debug, count: usize) -> ! {
+    panic!(
+        "there is no area {index:?}, because the handler has {count}; areas count from 0, the master, \
+         and builder.areas(…) sets how many there are, such as areas(2) for the master and one extension"
+    )
+}
+
 impl fmt::Debug for TransferAreaGuard<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_list().entries(self.taken.areas.iter()).finish()
@@ -74,5 +161,41 @@ impl Drop for TransferAreaGuard<'_> {
     fn drop(&mut self) {
         // A panic may have left half of what belongs together in the areas.
         self.shared.release(&mut self.taken, self.panicking.has_begun());
+    }
+}
+
+#[cfg(all(test, not(shuttle)))]
+mod tests {
+    use std::panic::{catch_unwind, AssertUnwindSafe};
+
+    use crate::transfer_area::{LOCAL_IO, REMOTE_IO_1};
+    use crate::TransferAreaComHandler;
+
+    /// The panic of a program that does this with the guard of a handler with two areas.
+    fn panic_of(program: impl FnOnce(&mut super::TransferAreaGuard)) -> String {
+        let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
+        let panic = catch_unwind(AssertUnwindSafe(|| program(&mut handler.lock()))).unwrap_err();
+        *panic.downcast::<String>().unwrap()
+    }
+
+    #[test]
+    fn the_panic_for_an_index_beyond_the_areas_says_what_to_write() {
+        for text in [
+            panic_of(|areas| areas[2].output.duty[0] = 512),
+            panic_of(|areas| assert_eq!(areas[2].input.uni[0], 0)),
+        ] {
+            assert!(text.starts_with("there is no area 2, because the handler has 2;"), "{text}");
+            assert!(text.contains("builder.areas(…)"), "{text}");
+        }
+        assert!(panic_of(|areas| areas[1..3].fill_with(Default::default)).contains("no area 1..3"));
+    }
+
+    #[test]
+    fn indices_and_ranges_within_the_areas_are_those_of_a_slice() {
+        let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
+        let mut areas = handler.lock();
+        areas[REMOTE_IO_1].output.duty[0] = 7;
+        assert_eq!((areas[LOCAL_IO].state.id, areas[1..][0].output.duty[0]), (0, 7));
+        assert_eq!((areas[..].len(), areas.get(2)), (2, None));
     }
 }

@@ -1,4 +1,4 @@
-//! What the program and the transfer hand over to each other: outputs one way, inputs the other.
+//! Hands outputs from the program to the transfer, and inputs back.
 
 use std::time::Duration;
 
@@ -8,8 +8,8 @@ use crate::transfer_area::FishX1Transfer;
 
 /// The outputs as the last guard left them, and the inputs that have come in since.
 ///
-/// A guard may keep the areas as long as it likes, so the transfer does not use them: it takes the
-/// outputs from here and leaves the inputs here, and both come and go with the guards, in one piece.
+/// A guard may keep the areas for any time, so the transfer does not use them: it takes the outputs from
+/// here and puts the inputs here. Each guard gets and leaves them as a whole.
 #[derive(Debug)]
 pub(super) struct HandOver {
     /// The areas as the last guard left them.
@@ -35,7 +35,7 @@ impl HandOver {
 
     // The program's side.
 
-    /// Brings the areas up to date for a guard: carries what has come in into them, and sets the
+    /// Brings the areas up to date for a guard: copies what has come in into them, and sets the
     /// master's timers to the time since the transfer began.
     pub(super) fn bring_up_to_date(&mut self, areas: &mut [FishX1Transfer], elapsed: Duration) {
         if std::mem::take(&mut self.outputs_due) {
@@ -52,7 +52,7 @@ impl HandOver {
         }
     }
 
-    /// Takes the areas as a guard leaves them; of the outputs only if they count.
+    /// Takes the areas as a guard leaves them; the outputs only if they count.
     pub(super) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
         if outputs_count {
             self.outgoing.copy_from_slice(areas);
@@ -71,7 +71,7 @@ impl HandOver {
         self.outgoing.iter().map(outputs).ne(areas.iter().map(outputs))
     }
 
-    /// Undoes what a guard has done that was dropped by a panic.
+    /// Undoes the writes of a guard that was dropped by a panic.
     pub(super) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
         areas.clone_from(&self.outgoing);
         self.inputs_due = true;
@@ -84,7 +84,7 @@ impl HandOver {
         &self.outgoing
     }
 
-    /// Takes in the inputs of a response.
+    /// Takes the inputs of a response.
     pub(super) fn put(&mut self, inputs: &Inputs) {
         self.incoming.clone_from(inputs);
         self.unfinished.hide(&mut self.incoming, &self.outgoing);
@@ -96,7 +96,7 @@ impl HandOver {
         &self.incoming
     }
 
-    /// Stops all outputs. Commands that this cuts off never read as done.
+    /// Stops all outputs. Commands that are cut off by this never read as done.
     pub(super) fn stop(&mut self, cut: Cut) {
         self.unfinished.stop(cut, &self.incoming, &mut self.outgoing);
         self.outputs_due = true;
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_panic_has_left_half_written_is_undone() {
+    fn writes_before_a_panic_are_undone() {
         let (mut hand_over, mut areas) = hand_over();
         put(&mut hand_over, 1);
         hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn stopped_outputs_reach_the_areas_and_a_guard_of_before_does_not_undo_that() {
+    fn stopped_outputs_reach_the_areas_and_an_older_guard_does_not_undo_that() {
         let (mut hand_over, mut areas) = hand_over();
         areas[0].output.duty[0] = 512;
         hand_over.take(&areas, true);

@@ -19,9 +19,9 @@ pub(super) struct Link {
 }
 
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
-/// Tells whom the connection leads to, and how many configurations there were.
+/// Calls `found` with the controller, and returns how many configurations there were.
 ///
-/// Any thread can do so. Connecting takes at most `limit`, and each answer as long as the settings
+/// Any thread can call this. Connecting takes at most `limit`, and each response as long as the settings
 /// allow.
 pub(super) fn connect(
     settings: &Settings,

@@ -9,37 +9,36 @@ use super::sync::thread_id;
 use crate::transfer_area::FishX1Transfer;
 
 impl TransferAreaComHandler {
-    /// Has a function called in each cycle, between receiving inputs and sending outputs: the
+    /// Calls a function in each cycle, between receiving inputs and sending outputs: the
     /// controller's `SetTransferAreaCompleteCallback`.
     ///
     /// The function gets the areas locked, with the inputs that have just come in; what it writes
-    /// goes out in the very next request. With [`ControlFlow::Break`] it stops the machine, as on
-    /// the controller with `false`: the transfer ends well, with all motors stopped. When it
+    /// goes out in the very next request. If it returns [`ControlFlow::Break`], it stops the machine, as
+    /// `false` does on the controller: the transfer ends without an error, with all motors stopped. If it
     /// panics, the transfer ends with all motors stopped and
-    /// [`Error::ProgramPanicked`](crate::Error::ProgramPanicked), and nothing that it wrote in that
-    /// cycle goes out.
+    /// [`Error::ProgramPanicked`](crate::Error::ProgramPanicked), and what it wrote in that
+    /// cycle does not go out.
     ///
-    /// It is called from the next response on, in this transfer and those that follow, until it is
+    /// It is called from the next response on, in this transfer and the following ones, until it is
     /// replaced or [cleared](Self::clear_cycle_hook), or the handler is dropped. It runs before
     /// threads in [`wait_cycle`](Self::wait_cycle) are woken and events are sent, so these find
-    /// what it wrote and have the last word. The reaction window is as long as without it, for
-    /// programs that poll.
+    /// what it wrote and can overwrite it. It does not shorten the reaction window for programs that poll.
     ///
-    /// It runs in a thread of its own, always the same during a transfer. The exchange stands still
-    /// meanwhile, so it has to be quick, a millisecond or so. When it does not return within its
-    /// [limit](crate::TransferAreaComHandlerBuilder::hook_limit), half a second unless set otherwise,
+    /// It runs in a thread of its own, always the same during a transfer. The exchange waits meanwhile, so
+    /// it has to be quick: about a millisecond. When it does not return within its
+    /// [limit](crate::TransferAreaComHandlerBuilder::hook_limit), half a second by default,
     /// the transfer ends with all motors stopped and
     /// [`Error::HookHangs`](crate::Error::HookHangs), and it is never called again. Its thread can't be
-    /// stopped from outside, and ends when the function returns.
+    /// stopped from outside; it ends when the function returns.
     ///
-    /// Inside it, use the areas that it gets: locking the areas, waiting for a cycle and starting or
-    /// stopping the camera panic, because it would wait for itself. Setting and clearing hooks is allowed, and so is ending the transfer or
-    /// dropping the handler, which then happens when it has returned.
+    /// Inside the function, use the areas that it gets. Locking the areas, waiting for a cycle, and starting
+    /// or stopping the camera panic there, because it would wait for itself. It may set and clear hooks, end
+    /// the transfer and drop the handler; the transfer then ends when the function has returned.
     ///
-    /// While a thread of the program holds a guard, its turn is put off, but not beyond the reaction
+    /// While a thread of the program holds a guard, the call is delayed, but not beyond the reaction
     /// window; then it is skipped for that cycle and counted as a
-    /// [late reaction](crate::Statistics::late_reactions). Without a window, any guard that is held
-    /// when the response comes in makes it miss its turn.
+    /// [late reaction](crate::Statistics::late_reactions). Without a window, it is skipped if any guard is
+    /// held when the response comes in.
     ///
     /// Blocks while an earlier hook runs, for the limit at most.
     ///
@@ -74,10 +73,10 @@ impl TransferAreaComHandler {
         self.area().shared().put_hook(Some(Box::new(hook)));
     }
 
-    /// Calls the function of [`set_cycle_hook`](Self::set_cycle_hook) no more, and drops it.
+    /// Stops calling the function of [`set_cycle_hook`](Self::set_cycle_hook), and drops it.
     ///
-    /// Blocks while it runs, for its limit at most, but not when it is called from inside it. It is not
-    /// called again when this has returned; one that hangs may still be running.
+    /// Blocks while the function runs, for its limit at most; inside the function it does not block. After
+    /// this has returned, the function is not called again; one that hangs may still be running.
     pub fn clear_cycle_hook(&self) {
         self.area().shared().put_hook(None);
     }
@@ -91,7 +90,7 @@ impl Shared {
             self.hook_turn.wait(&mut state);
         }
         drop(state);
-        // Not under the lock, because what it owns is the program's.
+        // Not under the lock, because dropping it runs code of the program.
         drop(before);
     }
 }

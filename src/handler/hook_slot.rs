@@ -1,4 +1,4 @@
-//! The cycle hook's place: the function itself, and whose turn it is.
+//! The cycle hook's slot: the function itself, and its turns.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -10,19 +10,19 @@ use crate::transfer_area::FishX1Transfer;
 /// The program's function.
 pub(super) type Hook = Box<dyn FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> + Send>;
 
-/// Where the program leaves its hook, and where the hook's thread gets its turns.
+/// The program puts its hook here, and the hook's thread gets its turns here.
 ///
 /// The hook runs in a thread of its own, so that the transfer thread can go on without it.
 #[derive(Default)]
 pub(super) struct HookSlot {
-    /// `None` while it runs, too.
+    /// `None` also while it runs.
     hook: Option<Hook>,
-    /// Counts the hooks that were set and cleared, so that one that was replaced while it ran is known.
+    /// Counts the hooks that were set and cleared, to know one that was replaced while it ran.
     version: u64,
     turn: Turn,
-    /// When the turn that is under way was given.
+    /// When the current turn was given.
     called: Option<Instant>,
-    /// Counts the hook's threads, so that one whose hook did not return is known.
+    /// Counts the hook's threads, to know one whose hook did not return.
     thread: u64,
 }
 
@@ -32,7 +32,7 @@ enum Turn {
     /// Nothing.
     #[default]
     None,
-    /// To call the hook with these areas, in the holder's turn of this number.
+    /// To call the hook with these areas, as the holder's turn of this number.
     Called(Vec<FishX1Transfer>, u64),
     /// The hook of this version runs in this thread.
     Running(ThreadId, u64),
@@ -57,13 +57,13 @@ impl HookSlot {
         self.hook.is_some() && matches!(self.turn, Turn::None)
     }
 
-    /// Puts a hook in, or none; gives back the one before, unless it runs.
+    /// Puts a hook in, or none; returns the previous one, unless it runs.
     pub(super) fn put(&mut self, hook: Option<Hook>) -> Option<Hook> {
         self.version += 1;
         std::mem::replace(&mut self.hook, hook)
     }
 
-    /// Whether a hook still runs, in another thread, that is not the present one any more.
+    /// Whether a hook that was replaced still runs in another thread.
     pub(super) fn old_one_runs_elsewhere(&self, me: ThreadId) -> bool {
         matches!(self.turn, Turn::Running(thread, version)
             if thread != me && version != self.version)
@@ -89,12 +89,12 @@ impl HookSlot {
         self.called = Some(Instant::now());
     }
 
-    /// When the turn that is under way was given; `None` without one.
+    /// When the current turn was given; `None` without one.
     pub(super) fn busy_since(&self) -> Option<Instant> {
         self.called.filter(|_| matches!(self.turn, Turn::Called(..) | Turn::Running(..)))
     }
 
-    /// Ends the thread: after its turn, or, if the hook does not return, whenever it does.
+    /// Ends the thread: after its turn, or, if the hook hangs, when it returns.
     pub(super) fn end(&mut self) {
         self.thread += 1;
         self.turn = Turn::None;
@@ -121,8 +121,8 @@ impl HookSlot {
         }
     }
 
-    /// The hook has returned. Gives it back when it is not the present one any more, to be dropped
-    /// before its turn [ends](Self::end_turn).
+    /// The hook has returned. If it was replaced meanwhile, this returns it, to be dropped before its turn
+    /// [ends](Self::end_turn).
     pub(super) fn returned(&mut self, begun: Begun, me: ThreadId) -> Option<Hook> {
         if !self.runs_in(me) || begun.version != self.version {
             return begun.hook;
@@ -131,7 +131,7 @@ impl HookSlot {
         None
     }
 
-    /// Ends a turn, unless the hook was given up.
+    /// Ends a turn, unless its thread was given up.
     pub(super) fn end_turn(&mut self, me: ThreadId) {
         if self.runs_in(me) {
             self.turn = Turn::None;

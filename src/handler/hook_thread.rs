@@ -13,7 +13,7 @@ use super::sync::{earlier, thread_id, wait_until};
 use super::taken::Taken;
 use crate::error::Error;
 
-/// The transfer thread's hold on the hook: gives it a turn in each cycle, and goes on without it when
+/// The transfer thread's side of the hook: gives it a turn in each cycle, and goes on without it when
 /// it does not return.
 pub(super) struct HookThread {
     shared: Arc<Shared>,
@@ -21,7 +21,7 @@ pub(super) struct HookThread {
     window: Duration,
     /// How long the hook may take.
     limit: Duration,
-    /// There is one from the first turn on.
+    /// Started for the first turn.
     thread: Option<JoinHandle<()>>,
 }
 
@@ -33,7 +33,7 @@ impl HookThread {
     /// Calls the hook, if there is one, with the areas and the response that has just come in, and
     /// waits until it has returned.
     ///
-    /// While somebody has the areas its turn is put off, until the reaction window ends. When the
+    /// While another thread has the areas, the turn is put off until the reaction window ends. When the
     /// watchdog expires first, the transfer goes on while the hook runs.
     pub(super) fn take_turn(&mut self) -> Result<(), Error> {
         self.start()?;
@@ -43,7 +43,7 @@ impl HookThread {
         Ok(())
     }
 
-    /// Starts the thread when there is a hook and no thread yet.
+    /// Starts the thread if there is a hook and no thread yet.
     fn start(&mut self) -> Result<(), Error> {
         if self.thread.is_some() || !self.shared.state().hook.is_ready() {
             return Ok(());
@@ -53,12 +53,12 @@ impl HookThread {
         let thread = std::thread::Builder::new()
             .name("cycle-hook".to_owned())
             .spawn(move || serve(&shared, number))
-            .map_err(|error| Error::not_started(&error))?;
+            .map_err(Error::not_started)?;
         self.thread = Some(thread);
         Ok(())
     }
 
-    /// Gives the hook a turn unless there is none; whether it has one.
+    /// Gives the hook a turn, if there is a hook and it gets the areas; returns whether it did.
     fn give_turn(&self) -> bool {
         let shared = &*self.shared;
         let mut state = shared.state();
@@ -75,10 +75,10 @@ impl HookThread {
         while state.transfer.stop().is_none() {
             let holder = Holder { thread: thread_id(), since: Instant::now() };
             if let Some((mut areas, turn)) = state.area_lock.take_for_hook(holder) {
-                let elapsed = state.transfer.elapsed();
+                let elapsed = state.elapsed();
                 state.hand_over.bring_up_to_date(&mut areas, elapsed);
                 state.hook.call(areas, turn);
-                // Not before, because it could not do anything before the response.
+                // Not earlier, because the program could not do anything before the response.
                 state.watchdog.feed();
                 shared.hook_turn.notify_all();
                 return true;
@@ -95,7 +95,7 @@ impl HookThread {
         false
     }
 
-    /// Waits until the hook has returned, or its limit is over; or also until the watchdog has expired.
+    /// Waits until the hook has returned, or its limit is over; if `watched`, only until the watchdog expires.
     fn wait_until_done(&self, watched: bool) {
         let shared = &*self.shared;
         let mut state = shared.state();
@@ -119,15 +119,15 @@ impl HookThread {
         }
     }
 
-    /// Ends the thread. A hook that does not return is left to itself, and the areas that it has are
-    /// replaced: it can do no harm with them. Errs then.
+    /// Ends the thread. If the hook does not return, its thread goes on alone, the areas that it has are
+    /// replaced so that its writes have no effect, and this returns an error.
     pub(super) fn end(&mut self) -> Result<(), Error> {
         let Some(thread) = self.thread.take() else { return Ok(()) };
         let shared = &*self.shared;
         self.wait_until_done(false);
         let mut state = shared.state();
         let hangs = state.hook.busy_since().is_some();
-        // Others may have them again while what the hook has left is dropped.
+        // The areas may have been given back already, while the replaced hook is dropped.
         let holds = state.area_lock.holder().is_some_and(|holder| {
             holder.thread == thread_id() || state.hook.runs_in(holder.thread)
         });
@@ -142,7 +142,7 @@ impl HookThread {
         if hangs {
             return Err(Error::HookHangs { limit: self.limit });
         }
-        // It catches the hook's panics, so there is nothing to learn here.
+        // The thread catches the hook's panics, so there is nothing to report here.
         let _ = thread.join();
         Ok(())
     }
@@ -166,8 +166,8 @@ fn serve(shared: &Shared, number: u64) {
         drop(state);
         run(shared, &mut begun, taken);
         let replaced = shared.state().hook.returned(begun, thread_id());
-        // Not under the lock, because what it owns is the program's, and within its turn, because that
-        // may be the handler, which must not wait for this thread.
+        // Not under the lock, because dropping the hook runs code of the program. Within its turn, because
+        // it may own the handler, whose drop must not wait for this thread.
         if let Err(payload) = catch_unwind(AssertUnwindSafe(|| drop(replaced))) {
             shared.ask_to_stop(Stop::ProgramPanicked);
             std::mem::forget(payload);
@@ -186,7 +186,7 @@ fn run(shared: &Shared, begun: &mut Begun, mut taken: Taken) {
     match result {
         Ok(goes_on) if goes_on.is_break() => shared.ask_to_stop(Stop::Asked),
         Ok(_) => {}
-        // What the hook panicked with may panic once more when it is dropped.
+        // The payload of the panic may panic again when it is dropped.
         Err(payload) => std::mem::forget(payload),
     }
 }

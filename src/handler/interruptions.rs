@@ -1,20 +1,20 @@
-//! What has stopped the outputs behind the program's back, and which handle knows of it.
+//! What has stopped the outputs without the program, and which handle knows of it.
 
 use std::collections::VecDeque;
 
 use crate::error::Error;
 
-/// How many are kept for a handle that has not asked for long.
+/// How many are kept for a handle that has not asked for a long time.
 const KEPT: usize = 16;
 
-/// Counts whatever has set the outputs to 0: the end of a transfer, a lost connection, the watchdog.
+/// Counts what has set the outputs to 0: the end of a transfer, a lost connection, the watchdog.
 ///
-/// Each handle remembers of how many it knows. Those that do not end the transfer are told by an
-/// error, to each handle once.
+/// Each handle stores how many it knows of. Those that do not end the transfer are reported by an
+/// error, once to each handle.
 #[derive(Debug, Default)]
 pub(super) struct Interruptions {
     count: u64,
-    /// By number, the error that tells of it.
+    /// By number, the error that reports it.
     untold: VecDeque<(u64, Error)>,
 }
 
@@ -33,14 +33,13 @@ impl Interruptions {
         self.untold.push_back((self.count, error));
     }
 
-    /// A transfer ends, of which its own error tells.
+    /// A transfer ends. Its own error reports this.
     pub(super) fn note_end(&mut self) {
         self.count += 1;
         self.untold.clear();
     }
 
-    /// What a handle that knows of the first `known` has to be told next, and of how many it knows
-    /// then.
+    /// What a handle that knows of the first `known` has to be told next, and how many it then knows of.
     pub(super) fn news(&self, known: u64) -> Option<(u64, Error)> {
         self.untold.iter().find(|(number, _)| *number > known).cloned()
     }
@@ -81,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn the_newest_are_kept_for_who_does_not_ask() {
+    fn the_newest_are_kept_for_a_handle_that_does_not_ask() {
         let mut interruptions = Interruptions::default();
         (1..=100).for_each(|number| interruptions.note(expired(number)));
         assert_eq!(interruptions.news(0), Some((85, expired(85))));

@@ -1,9 +1,10 @@
-//! The transfer area kept in step with the controller by a background thread.
+//! The transfer area, which a background thread exchanges with the controller.
 
 mod area;
 mod area_lock;
 mod builder;
 mod camera;
+mod clock;
 mod com_handler;
 mod command;
 mod cycle;
@@ -21,6 +22,7 @@ mod model;
 mod panic_check;
 mod program_side;
 mod reconnect;
+mod response_wait;
 mod settings;
 mod shared;
 mod state;
@@ -32,12 +34,13 @@ mod thread;
 mod transfer_side;
 mod unfinished;
 mod wait;
+mod wait_any;
 mod watchdog;
 mod window;
 
 pub use area::TransferArea;
 pub use builder::TransferAreaComHandlerBuilder;
 pub use com_handler::TransferAreaComHandler;
-pub use events::{Event, EventKind, Events, Joystick};
+pub use events::{Event, EventKind, Events, Joystick, TimedEvent};
 pub use guard::TransferAreaGuard;
 pub use statistics::Statistics;

@@ -1,4 +1,4 @@
-//! The meeting point of the threads, run in many orders by `shuttle`.
+//! The shared state of the threads, tested by `shuttle` in many orders of the threads.
 //!
 //! `RUSTFLAGS="--cfg shuttle" cargo test --lib model`
 
@@ -9,6 +9,8 @@ use std::time::Duration;
 use shuttle::sync::Mutex;
 use shuttle::{check_pct, check_random, thread};
 
+use super::area::TransferArea;
+use super::clock::Clock;
 use super::shared::Shared;
 use super::taken::Known;
 use super::watchdog::Watchdog;
@@ -19,10 +21,10 @@ use crate::wire::ExchangeDataResponse;
 
 const ORDERS: usize = 3000;
 
-/// How many points at which another thread comes first are looked for in each order.
+/// How many points in each order give another thread priority.
 const DEPTH: usize = 4;
 
-/// In each cycle a window ends by itself or is waited for to the end, as the lot falls.
+/// In each cycle, whether a window ends by itself or by the program's threads is random.
 const WINDOW: Duration = Duration::from_secs(1);
 /// A window that only the program's threads end.
 const NO_END: Duration = Duration::MAX;
@@ -33,14 +35,18 @@ fn check(model: impl Fn() + Send + Sync + Copy + 'static) {
 }
 
 fn shared() -> Arc<Shared> {
-    let shared = Arc::new(Shared::new(1, Watchdog::new(None)));
+    running(Clock::new(false))
+}
+
+fn running(clock: Clock) -> Arc<Shared> {
+    let shared = Arc::new(Shared::new(1, Watchdog::new(None), clock));
     shared.begin().unwrap();
     shared.run(0).unwrap();
     shared
 }
 
-/// The transfer thread's part: response after response, the number in the first input, until it is
-/// stopped or there were enough. Gives the outputs of each request.
+/// The transfer thread's part: response after response, with its number in the inputs, until it is
+/// stopped or this number is reached. Returns the outputs of each request.
 fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Transfer> {
     let mut areas = [FishX1Transfer::default()];
     let mut requests = Vec::new();
@@ -61,7 +67,7 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Tran
     requests
 }
 
-/// A program's part: waits for a response and answers it in two places.
+/// A program's part: waits for a response and answers it in two outputs.
 fn answer(shared: &Shared, known: &mut Known) -> Result<i16, Error> {
     let mut taken = shared.wait_cycle(known, None)?.expect("there is no limit");
     known.returned = taken.response;
@@ -95,7 +101,7 @@ fn no_request_is_torn_and_every_thread_learns_of_the_end() {
 }
 
 #[test]
-fn a_response_is_answered_in_the_next_request_by_all_who_waited_for_it() {
+fn a_response_is_answered_in_the_next_request_by_all_waiting_threads() {
     check(|| {
         let shared = shared();
         let answers = Arc::new(Mutex::new(HashSet::new()));
@@ -110,7 +116,7 @@ fn a_response_is_answered_in_the_next_request_by_all_who_waited_for_it() {
                 })
             })
             .collect();
-        // Each window is ended by those who answer, so none of them can be late.
+        // Each window ends by the answers, so none of them can be late.
         let requests = exchange(&shared, 4, NO_END);
         programs.into_iter().for_each(|program| program.join().unwrap());
         for (number, request) in (1..=4).zip(&requests) {
@@ -122,7 +128,91 @@ fn a_response_is_answered_in_the_next_request_by_all_who_waited_for_it() {
 }
 
 #[test]
-fn threads_that_lock_keep_nobody_out_and_none_of_their_writes_is_lost() {
+fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thread_learns_of_the_end(
+) {
+    check(|| {
+        let shared = running(Clock::new(true));
+        let program = {
+            let shared = Arc::clone(&shared);
+            thread::spawn(move || {
+                let known = &mut Known::default();
+                for number in 1..=3 {
+                    for pin in 0..2 {
+                        let mut taken = shared.lock(*known);
+                        taken.areas[0].output.duty[pin] = number;
+                        shared.release(&mut taken, false);
+                    }
+                    let mut taken = shared.wait_cycle(known, None).unwrap().unwrap();
+                    known.returned = taken.response;
+                    assert_eq!(taken.cycle, number as u64);
+                    shared.release(&mut taken, false);
+                }
+                shared.ask_to_end();
+            })
+        };
+        let locker = {
+            let shared = Arc::clone(&shared);
+            thread::spawn(move || {
+                for number in 1..=2 {
+                    let mut taken = shared.lock(Known::default());
+                    taken.areas[0].output.duty[2] = number;
+                    taken.areas[0].output.duty[3] = number;
+                    shared.release(&mut taken, false);
+                }
+            })
+        };
+        let mut areas = [FishX1Transfer::default()];
+        let mut requests = Vec::new();
+        while shared.hold_window(WINDOW, &mut areas).is_none() {
+            requests.push(areas[0].output.duty);
+            let (mut before, mut now) = (Inputs::default(), Inputs::default());
+            shared.deliver(&Inputs::default(), 0, &mut before, &mut now);
+        }
+        shared.finish(None);
+        program.join().unwrap();
+        locker.join().unwrap();
+        assert_eq!(requests.len(), 3);
+        for (number, duty) in (1..).zip(&requests) {
+            assert_eq!(duty[..2], [number; 2]);
+            assert_eq!(duty[2], duty[3], "torn");
+        }
+    });
+}
+
+#[test]
+fn a_thread_that_waits_for_two_transfers_answers_each_response_in_the_next_request() {
+    check(|| {
+        let transfers = [shared(), shared()];
+        let controllers = transfers.each_ref().map(|shared| {
+            let shared = Arc::clone(shared);
+            thread::spawn(move || exchange(&shared, 2, NO_END))
+        });
+        let areas = transfers.map(TransferArea::new);
+        // The last errors come when the transfers have ended.
+        let mut ended = [false; 2];
+        while ended != [true; 2] {
+            let waits: Vec<usize> = (0..2).filter(|index| !ended[*index]).collect();
+            let handles: Vec<&TransferArea> = waits.iter().map(|index| &areas[*index]).collect();
+            match TransferArea::wait_any(&handles) {
+                (which, Ok(mut guard)) => {
+                    guard[0].output.duty[0] = guard[0].input.uni[0];
+                    drop(areas[1 - waits[which]].lock());
+                }
+                (which, Err(_)) => ended[waits[which]] = true,
+            }
+        }
+        for (controller, area) in controllers.into_iter().zip(&areas) {
+            let requests = controller.join().unwrap();
+            for (number, request) in (1..=2).zip(&requests) {
+                assert_eq!(request.output.duty[0], number, "answered late");
+            }
+            assert_eq!(area.statistics().late_reactions, 0);
+        }
+    });
+}
+
+#[test]
+fn threads_that_lock_keep_no_other_out_and_none_of_their_writes_is_lost() {
     check(|| {
         let shared = shared();
         let lockers: Vec<_> = (0..2)
@@ -149,7 +239,7 @@ fn threads_that_lock_keep_nobody_out_and_none_of_their_writes_is_lost() {
         lockers.into_iter().for_each(|locker| locker.join().unwrap());
         waiting.join().unwrap();
         transfer.join().unwrap();
-        // Configurations count always; they begin at 1.
+        // Configurations always count; they begin at 1.
         assert_eq!(shared.outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [4, 4, 1]);
     });
 }
@@ -170,10 +260,10 @@ fn what_is_written_across_a_gap_moves_nothing() {
             })
         };
         let error = Error::ConnectionClosed { command: "ExchangeDataCmpr", received: 0 };
-        let mut last_words = [FishX1Transfer::default()];
-        shared.lose_connection(&error, &mut last_words);
-        assert_eq!(last_words[0].output.duty[0], 0);
-        // What the first request of the next connection has.
+        let mut last_request = [FishX1Transfer::default()];
+        shared.lose_connection(&error, &mut last_request);
+        assert_eq!(last_request[0].output.duty[0], 0);
+        // The outputs in the first request of the next connection.
         assert_eq!(shared.outgoing()[0].output.duty[0], 0);
         let known = &mut Known::default();
         assert!(matches!(shared.feed_watchdog(known), Err(Error::ConnectionLost { .. })));
@@ -193,7 +283,7 @@ fn a_panic_under_a_guard_leaves_nothing_half_written() {
             thread::spawn(move || {
                 let mut taken = shared.lock(Known::default());
                 taken.areas[0].output.duty[0] = 1;
-                // As the guard does that is dropped by a panic.
+                // As a guard does that is dropped by a panic.
                 shared.release(&mut taken, true);
             })
         };

@@ -1,7 +1,7 @@
 //! Whether a thread has begun to panic.
 
-/// Tells a panic that began after this was made from one that was under way already, as when a
-/// destructor uses the area while its thread unwinds.
+/// Distinguishes a panic that began after this was made from an earlier one, as when a destructor uses
+/// the area while its thread unwinds.
 #[derive(Debug)]
 pub(super) struct PanicCheck {
     before: bool,

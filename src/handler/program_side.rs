@@ -1,13 +1,14 @@
-//! What the program's threads do with what they share with the transfer thread.
+//! What the program's threads do with the state that they share with the transfer thread.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::area_lock::{Holder, Waiter};
+use super::clock::Clock;
 use super::command::Command;
 use super::shared::{Shared, State};
 use super::state::Stop;
-use super::sync::{thread_id, wait_until, MutexGuard};
+use super::sync::{thread_id, MutexGuard};
 use super::taken::{Known, Taken};
 use crate::camera::CameraControl;
 use crate::error::Error;
@@ -18,7 +19,8 @@ impl Shared {
     ///
     /// # Panics
     ///
-    /// When the thread has them already.
+    /// When the thread already has them.
+    #[track_caller]
     pub(super) fn lock(&self, known: Known) -> Taken {
         let mut state = self.state_of_others();
         let taken = self.take(&mut state, known, None);
@@ -27,7 +29,7 @@ impl Shared {
     }
 
     /// Takes the areas, for a thread that may have waited for a response.
-    fn take(
+    pub(super) fn take(
         &self,
         state: &mut MutexGuard<'_, State>,
         known: Known,
@@ -38,7 +40,7 @@ impl Shared {
         let mut taken = Taken::new(state, areas, turn, reacts_to, counts);
         let is_first = taken.newest > known.shown && state.last_response.is_some();
         taken.looks = is_first && reacts_to.is_none();
-        let elapsed = state.transfer.elapsed();
+        let elapsed = state.elapsed();
         state.hand_over.bring_up_to_date(&mut taken.areas, elapsed);
         taken
     }
@@ -80,7 +82,7 @@ impl Shared {
     pub(super) fn release(&self, taken: &mut Taken, panicked: bool) {
         let mut areas = std::mem::take(&mut taken.areas);
         let mut state = self.state();
-        // Others may have been given areas in place of those that the hook did not give back.
+        // If the hook did not give the areas back, others may have new ones.
         if state.area_lock.is_turn(taken.turn) {
             if panicked {
                 state.hand_over.restore(&mut areas);
@@ -102,16 +104,17 @@ impl Shared {
                 state.window.react(response);
             }
         }
-        if state.transfer.stop().is_some() || state.window.is_attended() {
+        if state.transfer.stop().is_some() || state.next_may_leave() {
             self.attended.notify_one();
         }
-        // A thread that locks again at once would otherwise keep all others out.
+        // Otherwise a thread that locks again immediately would keep all others out.
         MutexGuard::unlock_fair(state);
     }
 
     /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it
     /// would wait for itself for ever.
-    fn state_of_others(&self) -> MutexGuard<'_, State> {
+    #[track_caller]
+    pub(super) fn state_of_others(&self) -> MutexGuard<'_, State> {
         let state = self.state();
         match state.area_lock.holder() {
             Some(holder) if holder.thread == thread_id() => {
@@ -122,12 +125,13 @@ impl Shared {
         }
     }
 
-    /// Waits for a response newer than the handle has returned, and locks the areas with its inputs;
-    /// `None` when the deadline comes first.
+    /// Waits for a response that is newer than the last one that the handle has returned, and locks the areas
+    /// with its inputs; `None` when the deadline comes first.
     ///
     /// # Panics
     ///
     /// When the thread has the areas.
+    #[track_caller]
     pub(super) fn wait_cycle(
         &self,
         known: &mut Known,
@@ -140,9 +144,10 @@ impl Shared {
         Ok(taken)
     }
 
-    /// Locks the areas with the newest inputs, for which it waits only if there were none yet in this
-    /// transfer; otherwise as [`wait_cycle`](Self::wait_cycle). The next request waits for the calling
-    /// thread, if it has not left yet.
+    /// Locks the areas with the newest inputs. Waits only if there were none yet in this transfer. The rest
+    /// is as for [`wait_cycle`](Self::wait_cycle). The next request waits for the calling thread, if it has
+    /// not gone out yet.
+    #[track_caller]
     pub(super) fn look(
         &self,
         known: &mut Known,
@@ -161,53 +166,7 @@ impl Shared {
         Ok(Some(taken))
     }
 
-    fn wait_for_response(
-        &self,
-        state: &mut MutexGuard<'_, State>,
-        known: &mut Known,
-        deadline: Option<Instant>,
-    ) -> Result<Option<u64>, Error> {
-        state.tell_news(known)?;
-        state.check_running(known)?;
-        if state.window.response() > known.returned {
-            if let Some(response) = state.join_window() {
-                return Ok(Some(response));
-            }
-        }
-        let (transfer, response) = (state.transfer.number(), state.window.response());
-        state.window.expect();
-        loop {
-            let timed_out = wait_until(&self.arrived, state, deadline);
-            let has_news = state.interruptions.has_news(known.interruptions);
-            let goes_on = state.transfer.is_running() && state.transfer.number() == transfer;
-            let is_there = state.window.response() != response;
-            if is_there && goes_on && !has_news {
-                return Ok(Some(response + 1));
-            }
-            if goes_on && !has_news && !timed_out {
-                continue;
-            }
-            self.give_up(state, response);
-            state.tell_news(known)?;
-            state.check_running(known)?;
-            // Another transfer may have begun meanwhile.
-            return if goes_on { Ok(None) } else { Err(Error::NotStarted) };
-        }
-    }
-
-    /// A thread ends its wait that began when `response` was the newest, without an answer.
-    fn give_up(&self, state: &mut State, response: u64) {
-        if state.window.is_open_for(response + 1) {
-            let next = state.area_lock.arrive();
-            self.wake_next(state, next);
-        }
-        state.window.give_up(response);
-        if state.window.is_attended() {
-            self.attended.notify_one();
-        }
-    }
-
-    /// The program is alive; errs with what the handle has not been told yet.
+    /// The program is alive; returns an error that the handle has not been told yet.
     pub(super) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
         let mut state = self.state();
         state.watchdog.feed();
@@ -215,17 +174,27 @@ impl Shared {
         state.check_running(known)
     }
 
+    /// The clock for time limits, with its current time.
+    pub(super) fn clock(&self) -> Clock {
+        self.state().clock
+    }
+
+    /// How long the transfer has been running, or how long the last one ran.
+    pub(super) fn elapsed(&self) -> Duration {
+        self.state().elapsed()
+    }
+
     /// Whether a transfer is running.
     pub(super) fn is_running(&self, known: &mut Known) -> bool {
         self.state().check_running(known).is_ok()
     }
 
-    /// The handle's owner begins a transfer, so it knows of the last one's end.
+    /// The handle's owner begins a transfer, so it knows that the last one has ended.
     pub(super) fn know_all(&self, known: &mut Known) {
         known.interruptions = self.state().interruptions.count();
     }
 
-    /// Has the transfer end that is there; tells its number, or that of the last one.
+    /// Asks the current transfer to end; returns its number, or that of the last one.
     pub(super) fn ask_to_end(&self) -> u64 {
         let mut state = self.state();
         state.transfer.ask_to_stop(Stop::Asked);
@@ -233,7 +202,7 @@ impl Shared {
         state.transfer.number()
     }
 
-    /// The number of the transfer that is there, or of the last one.
+    /// The number of the current transfer, or of the last one.
     pub(super) fn number(&self) -> u64 {
         self.state().transfer.number()
     }
@@ -257,12 +226,12 @@ impl Shared {
         state.check_running(known).err().and_then(|_| state.transfer.error())
     }
 
-    /// Errs with why no transfer is running.
+    /// Returns an error with the reason if no transfer is running.
     pub(super) fn check_running(&self) -> Result<(), Error> {
         self.state().transfer.check_running()
     }
 
-    /// Has the transfer thread send a command, and waits until that is done, across a gap, too.
+    /// Makes the transfer thread send a command, and waits until that is done, also across a gap.
     ///
     /// # Panics
     ///
@@ -270,19 +239,22 @@ impl Shared {
     pub(super) fn run_command(&self, command: Command) -> Result<(), Error> {
         assert!(
             !self.hook_runs_here(),
-            "the cycle hook asks for something of the camera, for which the transfer would have to go on, \
-             but that waits for the hook; have another thread do so"
+            "the cycle hook starts or stops the camera, which the transfer thread would have to do, but \
+             that thread waits for the hook; do it in another thread"
         );
         let mut state = self.state();
         state.transfer.check_running()?;
         state.command = Some(command);
+        if state.clock.is_lock_step() {
+            self.attended.notify_one();
+        }
         while state.command.is_some() && state.transfer.is_running() {
             self.arrived.wait(&mut state);
         }
         state.transfer.check_running()
     }
 
-    /// Has this stream end with the transfer; at once, when that has ended already.
+    /// Makes this stream end with the transfer; immediately if the transfer has already ended.
     pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
         let mut state = self.state();
         if !state.transfer.is_running() {
@@ -303,16 +275,16 @@ impl Shared {
 }
 
 impl State {
-    /// Has the next request wait for the calling thread, which comes for the areas now; tells for which
-    /// response, unless its window is closed.
-    fn join_window(&mut self) -> Option<u64> {
+    /// Makes the next request wait for the calling thread, which is going to take the areas; returns the
+    /// response that it answers, unless the window is closed.
+    pub(super) fn join_window(&mut self) -> Option<u64> {
         let response = self.window.join()?;
         self.area_lock.expect_one_more();
         Some(response)
     }
 
-    /// Errs with the next interruption that a handle has not been told.
-    fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
+    /// Returns as an error the next interruption that a handle has not been told.
+    pub(super) fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
         let Some((number, error)) = self.interruptions.news(known.interruptions) else {
             return Ok(());
         };
@@ -321,8 +293,8 @@ impl State {
         Err(error)
     }
 
-    /// Errs with why no transfer is running, which the handle knows then.
-    fn check_running(&self, known: &mut Known) -> Result<(), Error> {
+    /// Returns an error with the reason if no transfer is running; the handle then knows it.
+    pub(super) fn check_running(&self, known: &mut Known) -> Result<(), Error> {
         self.transfer.check_running().inspect_err(|_| {
             if !self.transfer.is_beginning() {
                 known.interruptions = self.interruptions.count();
@@ -331,14 +303,15 @@ impl State {
     }
 }
 
+#[track_caller]
 fn panic_of_holder(holder: Holder) -> ! {
     let thread = std::thread::current();
     panic!(
-        "the thread {:?} has had the transfer areas locked for {:?} and asks for them once more, so it \
+        "{} has had the transfer areas locked for {:?} and locks them again, so it \
          would wait for itself for ever; a guard lives until the end of its block, or of its whole \
          statement (also `match`, `if let` and `println!`): keep it in a variable and use that, or copy \
          the value that you need and drop the guard first",
-        thread.name().unwrap_or("without a name"),
+        thread.name().map_or("a thread without a name".into(), |name| format!("the thread {name:?}")),
         holder.since.elapsed(),
     )
 }

@@ -13,29 +13,29 @@ use super::state::Stop;
 use super::transfer_side::Delivered;
 use crate::error::Error;
 
-/// How long to wait after an attempt that failed: twice as long each time.
+/// How long to wait after a failed attempt: twice as long each time.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// How the attempts ended.
 pub(super) enum Attempts {
-    /// The connection stands, and its first response has come in.
+    /// The connection is made, and its first response has come in.
     Connected(Delivered),
     /// The transfer is to stop.
     Stopped(Stop),
 }
 
-/// Makes the connection again, however often that fails within the limit.
+/// Makes the connection again, with repeated attempts within the limit.
 ///
-/// The outputs are stopped before, and what is sent first are the outputs that the program has written
-/// since it learned of that.
+/// The outputs are stopped before this is called. The first request has the outputs that the program has
+/// written since it knew of that.
 pub(super) fn reconnect(
     cycle: &mut Cycle,
     shared: &Arc<Shared>,
     settings: &Settings,
     limit: Duration,
 ) -> Result<Attempts, Error> {
-    let begin = Instant::now();
+    let (begin, lost_at) = (Instant::now(), shared.clock().now());
     let mut pause = FIRST_PAUSE;
     loop {
         if let Some(stop) = shared.stop() {
@@ -45,11 +45,11 @@ pub(super) fn reconnect(
         match attempt(cycle, shared, settings, rest) {
             Ok(Attempts::Connected(delivered)) => {
                 info!("connected again after {:?}", begin.elapsed());
-                shared.resume(begin.elapsed());
+                shared.resume(shared.clock().now() - lost_at);
                 return Ok(Attempts::Connected(delivered));
             }
             Ok(stopped) => return Ok(stopped),
-            // Another attempt would find the same.
+            // Another attempt would find the same firmware.
             Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
             Err(error) if begin.elapsed() >= limit => {
                 return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
@@ -70,36 +70,39 @@ fn attempt(
 ) -> Result<Attempts, Error> {
     let limit = settings.limits.connect.min(rest);
     let mut host = None;
-    // Before the first response, by which the program learns that the connection stands.
+    // Before the first response, by which the program learns of the connection.
     let found = |controller: Controller| {
         host = controller.address;
         shared.set_controller(controller);
     };
     let (mut link, config_updates) =
         handshake::connect(settings, limit, &shared.outgoing(), found)?;
+    // A command is sent after the first exchange.
+    shared.wait_for_step();
     if let Some(stop) = shared.stop() {
-        // Nothing moves yet, and nothing shall begin to.
+        // No motor runs, and none is to start.
         let _ = link.client.stop_online();
         return Ok(Attempts::Stopped(stop));
     }
-    let delivered = match cycle.go_on_with(link) {
-        Ok(delivered) => delivered,
+    let camera = host.map(|host| (host, settings.camera_port).into());
+    let (delivered, camera) = match cycle.go_on_with(link, camera) {
+        Ok(done) => done,
         Err(error) => {
             // What the program has written since the last gap may have moved something.
             lose(cycle, shared, &error);
             return Err(error);
         }
     };
-    if let Some(host) = host.filter(|_| cycle.camera_is_started()) {
-        shared.resume_camera((host, settings.camera_port).into());
+    if let Some(camera) = camera {
+        shared.resume_camera(camera);
     }
     shared.count_config_updates(config_updates);
     Ok(Attempts::Connected(delivered))
 }
 
-/// Tells the program that the connection is lost, stops the motors as far as it allows, and closes it.
+/// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
 pub(super) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
-    warn!("the connection is lost, and is made again: {error}");
+    warn!("the connection is lost and is being made again: {error}");
     shared.lose_connection(error, cycle.areas_mut());
     cycle.abandon();
 }

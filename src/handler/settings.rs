@@ -1,11 +1,12 @@
-//! What a handler needs to know.
+//! A handler's settings.
 
 use std::time::Duration;
 
-use crate::client::{TimeLimits, PORT};
+use crate::client::{found_host, TimeLimits, PORT};
+use crate::error::Error;
 use crate::exchange::TransferMode;
 
-/// What a handler needs to know. The defaults are the kit's, where it has one.
+/// A handler's settings. The defaults are the kit's, if it has one.
 #[derive(Clone, Debug)]
 pub(super) struct Settings {
     pub(super) host: String,
@@ -17,6 +18,8 @@ pub(super) struct Settings {
     pub(super) limits: TimeLimits,
     pub(super) reaction_window: Duration,
     pub(super) hook_limit: Duration,
+    /// Whether time moves only while the program waits.
+    pub(super) lock_step: bool,
     /// `None` switches it off.
     pub(super) watchdog: Option<Duration>,
     /// For how long a lost connection is made again; `None` ends the transfer.
@@ -35,8 +38,48 @@ impl Settings {
             limits: TimeLimits::default(),
             reaction_window: Duration::from_millis(5),
             hook_limit: Duration::from_millis(500),
+            lock_step: false,
             watchdog: None,
             reconnect: None,
         }
+    }
+
+    /// The settings, with the controller that was found as the host if that is `auto`.
+    pub(super) fn with_found_host(&self) -> Result<Self, Error> {
+        let host = found_host(&self.host, self.port, self.limits.connect)?;
+        Ok(Self { host, ..self.clone() })
+    }
+}
+
+#[cfg(all(test, feature = "simulator", not(shuttle)))]
+mod tests {
+    use super::*;
+    use crate::handler::TransferAreaComHandler;
+    use crate::simulator::{Fault, FaultKind, SimulatedTxt};
+
+    #[test]
+    fn auto_is_the_controller_that_is_found_and_stays_the_same_one() {
+        let close = Fault::at_exchange(5, FaultKind::Close { after: 0 });
+        let txt = SimulatedTxt::builder().fault(close).start().unwrap();
+        let builder = TransferAreaComHandler::builder(format!("auto:{}", txt.port()));
+        let builder = builder.i2c_port(txt.i2c_port()).reconnect(Duration::from_secs(30));
+        let handler = builder.build().unwrap();
+        handler.begin_transfer().unwrap();
+        while handler.wait_cycle().is_ok() {}
+        drop(handler.wait_cycle().unwrap());
+        assert_eq!(handler.statistics().gaps, 1);
+        // One for the search, one for the transfer, and one to reconnect without another search.
+        txt.with_machine(|machine| assert_eq!(machine.connections(), 3));
+        // Another search would find nothing, because the controller serves the transfer.
+        handler.i2c().unwrap();
+        handler.end_transfer().unwrap();
+    }
+
+    #[test]
+    fn auto_begins_no_transfer_without_a_controller() {
+        // No server gets this port by chance.
+        let builder = TransferAreaComHandler::builder("auto").port(1);
+        let error = builder.build().unwrap().begin_transfer().unwrap_err();
+        assert!(matches!(error, Error::NoController { .. }), "{error}");
     }
 }

@@ -1,29 +1,30 @@
-//! Where the program's threads and the transfer thread meet.
+//! What the program's threads and the transfer thread share.
 //!
-//! Each thing has a room of its own: where the [transfer](super::state) stands, [who has the
+//! Each part has a module of its own: the state of the [transfer](super::state), [who has the
 //! areas](super::area_lock), the [hand-over](super::hand_over) of outputs and inputs, the [reaction
 //! window](super::window), the [watchdog](super::watchdog), what has [stopped the
-//! outputs](super::interruptions), and the [cycle hook](super::hook_slot). None of them knows another
-//! or a lock. Here they are under one lock, which is held for moments only, and the threads wait on the
-//! conditions beside it. What the program's threads do with them is in
+//! outputs](super::interruptions), and the [cycle hook](super::hook_slot). None of them uses another
+//! part or a lock. Here they are under one lock, which is held only for moments, and the threads wait on
+//! the condition variables next to it. What the program's threads do with the parts is in
 //! [`program_side`](super::program_side), what the transfer thread does in
 //! [`transfer_side`](super::transfer_side).
 //!
-//! The lock of the listeners is the only other one. It is taken first.
+//! The only other lock is that of the listeners. It is taken first.
 
 use std::net::IpAddr;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::area_lock::{AreaLock, Waiter};
+use super::clock::Clock;
 use super::command::Command;
-use super::events::Listeners;
+use super::events::{Event, Listeners, TimedEvent};
 use super::hand_over::HandOver;
 use super::hook_slot::HookSlot;
 use super::interruptions::Interruptions;
 use super::state::Transfer;
 use super::statistics::Statistics;
-use super::sync::{lock_soon, Condvar, Mutex, MutexGuard};
+use super::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
 use super::watchdog::Watchdog;
 use super::window::Window;
 use crate::camera::CameraControl;
@@ -34,15 +35,16 @@ pub(super) struct Shared {
     state: Mutex<State>,
     /// A response has come in, a command is done, or the transfer's state has changed.
     pub(super) arrived: Condvar,
-    /// The transfer thread has something to do: all who waited for the response have reacted, the
-    /// areas are free for the hook, the hook has returned, or a stop is asked for.
+    /// The transfer thread has something to do: all threads that waited for the response have reacted, the
+    /// areas are free for the hook, the hook has returned, or a stop was requested.
     pub(super) attended: Condvar,
-    /// The areas were promised to one of those who wait for them, by their kind.
+    /// The areas were promised to one of the threads that wait for them, by kind of thread.
     areas_free: [Condvar; 2],
-    /// The hook has a turn or is to end, or what it was doing is done.
+    /// The hook has a turn or is to end, or its turn is over.
     pub(super) hook_turn: Condvar,
     pub(super) listeners: Arc<Listeners>,
     area_count: usize,
+    lock_step: bool,
 }
 
 #[derive(Debug)]
@@ -59,15 +61,21 @@ pub(super) struct State {
     pub(super) delivered: u64,
     /// When the last response of this connection came in.
     pub(super) last_response: Option<Instant>,
+    /// When the newest response came in; before the first of a transfer, when the transfer began.
+    pub(super) arrived: Instant,
+    pub(super) clock: Clock,
     /// What the transfer thread is to send now.
     pub(super) command: Option<Command>,
+    /// Threads that wait for the first of several transfers. They are woken along with those that wait on
+    /// `arrived`.
+    pub(super) wakened: Vec<Thread>,
     /// The stream of frames that ends with the transfer.
     pub(super) camera: Option<Arc<CameraControl>>,
-    /// The controller that the last connection led to.
+    /// The controller of the last connection.
     pub(super) controller: Option<Controller>,
 }
 
-/// Whom a connection leads to.
+/// The controller of a connection.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Controller {
     pub(super) status: QueryStatusResponse,
@@ -76,7 +84,7 @@ pub(super) struct Controller {
 
 impl Shared {
     /// Areas in the kit's default configuration.
-    pub(super) fn new(count: usize, watchdog: Watchdog) -> Self {
+    pub(super) fn new(count: usize, watchdog: Watchdog, clock: Clock) -> Self {
         let mut areas = vec![FishX1Transfer::default(); count];
         for (id, area) in (0..).zip(&mut areas) {
             area.state.id = id;
@@ -92,7 +100,10 @@ impl Shared {
             statistics: Statistics::default(),
             delivered: 0,
             last_response: None,
+            arrived: clock.now(),
+            clock,
             command: None,
+            wakened: Vec::new(),
             camera: None,
             controller: None,
         };
@@ -104,6 +115,7 @@ impl Shared {
             hook_turn: Condvar::new(),
             listeners: Arc::default(),
             area_count: count,
+            lock_step: clock.is_lock_step(),
         }
     }
 
@@ -111,8 +123,8 @@ impl Shared {
         self.state.lock()
     }
 
-    /// The same for the transfer thread, on which the controller waits: beside threads that lock all the
-    /// time it does not give its core away at once.
+    /// The same for the transfer thread, because the controller waits for it: while other threads lock all
+    /// the time, it does not give its core away immediately.
     pub(super) fn state_soon(&self) -> MutexGuard<'_, State> {
         lock_soon(&self.state)
     }
@@ -121,12 +133,17 @@ impl Shared {
         self.area_count
     }
 
-    /// Where the waiters of a kind wait for the areas.
+    /// Whether time moves only while the program waits.
+    pub(super) fn is_lock_step(&self) -> bool {
+        self.lock_step
+    }
+
+    /// The condition variable on which the waiters of a kind wait for the areas.
     pub(super) fn areas_free(&self, waiter: Waiter) -> &Condvar {
         &self.areas_free[waiter as usize]
     }
 
-    /// Wakes whoever may have the areas next.
+    /// Wakes the thread that may have the areas next.
     pub(super) fn wake_next(&self, state: &State, next: Option<Waiter>) {
         if let Some(waiter) = next {
             self.areas_free(waiter).notify_one();
@@ -135,11 +152,29 @@ impl Shared {
         }
     }
 
+    /// Wakes all threads that wait for a response, because it or something else has come.
+    pub(super) fn wake_waiting(&self, state: &State) {
+        self.arrived.notify_all();
+        state.wakened.iter().for_each(Thread::unpark);
+    }
+
     pub(super) fn statistics(&self) -> Statistics {
         self.state().statistics
     }
 
     pub(super) fn controller(&self) -> Option<Controller> {
         self.state().controller
+    }
+}
+
+impl State {
+    /// For how long the transfer has been running, or was running when it ended.
+    pub(super) fn elapsed(&self) -> Duration {
+        self.transfer.elapsed(self.clock.now())
+    }
+
+    /// An event that does not come with a response, with the current time.
+    pub(super) fn happens_now(&self, event: Event) -> TimedEvent {
+        TimedEvent { event, cycle: self.statistics.cycles, arrived: self.clock.now() }
     }
 }

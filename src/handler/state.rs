@@ -1,10 +1,10 @@
-//! Where a transfer stands.
+//! The state of a transfer.
 
 use std::time::{Duration, Instant};
 
 use crate::error::Error;
 
-/// Why a transfer stops that nothing is wrong with on the wire.
+/// Why a transfer stops although the connection works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stop {
     /// The program asks for it.
@@ -26,10 +26,10 @@ impl Stop {
     }
 }
 
-/// What a transfer is doing, from which follows what the program may do with it.
+/// What a transfer is doing, which decides what the program may do with it.
 #[derive(Debug)]
 enum Phase {
-    /// There is none; the last one, or the attempt to begin one, ended like this.
+    /// There is no transfer; the last one, or the attempt to begin one, ended like this.
     Idle(Option<Error>),
     /// A thread of the program connects.
     Beginning,
@@ -37,17 +37,17 @@ enum Phase {
     Running,
     /// The connection was lost and is made again.
     Reconnecting,
-    /// The last exchange is under way.
+    /// The last exchange is in progress.
     Ending,
 }
 
-/// The state of a transfer. Every change of it is a call here.
+/// The state of a transfer. Only calls here change it.
 #[derive(Debug)]
 pub(super) struct Transfer {
     phase: Phase,
-    /// Why it is to stop, while it is there.
+    /// Why the current transfer is to stop.
     stop: Option<Stop>,
-    /// Counts the transfers, also those that could not begin, so that a thread that waits knows its own.
+    /// Counts the transfers, also those that could not begin, so that a waiting thread knows its own.
     number: u64,
     began: Option<Instant>,
     /// How long the last one took.
@@ -55,7 +55,7 @@ pub(super) struct Transfer {
 }
 
 impl Transfer {
-    /// None has begun yet.
+    /// No transfer has begun yet.
     pub(super) fn new() -> Self {
         Self {
             phase: Phase::Idle(None),
@@ -77,13 +77,13 @@ impl Transfer {
         Ok(())
     }
 
-    /// The connection stands; errs when the transfer was stopped meanwhile.
-    pub(super) fn run(&mut self) -> Result<(), Stop> {
+    /// The connection is made; returns an error when the transfer was stopped meanwhile.
+    pub(super) fn run(&mut self, now: Instant) -> Result<(), Stop> {
         if let Some(stop) = self.stop {
             return Err(stop);
         }
         self.phase = Phase::Running;
-        self.began = Some(Instant::now());
+        self.began = Some(now);
         Ok(())
     }
 
@@ -92,7 +92,7 @@ impl Transfer {
         self.phase = Phase::Reconnecting;
     }
 
-    /// The connection stands again.
+    /// The connection is made again.
     pub(super) fn resume(&mut self) {
         self.phase = Phase::Running;
     }
@@ -102,15 +102,15 @@ impl Transfer {
         self.phase = Phase::Ending;
     }
 
-    /// It has ended, or could not begin.
-    pub(super) fn end(&mut self, error: Option<Error>) {
-        self.lasted = self.elapsed();
+    /// The transfer has ended, or could not begin.
+    pub(super) fn end(&mut self, now: Instant, error: Option<Error>) {
+        self.lasted = self.elapsed(now);
         self.began = None;
         self.stop = None;
         self.phase = Phase::Idle(error);
     }
 
-    /// Has a transfer stop that is there. The first reason is the one that counts.
+    /// Asks the current transfer, if any, to stop. The first reason counts.
     pub(super) fn ask_to_stop(&mut self, stop: Stop) {
         if !matches!(self.phase, Phase::Idle(_)) {
             self.stop.get_or_insert(stop);
@@ -125,7 +125,7 @@ impl Transfer {
         self.number
     }
 
-    /// Whether one is there that has begun and not ended.
+    /// Whether a transfer has begun and not ended.
     pub(super) fn is_running(&self) -> bool {
         matches!(self.phase, Phase::Running | Phase::Reconnecting | Phase::Ending)
     }
@@ -134,12 +134,12 @@ impl Transfer {
         matches!(self.phase, Phase::Beginning)
     }
 
-    /// Whether what any thread writes goes out with the next request.
+    /// Whether writes of any thread go out with the next request.
     pub(super) fn is_exchanging(&self) -> bool {
         matches!(self.phase, Phase::Running)
     }
 
-    /// Errs with why none is running.
+    /// Returns an error with the reason if no transfer is running.
     pub(super) fn check_running(&self) -> Result<(), Error> {
         if self.is_running() {
             return Ok(());
@@ -147,7 +147,7 @@ impl Transfer {
         Err(self.error().unwrap_or(Error::NotStarted))
     }
 
-    /// The error that ended the last one.
+    /// The error that ended the last transfer.
     pub(super) fn error(&self) -> Option<Error> {
         match &self.phase {
             Phase::Idle(error) => error.clone(),
@@ -155,9 +155,9 @@ impl Transfer {
         }
     }
 
-    /// For how long it has been running, or was running when it ended.
-    pub(super) fn elapsed(&self) -> Duration {
-        self.began.map_or(self.lasted, |began| began.elapsed())
+    /// How long the transfer has been running, or how long the last one ran.
+    pub(super) fn elapsed(&self, now: Instant) -> Duration {
+        self.began.map_or(self.lasted, |began| now.saturating_duration_since(began))
     }
 }
 
@@ -168,23 +168,23 @@ mod tests {
     fn running() -> Transfer {
         let mut transfer = Transfer::new();
         transfer.begin().unwrap();
-        transfer.run().unwrap();
+        transfer.run(Instant::now()).unwrap();
         transfer
     }
 
     #[test]
-    fn only_one_transfer_can_be_there() {
+    fn there_can_be_only_one_transfer() {
         let mut transfer = Transfer::new();
         assert_eq!(transfer.check_running(), Err(Error::NotStarted));
         transfer.begin().unwrap();
         assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
         assert!(!transfer.is_running());
-        transfer.run().unwrap();
+        transfer.run(Instant::now()).unwrap();
         assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
         transfer.leave();
         assert_eq!(transfer.begin(), Err(Error::AlreadyStarted));
         assert!(transfer.is_running());
-        transfer.end(None);
+        transfer.end(Instant::now(), None);
         assert_eq!(transfer.begin(), Ok(()));
     }
 
@@ -193,7 +193,7 @@ mod tests {
         let mut transfer = Transfer::new();
         transfer.begin().unwrap();
         transfer.ask_to_stop(Stop::ProgramPanicked);
-        assert_eq!(transfer.run(), Err(Stop::ProgramPanicked));
+        assert_eq!(transfer.run(Instant::now()), Err(Stop::ProgramPanicked));
         assert!(!transfer.is_running());
     }
 
@@ -203,7 +203,7 @@ mod tests {
         transfer.ask_to_stop(Stop::Asked);
         transfer.ask_to_stop(Stop::ProgramPanicked);
         assert_eq!(transfer.stop(), Some(Stop::Asked));
-        transfer.end(None);
+        transfer.end(Instant::now(), None);
         transfer.ask_to_stop(Stop::ProgramPanicked);
         assert_eq!(transfer.stop(), None, "there is nothing to stop");
     }
@@ -211,19 +211,20 @@ mod tests {
     #[test]
     fn the_error_of_the_end_stays_until_the_next_begin() {
         let mut transfer = running();
-        transfer.end(Some(Error::ProgramPanicked));
+        transfer.end(Instant::now(), Some(Error::ProgramPanicked));
         assert_eq!(transfer.check_running(), Err(Error::ProgramPanicked));
         transfer.begin().unwrap();
         assert_eq!(transfer.error(), None);
     }
 
     #[test]
-    fn its_time_stands_still_after_the_end() {
-        let mut transfer = running();
-        while transfer.elapsed() < Duration::from_millis(2) {}
-        transfer.end(None);
-        let elapsed = transfer.elapsed();
-        assert!(elapsed >= Duration::from_millis(2));
-        assert_eq!(transfer.elapsed(), elapsed);
+    fn its_time_stops_at_the_end() {
+        let (begin, ms) = (Instant::now(), Duration::from_millis);
+        let mut transfer = Transfer::new();
+        transfer.begin().unwrap();
+        transfer.run(begin).unwrap();
+        assert_eq!(transfer.elapsed(begin + ms(5)), ms(5));
+        transfer.end(begin + ms(7), None);
+        assert_eq!(transfer.elapsed(begin + ms(9)), ms(7));
     }
 }

@@ -1,29 +1,31 @@
-//! Figures of a transfer.
+//! Statistics of a transfer.
 
 use std::time::{Duration, Instant};
 
-/// Figures of one transfer, from its beginning on.
+/// Statistics of one transfer since its beginning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Statistics {
     /// Responses that have come in.
     pub cycles: u64,
-    /// Configurations that were handed over, those before the first exchange included.
+    /// Configurations that were sent, including those before the first exchange.
     pub config_updates: u64,
-    /// Reactions to a response that were not in the request behind it. Counted are
+    /// Reactions to a response that were too late for the request after it. It counts
     ///
-    /// - guards of a wait, and guards of a lock that showed a response to their handle for the first time and
-    ///   changed outputs, when they are dropped after the outputs were taken for the request behind the newest
-    ///   response that they showed,
-    /// - [cycle hooks](crate::TransferAreaComHandler::set_cycle_hook) that missed their turn,
+    /// - guards of a wait that are dropped after the outputs for the request after the newest response that
+    ///   they showed were taken,
+    /// - guards of a lock that are dropped too late in the same way, if they were the first to show a
+    ///   response to their handle and changed outputs,
+    /// - calls of the [cycle hook](crate::TransferAreaComHandler::set_cycle_hook) that were skipped.
     ///
-    /// each once, however long it takes. So it can be checked from outside: a program that answers each
-    /// response by a value of its own finds as many of them missing in the requests behind the responses.
+    /// Each counts once, even if it takes several cycles. This can be checked from outside: if a program
+    /// answers each response with a new value, this number of values is missing in the requests that follow
+    /// the responses.
     pub late_reactions: u64,
-    /// How often the connection was lost and a transfer that
-    /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect) went on without it.
+    /// How often the connection was lost in a transfer that
+    /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
     pub gaps: u64,
-    /// Time between the last two responses of one connection; 0 before there were two.
+    /// The time between the last two responses of one connection; 0 before there were two.
     pub last_cycle: Duration,
     /// The shortest time between two responses of one connection; 0 before there were two.
     pub shortest_cycle: Duration,

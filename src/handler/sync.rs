@@ -1,14 +1,18 @@
-//! The locks of this module: those of `parking_lot`, or under a model checker its own.
+//! The locks of this module: those of `parking_lot`, or the model checker's own in its tests.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
-pub(super) use self::real::{lock_soon, thread_id, Condvar, Mutex, MutexGuard, ThreadId};
+pub(super) use self::real::{
+    current_thread, lock_soon, park, thread_id, Condvar, Mutex, MutexGuard, Thread, ThreadId,
+};
 
 #[cfg(all(test, shuttle))]
-pub(super) use self::model::{lock_soon, thread_id, Condvar, Mutex, MutexGuard, ThreadId};
+pub(super) use self::model::{
+    current_thread, lock_soon, park, thread_id, Condvar, Mutex, MutexGuard, Thread, ThreadId,
+};
 
-/// Waits for news, for ever without a deadline; tells whether the deadline came first.
+/// Waits for news, for ever without a deadline; returns whether the deadline came first.
 pub(super) fn wait_until<T>(
     news: &Condvar,
     guard: &mut MutexGuard<'_, T>,
@@ -23,7 +27,7 @@ pub(super) fn wait_until<T>(
     }
 }
 
-/// Does the same as [`wait_until`], and ends on time where the system's clock is a coarse one. May end
+/// Does the same as [`wait_until`], but ends on time even on a system with a coarse clock. May end
 /// without news, too.
 pub(super) fn wait_on_time<T>(
     news: &Condvar,
@@ -37,12 +41,7 @@ pub(super) fn wait_on_time<T>(
     }
 }
 
-/// The end of a time limit; `None` when that is beyond all time.
-pub(super) fn deadline_after(limit: Duration) -> Option<Instant> {
-    Instant::now().checked_add(limit)
-}
-
-/// The earlier of two deadlines, of which each may be missing.
+/// The earlier of two deadlines; each may be missing.
 pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),
@@ -53,13 +52,13 @@ pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<In
 #[cfg(not(all(test, shuttle)))]
 mod real {
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
-    pub(crate) use std::thread::ThreadId;
+    pub(crate) use std::thread::{current as current_thread, park, Thread, ThreadId};
 
-    /// How often a lock that is held for moments only is tried: for some 10 µs.
+    /// How often a lock that is held only for moments is tried: for about 10 µs.
     const TRIES: usize = 1000;
 
-    /// Locks, and tries for longer than usual before it gives the core away: a thread that yields beside
-    /// others which use their cores to the full may get it back milliseconds later.
+    /// Locks, and tries for longer than usual before it gives the core away: if other threads use their cores
+    /// fully, a thread that yields may get its core back milliseconds later.
     pub(crate) fn lock_soon<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         for _ in 0..TRIES {
             if let Some(guard) = mutex.try_lock() {
@@ -88,7 +87,7 @@ mod model {
     use shuttle::rand::Rng;
     use shuttle::sync;
 
-    pub(crate) use shuttle::thread::ThreadId;
+    pub(crate) use shuttle::thread::{current as current_thread, park, Thread, ThreadId};
 
     pub(crate) fn thread_id() -> ThreadId {
         shuttle::thread::current().id()
@@ -160,7 +159,7 @@ mod model {
             guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
         }
 
-        /// There is no clock: whether the deadline has come is drawn by lot. Others may run first.
+        /// There is no clock: whether the deadline has come is random. Other threads may run first.
         pub(crate) fn wait_until<T>(
             &self,
             guard: &mut MutexGuard<'_, T>,

@@ -1,9 +1,11 @@
-//! What a guard has in its hands, and what its handle knows.
+//! What a guard holds, and what its handle knows.
+
+use std::time::Instant;
 
 use super::shared::State;
 use crate::transfer_area::FishX1Transfer;
 
-/// What one handle to the areas has been told, so that it is told the rest, and nothing twice.
+/// What one handle to the areas has been told, so that it is told everything once.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
     /// The newest response that a wait of this handle has returned.
@@ -14,7 +16,7 @@ pub(super) struct Known {
     pub(super) interruptions: u64,
 }
 
-/// The areas in the hands of a guard, and what has to be known when they are put back.
+/// The areas that a guard holds, and what has to be known when they are put back.
 #[derive(Debug)]
 pub(super) struct Taken {
     pub(super) areas: Vec<FishX1Transfer>,
@@ -24,18 +26,22 @@ pub(super) struct Taken {
     pub(super) response: u64,
     /// The newest response that is in the areas.
     pub(super) newest: u64,
+    /// Its number in its transfer.
+    pub(super) cycle: u64,
+    /// When it came in.
+    pub(super) arrived: Instant,
     /// The response for which the thread waited.
     pub(super) reacts_to: Option<u64>,
-    /// Whether it has not waited and shows its handle a response for the first time.
+    /// Whether the thread has not waited, and its handle sees this response for the first time.
     pub(super) looks: bool,
-    /// The interruptions before it; with one more its outputs do not count.
+    /// How many interruptions there were before; if there are more, the outputs do not count.
     pub(super) interruptions: u64,
-    /// Whether its outputs count at all.
+    /// Whether the outputs count at all.
     pub(super) outputs_count: bool,
 }
 
 impl Taken {
-    /// The areas in the hands of the cycle hook.
+    /// The areas that the cycle hook holds.
     pub(super) fn for_hook(state: &State, areas: Vec<FishX1Transfer>, turn: u64) -> Self {
         let interruptions = state.interruptions.count();
         let known = Known { interruptions, ..Known::default() };
@@ -54,6 +60,8 @@ impl Taken {
             turn,
             response: state.window.response(),
             newest: state.delivered,
+            cycle: state.statistics.cycles,
+            arrived: state.arrived,
             reacts_to,
             looks: false,
             interruptions: state.interruptions.count(),
@@ -63,7 +71,7 @@ impl Taken {
 }
 
 impl State {
-    /// Whether the outputs count that a handle writes now: not while they are stopped and it does not
+    /// Whether the outputs that a handle writes now count: not while they are stopped and the handle does not
     /// know of that.
     pub(super) fn outputs_count(&self, known: Known) -> bool {
         let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();

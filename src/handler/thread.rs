@@ -1,4 +1,4 @@
-//! The transfer thread: cycles until it is stopped, and stops the motors whatever happens.
+//! The transfer thread: runs cycles until it is stopped, and always stops the motors at the end.
 
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
@@ -20,12 +20,12 @@ pub(super) struct TransferThread {
     hook: HookThread,
     shared: Arc<Shared>,
     settings: Settings,
-    /// Whether the connection is of use.
+    /// Whether the connection works.
     connected: bool,
 }
 
 impl TransferThread {
-    /// A thread's work on a connection that is in online mode and has the areas' configuration.
+    /// The work of a thread on a connection that is in online mode and has the areas' configuration.
     pub(super) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
@@ -43,11 +43,11 @@ impl TransferThread {
     }
 
     pub(super) fn run(mut self) {
-        // Nothing that a panic may have left half done is used afterwards but the connection,
-        // and the areas, of which only the outputs count, which are all set below.
+        // A panic may leave things half done. Of these only the connection is used afterwards, and the
+        // areas' outputs, which are all set below.
         let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
             .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
-        // Before the controller hears of the end, which would look like a failure of the stream.
+        // Before the controller learns of the end, which would look like a failure of the stream.
         self.shared.stop_camera();
         self.shared.leave(self.cycle.areas_mut());
         let result = result.and_then(|stop| {
@@ -60,7 +60,7 @@ impl TransferThread {
         if self.connected {
             self.cycle.abandon();
         }
-        // A hook that hangs is told also when the program has asked for the end meanwhile.
+        // A hook that hangs is reported even if the program has asked for the end meanwhile.
         let result = result.and(self.hook.end());
         drop(self.cycle);
         self.shared.finish(result.clone().err());
@@ -71,7 +71,8 @@ impl TransferThread {
         }
     }
 
-    /// Cycles until a stop is asked for, or an error ends it; then the connection is of no more use.
+    /// Runs cycles until a stop is requested or an error ends it; after an error the connection can't be
+    /// used any more.
     fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
         loop {
             let error = match self.cycle.run(&mut self.hook) {
@@ -85,10 +86,11 @@ impl TransferThread {
         }
     }
 
-    /// Makes a lost connection again, if the program wants that; tells when the transfer is to stop
+    /// Makes a lost connection again, if the program wants that; returns a stop if the transfer is to stop
     /// instead.
     fn ride_out(&mut self, error: Error) -> Result<Option<Stop>, Error> {
-        let limit = self.settings.reconnect.filter(|_| !matches!(error, Error::Thread { .. }));
+        let limit =
+            self.settings.reconnect.filter(|_| !matches!(error, Error::ThreadPanicked { .. }));
         let Some(limit) = limit else { return Err(error) };
         lose(&mut self.cycle, &self.shared, &error);
         self.connected = false;
@@ -96,8 +98,7 @@ impl TransferThread {
             Attempts::Stopped(stop) => Ok(Some(stop)),
             Attempts::Connected(delivered) => {
                 self.connected = true;
-                self.cycle.announce(&delivered);
-                Ok(self.cycle.hold())
+                Ok(self.cycle.finish(&delivered))
             }
         }
     }
@@ -109,6 +110,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::handler::clock::Clock;
     use crate::handler::handshake;
     use crate::handler::watchdog::Watchdog;
     use crate::handler::{EventKind, TransferAreaComHandler};
@@ -116,7 +118,7 @@ mod tests {
     use crate::terminals::Counter;
     use crate::wire::CommandId;
 
-    /// A thread's work that has not begun.
+    /// The work of a transfer thread, not yet begun.
     fn work(txt: &SimulatedTxt, shared: &Arc<Shared>, areas: usize) -> TransferThread {
         let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
         let handler = builder.reaction_window(Duration::ZERO).build().unwrap();
@@ -128,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_allocates_nothing_with_listeners_either() {
+    fn a_cycle_with_listeners_allocates_nothing() {
         let txt = SimulatedTxt::builder().pace(Duration::ZERO).extensions(1);
         let mut number = 0;
         let txt = txt.on_exchange(move |machine| {
@@ -143,8 +145,8 @@ mod tests {
         let txt = txt.start().unwrap();
         let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
         let area = handler.transfer_area();
-        let all = handler.events(&EventKind::ALL, 10_000).unwrap();
-        let slow = handler.events(&EventKind::ALL, 1).unwrap();
+        let all = handler.events(EventKind::ALL, 10_000).unwrap();
+        let slow = handler.events(EventKind::ALL, 1).unwrap();
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
         let mut work = work(&txt, area.shared(), 2);
@@ -152,18 +154,18 @@ mod tests {
             area.lock()[0].start_counter_reset(Counter::C1);
             work.cycle.run(&mut work.hook).unwrap();
         };
-        // Some room is made when it is first needed.
+        // Some memory is allocated when it is first needed.
         (0..10).for_each(|_| cycle());
         let before = all.receiver().len();
         let allocations = allocation_counter::measure(|| (0..100).for_each(|_| cycle()));
         assert_eq!(allocations.count_total, 0);
-        assert!(all.receiver().len() > before + 100, "there was nothing to tell");
+        assert!(all.receiver().len() > before + 100, "there were no events");
         assert!(slow.lost() > 100, "there was nothing to lose");
         area.shared().finish(None);
     }
 
     #[test]
-    fn a_cycle_allocates_nothing_with_a_hook_either() {
+    fn a_cycle_with_a_hook_allocates_nothing() {
         let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
         let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
         let area = handler.transfer_area();
@@ -184,15 +186,15 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_told() {
+    fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
         let txt = SimulatedTxt::builder().start().unwrap();
-        let shared = Arc::new(Shared::new(1, Watchdog::new(None)));
+        let shared = Arc::new(Shared::new(1, Watchdog::new(None), Clock::new(false)));
         shared.begin().unwrap();
         shared.run(0).unwrap();
-        // Another number of areas than the program has makes the thread panic.
+        // A wrong number of areas makes the thread panic.
         work(&txt, &shared, 2).run();
 
-        assert!(matches!(shared.check_running(), Err(Error::Thread { .. })));
+        assert!(matches!(shared.check_running(), Err(Error::ThreadPanicked { .. })));
         let limit = Duration::from_secs(30);
         assert!(txt.wait_until(limit, |machine| !machine.connected()));
         txt.with_machine(|machine| {

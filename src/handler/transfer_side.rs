@@ -1,6 +1,5 @@
-//! What the handler and the transfer thread do with what they share with the program's threads.
+//! What the handler and the transfer thread do with the state that they share with the program's threads.
 
-use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use super::command::Command;
@@ -10,21 +9,26 @@ use super::state::Stop;
 use super::statistics::Statistics;
 use super::sync::{earlier, wait_on_time, wait_until};
 use super::unfinished::Cut;
+use crate::camera::CameraServer;
 use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::transfer_area::FishX1Transfer;
 
-/// What the transfer thread learns when it hands in a response.
+/// What the transfer thread learns when it delivers a response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Delivered {
     /// The response's number.
     pub(super) number: u64,
+    /// Its number in its transfer.
+    pub(super) cycle: u64,
+    /// When it came in.
+    pub(super) arrived: Instant,
     /// Whether it is the first of its connection.
     pub(super) first: bool,
-    /// The events that somebody listens for.
+    /// The events that have listeners.
     pub(super) listened: KindSet,
-    /// Whether nobody was told of it, because the hook comes first.
-    pub(super) hook_first: bool,
+    /// Whether the waiting threads are told later, after the hook, or in lock-step after the events.
+    pub(super) opens_later: bool,
 }
 
 impl Shared {
@@ -38,27 +42,29 @@ impl Shared {
         self.state().transfer.begin()
     }
 
-    /// A connection leads to this controller.
+    /// Sets the controller of the connection.
     pub(super) fn set_controller(&self, controller: Controller) {
         self.state().controller = Some(controller);
     }
 
-    /// Begins a transfer for which so many configurations were handed over; errs when it was stopped
-    /// meanwhile.
+    /// Begins a transfer for which this number of configurations was sent; returns an error when it was
+    /// stopped meanwhile.
     pub(super) fn run(&self, config_updates: u64) -> Result<(), Stop> {
         let mut state = self.state();
-        state.transfer.run()?;
+        let now = state.clock.now();
+        state.transfer.run(now)?;
         state.last_response = None;
+        state.arrived = now;
         state.command = None;
         state.watchdog.start();
         state.statistics = Statistics { config_updates, ..Statistics::default() };
         Ok(())
     }
 
-    /// Hands in a response, and opens its window, unless the hook comes first.
+    /// Delivers a response, and opens its window, unless the hook or the events come first.
     ///
-    /// When somebody listens for events, the inputs as the program sees them come into `now`, and those
-    /// of the response before into `before`.
+    /// If there are listeners, the inputs as the program sees them are put into `now`, and those of the
+    /// previous response into `before`.
     pub(super) fn deliver(
         &self,
         inputs: &Inputs,
@@ -79,18 +85,28 @@ impl Shared {
         if !listened.is_empty() {
             now.clone_from(state.hand_over.incoming());
         }
-        let arrived = Instant::now();
+        state.clock.step();
+        let arrived = state.clock.now();
+        state.arrived = arrived;
         let previous = state.last_response.replace(arrived);
         state.statistics.count_response(previous, arrived);
         state.statistics.config_updates += config_updates;
-        let hook_first = state.hook.is_set();
-        if !hook_first {
+        let lock_step = state.clock.is_lock_step();
+        let opens_later = state.hook.is_set() || lock_step && !listened.is_empty();
+        if !opens_later {
             self.open(state);
         }
-        Delivered { number: state.delivered, first: previous.is_none(), listened, hook_first }
+        Delivered {
+            number: state.delivered,
+            cycle: state.statistics.cycles,
+            arrived,
+            first: previous.is_none(),
+            listened,
+            opens_later,
+        }
     }
 
-    /// Opens the window for reactions to the last response, and wakes all who wait for it.
+    /// Opens the window for reactions to the last response, and wakes all threads that wait for it.
     pub(super) fn open_window(&self) {
         self.open(&mut self.state());
     }
@@ -102,13 +118,14 @@ impl Shared {
             // A program that waits for a late response does not hang.
             state.watchdog.feed();
         }
-        self.arrived.notify_all();
+        self.wake_waiting(state);
     }
 
-    /// Holds the window open until all have reacted, it has lasted `length`, or a stop is asked for;
-    /// then takes the outputs for the next request into `areas`.
+    /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
+    /// then takes the outputs for the next request into `areas`. In lock-step it lasts until the program
+    /// asks for the next response.
     ///
-    /// Stops the outputs, and says so, when the watchdog expires.
+    /// When the watchdog expires, stops the outputs and tells the program.
     pub(super) fn hold_window(
         &self,
         length: Duration,
@@ -116,7 +133,7 @@ impl Shared {
     ) -> Option<Stop> {
         let mut state = self.state_soon();
         let end = state.window_end(length);
-        while state.transfer.stop().is_none() && !state.window.is_attended() {
+        while state.transfer.stop().is_none() && !state.next_may_leave() {
             let deadline = earlier(end, state.watchdog.deadline());
             if wait_on_time(&self.attended, &mut state, deadline) {
                 break;
@@ -126,16 +143,36 @@ impl Shared {
         self.close_window(&mut state);
         let stop = state.transfer.stop();
         areas.copy_from_slice(state.hand_over.outgoing());
+        let expired =
+            expired.map(|limit| (limit, state.happens_now(Event::WatchdogExpired { limit })));
+        if expired.is_some() {
+            self.wake_waiting(&state);
+        }
         drop(state);
-        if let Some(limit) = expired {
+        if let Some((limit, event)) = expired {
             log::warn!("{}", Error::WatchdogExpired { limit });
-            self.arrived.notify_all();
-            self.listeners.tell_all(&Event::WatchdogExpired { limit });
+            self.listeners.tell_all(&event);
         }
         stop
     }
 
-    /// Closes the window, and lets all who want them have the areas.
+    /// In lock-step: waits until the program asks for the next response or a stop is requested; returns
+    /// whether a command is to be sent first.
+    pub(super) fn wait_for_step(&self) -> bool {
+        let mut state = self.state();
+        while state.clock.is_lock_step() && state.transfer.stop().is_none() {
+            if state.command.is_some() {
+                return true;
+            }
+            if state.next_may_leave() {
+                break;
+            }
+            self.attended.wait(&mut state);
+        }
+        false
+    }
+
+    /// Closes the window, and gives the areas free for all threads.
     fn close_window(&self, state: &mut State) {
         let next = state.area_lock.expect_nobody();
         self.wake_next(state, next);
@@ -143,7 +180,7 @@ impl Shared {
     }
 
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
-    /// words, and tells the program.
+    /// request on this connection, and tells the program.
     pub(super) fn lose_connection(&self, error: &Error, areas: &mut [FishX1Transfer]) {
         let mut state = self.state();
         let cause = Box::new(error.clone());
@@ -155,24 +192,26 @@ impl Shared {
         state.last_response = None;
         self.close_window(&mut state);
         let camera = state.camera.clone();
+        let event = state.happens_now(Event::ConnectionLost { error: error.clone() });
+        self.wake_waiting(&state);
         drop(state);
-        self.arrived.notify_all();
         if let Some(camera) = camera {
             camera.pause();
         }
-        self.listeners.tell_all(&Event::ConnectionLost { error: error.clone() });
+        self.listeners.tell_all(&event);
     }
 
-    /// The connection stands again, and its first response has come in.
+    /// The connection is made again, and its first response has come in.
     pub(super) fn resume(&self, lost_for: Duration) {
         let mut state = self.state();
         state.transfer.resume();
         state.watchdog.feed();
+        let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
         drop(state);
-        self.listeners.tell_all(&Event::ConnectionRestored { after: lost_for });
+        self.listeners.tell_all(&event);
     }
 
-    /// Waits until a stop is asked for, but not beyond the deadline.
+    /// Waits until a stop is requested, but not beyond the deadline.
     pub(super) fn wait_for_stop(&self, deadline: Instant) {
         let mut state = self.state();
         while state.transfer.stop().is_none() {
@@ -182,20 +221,20 @@ impl Shared {
         }
     }
 
-    /// Counts configurations that were handed over outside an exchange.
+    /// Counts configurations that were sent outside an exchange.
     pub(super) fn count_config_updates(&self, count: u64) {
         self.state().statistics.config_updates += count;
     }
 
-    /// The controller's camera server was started again, at this address.
-    pub(super) fn resume_camera(&self, address: SocketAddr) {
+    /// The controller's camera server was started again.
+    pub(super) fn resume_camera(&self, server: CameraServer) {
         let camera = self.state().camera.clone();
         if let Some(camera) = camera {
-            camera.resume(address);
+            camera.resume(server);
         }
     }
 
-    /// Why the transfer is to stop, while nothing is wrong on the wire.
+    /// Why the transfer is to stop although the connection works.
     pub(super) fn stop(&self) -> Option<Stop> {
         self.state().transfer.stop()
     }
@@ -224,7 +263,7 @@ impl Shared {
         state.interruptions.note_end();
         state.hand_over.stop(Cut::Connection);
         state.transfer.leave();
-        // After a panic of the transfer thread nothing is taken for granted.
+        // After a panic of the transfer thread even the number of areas may be wrong.
         for (area, outgoing) in areas.iter_mut().zip(state.hand_over.outgoing()) {
             *area = *outgoing;
         }
@@ -232,38 +271,52 @@ impl Shared {
 
     /// Ends the transfer.
     pub(super) fn finish(&self, error: Option<Error>) {
-        // Held until they are told, so that nobody who listens from then on hears of this end.
+        // Locked until the listeners are told, so that later ones do not get this end.
         let listeners = self.listeners.lock();
         let mut state = self.state();
         self.close_window(&mut state);
         state.command = None;
-        state.transfer.end(error.clone());
+        let now = state.clock.now();
+        state.transfer.end(now, error.clone());
+        let event = state.happens_now(Event::TransferEnded { error });
+        self.wake_waiting(&state);
         drop(state);
-        self.arrived.notify_all();
-        listeners.tell_end(error);
+        listeners.tell_end(&event);
         drop(listeners);
-        // Once more for one that was started at the last moment.
+        // Again, for a stream that was started at the last moment.
         self.stop_camera();
     }
 
-    /// Notes why a transfer could not begin.
+    /// Stores why a transfer could not begin.
     pub(super) fn fail(&self, error: Error) {
-        // One that another thread has ended is no failure.
-        self.state().transfer.end(Some(error).filter(|error| *error != Error::NotStarted));
-        self.arrived.notify_all();
+        // A transfer that another thread has ended is no failure.
+        let mut state = self.state();
+        let now = state.clock.now();
+        state.transfer.end(now, Some(error).filter(|error| *error != Error::NotStarted));
+        self.wake_waiting(&state);
     }
 }
 
 impl State {
-    /// When a window of this length ends.
+    /// When a window of this length ends; in lock-step the clock does not end it.
     pub(super) fn window_end(&self, length: Duration) -> Option<Instant> {
-        self.last_response.and_then(|response| response.checked_add(length))
+        let last_response = self.last_response.filter(|_| !self.clock.is_lock_step());
+        last_response.and_then(|response| response.checked_add(length))
     }
 
-    /// Stops the motors when the watchdog expires, and then tells its limit.
+    /// Whether the next request need not wait for the program any more.
+    pub(super) fn next_may_leave(&self) -> bool {
+        if !self.clock.is_lock_step() {
+            return self.window.is_attended();
+        }
+        let is_asked_for = self.window.is_next_asked_for() && self.area_lock.holder().is_none();
+        is_asked_for || self.command.is_some()
+    }
+
+    /// If the watchdog expires, stops the motors and returns its limit.
     fn check_watchdog(&mut self) -> Option<Duration> {
         let number = self.interruptions.count() + 1;
-        let limit = self.watchdog.check(Instant::now(), number)?;
+        let limit = self.watchdog.check(self.clock.now(), number)?;
         self.interruptions.note(Error::WatchdogExpired { limit });
         self.hand_over.stop(Cut::Motors);
         Some(limit)
@@ -273,13 +326,14 @@ impl State {
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
+    use crate::handler::clock::Clock;
     use crate::handler::watchdog::Watchdog;
 
     #[test]
     fn a_program_that_waits_for_a_late_response_does_not_hang() {
         let limit = Duration::from_millis(20);
         for waits in [true, false] {
-            let shared = Shared::new(1, Watchdog::new(Some(limit)));
+            let shared = Shared::new(1, Watchdog::new(Some(limit)), Clock::new(false));
             shared.begin().unwrap();
             shared.run(0).unwrap();
             if waits {

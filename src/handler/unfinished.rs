@@ -1,24 +1,24 @@
-//! Commands that were under way when the outputs were stopped, and so are never done.
+//! Commands that were not finished when the outputs were stopped, and so are never done.
 
 use crate::exchange::Inputs;
 use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::ExchangeDataResponse;
 
-/// What has stopped the outputs, which decides which commands it has cut off.
+/// What has stopped the outputs; it decides which commands are cut off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Cut {
     /// The connection has ended, or is about to: the controller forgets all commands.
     Connection,
-    /// The motors alone were stopped.
+    /// Only the motors were stopped.
     Motors,
 }
 
 /// A command that was cut off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Command {
-    /// The id that the output part has had since.
+    /// Its id in the output part since then.
     id: u16,
-    /// The id of the last command before it that was done.
+    /// The id of the last command that was done before it.
     done: u16,
 }
 
@@ -29,11 +29,11 @@ struct AreaCommands {
     sound: Option<Command>,
 }
 
-/// The commands of all areas that were cut off and not replaced since.
+/// The commands of all areas that were cut off and not replaced since then.
 ///
-/// The controller reports them as done all the same: a motor command because leaving the extended
-/// mode is a command, too, and others because a controller that has forgotten them is given their ids
-/// once more. The program must not take that for what it has ordered, so it is not told.
+/// The controller still reports them as done: a motor command because leaving the extended mode is a
+/// command, too, and others because a controller that has forgotten them gets their ids again. The program
+/// must not take this for its own command, so this hides it.
 #[derive(Debug, Default)]
 pub(super) struct Unfinished {
     areas: [AreaCommands; MAX_AREAS],
@@ -41,8 +41,8 @@ pub(super) struct Unfinished {
 }
 
 impl Unfinished {
-    /// Stops the outputs, and notes which commands this cuts off: those that the newest inputs do not
-    /// report as done.
+    /// Stops the outputs, and notes which commands this cuts off: those that are not done in the newest
+    /// inputs.
     pub(super) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [FishX1Transfer]) {
         self.any = true;
         for (index, area) in areas.iter_mut().enumerate() {
@@ -74,8 +74,8 @@ impl Unfinished {
         }
     }
 
-    /// Takes out of the inputs that a command which was cut off is done, unless the program has
-    /// ordered another one since.
+    /// Hides in the inputs that a command which was cut off is done, unless the program has
+    /// given another one since then.
     pub(super) fn hide(&mut self, inputs: &mut Inputs, areas: &[FishX1Transfer]) {
         if !self.any {
             return;
@@ -100,7 +100,7 @@ impl Unfinished {
     }
 }
 
-/// Notes a command unless it is done. One that was cut off before stays so, under its present id.
+/// Notes a command unless it is done. One that was cut off before stays so, with its current id.
 fn note(command: &mut Option<Command>, ordered: u16, done: u16, id: u16) {
     *command = match *command {
         Some(before) if before.id == ordered => Some(Command { id, ..before }),
@@ -109,7 +109,7 @@ fn note(command: &mut Option<Command>, ordered: u16, done: u16, id: u16) {
     };
 }
 
-/// Whether a command is still to be hidden, which is done then.
+/// Hides a command if it is still to be hidden; returns whether it is.
 fn hide_one(command: &mut Option<Command>, ordered: u16, told: &mut u16) -> bool {
     *command = command.filter(|command| command.id == ordered);
     if let Some(command) = command {
@@ -122,7 +122,7 @@ fn hide_one(command: &mut Option<Command>, ordered: u16, told: &mut u16) -> bool
 mod tests {
     use super::*;
 
-    /// What a controller reports that has done these commands.
+    /// The inputs from a controller that has done these commands.
     fn inputs(motor: u16, reset: u16, sound: u16) -> Inputs {
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse {
@@ -139,7 +139,7 @@ mod tests {
         (told.motor_command_id[0], told.counter_reset_id[0], told.sound_command_id)
     }
 
-    /// An area in which these commands are ordered.
+    /// An area with these commands.
     fn area(motor: u16, reset: u16, sound: u16) -> [FishX1Transfer; 1] {
         let mut area = FishX1Transfer::default();
         area.output.motor_ex_cmd_id[0] = motor;
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(areas[0].output.distance[0], 0);
         assert_eq!(areas[0].txt_outputs.sound_index, 0, "it is not played again");
         for _ in 0..3 {
-            // Leaving the extended mode was done, and the others once more.
+            // Leaving the extended mode was done, and the others were done again.
             let mut inputs = inputs(6, 6, 7);
             unfinished.hide(&mut inputs, &areas);
             assert_eq!(told(&inputs), (4, 5, 6));
@@ -173,7 +173,7 @@ mod tests {
         let mut inputs = inputs(6, 6, 7);
         unfinished.hide(&mut inputs, &areas);
         assert_eq!(told(&inputs), (6, 6, 7));
-        assert!(!unfinished.any, "later responses need no look");
+        assert!(!unfinished.any, "later responses need no check");
     }
 
     #[test]

@@ -1,11 +1,11 @@
-//! Waiting for more than the next response.
+//! Waits for a condition.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::area::TransferArea;
 use super::com_handler::TransferAreaComHandler;
 use super::guard::TransferAreaGuard;
-use super::sync::deadline_after;
+use super::taken::Known;
 use crate::error::Error;
 use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
@@ -13,15 +13,15 @@ use crate::transfer_area::FishX1Transfer;
 impl TransferArea {
     /// Waits until a condition holds and returns the areas locked, as they were found then.
     ///
-    /// The condition is checked at once, and then once for each response, as by a loop around
+    /// The condition is checked immediately, and then once for each response, as in a loop around
     /// [`wait_cycle`](Self::wait_cycle): it sees the response's inputs, and what is written under
-    /// the guard goes out in the very next request. In a transfer that has not had a response yet,
-    /// the first check waits for one. The condition runs with the areas locked, so it has to be
-    /// quick and must not lock them itself, which panics; a panic in it is one under a guard.
+    /// the guard goes out in the very next request. In a transfer without a response yet, the first
+    /// check waits for one. The condition runs with the areas locked, so it has to be quick. It must not
+    /// lock them itself, which panics. A panic in it counts as a panic under a guard.
     ///
     /// Between two checks the areas are not locked; waiting does not slow the exchange down.
     ///
-    /// Blocks up to `limit`; the lock itself may take longer, when another thread holds a guard.
+    /// Blocks up to `limit`; the lock itself may take longer when another thread holds a guard.
     ///
     /// ```
     /// use std::time::Duration;
@@ -41,32 +41,33 @@ impl TransferArea {
     ///
     /// # Errors
     ///
-    /// [`Error::WaitTimedOut`] when the condition did not hold in time; the areas and the transfer
-    /// are as they were. Otherwise as [`wait_cycle`](Self::wait_cycle).
+    /// [`Error::WaitTimedOut`] when the condition did not hold in time; this changes neither the areas nor
+    /// the transfer. Otherwise as [`wait_cycle`](Self::wait_cycle).
     ///
     /// # Panics
     ///
     /// When this thread holds a guard, as [`lock`](Self::lock).
+    #[track_caller]
     pub fn wait_until(
         &self,
         mut condition: impl FnMut(&[FishX1Transfer]) -> bool,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        let deadline = deadline_after(limit);
+        let deadline = self.shared().clock().deadline_after(limit);
         let timed_out = || Error::WaitTimedOut { limit };
-        let look = self.learn(|known| self.shared().look(known, deadline))?;
+        let mut known = self.known();
+        let look = self.shared().look(&mut known, deadline);
+        self.has_learned(known);
+        let look = look?;
         let mut areas = self.guard(look.ok_or_else(timed_out)?);
         while !condition(&areas) {
             let seen = areas.attended();
             drop(areas);
             // Responses may come in faster than they can be checked.
-            if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+            if deadline.is_some_and(|deadline| deadline <= self.shared().clock().now()) {
                 return Err(timed_out());
             }
-            let next = self.learn(|known| {
-                known.returned = seen;
-                self.shared().wait_cycle(known, deadline)
-            });
+            let next = self.wait_for_next(Known { returned: seen, ..self.known() }, deadline);
             areas = self.guard(next?.ok_or_else(timed_out)?);
         }
         self.note_returned(&areas);
@@ -80,6 +81,7 @@ impl TransferArea {
     ///
     /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_motor_ex(
         &self,
         area: usize,
@@ -95,6 +97,7 @@ impl TransferArea {
     ///
     /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_counter_reset(
         &self,
         area: usize,
@@ -110,20 +113,22 @@ impl TransferArea {
     ///
     /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_sound(&self, area: usize, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait_area(area, FishX1Transfer::is_sound_ready, limit)
     }
 
-    /// Waits until a universal input reports another value than it does at the beginning, however
-    /// little that differs.
+    /// Waits until a universal input reports another value than at the beginning of the wait. Any difference
+    /// counts.
     ///
-    /// A new configuration changes the value too; wait for it by
-    /// [`update_config`](Self::update_config) before.
+    /// A new configuration changes the value, too; wait for it with
+    /// [`update_config`](Self::update_config) first.
     ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] for an area that does not exist; otherwise as
     /// [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_input_change(
         &self,
         area: usize,
@@ -138,15 +143,21 @@ impl TransferArea {
         self.wait_area(area, has_changed, limit)
     }
 
+    /// Returns an error unless there is an area with this index.
+    pub(super) fn check_area(&self, area: usize) -> Result<(), Error> {
+        let most = self.shared().area_count() as i64 - 1;
+        Error::check_range("area's index", area, 0..=most)
+    }
+
     /// Waits until a condition holds for one area.
+    #[track_caller]
     fn wait_area(
         &self,
         area: usize,
         mut condition: impl FnMut(&FishX1Transfer) -> bool,
         limit: Duration,
     ) -> Result<TransferAreaGuard<'_>, Error> {
-        let most = self.shared().area_count() as i64 - 1;
-        Error::check_range("area's index", area, 0..=most)?;
+        self.check_area(area)?;
         self.wait_until(|areas| condition(&areas[area]), limit)
     }
 }
@@ -157,6 +168,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::WaitTimedOut`]; otherwise as [`wait_cycle`](Self::wait_cycle).
+    #[track_caller]
     pub fn wait_until(
         &self,
         condition: impl FnMut(&[FishX1Transfer]) -> bool,
@@ -171,6 +183,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_motor_ex(
         &self,
         area: usize,
@@ -185,6 +198,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_counter_reset(
         &self,
         area: usize,
@@ -199,6 +213,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_sound(&self, area: usize, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
         self.area().wait_sound(area, limit)
     }
@@ -209,6 +224,7 @@ impl TransferAreaComHandler {
     /// # Errors
     ///
     /// [`Error::OutOfRange`]; otherwise as [`wait_until`](Self::wait_until).
+    #[track_caller]
     pub fn wait_input_change(
         &self,
         area: usize,
@@ -222,16 +238,18 @@ impl TransferAreaComHandler {
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use std::sync::Arc;
+    use std::time::Instant;
 
     use super::*;
     use crate::exchange::Inputs;
+    use crate::handler::clock::Clock;
     use crate::handler::shared::Shared;
-    use crate::handler::taken::Known;
     use crate::handler::watchdog::Watchdog;
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferArea {
-        let area = TransferArea::new(Arc::new(Shared::new(1, Watchdog::new(None))));
+        let area =
+            TransferArea::new(Arc::new(Shared::new(1, Watchdog::new(None), Clock::new(false))));
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
         area
@@ -244,7 +262,7 @@ mod tests {
         area.shared().open_window();
     }
 
-    /// The response that a wait for a newer one than `seen` finds at once.
+    /// The response that a wait for a newer one than `seen` finds immediately.
     fn wait_for(area: &TransferArea, seen: u64) -> Option<TransferAreaGuard<'_>> {
         let wait = |known: &mut Known| {
             known.returned = seen;
@@ -254,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn the_window_of_a_response_that_comes_in_during_the_first_look_is_not_left_to_itself() {
+    fn a_response_that_comes_in_during_the_first_check_is_answered_within_its_window() {
         let area = begun();
         respond(&area);
         area.shared().hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
@@ -271,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn the_limit_is_kept_though_there_is_always_another_response() {
+    fn the_limit_holds_even_if_there_is_always_another_response() {
         let area = begun();
         respond(&area);
         let mut checks = 0;

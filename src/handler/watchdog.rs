@@ -4,13 +4,13 @@ use std::time::{Duration, Instant};
 
 /// When the program has last shown that it is alive, and whether that is too long ago.
 ///
-/// It only says so. Whoever makes the requests asks it, and stops the outputs.
+/// It stops nothing itself. The transfer thread asks it, and stops the outputs.
 #[derive(Debug)]
 pub(super) struct Watchdog {
     /// `None` switches it off.
     limit: Option<Duration>,
     fed: Instant,
-    /// The number of the interruption that it was, until the program has learned of it.
+    /// When it has expired: the number of this interruption, until the program knows of it.
     expired: Option<u64>,
 }
 
@@ -19,38 +19,38 @@ impl Watchdog {
         Self { limit, fed: Instant::now(), expired: None }
     }
 
-    /// Begins anew with a transfer.
+    /// Starts again, for a new transfer.
     pub(super) fn start(&mut self) {
         self.expired = None;
         self.feed();
     }
 
-    /// The program is alive. After it has expired this is not enough.
+    /// The program is alive. After the watchdog has expired this is not enough.
     pub(super) fn feed(&mut self) {
         if self.limit.is_some() {
             self.fed = Instant::now();
         }
     }
 
-    /// The program has learned of the interruption with this number, or a later one, and goes on.
+    /// The program knows of the interruption with this number, or a later one, and goes on.
     pub(super) fn acknowledge(&mut self, number: u64) {
         if self.expired.is_some_and(|expired| expired <= number) {
             self.start();
         }
     }
 
-    /// Whether the outputs are stopped until the program has learned of it.
+    /// Whether the outputs are stopped until the program knows of it.
     pub(super) fn has_expired(&self) -> bool {
         self.expired.is_some()
     }
 
-    /// When it will expire; `None` when it is off, and when it has expired already.
+    /// When it will expire; `None` when it is off or has already expired.
     pub(super) fn deadline(&self) -> Option<Instant> {
         let limit = self.limit.filter(|_| !self.has_expired())?;
         self.fed.checked_add(limit)
     }
 
-    /// Expires when it is time for that, as the interruption `number`, and then tells its limit.
+    /// If its deadline has come, expires as the interruption `number` and returns its limit.
     pub(super) fn check(&mut self, now: Instant, number: u64) -> Option<Duration> {
         self.deadline().filter(|deadline| *deadline <= now)?;
         self.expired = Some(number);
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn food_puts_it_off_but_does_not_wake_it() {
+    fn feeding_delays_it_but_does_not_undo_its_expiry() {
         let mut watchdog = Watchdog::new(Some(LIMIT));
         let first = watchdog.deadline().unwrap();
         while watchdog.deadline().unwrap() <= first {
@@ -95,11 +95,11 @@ mod tests {
     }
 
     #[test]
-    fn learning_of_a_later_interruption_wakes_it_too() {
+    fn it_starts_again_when_the_program_knows_of_a_later_interruption() {
         let mut watchdog = Watchdog::new(Some(LIMIT));
         let deadline = watchdog.deadline().unwrap();
         assert_eq!(watchdog.check(deadline, 1), Some(LIMIT));
-        // The first one may be told no more when there were many others.
+        // The first one may not be told any more when there were many others.
         watchdog.acknowledge(17);
         assert!(!watchdog.has_expired());
     }

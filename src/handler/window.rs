@@ -1,6 +1,6 @@
 //! The reaction window: the time after a response in which the program may answer it.
 
-/// Who waits for a response, who is answering it, and which responses the outputs have answered.
+/// How many threads wait for a response, how many are answering it, and which responses are answered.
 ///
 /// Responses are counted over all transfers. The window of a response opens when the program is told
 /// of it and closes when the outputs for the next request are taken.
@@ -15,7 +15,9 @@ pub(super) struct Window {
     reacting: usize,
     /// Whether there was any such thread.
     used: bool,
-    /// The newest response that was known when outputs were taken.
+    /// Whether a thread that was told of this response comes back for it later.
+    put_off: bool,
+    /// The newest response when outputs were last taken.
     answered: u64,
 }
 
@@ -39,49 +41,62 @@ impl Window {
         }
     }
 
-    /// Opens the window of a response: all who wait are expected to answer. Tells how many they are.
+    /// Opens the window of a response: all waiting threads are expected to answer. Returns their number.
     pub(super) fn open(&mut self, response: u64) -> usize {
         self.response = response;
         self.open = true;
         self.reacting = std::mem::take(&mut self.waiting);
         self.used = self.reacting > 0;
+        self.put_off = false;
         self.reacting
     }
 
-    /// Has the next request wait for the calling thread; tells for which response, unless its window
-    /// is closed.
+    /// Makes the next request wait for the calling thread; returns the response that it answers, unless the
+    /// window is closed.
     pub(super) fn join(&mut self) -> Option<u64> {
         if !self.open {
             return None;
         }
         self.reacting += 1;
         self.used = true;
+        self.put_off = false;
         Some(self.response)
     }
 
-    /// A guard is dropped that has waited for this response, or the thread that has does without one.
+    /// A thread that has waited for this response drops its guard, or does not take one.
     pub(super) fn react(&mut self, response: u64) {
         if self.is_open_for(response) {
             self.reacting -= 1;
         }
     }
 
-    /// Whether the next request waits for those who answer this response.
+    /// A thread that was told of the response comes back for it later; the window stays open until then.
+    pub(super) fn put_off(&mut self) {
+        self.reacting -= 1;
+        self.put_off = true;
+    }
+
+    /// Whether the next request waits for answers to this response.
     pub(super) fn is_open_for(&self, response: u64) -> bool {
         self.open && response == self.response
     }
 
-    /// Whether the outputs were taken that answer the response `newest`.
+    /// Whether the outputs that answer the response `newest` were taken.
     pub(super) fn is_answered(&self, newest: u64) -> bool {
         newest <= self.answered
     }
 
     /// Whether threads have waited for this response and all have reacted.
     pub(super) fn is_attended(&self) -> bool {
-        self.used && self.reacting == 0
+        self.used && self.reacting == 0 && !self.put_off
     }
 
-    /// Closes the window, because outputs are taken that answer the response `newest`.
+    /// Whether a thread waits for the next response, and no thread is still answering this one.
+    pub(super) fn is_next_asked_for(&self) -> bool {
+        self.waiting > 0 && self.reacting == 0
+    }
+
+    /// Closes the window, because the outputs that answer the response `newest` are taken.
     pub(super) fn close(&mut self, newest: u64) {
         self.open = false;
         self.reacting = 0;
@@ -95,7 +110,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_window_is_attended_when_all_who_waited_have_reacted() {
+    fn a_window_is_attended_when_all_waiting_threads_have_reacted() {
         let mut window = Window::default();
         window.expect();
         window.expect();
@@ -110,14 +125,14 @@ mod tests {
     }
 
     #[test]
-    fn a_window_for_which_nobody_waits_is_never_attended() {
+    fn a_window_without_waiting_threads_is_never_attended() {
         let mut window = Window::default();
         assert_eq!(window.open(1), 0);
         assert!(!window.is_attended());
     }
 
     #[test]
-    fn who_comes_while_it_is_open_joins_and_who_comes_later_does_not() {
+    fn a_thread_joins_a_window_only_while_it_is_open() {
         let mut window = Window::default();
         assert_eq!(window.join(), None);
         window.open(7);
@@ -130,7 +145,37 @@ mod tests {
     }
 
     #[test]
-    fn who_reacts_too_late_is_nobody_whom_the_next_window_waits_for() {
+    fn a_window_stays_open_until_a_thread_that_put_its_reaction_off_has_come_back() {
+        let mut window = Window::default();
+        window.expect();
+        window.expect();
+        window.open(1);
+        window.put_off();
+        window.react(1);
+        assert!(!window.is_attended());
+        assert_eq!(window.join(), Some(1));
+        assert!(!window.is_attended());
+        window.react(1);
+        assert!(window.is_attended());
+    }
+
+    #[test]
+    fn the_next_response_is_asked_for_when_a_thread_waits_and_none_is_answering() {
+        let mut window = Window::default();
+        assert!(!window.is_next_asked_for());
+        window.expect();
+        assert!(window.is_next_asked_for());
+        window.open(1);
+        window.expect();
+        assert!(!window.is_next_asked_for(), "another thread is answering");
+        window.react(1);
+        assert!(window.is_next_asked_for());
+        window.give_up(1);
+        assert!(!window.is_next_asked_for());
+    }
+
+    #[test]
+    fn the_next_window_does_not_wait_for_a_late_reaction_to_the_last_one() {
         let mut window = Window::default();
         window.expect();
         window.open(1);
@@ -151,17 +196,17 @@ mod tests {
         assert!(window.is_open_for(1) && !window.is_answered(1));
         window.close(1);
         assert!(!window.is_open_for(1) && window.is_answered(1));
-        assert!(!window.is_answered(2), "it has come in, and nobody was told of it yet");
+        assert!(!window.is_answered(2), "it has come in, and no thread was told of it yet");
     }
 
     #[test]
-    fn who_gives_up_is_not_expected_any_more() {
+    fn a_thread_that_gives_up_is_not_expected_any_more() {
         let mut window = Window::default();
         window.expect();
         window.give_up(0);
         window.expect();
         window.open(1);
-        // It was told of a response and of an error at the same time, and returns the error.
+        // The thread was told of a response and of an error together, and returns the error.
         window.give_up(0);
         assert!(window.is_attended());
     }

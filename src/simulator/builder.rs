@@ -7,6 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use super::camera::server::{CameraServer, CameraSettings};
+use super::camera::{CameraConnection, Clients};
 use super::fault::{Fault, DELAYS};
 use super::faults::Faults;
 use super::i2c::server::{I2cServer, WRITE_LIMIT};
@@ -24,7 +25,7 @@ use crate::transfer_area::MAX_EXTENSIONS;
 /// The machine time of an exchange without pace.
 const UNPACED_STEP: Duration = Duration::from_millis(10);
 
-/// How a simulated TXT is to be.
+/// The settings of a simulated TXT.
 #[must_use = "nothing is simulated before `start`"]
 pub struct SimulatedTxtBuilder {
     extensions: Option<usize>,
@@ -35,11 +36,13 @@ pub struct SimulatedTxtBuilder {
     idle_limit: Duration,
     faults: Vec<Fault>,
     seed: u64,
+    lock_step: bool,
     script: Script,
     port: u16,
     camera_port: Option<u16>,
     i2c_port: Option<u16>,
     camera: CameraSettings,
+    camera_connection: CameraConnection,
     world: Option<World>,
 }
 
@@ -55,6 +58,7 @@ impl SimulatedTxtBuilder {
             idle_limit: Duration::from_secs(5),
             faults: Vec::new(),
             seed: 0,
+            lock_step: false,
             script: Box::new(|_| {}),
             port: 0,
             camera_port: None,
@@ -64,30 +68,31 @@ impl SimulatedTxtBuilder {
                 tables: true,
                 stall_after: None,
             },
+            camera_connection: CameraConnection::default(),
             world: None,
         }
     }
 
     /// The number of extensions, 0..=8, all alive at the start. The default is as many as the
-    /// [`world`](Self::world) has, and 0 without one. Of a world that has more, the last are left
-    /// out, which is logged as a warning.
+    /// [`world`](Self::world) has, and 0 without one. If the world has more, the last ones are left
+    /// out and a warning is logged.
     pub fn extensions(mut self, extensions: usize) -> Self {
         self.extensions = Some(extensions);
         self
     }
 
-    /// The firmware version that is reported. It decides whether the compressed exchange carries
-    /// the microphone values, unless [`microphone`](Self::microphone) does. The default is 4.6.6.
+    /// The firmware version that is reported. It decides whether the compressed exchange has the
+    /// microphone values, unless [`microphone`](Self::microphone) is set. The default is 4.6.6.
     pub fn firmware(mut self, firmware: FirmwareVersion) -> Self {
         self.firmware = firmware;
         self
     }
 
-    /// Whether the compressed responses carry the two microphone values of each controller. By
+    /// Whether the compressed responses have the two microphone values of each controller. By
     /// default they do from firmware 4.2.4 on.
     ///
-    /// This is for tests of a client: a response does not say how many values it holds, so a
-    /// client meets a firmware whose version promises another number than it sends.
+    /// This is for tests of a client: a response does not say how many values it has, and a client
+    /// may meet a firmware that sends another number of values than its version promises.
     pub fn microphone(mut self, microphone: bool) -> Self {
         self.microphone = Some(microphone);
         self
@@ -100,16 +105,41 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// How long after the previous exchange response the next one leaves, and the step by which
-    /// the machine moves on. With [`Duration::ZERO`] it leaves at once, and the step is 10 ms.
-    /// The default is 10 ms, the most an hour.
+    /// The time from one exchange response to the next, and the step of the machine. With
+    /// [`Duration::ZERO`] a response is sent immediately, and the step is 10 ms. The default is
+    /// 10 ms, the maximum an hour.
     pub fn pace(mut self, pace: Duration) -> Self {
         self.pace = pace;
         self
     }
 
+    /// Lets time pass in the machine only with exchanges, for tests with the same result in every run:
+    /// the same requests get the same responses, even if the computer is busy or the program slow.
+    ///
+    /// * A response is sent immediately. Each exchange is still a step of the [`pace`](Self::pace), or
+    ///   10 ms when that is zero.
+    /// * There is no idle limit: a program may pause, also in a debugger, for as long as it likes.
+    /// * For a fault that delays a response, that time passes in the machine, and the response is sent
+    ///   immediately.
+    /// * The camera uses machine time too, for its start-up and its frames. Which frame a client gets
+    ///   still depends on when it acknowledges the frame before.
+    ///
+    /// ```
+    /// use ft_transfer_area::simulator::world::World;
+    /// use ft_transfer_area::simulator::SimulatedTxt;
+    ///
+    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// let txt = SimulatedTxt::builder().world(World::default()).lock_step().start()?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn lock_step(mut self) -> Self {
+        self.lock_step = true;
+        self
+    }
+
     /// How long a connection may be without commands before it is closed. The default is 5 s. It is
-    /// looked at every 5 ms, so a shorter one is as long as that.
+    /// checked every 5 ms, so a shorter limit is 5 ms too.
     pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
         self.idle_limit = idle_limit;
         self
@@ -121,8 +151,8 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// What all that is random follows from: the times of [jitter](super::FaultKind::Jitter). The
-    /// default is 0.
+    /// The seed of all random numbers: the times of [jitter](super::FaultKind::Jitter). The default
+    /// is 0.
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
@@ -130,40 +160,40 @@ impl SimulatedTxtBuilder {
 
     /// Sets a script, in place of an earlier one.
     ///
-    /// It is called for each exchange, after the machine has taken over the outputs and moved on
-    /// and before the response is built, so it may set any input. The machine is locked, so the
-    /// script must not call [`SimulatedTxt::with_machine`]. When it panics, the simulated TXT
+    /// It is called for each exchange: after the machine has taken over the outputs and made its
+    /// step, and before the response is built. So it may set any input. The machine is locked, so
+    /// the script must not call [`SimulatedTxt::with_machine`]. When it panics, the simulated TXT
     /// closes its connections and answers no more.
     pub fn on_exchange(mut self, script: impl FnMut(&mut Machine) + Send + 'static) -> Self {
         self.script = Box::new(script);
         self
     }
 
-    /// The port of the main connection, 0 for one that is free. The default is 0, the greatest
-    /// 65533 unless the other ports are set.
+    /// The port of the main connection, 0 for any free port. The default is 0, the maximum 65533
+    /// unless the other ports are set.
     ///
-    /// Other clients count the ports of the camera and of I2C from this one. So with 0, too, these
-    /// are the next two, unless they are set.
+    /// Many clients expect the camera and I2C ports right after this one. So these are the next two
+    /// ports, also with 0, unless they are set.
     pub fn port(mut self, port: u16) -> Self {
         self.port = port;
         self
     }
 
-    /// The port of the camera connection, 0 for any that is free. The default is the one behind
-    /// the main [`port`](Self::port).
+    /// The port of the camera connection, 0 for any free port. The default is the main
+    /// [`port`](Self::port) plus 1.
     pub fn camera_port(mut self, port: u16) -> Self {
         self.camera_port = Some(port);
         self
     }
 
-    /// The port of the I2C connection, 0 for any that is free. The default is the second behind
-    /// the main [`port`](Self::port).
+    /// The port of the I2C connection, 0 for any free port. The default is the main
+    /// [`port`](Self::port) plus 2.
     pub fn i2c_port(mut self, port: u16) -> Self {
         self.i2c_port = Some(port);
         self
     }
 
-    /// How long after StartCameraOnline the camera serves, by the clock. The default is 1.5 s.
+    /// The time from StartCameraOnline until the camera serves, by the clock. The default is 1.5 s.
     pub fn camera_start_up(mut self, start_up: Duration) -> Self {
         self.camera.start_up = start_up;
         self
@@ -176,15 +206,33 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// After how many frames each camera connection falls silent, without being closed. By default
-    /// none does.
+    /// After how many frames each camera connection sends nothing more, but stays open. By default
+    /// none stops.
     pub fn camera_stall_after(mut self, frames: u64) -> Self {
         self.camera.stall_after = Some(frames);
         self
     }
 
-    /// Plugs in a world, in place of an earlier one. Without one, inputs are what the program sets,
-    /// and each motor output has a simple motor.
+    /// When the camera accepts connections. The default is [`CameraConnection::Waits`].
+    ///
+    /// ```
+    /// use ft_transfer_area::simulator::{CameraConnection, SimulatedTxt};
+    ///
+    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// let txt = SimulatedTxt::builder().camera_connection(CameraConnection::Txt40).start()?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn camera_connection(mut self, connection: CameraConnection) -> Self {
+        self.camera_connection = connection;
+        self
+    }
+
+    /// Plugs in a world, in place of an earlier one. [`World::default`], for example, has something for
+    /// each sample of this crate.
+    ///
+    /// Without a world, the program sets the inputs, and each motor output has a motor that turns
+    /// exactly as far as it is told. So a test decides everything that its program sees.
     pub fn world(mut self, world: World) -> Self {
         self.world = Some(world);
         self
@@ -195,17 +243,16 @@ impl SimulatedTxtBuilder {
     /// # Errors
     ///
     /// [`Error::AreaCount`] when more than 8 extensions are asked for, [`Error::World`] when the
-    /// world has a mistake, [`Error::OutOfRange`] when there is no room for the other ports behind
-    /// the main one, or the pace or a fault's delay is more than an hour, [`Error::SimulatorFailed`] when a port is taken or the operating system
-    /// refuses a socket or a thread.
+    /// world has a mistake, [`Error::OutOfRange`] when there is no room for the other ports after
+    /// the main one, or the pace or a fault's delay is more than an hour, [`Error::SimulatorFailed`]
+    /// when a port is taken or the operating system refuses a socket or a thread.
     pub fn start(mut self) -> Result<SimulatedTxt, Error> {
         let machine = self.machine()?;
         let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
         ports.check()?;
         Error::check_range("pace in ms", self.pace.as_millis(), DELAYS)?;
         self.faults.iter().try_for_each(Fault::check)?;
-        self.listen(ports, machine)
-            .map_err(|error| Error::SimulatorFailed { reason: error.to_string() })
+        self.listen(ports, machine).map_err(|error| Error::SimulatorFailed { cause: error.into() })
     }
 
     fn machine(&mut self) -> Result<Machine, Error> {
@@ -225,7 +272,11 @@ impl SimulatedTxtBuilder {
         }
     }
 
-    fn listen(self, ports: Ports, machine: Machine) -> io::Result<SimulatedTxt> {
+    fn listen(mut self, ports: Ports, mut machine: Machine) -> io::Result<SimulatedTxt> {
+        if self.lock_step {
+            machine.go_by_machine_time();
+            self.idle_limit = Duration::MAX;
+        }
         let [listener, camera_listener, i2c_listener] = ports.listen()?;
         let mut txt = SimulatedTxt {
             address: listener.local_addr()?,
@@ -234,11 +285,9 @@ impl SimulatedTxtBuilder {
             shared: Arc::new(Shared::new(machine)),
             threads: Vec::new(),
         };
-        let camera = CameraServer {
-            listener: camera_listener,
-            shared: Arc::clone(&txt.shared),
-            settings: self.camera,
-        };
+        let (clients, camera_doorman) = Clients::of(self.camera_connection, camera_listener)?;
+        let camera =
+            CameraServer { clients, shared: Arc::clone(&txt.shared), settings: self.camera };
         let i2c = I2cServer {
             listener: i2c_listener,
             shared: Arc::clone(&txt.shared),
@@ -249,13 +298,15 @@ impl SimulatedTxtBuilder {
             listener,
             shared: Arc::clone(&txt.shared),
             settings: self.settings(),
-            pace: self.pace,
+            pace: if self.lock_step { Duration::ZERO } else { self.pace },
+            lock_step: self.lock_step,
             idle_limit: self.idle_limit,
             faults: Faults::new(self.faults, self.seed),
             script: self.script,
+            camera_doorman,
             next: None,
         };
-        // When the next one can't be spawned, dropping `txt` ends those before.
+        // If a thread can't be spawned, dropping `txt` ends the earlier ones.
         txt.threads.push(spawn("simulated-txt", move || server.run())?);
         txt.threads.push(spawn("simulated-camera", move || camera.run())?);
         txt.threads.push(spawn("simulated-i2c", move || i2c.run())?);
@@ -265,7 +316,7 @@ impl SimulatedTxtBuilder {
     fn settings(&self) -> Settings {
         let device_name = name_bytes(&self.device_name);
         let step = if self.pace.is_zero() { UNPACED_STEP } else { self.pace };
-        // Half a million years are enough.
+        // A longer pace is half a million years.
         let step = u64::try_from(step.as_micros()).unwrap_or(u64::MAX);
         let promised = self.firmware >= FirmwareVersion::WITH_MICROPHONE;
         let microphone = self.microphone.unwrap_or(promised);
@@ -273,7 +324,7 @@ impl SimulatedTxtBuilder {
     }
 }
 
-/// The characters of a name that fit, filled up with NUL.
+/// The characters of a name that fit, padded with NUL.
 fn name_bytes(name: &str) -> [u8; 16] {
     let mut bytes = [0; 16];
     let ends = name.char_indices().map(|(start, character)| start + character.len_utf8());
@@ -298,6 +349,7 @@ impl fmt::Debug for SimulatedTxtBuilder {
             .field("pace", &self.pace)
             .field("faults", &self.faults)
             .field("seed", &self.seed)
+            .field("lock_step", &self.lock_step)
             .field("camera", &self.camera)
             .field("world", &self.world)
             .finish_non_exhaustive()

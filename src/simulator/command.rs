@@ -1,4 +1,4 @@
-//! What commands there are, how long they are, and what is wrong with others.
+//! Which commands there are, how long they are, and what is wrong with others.
 
 use std::fmt;
 
@@ -10,14 +10,14 @@ use crate::wire::{
     CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
 };
 
-/// Why a client is not answered but cut off.
+/// Why a client's connection is closed without an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Misbehaviour {
     /// No command has this id.
     UnknownId(u32),
     /// The command needs online mode.
     NotOnline(CommandId),
-    /// More extensions than there can be.
+    /// More extensions than possible.
     Extensions(u16),
     /// The packet can't be understood.
     Packet(Error),
@@ -42,8 +42,8 @@ impl From<Error> for Misbehaviour {
     }
 }
 
-/// How many bytes the command that starts with these has, as far as they tell. More may turn out
-/// when so many are there.
+/// The size of the command that starts with these bytes, as far as they show it. With that many
+/// bytes the result may be larger.
 pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
     let Some(id) = start.get(..ID_LEN) else { return Ok(ID_LEN) };
     match command_id(id)? {
@@ -62,25 +62,25 @@ pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
     }
 }
 
-/// Which command these bytes are, of which there are at least [`ID_LEN`].
+/// Which command these bytes are. There are at least [`ID_LEN`] of them.
 pub(super) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
     let id = LittleEndian::read_u32(command);
     CommandId::from_id(id).ok_or(Misbehaviour::UnknownId(id))
 }
 
-/// What is there behind a command before its response has left.
+/// What has arrived after a command before its response is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ahead {
     /// No whole command.
     Nothing,
-    /// What a client says on a connection that it gives up: StopOnline, perhaps behind a last
+    /// What a client sends on a connection that it gives up: StopOnline, perhaps after a last
     /// exchange.
     Farewell,
     /// Another command.
     Command(CommandId),
 }
 
-/// What these bytes are, with which a command may start.
+/// What these bytes are; a command may start with them.
 pub(super) fn ahead(bytes: &[u8]) -> Ahead {
     let Some((first, rest)) = split_command(bytes) else { return Ahead::Nothing };
     let last = match first {

@@ -8,30 +8,30 @@ use super::sound::Sound;
 use crate::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
 use crate::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
-/// The master or one extension: what its inputs report and what its outputs were told.
+/// The master or one extension: what its inputs report, and the outputs it has received.
 ///
-/// The inputs may be set at any time and keep their value, except that motors move
-/// [`counter`](Self::counter) and [`counter_input`](Self::counter_input) on. With a
-/// [world](super::world::World) it sets [`uni`](Self::uni) and [`ir`](Self::ir) at every step.
+/// The inputs may be set at any time and keep their value, except that motors change
+/// [`counter`](Self::counter) and [`counter_input`](Self::counter_input). A
+/// [world](super::world::World) sets [`uni`](Self::uni) and [`ir`](Self::ir) at every step.
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
     /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
-    /// simulator does not convert it.
+    /// simulated TXT does not convert it.
     pub uni: [i16; 8],
-    /// The levels of C1 to C4, 0 or 1. Each pulse of a motor toggles its counter's.
+    /// The levels of C1 to C4, 0 or 1. Each pulse of a motor toggles the level of its counter.
     pub counter_input: [i16; 4],
-    /// The pulses that C1 to C4 have counted. Wraps from 32767 to −32768. It outlasts the
-    /// connection.
+    /// The pulses that C1 to C4 have counted. Wraps from 32767 to −32768. It stays when the
+    /// connection ends.
     pub counter: [i16; 4],
-    /// What the infrared remotes send: any of them, then the four switch settings.
+    /// What the infrared remotes send: “any remote”, then the four switch settings.
     pub ir: [IrRemote; 5],
     /// Loudness, linear. Reported from firmware 4.2.4 on, by the compressed exchange.
     pub mic_lin: u16,
     /// Loudness, logarithmic. Reported from firmware 4.2.4 on, by the compressed exchange.
     pub mic_log: u16,
-    /// The outputs as received last; all 0 after StopOnline or when the client is lost.
+    /// The last received outputs; all 0 after StopOnline or when the client is lost.
     pub outputs: ExchangeData,
-    /// The configuration that was accepted last; the default before the first.
+    /// The last accepted configuration; the default before the first.
     pub config: Config,
     /// The id of that configuration; 0 before the first one after StartOnline.
     pub config_id: i16,
@@ -39,12 +39,12 @@ pub struct Controller {
     sound: Sound,
     /// Ids of the counter resets that were done before this exchange.
     finished_resets: [u16; IZ_COUNTER],
-    /// Ids of the counter resets as of this exchange, which the next one reports.
+    /// Ids of the counter resets of this exchange; the next one reports them.
     latest_resets: [u16; IZ_COUNTER],
 }
 
 impl Controller {
-    /// Id of the sound command that plays, `None` when it is quiet.
+    /// Id of the sound command that is playing, `None` when no sound plays.
     pub fn playing_sound(&self) -> Option<u16> {
         self.sound.playing_id()
     }
@@ -58,7 +58,7 @@ impl Controller {
         self.latest_resets = [0; IZ_COUNTER];
     }
 
-    /// Takes over outputs. A command is new when its id is not the one received before.
+    /// Takes over outputs. A command is new when its id differs from the one before.
     pub(super) fn take_over(&mut self, outputs: ExchangeData) {
         let before = mem::replace(&mut self.outputs, outputs);
         for index in 0..IZ_MOTOR {
@@ -78,7 +78,7 @@ impl Controller {
         }
     }
 
-    /// What motors have to be counted for at present, each by its index.
+    /// The tasks that need a motor's count at present, each with the motor's index.
     pub(super) fn tasks(&self) -> impl Iterator<Item = (usize, Task)> + '_ {
         let numbered = self.motors.iter().enumerate();
         numbered.flat_map(|(index, motor)| {
@@ -98,7 +98,7 @@ impl Controller {
         }
     }
 
-    /// Lets so many µs pass.
+    /// Lets this many µs pass.
     pub(super) fn move_on(&mut self, micros: u64) {
         self.pass_time(micros);
         for index in 0..IZ_MOTOR {
@@ -108,7 +108,7 @@ impl Controller {
         }
     }
 
-    /// Lets so many µs pass for all but the motors, which a world moves.
+    /// Lets this many µs pass for all but the motors, which a world moves.
     pub(super) fn pass_time(&mut self, micros: u64) {
         self.finished_resets = self.latest_resets;
         self.latest_resets = self.outputs.counter_reset_id;
@@ -116,12 +116,12 @@ impl Controller {
     }
 
     fn add_pulses(&mut self, index: usize, pulses: u64) {
-        // The lowest bits are what a counter of 16 bits keeps.
+        // A counter has 16 bits and keeps the lowest ones.
         self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
         self.counter_input[index] ^= (pulses & 1) as i16;
     }
 
-    /// The power for each motor of a world, −1.0..=1.0, while they give so many pulses per second.
+    /// The power for each motor of a world, −1.0..=1.0, at these pulses per second.
     pub(super) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
         let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {
             let power = f64::from(self.signed_duty(index)) / f64::from(DUTY_MAX);
@@ -141,7 +141,7 @@ impl Controller {
         powers
     }
 
-    /// The motors of a world have given so many pulses.
+    /// Counts the pulses that the motors of a world have given.
     pub(super) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
         for (follower, leader) in self.pairs().into_iter().flatten() {
             self.motors[follower].compare(pulses[follower], pulses[leader]);
@@ -152,10 +152,10 @@ impl Controller {
         }
     }
 
-    /// The motors that are held together at present, each follower with its leader.
+    /// The motors that are synchronised at present, each follower with its leader.
     ///
-    /// A follower that is switched off has no part in what its leader goes on to do. A leader that
-    /// has done its distance lets its followers finish theirs.
+    /// A leader does not wait for a follower that is switched off. A leader that has finished its
+    /// distance lets its followers finish theirs.
     fn pairs(&self) -> [Option<(usize, usize)>; IZ_MOTOR] {
         std::array::from_fn(|follower| {
             let leader = self.motors[follower].leader().filter(|leader| *leader != follower)?;
@@ -166,8 +166,7 @@ impl Controller {
         })
     }
 
-    /// The speed of a motor as a duty: its leader's when it follows one, but only while it is
-    /// switched on itself.
+    /// The speed of a motor as a duty: its leader's when it follows one and is itself switched on.
     fn speed(&self, index: usize) -> u16 {
         match (self.duty(index), self.motors[index].leader()) {
             (1.., Some(leader)) => self.duty(leader),
@@ -180,14 +179,14 @@ impl Controller {
         self.signed_duty(index).unsigned_abs()
     }
 
-    /// The duty of a motor, negative backwards, −512..=512.
+    /// The duty of a motor, negative for backwards, −512..=512.
     fn signed_duty(&self, index: usize) -> i16 {
         let [forward, backward] =
             [2 * index, 2 * index + 1].map(|output| self.outputs.duty[output].clamp(0, DUTY_MAX));
         forward - backward
     }
 
-    /// The inputs and what is done, as they are reported.
+    /// The inputs and the finished commands, as they are reported.
     pub(super) fn report(&self) -> ExchangeDataResponse {
         ExchangeDataResponse {
             uni: self.uni,
@@ -207,7 +206,7 @@ mod tests {
 
     const STEP: u64 = 10_000;
 
-    /// Exchanges so often and gives the last report.
+    /// Exchanges this many times and gives the last report.
     fn exchange(
         controller: &mut Controller,
         outputs: ExchangeData,

@@ -1,4 +1,4 @@
-//! Why a connection ends, and what the log says of it.
+//! Why a connection ends, and what the log says about it.
 
 use std::io;
 
@@ -17,13 +17,13 @@ pub(super) enum End {
     Unread,
     /// The client sent something that can't be answered.
     Misbehaved(String),
-    /// It is closed on purpose, for this.
+    /// It is closed on purpose, for this reason.
     Closed(&'static str),
     Broken(io::Error),
 }
 
 impl End {
-    /// Writes into the log what has become of this client.
+    /// Logs how the connection of this client ended.
     pub(super) fn tell(self, client: &str) {
         match self {
             Self::Stopped => {}
@@ -44,7 +44,7 @@ impl From<Stopped> for End {
 }
 
 impl From<io::Error> for End {
-    /// Reading waits on, so what gave up waiting is writing.
+    /// Reading goes on waiting, so a timeout is one of writing.
     fn from(error: io::Error) -> Self {
         if is_due_to_waiting(&error) {
             Self::Unread

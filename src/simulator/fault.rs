@@ -5,18 +5,17 @@ use std::time::Duration;
 
 use crate::error::Error;
 
-/// How late a response may be made, in ms: up to an hour. While it is held back, nobody else is
+/// By how many ms a response may be delayed: up to an hour. During the delay no other client is
 /// served.
 pub(super) const DELAYS: RangeInclusive<i64> = 0..=3_600_000;
 
-/// A fault that the simulated TXT commits on order.
+/// A fault that the simulated TXT makes when ordered.
 ///
-/// Each strikes once in the simulator's life, except those for [each
-/// exchange](FaultPlace::EachExchange). Of several for the same response the first strikes on the
-/// first connection that gets so far, the second on the next, and so on.
+/// Each strikes once in the life of the simulated TXT, except those for [each
+/// exchange](FaultPlace::EachExchange). Of several faults for the same response, the first strikes
+/// the first connection that gets to this response, the second the next one, and so on.
 ///
-/// A fault can be written as text, `WHAT@WHERE`, which is how the program `simulated_txt` takes
-/// it:
+/// A fault can be written as text, `WHAT@WHERE`, as for the program `simulated_txt`:
 ///
 /// ```
 /// use ft_transfer_area::simulator::{Fault, FaultKind};
@@ -44,6 +43,7 @@ pub(super) const DELAYS: RangeInclusive<i64> = 0..=3_600_000;
 ///
 /// Numbers are decimal, or hexadecimal with `0x` before them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Fault {
     /// Which response is disturbed.
     pub place: FaultPlace,
@@ -67,7 +67,7 @@ impl Fault {
         Self { place: FaultPlace::EachExchange, kind }
     }
 
-    /// Errs when it delays a response for too long.
+    /// An error when it delays a response for too long.
     pub(super) fn check(&self) -> Result<(), Error> {
         match self.kind {
             FaultKind::Delay(time) | FaultKind::Jitter(time) => {
@@ -82,48 +82,47 @@ impl Fault {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultPlace {
-    /// The response with this number, from 0, which usually is QueryStatus's.
+    /// The response with this number. Number 0 is usually the response to QueryStatus.
     Response(u64),
     /// The response to the exchange with this number, simple or compressed, from 0.
     Exchange(u64),
-    /// The response to every exchange, where no other fault strikes. Several of these strike
-    /// together, in their order.
+    /// The response to every exchange that no other fault strikes. Several of these strike together,
+    /// in their order.
     EachExchange,
 }
 
 /// What happens to a response.
 ///
 /// [`WrongCrc`](Self::WrongCrc), [`ExtraSize`](Self::ExtraSize), [`Mask`](Self::Mask) and
-/// [`CutData`](Self::CutData) disturb a compressed exchange; any other response they leave as it
-/// is.
+/// [`CutData`](Self::CutData) disturb a compressed exchange; they do not change other responses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FaultKind {
-    /// It leaves this much later than it should, at most an hour.
+    /// It is sent this much later, at most an hour.
     Delay(Duration),
-    /// It leaves later by a random time of at most this, which is at most an hour. The same
+    /// It is sent later by a random time up to this, at most an hour. The same
     /// [seed](super::SimulatedTxtBuilder::seed) gives the same times.
     Jitter(Duration),
     /// It is not sent; the connection stays open and the next command is answered.
     Silence,
     /// Each byte is sent on its own.
     Dribble,
-    /// Its id is not that of any response.
+    /// Its id is not the id of any response.
     WrongId,
     /// The announced checksum is not that of the words.
     WrongCrc,
-    /// It announces this many bytes of compressed data, whatever follows.
+    /// It announces this many bytes of compressed data, but the data stay the same.
     ExtraSize(u32),
-    /// It announces these active extensions, whatever follows.
+    /// It announces these active extensions, but the data stay the same.
     Mask(u16),
     /// Only the first half of the compressed data, rounded down, is announced and sent; the
-    /// checksum stays as it was.
+    /// checksum stays the same.
     CutData,
-    /// This many bytes follow that belong to no packet, at most 65536.
+    /// It is followed by this many bytes that belong to no packet, at most 65536.
     Surplus(usize),
-    /// The connection is closed within the response or around it.
+    /// The connection is closed before, within or after the response.
     Close {
-        /// How many bytes are sent before: 0 none, the response's length or more all of it.
+        /// How many bytes of the response are sent before; with its length or more, all of it.
         after: usize,
     },
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::fault::{Fault, FaultKind, FaultPlace, DELAYS};
 
-/// Why a text is no [`Fault`]: one sentence that says what was given and what was expected.
+/// Why a text is not a [`Fault`]: one sentence that says what was given and what was expected.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParseFaultError(String);
 
@@ -88,9 +88,9 @@ fn parse_delay(whole: &str, number: &str) -> Result<Duration, ParseFaultError> {
     }
 }
 
-/// A decimal number, or a hexadecimal one behind `0x`, as part of the whole text.
+/// A decimal number, or a hexadecimal one after `0x`, as part of the whole text.
 fn parse_number<T: TryFrom<u64>>(whole: &str, number: &str) -> Result<T, ParseFaultError> {
-    // from_str_radix takes a sign, which is no digit.
+    // from_str_radix accepts a sign, which is not a digit.
     let digits = |digits: &str, radix| match digits.starts_with('+') {
         true => None,
         false => u64::from_str_radix(digits, radix).ok(),

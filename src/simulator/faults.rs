@@ -1,4 +1,4 @@
-//! The ordered faults, and which of them strikes when.
+//! The ordered faults, and when each strikes.
 
 use super::fault::{Fault, FaultKind, FaultPlace};
 use super::outgoing::Outgoing;
@@ -25,18 +25,18 @@ impl Faults {
         Self { ordered, random: Random::new(seed) }
     }
 
-    /// How the response at this place leaves, and whether a fault struck.
+    /// How the response at this place is sent, and whether a fault struck.
     pub(super) fn disturb(&mut self, response: Vec<u8>, at: Position) -> (Outgoing, bool) {
         let mut outgoing = Outgoing::undisturbed(response);
         let kinds = self.take(at);
         for &kind in &kinds {
-            log::info!("a response is disturbed, as was ordered: {kind:?}");
+            log::info!("a response is disturbed, as ordered: {kind:?}");
             outgoing.disturb(kind, &mut self.random);
         }
         (outgoing, !kinds.is_empty())
     }
 
-    /// The faults for this response. One that strikes once has struck then.
+    /// The faults for this response. A fault that strikes once is removed.
     fn take(&mut self, at: Position) -> Vec<FaultKind> {
         let strikes = |fault: &Fault| match fault.place {
             FaultPlace::Response(number) => number == at.responses,
@@ -70,7 +70,7 @@ mod tests {
             FaultKind::Dribble,
             FaultKind::Delay(Duration::from_millis(2)),
             FaultKind::Close { after: 5 },
-            // There is too little left for these.
+            // Too few bytes are left for these.
             FaultKind::WrongCrc,
             FaultKind::CutData,
             FaultKind::Delay(Duration::from_millis(3)),
@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn jitter_is_the_seeds() {
+    fn jitter_follows_from_the_seed() {
         let limit = Duration::from_millis(20);
         let delays = |seed| {
             let jitter = Fault::at_each_exchange(FaultKind::Jitter(limit));

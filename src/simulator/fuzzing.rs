@@ -1,4 +1,4 @@
-//! What the ports answer, without a connection.
+//! The answers of the ports, without a connection.
 
 use super::command;
 use super::i2c::server;
@@ -6,7 +6,7 @@ use super::machine::Machine;
 use super::session::{Script, Session, Settings};
 use crate::firmware::FirmwareVersion;
 
-/// The main port with one client after another.
+/// The main port, with one client after another.
 pub struct MainPort {
     settings: Settings,
     session: Session,
@@ -33,7 +33,7 @@ impl MainPort {
         machine.client_came();
     }
 
-    /// Carries out a whole command; the response, or why the client would be cut off.
+    /// Carries out a whole command. Returns the response, or why the connection would be closed.
     pub fn answer(&mut self, command: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
         let mut response = Vec::new();
         self.session
@@ -43,18 +43,18 @@ impl MainPort {
     }
 }
 
-/// How many bytes the command that starts with these has, as far as they tell.
+/// The size of the command that starts with these bytes, as far as they show it.
 pub fn command_size(start: &[u8]) -> Result<usize, String> {
     command::command_size(start).map_err(|misbehaviour| misbehaviour.to_string())
 }
 
-/// Looks at the bytes that are there before a response has left.
+/// Checks the bytes that have arrived before a response is sent.
 pub fn look_ahead(bytes: &[u8]) {
     command::ahead(bytes);
 }
 
-/// Carries out an I2C request, which ends with the bytes to write; the response, or why the client
-/// would be cut off. Bytes that are missing are 0.
+/// Carries out an I2C request, which ends with the bytes to write. Returns the response, or why the
+/// connection would be closed. Missing bytes are 0.
 pub fn i2c_response(request: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
     server::answer(request, machine.i2c())
 }

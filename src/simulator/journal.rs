@@ -7,8 +7,7 @@ use crate::wire::ExchangeData;
 
 /// Logs what these outputs of a controller change: switched motors, new commands.
 ///
-/// Duties are told when an output goes on or off, so that a controller in a closed loop does not
-/// fill the log.
+/// A duty is logged only when an output goes on or off, so that a control loop does not fill the log.
 pub(super) fn tell(controller: usize, before: &ExchangeData, now: &ExchangeData) {
     if log::log_enabled!(log::Level::Info) {
         for change in changes(before, now) {
@@ -17,7 +16,7 @@ pub(super) fn tell(controller: usize, before: &ExchangeData, now: &ExchangeData)
     }
 }
 
-/// Something that outputs change. Motors, counters and outputs are told by index.
+/// Something that outputs change. Motors, counters and outputs are given by index.
 #[derive(Debug, PartialEq, Eq)]
 enum Change {
     Duty { output: usize, duty: i16 },
@@ -37,7 +36,7 @@ impl fmt::Display for Change {
                 }
                 write!(f, ", master {master}")
             }
-            Self::CounterReset { counter, id } => write!(f, "C{} is reset, {id}", counter + 1),
+            Self::CounterReset { counter, id } => write!(f, "C{} is reset, id {id}", counter + 1),
             Self::Sound { id, index, repeat } => {
                 write!(f, "sound command {id}: sound {index}, repeat {repeat}")
             }
@@ -77,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_change_is_told_once() {
+    fn each_change_is_logged_once() {
         let before = ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() };
         let now = ExchangeData {
             duty: [0, 300, 0, 0, 0, 0, 0, 0],
@@ -94,7 +93,7 @@ mod tests {
             "O1 is set to 0",
             "O2 is set to 300",
             "M2 gets command 5: distance 100, master 1",
-            "C4 is reset, 9",
+            "C4 is reset, id 9",
             "sound command 1: sound 3, repeat 2",
         ];
         assert_eq!(told, expected);

@@ -1,9 +1,10 @@
 //! The simulated machine: the master and its extensions.
 
+mod areas;
 mod online;
 
 use std::collections::VecDeque;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::camera::Camera;
 use super::controller::Controller;
@@ -16,17 +17,17 @@ use crate::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnli
 
 /// The simulated machine: the master and its extensions, and what has happened to them.
 ///
-/// It moves on by one step per exchange, never by the clock, so that a program which is slow or
-/// waits in a debugger sees the same machine. Only the camera goes by the clock.
+/// Its time moves by one step per exchange, not by the clock, so a slow program, or one in a
+/// debugger, sees the same machine. Only the camera uses the clock, unless the simulated TXT is in
+/// [lock-step](super::SimulatedTxtBuilder::lock_step).
 ///
-/// A test may also have a machine of its own, without any connection, and
-/// [step](Self::step) it.
+/// A test may also have its own machine, without any connection, and [step](Self::step) it.
 #[derive(Clone, Debug)]
 pub struct Machine {
-    /// The master first, then the extensions; as many as were asked for when it was built.
+    /// The master first, then as many extensions as the machine was built with.
     pub controllers: Vec<Controller>,
-    /// Which extensions can be reached; the first is at 0. At the start these are all that there
-    /// are. Beyond them the value means nothing.
+    /// Which extensions can be reached; the first one has index 0. At the start all can. Values after
+    /// the last extension mean nothing.
     ///
     /// An extension that is cut off takes part in no exchange, its outputs are 0 and its motors
     /// stand still.
@@ -41,11 +42,23 @@ pub struct Machine {
     camera: Camera,
     world: Option<WorldState>,
     i2c: I2cBus,
+    /// Machine time since the start in µs.
+    micros: u64,
+    clock: Clock,
+}
+
+/// The time that the camera uses.
+#[derive(Clone, Copy, Debug)]
+enum Clock {
+    /// The system's clock, since this time.
+    System(Instant),
+    /// Machine time.
+    Machine,
 }
 
 impl Machine {
-    /// A master with this many extensions, all of them alive, and with nothing plugged in but simple
-    /// motors. More than 8 extensions count as 8.
+    /// A master with this many extensions, all of them alive. Only simple motors are plugged in. More
+    /// than 8 extensions count as 8.
     pub fn new(extensions: usize) -> Self {
         let extensions = extensions.min(MAX_EXTENSIONS);
         let mut alive = [false; MAX_EXTENSIONS];
@@ -63,10 +76,12 @@ impl Machine {
             camera: Camera::default(),
             world: None,
             i2c: I2cBus::default(),
+            micros: 0,
+            clock: Clock::System(Instant::now()),
         }
     }
 
-    /// The same with a world plugged in.
+    /// A machine with this many extensions, as in [`new`](Self::new), and with a world plugged in.
     ///
     /// # Errors
     ///
@@ -75,6 +90,12 @@ impl Machine {
         world.check()?;
         let mut machine = Self::new(extensions);
         machine.world = Some(WorldState::new(&world, &mut machine.controllers));
+        for device in &world.i2c {
+            let registers = machine.i2c.device(device.address);
+            for (register, value) in &device.registers {
+                registers[usize::from(*register)] = *value;
+            }
+        }
         Ok(machine)
     }
 
@@ -83,15 +104,15 @@ impl Machine {
         self.world.as_ref()
     }
 
-    /// The same, to press buttons and change sensors.
+    /// The world, to press buttons and change sensors; `None` for a machine without one.
     pub fn world_mut(&mut self) -> Option<&mut WorldState> {
         self.world.as_mut()
     }
 
     /// Gives outputs to the controller with this index (0 the master), as an exchange does.
     ///
-    /// A command begins when its id is not the one before. Nothing happens to a controller that
-    /// does not exist or is cut off.
+    /// A command begins when its id differs from the one before. If the controller does not exist or
+    /// is cut off, nothing happens.
     pub fn set_outputs(&mut self, controller: usize, outputs: ExchangeData) {
         if self.reaches(controller) {
             self.controllers[controller].take_over(outputs);
@@ -99,7 +120,7 @@ impl Machine {
         }
     }
 
-    /// Looks for motors of the world that are to be counted, but can't be.
+    /// Notes commands that need the count of a motor of the world that can't be counted.
     fn note_uncounted(&mut self, controller: usize) {
         let Some(world) = &self.world else { return };
         for (motor, task) in self.controllers[controller].tasks() {
@@ -110,29 +131,32 @@ impl Machine {
         }
     }
 
-    /// Gives a configuration to the controller with this index (0 the master), whichever its id.
-    /// Nothing happens to a controller that does not exist.
-    pub fn set_config(&mut self, controller: usize, config: Config) {
-        if let Some(controller) = self.controllers.get_mut(controller) {
-            controller.config = config;
+    /// Gives a configuration to the controller with this index (0 the master), with any id. In a world
+    /// its inputs immediately report what they measure in their new modes. If the controller does not
+    /// exist, nothing happens.
+    pub fn set_config(&mut self, index: usize, config: Config) {
+        let Some(controller) = self.controllers.get_mut(index) else { return };
+        controller.config = config;
+        if let Some(world) = &mut self.world {
+            world.show_to(index, controller);
         }
     }
 
-    /// Lets so much time pass in the machine, at once, as between two exchanges.
+    /// Lets this much time pass in the machine, as between two exchanges. It does not wait.
     ///
     /// In a world an hour is the longest step; it takes a few seconds to compute.
     pub fn step(&mut self, duration: Duration) {
         self.move_on(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX));
     }
 
-    /// What the controller with this index (0 the master) reports in an exchange; `None` when
-    /// there is none or it is cut off.
+    /// What the controller with this index (0 the master) reports in an exchange; `None` when it
+    /// does not exist or is cut off.
     pub fn report(&self, controller: usize) -> Option<ExchangeDataResponse> {
         self.reaches(controller).then(|| self.controllers[controller].report())
     }
 
-    /// How many exchanges have been answered since the start. In a script this is the number of
-    /// those before the present one.
+    /// How many exchanges have been answered since the start. In a script the present exchange does
+    /// not count yet.
     pub fn exchanges(&self) -> u64 {
         self.exchanges
     }
@@ -163,36 +187,36 @@ impl Machine {
         self.commands.iter().copied()
     }
 
-    /// What clients did that a correct client does not do, a sentence each, though the simulated
-    /// TXT went on: the newest 100 since the start, the oldest first. Each is logged as a warning.
+    /// What clients did that a correct client does not do, but that the simulated TXT accepted, one
+    /// sentence each: the newest 100 since the start, the oldest first. Each is logged as a warning.
     ///
-    /// Each kind is told once from one StartOnline to the next:
+    /// Each kind is reported once from one StartOnline to the next:
     ///
     /// * an exchange before the first UpdateConfig for the master, or for an extension in it,
     /// * an exchange with an extension that the compressed response before did not have,
     /// * a duty outside 0..=512,
-    /// * both duties of a pair of outputs that is configured as a motor, other than 0,
-    /// * whole bytes of compressed data behind the last word,
-    /// * a command that was there before the response to the previous one left. The farewell on a
-    ///   broken connection, StopOnline right behind a last exchange or alone, is not odd.
-    /// * a distance of, or synchronisation with, a motor of the world that has no encoder, or that
-    ///   is not there, once for each motor: the command is never done.
+    /// * a pair of outputs that is configured as a motor, both with a duty other than 0,
+    /// * whole bytes of compressed data after the last word,
+    /// * a command that arrived before the response to the previous one was sent. The farewell on a
+    ///   broken connection, StopOnline alone or right after a last exchange, is not odd.
+    /// * a distance of, or synchronisation with, a motor of the world that has no encoder or does not
+    ///   exist, once for each motor: the command is never done.
     pub fn oddities(&self) -> impl DoubleEndedIterator<Item = &str> {
         self.oddities.sentences()
     }
 
-    /// What the camera was started with, as it was asked for; `None` while it is not started. It
-    /// is started from StartCameraOnline on, before its server serves.
+    /// The requested settings of the camera; `None` while it is not started. It counts as started
+    /// from StartCameraOnline on, before it serves.
     pub fn camera(&self) -> Option<StartCameraOnline> {
         self.camera.run().map(|run| run.settings)
     }
 
-    /// How many camera frames have been sent since the start. One that is on its way counts.
+    /// How many camera frames have been sent since the start, with the one that is being sent.
     pub fn camera_frames(&self) -> u64 {
         self.camera.frames
     }
 
-    /// How many acknowledges of camera frames have come in since the start.
+    /// How many acknowledges of camera frames have arrived since the start.
     pub fn camera_acknowledges(&self) -> u64 {
         self.camera.acknowledges
     }
@@ -207,13 +231,13 @@ impl Machine {
         self.i2c.connected
     }
 
-    /// The registers of the I2C device with this address, of which the lowest 7 bits count. One
-    /// that is not there is plugged in, with all registers 0.
+    /// The registers of the I2C device with this address, of which the lowest 7 bits count. A
+    /// missing device is plugged in, with all registers 0.
     pub fn i2c_device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
         self.i2c.device(address)
     }
 
-    /// Unplugs the I2C device with this address; whether there was one.
+    /// Unplugs the I2C device with this address. Returns whether there was one.
     pub fn remove_i2c_device(&mut self, address: u8) -> bool {
         self.i2c.remove(address)
     }
@@ -223,8 +247,27 @@ impl Machine {
         self.i2c.addresses()
     }
 
+    /// The machine time since the start: the sum of all steps.
+    pub fn time(&self) -> Duration {
+        Duration::from_micros(self.micros)
+    }
+
+    /// Lets the camera use machine time too.
+    pub(super) fn go_by_machine_time(&mut self) {
+        self.clock = Clock::Machine;
+    }
+
+    /// The present time of the camera.
+    pub(super) fn now(&self) -> Duration {
+        match self.clock {
+            Clock::System(begin) => begin.elapsed(),
+            Clock::Machine => self.time(),
+        }
+    }
+
     /// Lets this many µs pass in the machine.
     pub(super) fn move_on(&mut self, micros: u64) {
+        self.micros = self.micros.saturating_add(micros);
         for index in 0..self.controllers.len() {
             let reached = self.reaches(index);
             let controller = &mut self.controllers[index];
@@ -235,11 +278,11 @@ impl Machine {
             }
         }
         if let Some(world) = &mut self.world {
-            world.move_on(micros, &mut self.controllers);
+            world.move_on(micros, &mut self.controllers, &mut self.i2c);
         }
     }
 
-    /// The extensions that can be reached, a bit each.
+    /// The extensions that can be reached, one bit each.
     pub(super) fn alive_mask(&self) -> u16 {
         (0..MAX_EXTENSIONS)
             .filter(|extension| self.reaches(extension + 1))

@@ -1,12 +1,12 @@
-//! A simulated TXT controller in process, for programs and tests without a controller.
+//! A simulated TXT inside the program, for programs and tests without a controller.
 //!
 //! [`SimulatedTxt`] listens on 127.0.0.1 and speaks the controller's side of the protocol on its
 //! main connection: QueryStatus, StartOnline, UpdateConfig, both exchanges, StopOnline, and the
-//! camera's start and stop. It serves one client after another. Behind it stands a small
-//! [`Machine`]: motors turn their duty into counter pulses, finish distances and follow each other,
-//! counters are reset, sounds take their time. A program sets its inputs and looks at its outputs,
-//! or plugs in a [`world`] of sensors and motors, and orders [faults](Fault) to see what a client
-//! makes of them. A second connection has the frames of a camera, a third one leads to I2C devices.
+//! camera's start and stop. It serves one client after another. It has a small [`Machine`]: motors
+//! turn their duty into counter pulses, finish distances and follow each other, counters are reset,
+//! sounds take their time. A program sets its inputs and reads its outputs, or plugs in a [`world`]
+//! of sensors and motors, and orders [faults](Fault) to see how a client handles them. A second
+//! connection has the frames of a camera, a third one reaches I2C devices.
 //!
 //! ```
 //! use std::io::{Read, Write};
@@ -31,81 +31,83 @@
 //!
 //! # How the machine behaves
 //!
-//! This is a machine without a world; [with one](world#how-it-moves), motors have inertia and load.
+//! This describes a machine without a world; [with one](world#how-it-moves), motors have inertia
+//! and load.
 //!
-//! * It moves on by one step per exchange: the [pace](SimulatedTxtBuilder::pace), or 10 ms when
+//! * Its time moves by one step per exchange: the [pace](SimulatedTxtBuilder::pace), or 10 ms when
 //!   that is zero.
 //! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
 //!   its number.
 //! * A motor command with a distance resets the counter, stops the motor after that many pulses and
 //!   is reported as done in the response of that exchange. Without distance and master it is done
-//!   at once. A motor that is synchronised without a distance, or with an injected error, goes on
-//!   until its next command, which means its own command is never done.
+//!   immediately. A motor that is synchronised without a distance, or with an injected error, goes
+//!   on until its next command, so its own command is never done.
 //! * A synchronised motor that is switched on turns at the speed of the motor it follows, in its
 //!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
 //!   is that many pulses ahead or behind.
 //! * A counter reset is reported as done in the response after the one to its command.
-//! * A sound takes a second per repeat; index 0 is done at once, repeat 0 never.
-//! * StopOnline and a lost client set all outputs to 0, stop motors and sounds and forget all
-//!   commands, as StartOnline does. The counters stay.
-//! * After StartOnline the configuration id of every controller is 0, so the next configuration is
-//!   taken over whichever other id it has.
+//! * A sound takes a second per repeat; index 0 is done immediately, repeat 0 never.
+//! * StopOnline, a lost client and StartOnline set all outputs to 0, stop motors and sounds and
+//!   forget all commands. The counters stay.
+//! * After StartOnline the configuration id of every controller is 0, so the next configuration with
+//!   any other id is taken over.
 //! * A client that sends garbage, a wrong checksum, or an exchange or a camera command before
 //!   StartOnline is disconnected.
-//! * While a client is online, another one is accepted and closed at once. While one is connected
-//!   and not online, others wait for it to leave, to be idle for too long, or to go online.
-//! * A client that does what can be understood, but what a correct client does not do, is
-//!   answered, and the machine's [oddities](Machine::oddities) tell of it. So they do of a distance
-//!   or a synchronisation that never ends, because a motor of the world has no encoder.
+//! * While a client is online, another one is accepted and closed immediately. While one is
+//!   connected and not online, others wait until it leaves, is idle for too long, or goes online.
+//! * A client that does something a correct client does not do, but that can be understood, is
+//!   answered, and the machine's [oddities](Machine::oddities) report it. They also report a
+//!   distance or a synchronisation that never ends, because a motor of the world has no encoder.
 //!
-//! Some of this is assumed, because no description of the protocol tells: that StartOnline forgets
-//! the configuration ids and the ids of finished commands that are echoed, that an extension forgets
-//! all commands while it is cut off, so that those which its client still asks for are carried out
-//! again when it comes back, and that a motor command with an injected error is never done. A
+//! Some of this is assumed, because no description of the protocol says it: that StartOnline forgets
+//! the configuration ids and the echoed ids of finished commands; that an extension forgets all
+//! commands while it is cut off, so that commands which its client still sends are carried out
+//! again when it comes back; and that a motor command with an injected error is never done. A
 //! program should not rely on it.
 //!
 //! # I2C
 //!
 //! The devices on the [I2C port](SimulatedTxt::i2c_port) are plugged in by
-//! [`Machine::i2c_device`]; each has 256 registers of one byte. A request is understood as
-//! ftrobopy makes it, in big-endian order: id 0xB9DB3B39 (u32), a command byte that is not looked
-//! at, the device's address (u32), how many bytes to write (u32) and to read (u16), a byte 0, and
-//! the bytes to write. The first of these is the number of a register, the others go into that
-//! register and those behind it, and reading begins behind the last of them. After register 255
-//! comes register 0. The response is the id 0x87FD0D90, 8 bytes 0 and the bytes read.
+//! [`Machine::i2c_device`]; each has 256 registers of one byte. A request has the form that ftrobopy
+//! sends, in big-endian order: id 0xB9DB3B39 (u32), a command byte that is ignored, the device's
+//! address (u32), how many bytes to write (u32) and to read (u16), a byte 0, and the bytes to write.
+//! The first of these is the number of a register. The others go into that register and the
+//! following ones, and reading begins after the last of them. After register 255 comes register 0.
+//! The response is the id 0x87FD0D90, 8 bytes 0 and the bytes read.
 //!
-//! Nothing but ftrobopy's use is known of this port, so the rest is made up: a device that is not
-//! there is answered by the id 0 and 8 bytes 0 alone, which no client takes for success; another id
-//! than that of a request, an address of more than 7 bits or more than 257 bytes to write end the
-//! connection. One client is served at a time, online or not, and closed when it has been idle for
-//! the [idle limit](SimulatedTxtBuilder::idle_limit); others wait.
+//! Only ftrobopy's use of this port is known, so the rest is assumed. For a device that is missing,
+//! the response is only the id 0 and 8 bytes 0, which no client takes for success. A wrong request
+//! id, an address of more than 7 bits or more than 257 bytes to write end the connection. One client
+//! is served at a time, online or not, and its connection is closed when it has been idle for the
+//! [idle limit](SimulatedTxtBuilder::idle_limit); others wait.
 //!
 //! # The camera
 //!
-//! StartCameraOnline is answered at once, and the camera serves on its [own
+//! StartCameraOnline is answered immediately, and the camera serves on its [own
 //! port](SimulatedTxt::camera_port) when its [start-up
 //! time](SimulatedTxtBuilder::camera_start_up) has passed. The real controller refuses a connection
-//! before that, and while the camera is off. The simulated one holds its port all the time, so it
-//! accepts and lets an early client wait for its frames, which a client that takes a connection
-//! for a camera that serves needs; while the camera is off it closes the connection at once.
+//! before that, and while the camera is off. The simulated TXT keeps its port open all the time,
+//! unless [another behaviour](CameraConnection) is chosen: it lets an early client wait for its
+//! frames, because some clients connect once and then expect frames; while the camera is off it
+//! closes the connection immediately.
 //! StopCameraOnline, a new StartCameraOnline, StartOnline, StopOnline and the loss of the main
-//! client end a camera connection, wherever in a frame it is. One client is served at a time;
+//! client end a camera connection, even in the middle of a frame. One client is served at a time;
 //! others wait.
 //!
-//! * Frames are produced at the rate that was asked for, from when the client connected, by the
-//!   clock; a rate below 1 is 15 per second. Each shows its number, counted from 0.
-//! * What is sent next is always the newest frame, once it is newer than the last one and that is
-//!   acknowledged. `frames_ready` is how many were produced since then, 1 for a client that keeps
-//!   up.
-//! * They have the size that was asked for, 1..=4096 in each direction, except that 1280×960 is
-//!   delivered as 1280×720. With any other size the camera does not start.
-//! * A frame is a baseline JPEG, 4:2:2, with no EOI marker and 40 bytes of garbage behind it. In
+//! * Frames are produced by the clock, at the requested rate, from when the client connected; a rate
+//!   below 1 is 15 per second. Each shows its number, counted from 0.
+//! * The next frame is sent when the last one is acknowledged and there is a newer one. It is always
+//!   the newest. `frames_ready` is how many were produced since the last one was sent, 1 for a
+//!   client that keeps up.
+//! * Frames have the requested size, 1..=4096 in each direction, except that 1280×960 is delivered
+//!   as 1280×720. With any other size the camera does not start.
+//! * A frame is a baseline JPEG, 4:2:2, with no EOI marker and 40 bytes of garbage after it. In
 //!   frames with odd numbers the garbage has the marker bytes FF C0, FF DA and FF D3.
-//! * Anything else where the acknowledge is due ends the camera connection.
+//! * If the client sends anything but the acknowledge, the camera connection ends.
 //!
 //! The picture is a test card: colour bars (grey, yellow, cyan, green, magenta, red, blue,
 //! black), a white bar that crosses them from left to right in 64 frames, the lowest 16 bits of
-//! the frame's number in decimal digits where there is room for them, and the same in 16 blocks
+//! the frame's number in decimal digits if there is room for them, and the same in 16 blocks
 //! along the bottom edge: white is 1, the most significant bit is on the left. In a picture of at
 //! least 16×16 pixels a program finds bit *i* from the left (*i* = 0..=15), in integers, at
 //!
@@ -134,7 +136,8 @@ mod oddity;
 mod outgoing;
 mod ports;
 mod random;
-#[cfg(test)]
+// It replays recordings that are in the repository, not in the package.
+#[cfg(all(test, feature = "__fuzzing"))]
 mod replay;
 mod server;
 mod session;
@@ -150,6 +153,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 pub use builder::SimulatedTxtBuilder;
+pub use camera::CameraConnection;
 pub use controller::Controller;
 pub use fault::{Fault, FaultKind, FaultPlace};
 pub use fault_text::ParseFaultError;
@@ -160,9 +164,9 @@ use shared::Shared;
 
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.
 ///
-/// Dropping it closes the connections and waits for its threads, which takes a few milliseconds,
-/// and about a second at worst, with a client that does not read responses. A
-/// [script](SimulatedTxtBuilder::on_exchange) and the encoder of a camera picture are waited for.
+/// Dropping it closes the connections and waits for its threads. That takes a few milliseconds, or
+/// at most about a second if a client does not read responses. It also waits for a running
+/// [script](SimulatedTxtBuilder::on_exchange) and for the encoder of a camera picture.
 pub struct SimulatedTxt {
     address: SocketAddr,
     camera_port: u16,
@@ -172,7 +176,7 @@ pub struct SimulatedTxt {
 }
 
 impl SimulatedTxt {
-    /// A simulated TXT to be set up and [started](SimulatedTxtBuilder::start).
+    /// A builder to set up a simulated TXT and [start](SimulatedTxtBuilder::start) it.
     pub fn builder() -> SimulatedTxtBuilder {
         SimulatedTxtBuilder::new()
     }
@@ -197,18 +201,17 @@ impl SimulatedTxt {
         self.i2c_port
     }
 
-    /// Looks at or changes the simulated machine between two exchanges.
+    /// Reads or changes the simulated machine between two exchanges.
     ///
-    /// Blocks while an exchange takes place, and holds the next one up while `f` runs. Calling
-    /// this or [`wait_until`](Self::wait_until) from within `f`, a condition or a script blocks
-    /// for ever.
+    /// Blocks while an exchange takes place, and delays the next one while `f` runs. Calling this
+    /// or [`wait_until`](Self::wait_until) inside `f`, a condition or a script blocks for ever.
     pub fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
         self.shared.with_machine(f)
     }
 
     /// Blocks until the condition holds; `false` when the limit is reached first.
     ///
-    /// The condition is checked at once and after every command and connection change.
+    /// The condition is checked immediately, and after every command and connection change.
     pub fn wait_until(&self, limit: Duration, condition: impl FnMut(&Machine) -> bool) -> bool {
         self.shared.wait_until(limit, condition)
     }
@@ -219,7 +222,7 @@ impl Drop for SimulatedTxt {
         self.shared.stop();
         for thread in self.threads.drain(..) {
             if thread.join().is_err() {
-                log::error!("the simulated TXT ended by a panic, perhaps of its script");
+                log::error!("a thread of the simulated TXT panicked, perhaps in its script");
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The control of one motor: distances, synchronisation, injected errors.
 //!
-//! With a world, its motors turn as the control [lets them](Motor::allowed) and tell it what they
-//! [have turned](Motor::count). Without one, the motor is an ideal one that does
+//! With a world, the control sets the [power](Motor::allowed) of its motors and
+//! [counts](Motor::count) their pulses. Without one, an ideal motor does
 //! [exactly](Motor::turn) what it is told.
 
 use std::mem;
@@ -14,27 +14,26 @@ const FULL_SPEED: u64 = 200;
 /// One pulse, in the unit of [`Motor::part`]: duty × pulses per second × µs.
 const PULSE: u64 = DUTY_MAX as u64 * 1_000_000;
 
-/// A motor is let turn as fast as takes it to the end of its distance in this time, in s.
+/// A motor may turn at the speed that takes it to the end of its distance in this time, in s.
 const APPROACH: f64 = 0.15;
 
-/// But so slowly it always may, in pulses per second.
+/// But this speed is always allowed, in pulses per second.
 const CREEP: f64 = 15.0;
 
-/// A motor that is so many pulses ahead, or will be in [`LOOK_AHEAD`], is let have no power.
+/// A motor that is this many pulses ahead, or will be in [`LOOK_AHEAD`], gets no power.
 const MOST_AHEAD: f64 = 4.0;
 
 /// How far into the future two synchronised motors are compared, in s. A motor with inertia has to
 /// be slowed down before it is too far ahead.
 const LOOK_AHEAD: f64 = 0.02;
 
-/// One motor and what it has been told to do.
+/// One motor and its command.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Motor {
     goal: Goal,
     /// Index of the motor whose speed is followed.
     leader: Option<usize>,
-    /// Pulses by which the leader still has to be passed, or let go ahead when negative. In other
-    /// words, how far this motor is behind.
+    /// How many pulses this motor is behind and still has to make up for; negative when it is ahead.
     lead: i64,
     /// How far the encoder has turned since the last pulse, less than [`PULSE`].
     part: u64,
@@ -47,7 +46,7 @@ enum Goal {
     /// Turn as long as there is duty.
     #[default]
     Endless,
-    /// Turn so many more pulses; then the command with this id is done.
+    /// Turn this many more pulses; then the command with this id is done.
     Distance { left: u16, id: u16 },
     /// The distance is done: stand still until the next command.
     Reached,
@@ -65,7 +64,7 @@ impl Motor {
             self.leader = Some((master - 1) % IZ_MOTOR);
         }
         if injects_error {
-            // What is not made up for yet is not lost.
+            // The part that is not made up for yet is kept.
             let goes_on = before.leader == self.leader && matches!(before.goal, Goal::Endless);
             let lead = if goes_on { before.lead } else { 0 };
             // The same 16 bits, signed.
@@ -93,8 +92,8 @@ impl Motor {
         self.leader
     }
 
-    /// The part of its power that a motor of a world is let have for its own command, while it
-    /// gives so many pulses per second. 0 brakes it.
+    /// The part of its power that a motor of a world gets for its own command, at these pulses per
+    /// second. 0 brakes it.
     pub(super) fn allowed(&self, pulse_rate: f64) -> f64 {
         match self.goal {
             Goal::Endless => 1.0,
@@ -110,19 +109,19 @@ impl Motor {
         }
     }
 
-    /// The parts of their power that it and its leader are let have, so that neither gets too far
-    /// ahead, while they give so many pulses per second.
+    /// The parts of their power that it and its leader get at these pulses per second, so that
+    /// neither gets too far ahead.
     pub(super) fn allowed_together(&self, own_rate: f64, leader_rate: f64) -> [f64; 2] {
         let behind = self.lead as f64 + LOOK_AHEAD * (leader_rate - own_rate);
         [-behind, behind].map(|ahead| (1.0 - ahead / MOST_AHEAD).clamp(0.0, 1.0))
     }
 
-    /// A motor of a world has turned by so many pulses.
+    /// A motor of a world has turned by this many pulses.
     pub(super) fn count(&mut self, pulses: u16) {
         self.finish(u64::from(pulses));
     }
 
-    /// It has turned by so many pulses of these, its leader by so many.
+    /// Compares the pulses that it and its leader have turned.
     pub(super) fn compare(&mut self, own: u16, leader: u16) {
         self.lead = self.lead.saturating_add(i64::from(leader) - i64::from(own));
     }
@@ -132,7 +131,7 @@ impl Motor {
         self.finished_id
     }
 
-    /// Turns with `duty` (0..=512) for so many µs; how many pulses that gives.
+    /// Turns with `duty` (0..=512) for this many µs. Returns the pulses.
     pub(super) fn turn(&mut self, duty: u16, micros: u64) -> u64 {
         if matches!(self.goal, Goal::Reached) {
             return 0;
@@ -145,7 +144,8 @@ impl Motor {
         self.finish(pulses)
     }
 
-    /// Makes up for the lead: twice the pulses while it is ahead, none while it is behind.
+    /// Makes up for [`lead`](Self::lead): twice the pulses while this motor is behind, none while it
+    /// is ahead.
     fn catch_up(&mut self, pulses: u64) -> u64 {
         let extra = self.lead.unsigned_abs().min(pulses);
         if self.lead < 0 {
@@ -157,7 +157,7 @@ impl Motor {
         }
     }
 
-    /// Stops at the end of the distance; how many of the pulses are made until then.
+    /// Stops at the end of the distance. Returns how many of the pulses are made until then.
     fn finish(&mut self, pulses: u64) -> u64 {
         let Goal::Distance { left, id } = self.goal else { return pulses };
         match u16::try_from(pulses).ok().and_then(|pulses| left.checked_sub(pulses)) {
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn a_master_that_does_not_exist_is_none() {
+    fn a_master_that_does_not_exist_is_ignored() {
         for master in [-1, 9, i16::MIN, i16::MAX] {
             let mut motor = Motor::default();
             motor.begin(1, master, 0);

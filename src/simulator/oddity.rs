@@ -1,4 +1,4 @@
-//! What a correct client does not do, though the simulated TXT goes on.
+//! What a correct client does not do, but the simulated TXT accepts.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -10,22 +10,22 @@ use crate::wire::{CommandId, ExchangeData};
 /// How many sentences are remembered.
 const SENTENCES_KEPT: usize = 100;
 
-/// Something that a correct client does not do. Controllers are told by index, the master is 0.
+/// Something that a correct client does not do. Controllers are given by index; the master is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Oddity {
     /// An exchange came before this controller's configuration.
     NotConfigured { controller: usize },
-    /// An exchange had extensions that the response before had not.
+    /// An exchange had extensions that the response before did not have.
     NotOffered { mask: u16, offered: u16 },
     /// A duty that no output can have.
     Duty { controller: usize, output: usize, duty: i16 },
-    /// A motor was to turn both ways.
+    /// A motor got a duty for both directions.
     BothWays { controller: usize, motor: usize, duty: [i16; 2] },
-    /// Compressed data went on behind the last word.
+    /// Compressed data went on after the last word.
     SurplusData,
     /// A command came before the response to the one before.
     SentAhead(CommandId),
-    /// A motor of the world was to be counted that can't be.
+    /// A command needs the count of a motor of the world that can't be counted.
     Uncounted { controller: usize, motor: usize, encoder: Encoder, task: Task },
 }
 
@@ -40,7 +40,7 @@ pub(super) enum Encoder {
     NoMotor,
 }
 
-/// What a motor has to be counted for. Others are told by index.
+/// A task that needs a motor's count. Other motors are given by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Task {
     Distance,
@@ -65,10 +65,10 @@ impl fmt::Display for Oddity {
             }
             Self::BothWays { controller, motor, duty: [forward, backward] } => {
                 let (name, number) = (Name(*controller), motor + 1);
-                write!(f, "M{number} of {name} got duty {forward} and {backward} at a time")
+                write!(f, "M{number} of {name} got duty {forward} and {backward} at the same time")
             }
             Self::SurplusData => {
-                f.write_str("an exchange had whole bytes of data behind the last word")
+                f.write_str("an exchange had whole bytes of data after the last word")
             }
             Self::SentAhead(command) => {
                 write!(f, "{command} came before the response to the command before it")
@@ -90,7 +90,7 @@ impl fmt::Display for Oddity {
 }
 
 impl Oddity {
-    /// Whether one of the two is enough in an online session.
+    /// Whether only one of the two is noted in an online session.
     fn is_like(&self, other: &Self) -> bool {
         let motor = |oddity: &Self| match oddity {
             Self::Uncounted { controller, motor, .. } => Some((*controller, *motor)),
@@ -100,7 +100,7 @@ impl Oddity {
     }
 }
 
-/// What a controller is called in a sentence.
+/// The name of a controller in a sentence.
 pub(super) struct Name(pub(super) usize);
 
 impl fmt::Display for Name {
@@ -112,17 +112,17 @@ impl fmt::Display for Name {
     }
 }
 
-/// The oddities so far, and what it takes to notice them.
+/// The oddities so far, and the state to notice them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Oddities {
     sentences: VecDeque<String>,
-    /// Those that were told in this online session.
+    /// Those that were noted in this online session.
     noted: Vec<Oddity>,
-    /// The controllers that were configured in this online session, a bit each.
+    /// The controllers that were configured in this online session, one bit each.
     configured: u16,
     /// The extensions that the next request may have.
     offered: u16,
-    /// Those that the last request might have had.
+    /// The extensions that the last request was allowed to have.
     offered_before: u16,
 }
 
@@ -133,7 +133,7 @@ impl Oddities {
     }
 
     /// Remembers an oddity, if it is the first of its kind in this online session. Each motor that
-    /// can't be counted is a kind of its own.
+    /// can't be counted is a separate kind.
     pub(super) fn note(&mut self, oddity: &Oddity) {
         if self.noted.iter().any(|noted| noted.is_like(oddity)) {
             return;
@@ -146,14 +146,14 @@ impl Oddities {
         self.sentences.push_back(oddity.to_string());
     }
 
-    /// Begins an online session, of which nothing is known.
+    /// Begins a new online session.
     pub(super) fn begin_session(&mut self) {
         *self = Self { sentences: mem::take(&mut self.sentences), ..Self::default() };
     }
 
-    /// An UpdateConfig came, whether it was heeded or not.
+    /// An UpdateConfig came, whether it was taken over or not.
     pub(super) fn configured(&mut self, controller: usize) {
-        // Others than these are in no exchange.
+        // Higher indexes are in no exchange.
         if controller < u16::BITS as usize {
             self.configured |= 1 << controller;
         }
@@ -164,13 +164,13 @@ impl Oddities {
         self.offered_before = mem::replace(&mut self.offered, mask);
     }
 
-    /// The client may not heed the response. Then its farewell has the extensions of the one
+    /// The client may ignore the response. Then its farewell has the extensions of the response
     /// before.
     pub(super) fn doubt_offer(&mut self) {
         self.offered |= self.offered_before;
     }
 
-    /// Looks at the extensions in an exchange, at most 8.
+    /// Checks the extensions in an exchange, at most 8.
     pub(super) fn check_mask(&mut self, mask: u16) {
         let missing = (1 | mask << 1) & !self.configured;
         if missing != 0 {
@@ -183,7 +183,7 @@ impl Oddities {
         }
     }
 
-    /// Looks at the outputs for a controller; without `config` there is no such controller.
+    /// Checks the outputs for a controller; without `config` there is no such controller.
     pub(super) fn check_outputs(
         &mut self,
         controller: usize,
@@ -213,7 +213,7 @@ mod tests {
         oddities.sentences().collect()
     }
 
-    /// An online session in which so many controllers are configured.
+    /// An online session in which this many controllers are configured.
     fn session(configured: usize) -> Oddities {
         let mut oddities = Oddities::default();
         oddities.begin_session();
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn a_response_that_may_not_be_heeded_leaves_what_the_one_before_allowed() {
+    fn a_response_that_may_be_ignored_keeps_what_the_one_before_allowed() {
         let mut oddities = session(9);
         oddities.offer(0b01);
         oddities.offer(0b10);
@@ -295,13 +295,13 @@ mod tests {
     }
 
     #[test]
-    fn only_single_outputs_are_on_both_at_a_time() {
+    fn only_single_outputs_are_on_both_at_the_same_time() {
         let mut oddities = session(9);
         let config = Config { motor: [1, 0, 1, 1], ..Config::default() };
         oddities.check_outputs(0, &duty([1, 0, 2, 3, 0, 4, 0, 0]), Some(&config));
         assert_eq!(oddities.sentences().count(), 0);
         oddities.check_outputs(0, &duty([0, 0, 0, 0, 0, 0, 5, 6]), Some(&config));
-        assert_eq!(sentences(&oddities), ["M4 of the master got duty 5 and 6 at a time"]);
+        assert_eq!(sentences(&oddities), ["M4 of the master got duty 5 and 6 at the same time"]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! How a response leaves, and what a fault makes of it.
+//! How a response is sent, and how faults change it.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use super::fault::FaultKind;
 use super::random::Random;
 use crate::wire::{CmprHeader, ResponseId, ID_LEN};
 
-/// Where the fields that faults disturb lie in a compressed exchange's response.
+/// Where the fields that faults disturb are in the response to a compressed exchange.
 mod field {
     use std::ops::Range;
 
@@ -20,13 +20,13 @@ mod field {
 /// The most bytes that [`FaultKind::Surplus`] sends.
 const MAX_SURPLUS: usize = 64 * 1024;
 
-/// What [`FaultKind::Surplus`] sends behind a response.
+/// What [`FaultKind::Surplus`] sends after a response.
 const SURPLUS_BYTE: u8 = 0xA5;
 
-/// How a response leaves.
+/// How a response is sent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Outgoing {
-    /// The time to wait beyond the usual.
+    /// The extra time to wait.
     pub(super) delay: Duration,
     /// What is sent.
     pub(super) bytes: Vec<u8>,
@@ -37,12 +37,12 @@ pub(super) struct Outgoing {
 }
 
 impl Outgoing {
-    /// A response that leaves as it is.
+    /// A response that is sent without a change.
     pub(super) fn undisturbed(bytes: Vec<u8>) -> Self {
         Self { bytes, ..Self::default() }
     }
 
-    /// Disturbs the response by this fault, in addition to those before.
+    /// Disturbs the response with this fault, in addition to earlier ones.
     pub(super) fn disturb(&mut self, kind: FaultKind, random: &mut Random) {
         let bytes = &mut self.bytes;
         match kind {
@@ -59,7 +59,7 @@ impl Outgoing {
                 bytes.resize(bytes.len() + count.min(MAX_SURPLUS), SURPLUS_BYTE);
             }
             _ if !is_compressed(bytes) => {
-                log::warn!("the fault {kind:?} leaves a response without compressed data alone");
+                log::warn!("the fault {kind:?} does not change a response without compressed data");
             }
             FaultKind::WrongCrc => {
                 bytes[field::CRC].iter_mut().for_each(|byte| *byte = !*byte);
@@ -72,14 +72,14 @@ impl Outgoing {
         }
     }
 
-    /// What is sent, by the pieces that are sent on their own.
+    /// What is sent, as the pieces that are sent on their own.
     pub(super) fn pieces(&self) -> impl Iterator<Item = &[u8]> {
         let size = if self.dribble { 1 } else { self.bytes.len().max(1) };
         self.bytes.chunks(size)
     }
 }
 
-/// Whether the response, as far as other faults have left it, is one with compressed data.
+/// Whether the response, as other faults have changed it, still has compressed data.
 fn is_compressed(response: &[u8]) -> bool {
     response.len() >= CmprHeader::LEN && ResponseId::ExchangeDataCmpr.check(response).is_ok()
 }
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_of_time_leave_the_bytes_alone() {
+    fn faults_of_time_do_not_change_the_bytes() {
         let usual = Outgoing::undisturbed(response());
         let delay = Duration::from_secs(3);
         assert_eq!(disturbed(FaultKind::Delay(delay)), Outgoing { delay, ..usual.clone() });
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_id_is_no_packets() {
+    fn a_wrong_id_belongs_to_no_packet() {
         let outgoing = disturbed(FaultKind::WrongId);
         let id = LittleEndian::read_u32(&outgoing.bytes);
         assert_eq!(ResponseId::from_id(id), None);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_crc_or_size_leaves_the_rest_alone() {
+    fn a_wrong_crc_or_size_does_not_change_the_rest() {
         let outgoing = disturbed(FaultKind::WrongCrc);
         assert_eq!(header(&outgoing), CmprHeader { crc: !HEADER.crc, ..HEADER });
         assert_eq!(outgoing.bytes[16..], response()[16..]);
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wrong_mask_leaves_the_rest_alone() {
+    fn a_wrong_mask_does_not_change_the_rest() {
         let outgoing = disturbed(FaultKind::Mask(0xFF00));
         assert_eq!(header(&outgoing), CmprHeader { active_extensions: 0xFF00, ..HEADER });
         assert_eq!(outgoing.bytes[14..], response()[14..]);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_connection_closes_after_so_many_bytes() {
+    fn a_connection_closes_after_the_ordered_bytes() {
         for (after, sent) in [(0, 0), (7, 7), (21, 21), (1000, 21)] {
             let outgoing = disturbed(FaultKind::Close { after });
             assert!(outgoing.close);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_of_compression_leave_other_responses_alone() {
+    fn faults_of_compression_do_not_change_other_responses() {
         let mut response = Vec::new();
         ResponseId::StartOnline.emit(&mut response);
         let kinds =

@@ -1,4 +1,4 @@
-//! The three ports, free ones where none were asked for.
+//! The three ports: those that were asked for, or free ones.
 
 use std::io;
 use std::iter;
@@ -7,26 +7,26 @@ use std::ops::Range;
 
 use crate::error::Error;
 
-/// How often three free ports in a row are looked for among those that the system gives away.
+/// How often three free ports in a row are tried from a port that the system chooses.
 const ATTEMPTS: usize = 20;
 
-/// Where they are looked for then, three by three. Systems rarely give these to clients, behind
-/// whom a port is taken for another minute, so they are free even where thousands come and go.
+/// The ports that are tried then, three by three. Systems rarely give these to clients, whose ports
+/// stay taken for a minute after they close. So they are free even with thousands of clients.
 const ELSEWHERE: Range<u16> = 10_000..20_000;
 
 /// The ports that were asked for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ports {
-    /// 0 for one that is free.
+    /// 0 for any free port.
     pub(super) main: u16,
-    /// 0 for one that is free, `None` for the first behind the main one.
+    /// 0 for any free port, `None` for the main port plus 1.
     pub(super) camera: Option<u16>,
-    /// 0 for one that is free, `None` for the second behind the main one.
+    /// 0 for any free port, `None` for the main port plus 2.
     pub(super) i2c: Option<u16>,
 }
 
 impl Ports {
-    /// Errs when there is no room for the others behind the main port.
+    /// An error when there is no room for the others after the main port.
     pub(super) fn check(self) -> Result<(), Error> {
         let behind = match (self.camera, self.i2c) {
             (_, None) => 2,
@@ -41,11 +41,11 @@ impl Ports {
         if self.main != 0 {
             return self.try_to_listen();
         }
-        // Where the system chooses the main port, the next two may be taken by somebody else.
+        // When the system chooses the main port, another program may have one of the next two.
         self.listen_behind(iter::repeat_n(0, ATTEMPTS).chain(ELSEWHERE.step_by(3)))
     }
 
-    /// Listens on all three where the first of these main ports makes that possible.
+    /// Listens on all three, with the first of these main ports for which that is possible.
     fn listen_behind(self, main: impl IntoIterator<Item = u16>) -> io::Result<[TcpListener; 3]> {
         let mut result = Err(io::ErrorKind::AddrInUse.into());
         for main in main {
@@ -66,11 +66,11 @@ impl Ports {
     }
 }
 
-/// The port that was asked for, or the one so far behind the main one.
+/// The port that was asked for, or the main port plus this distance.
 fn behind(main: u16, distance: u16, asked_for: Option<u16>) -> io::Result<u16> {
     asked_for
         .or(main.checked_add(distance))
-        .ok_or_else(|| io::Error::other(format!("port {main} has too few behind it")))
+        .ok_or_else(|| io::Error::other(format!("too few ports follow port {main}")))
 }
 
 fn listen_on(port: u16) -> io::Result<TcpListener> {
@@ -106,7 +106,7 @@ mod tests {
         let any = Ports { main: 0, camera: None, i2c: None };
         let taken = any.listen().unwrap();
         let [main, camera, _] = ports(&taken);
-        // The first has a taken one behind it.
+        // The port after the first one is taken.
         let candidates = [main - 1, main, camera];
         let error = any.listen_behind(candidates).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::AddrInUse);
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn the_last_ports_have_none_behind_them() {
+    fn the_last_ports_have_none_after_them() {
         assert_eq!(behind(65_533, 2, None).unwrap(), 65_535);
         behind(65_534, 2, None).unwrap_err();
         for (camera, i2c, last) in

@@ -1,9 +1,9 @@
-//! Where all randomness of a simulated TXT comes from.
+//! The random numbers of a simulated TXT.
 
 use std::time::Duration;
 
-/// A generator of numbers that look random and follow from the seed: SplitMix64, of Steele, Lea
-/// and Flood. It is small, has no bad seeds, and nothing here needs a better one.
+/// A generator of random numbers that follow from the seed: SplitMix64, by Steele, Lea and Flood.
+/// It is small, has no bad seeds, and nothing here needs a better one.
 #[derive(Clone, Debug)]
 pub(super) struct Random {
     state: u64,
@@ -22,7 +22,7 @@ impl Random {
         mixed ^ mixed >> 31
     }
 
-    /// A time of whole µs, at most so long.
+    /// A time in whole µs, at most the limit.
     pub(super) fn up_to(&mut self, limit: Duration) -> Duration {
         let micros = u64::try_from(limit.as_micros()).unwrap_or(u64::MAX);
         // The upper half of the product is evenly spread over 0..=micros.

@@ -1,7 +1,7 @@
 //! The recorded sessions, seen from the controller's side.
 //!
-//! The recordings come from the kit's own client, so what the simulator understands is what a
-//! real program means.
+//! The recordings come from the kit's own client, so the simulated TXT is tested with what a real
+//! program sends.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -18,7 +18,7 @@ use crate::wire::{
     CmprHeader, ExchangeData, ExchangeDataResponse, Expander, IrRemote, QueryStatusResponse,
 };
 
-/// The recorded sessions with their file names.
+/// The recorded sessions and their file names.
 fn sessions() -> Vec<(String, Value)> {
     let folder = env::var_os("TRANSFER_AREA_VECTORS").map_or_else(
         || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/vectors")),
@@ -100,7 +100,7 @@ fn inputs(after: &Value) -> ExchangeDataResponse {
     report
 }
 
-/// The simulator on the other end of a recorded session.
+/// The simulated TXT at the other end of a recorded session.
 struct Replay {
     machine: Machine,
     session: Session,
@@ -122,7 +122,7 @@ impl Replay {
     }
 
     fn answer(&mut self, request: &[u8]) -> Vec<u8> {
-        // The simulator would read just this packet from the stream.
+        // The simulated TXT would read exactly this packet from the stream.
         assert_eq!(command_size(request), Ok(request.len()));
         let mut out = Vec::new();
         self.session.answer(request, &mut self.machine, &mut self.script, &mut out).unwrap();
@@ -178,9 +178,9 @@ fn the_recorded_outputs_are_understood() {
     }
 }
 
-/// Both outputs of a motor at a time do occur, as the recorded programs chose them at random.
+/// Both outputs of a motor at the same time do occur: the recorded programs chose duties at random.
 #[test]
-fn nothing_else_than_a_motor_both_ways_is_odd_in_the_recordings() {
+fn only_a_motor_both_ways_is_odd_in_the_recordings() {
     for (name, recorded) in sessions() {
         let mut replay = Replay::new(&recorded);
         replay.handshake(&recorded);
@@ -192,15 +192,15 @@ fn nothing_else_than_a_motor_both_ways_is_odd_in_the_recordings() {
             replay.machine.alive = std::array::from_fn(|extension| mask >> extension & 1 != 0);
             replay.answer(&bytes(&cycle["request"]));
         }
-        let both_ways = |sentence: &str| sentence.ends_with(" at a time");
+        let both_ways = |sentence: &str| sentence.ends_with(" at the same time");
         let odd: Vec<&str> = replay.machine.oddities().filter(|odd| !both_ways(odd)).collect();
         assert_eq!(odd, [""; 0], "{name}");
     }
 }
 
-/// Without extensions only: their recordings leave out what the remotes sent.
+/// Only without extensions: recordings with extensions do not have what the remotes sent.
 #[test]
-fn inputs_are_told_in_words_that_the_client_understood() {
+fn inputs_are_sent_in_words_that_the_client_understood() {
     let of_interest = |recorded: &Value| {
         recorded["mode"] == "compressed" && recorded["cycles"][0]["before"][1].is_null()
     };

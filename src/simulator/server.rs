@@ -5,6 +5,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use super::camera::Doorman;
 use super::command::{ahead, command_id, command_size, Ahead, Misbehaviour};
 use super::end::End;
 use super::faults::{Faults, Position};
@@ -16,10 +17,10 @@ use super::shared::{is_due_to_waiting, try_accept, Shared, Stopped};
 use crate::wire::{CmprHeader, CommandId, ID_LEN, MAX_EXTRA_SIZE};
 
 /// How long a client may leave a response unread before it is cut off. The buffers of the
-/// operating system hold hundreds of responses, so this is a client that never reads.
+/// operating system hold hundreds of responses, so only a client that never reads is cut off.
 const WRITE_LIMIT: Duration = Duration::from_secs(1);
 
-/// How much is looked at behind a command: the longest farewell.
+/// How many bytes after a command are checked: the longest farewell.
 const FAREWELL_LEN: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + ID_LEN;
 
 /// Serves one client after another.
@@ -28,10 +29,14 @@ pub(super) struct Server {
     pub(super) shared: Arc<Shared>,
     pub(super) settings: Settings,
     pub(super) pace: Duration,
+    /// Whether time passes by exchanges only.
+    pub(super) lock_step: bool,
     pub(super) idle_limit: Duration,
     pub(super) faults: Faults,
     pub(super) script: Script,
-    /// Who came while another was online and may yet turn out to come after it.
+    /// Looks for a camera client when the camera is started, if the camera itself does not.
+    pub(super) camera_doorman: Option<Doorman>,
+    /// A client that came while another was online. Perhaps the other one has already left.
     pub(super) next: Option<(TcpStream, SocketAddr)>,
 }
 
@@ -76,7 +81,7 @@ impl Server {
 }
 
 impl Drop for Server {
-    /// A script that panics ends the camera too.
+    /// If a script panics, the camera ends too.
     fn drop(&mut self) {
         self.shared.stop();
     }
@@ -92,11 +97,11 @@ struct Connection<'a> {
     server: &'a mut Server,
     stream: TcpStream,
     session: Session,
-    /// How many responses there were, sent or not.
+    /// The number of responses, sent or not.
     responses: u64,
-    /// How many of them were to exchanges.
+    /// The number of responses to exchanges.
     exchanges: u64,
-    /// When the last exchange response left.
+    /// When the last exchange response was sent.
     last_exchange: Option<Instant>,
 }
 
@@ -107,11 +112,14 @@ impl Connection<'_> {
         let id = command_id(&command)?;
         let is_exchange = matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr);
         if is_exchange {
-            // Before the machine moves on, so that the response has what is true when it leaves.
+            // Before the machine's step, so that the response is new when it is sent.
             self.keep_pace()?;
         }
         let outgoing = self.carry_out(&command, is_exchange)?;
-        self.server.shared.rest(outgoing.delay)?;
+        if let (CommandId::StartCameraOnline, Some(doorman)) = (id, &self.server.camera_doorman) {
+            doorman.look();
+        }
+        self.delay(outgoing.delay)?;
         self.look_ahead(is_exchange)?;
         if is_exchange {
             self.last_exchange = Some(Instant::now());
@@ -120,10 +128,11 @@ impl Connection<'_> {
         Ok(self.refuse_others()?)
     }
 
-    /// Turns away who came while this client is online. While it is not, others wait.
+    /// Refuses clients that come while this client is online. While it is not, others wait.
     ///
-    /// A client that has closed this connection may be the one that comes, and its end may lie
-    /// behind commands that are not read yet. So nobody is refused before nothing is left to read.
+    /// The new client may be the one that has just closed this connection, and the end of this
+    /// connection may come after commands that are not read yet. So no client is refused before all
+    /// is read.
     fn refuse_others(&mut self) -> io::Result<()> {
         if !self.server.shared.look(Machine::online) {
             return Ok(());
@@ -142,7 +151,7 @@ impl Connection<'_> {
         }
     }
 
-    /// Whether the client is there and has sent nothing that is not read yet.
+    /// Whether the client is connected and everything that it has sent is read.
     fn is_silent(&self) -> io::Result<bool> {
         self.stream.set_nonblocking(true)?;
         let peeked = self.stream.peek(&mut [0]);
@@ -181,13 +190,22 @@ impl Connection<'_> {
         Ok(())
     }
 
-    /// Waits until the next exchange response may leave.
+    /// Waits until the next exchange response may be sent.
     fn keep_pace(&self) -> Result<(), End> {
         let passed = self.last_exchange.map_or(Duration::MAX, |last| last.elapsed());
         Ok(self.server.shared.rest(self.server.pace.saturating_sub(passed))?)
     }
 
-    /// Carries out a command; how its response leaves.
+    /// Delays a response by this time.
+    fn delay(&self, time: Duration) -> Result<(), Stopped> {
+        if self.server.lock_step && !time.is_zero() {
+            self.server.shared.with_machine(|machine| machine.step(time));
+            return Ok(());
+        }
+        self.server.shared.rest(time)
+    }
+
+    /// Carries out a command. Returns how its response is sent.
     fn carry_out(&mut self, command: &[u8], is_exchange: bool) -> Result<Outgoing, End> {
         let Server { shared, script, .. } = &mut *self.server;
         let mut response = Vec::new();
@@ -204,11 +222,11 @@ impl Connection<'_> {
         Ok(outgoing)
     }
 
-    /// Notices a command that is there before the response has left.
+    /// Notices a command that has arrived before the response is sent.
     fn look_ahead(&mut self, is_exchange: bool) -> Result<(), End> {
         let mut bytes = [0; FAREWELL_LEN];
         self.stream.set_nonblocking(true)?;
-        // An error, too, tells that there is nothing; sending will meet it again.
+        // On an error there is nothing to read; sending will report it.
         let count = self.stream.peek(&mut bytes).unwrap_or(0);
         self.stream.set_nonblocking(false)?;
         match ahead(&bytes[..count]) {
@@ -216,7 +234,7 @@ impl Connection<'_> {
                 let oddity = Oddity::SentAhead(command);
                 self.server.shared.with_machine(|machine| machine.note_oddity(&oddity));
             }
-            // It was made without regard to this response.
+            // It was made before the client had this response.
             Ahead::Farewell if is_exchange => {
                 self.server.shared.with_machine(Machine::doubt_offer);
             }
@@ -231,7 +249,7 @@ impl Connection<'_> {
             self.stream.flush()?;
         }
         if outgoing.close {
-            return Err(End::Closed("that was ordered"));
+            return Err(End::Closed("as ordered"));
         }
         Ok(())
     }

@@ -11,13 +11,13 @@ use crate::wire::{
     StartCameraOnline, StartOnline, UpdateConfig,
 };
 
-/// What is called for each exchange.
+/// The function that is called for each exchange.
 pub(super) type Script = Box<dyn FnMut(&mut Machine) + Send>;
 
-/// What all connections of a simulated TXT have in common.
+/// What all connections of a simulated TXT share.
 #[derive(Clone, Debug)]
 pub(super) struct Settings {
-    /// Name of the controller, filled up with NUL.
+    /// Name of the controller, padded with NUL.
     pub(super) device_name: [u8; 16],
     /// Version of its firmware.
     pub(super) firmware: FirmwareVersion,
@@ -33,7 +33,7 @@ pub(super) struct Session {
     settings: Settings,
     expander: Expander,
     compressor: Compressor,
-    /// Kept to be used again.
+    /// Kept for the next use.
     words: Vec<u16>,
 }
 
@@ -133,7 +133,7 @@ impl Session {
         Ok(())
     }
 
-    /// Hands the outputs of a compressed exchange to the controllers they are for.
+    /// Gives the outputs of a compressed exchange to their controllers.
     fn take_over(&mut self, command: &[u8], machine: &mut Machine) -> Result<(), Misbehaviour> {
         let (header, data) = command.split_at(CmprHeader::LEN.min(command.len()));
         let CmprHeader { crc, active_extensions: mask, .. } = CmprHeader::parse_command(header)?;
@@ -180,8 +180,7 @@ impl Session {
     }
 }
 
-/// Whether the words are all there without the last byte. Without bits that are needed they
-/// are not.
+/// Whether all words can be read without the last byte. If needed bits are missing, they can't.
 fn has_surplus(expander: &Expander, data: &[u8], count: usize, crc: u32) -> bool {
     data.split_last().is_some_and(|(_, needed)| expander.clone().expand(needed, count, crc).is_ok())
 }
@@ -246,7 +245,7 @@ mod tests {
         Ok(out)
     }
 
-    /// A compressed exchange of these words, from a fresh compression.
+    /// A compressed exchange of these words, with a new compression.
     fn compressed(words: &[u16], mask: u16) -> Vec<u8> {
         let (mut data, mut command) = (Vec::new(), Vec::new());
         let crc = Compressor::new().compress(words, &mut data);
@@ -260,7 +259,7 @@ mod tests {
     fn outputs_go_to_the_extensions_in_the_mask() {
         let (mut session, mut machine) = (session(), Machine::new(3));
         machine.start_online();
-        // Extension 8 does not exist, which moves nobody else's words.
+        // Extension 8 does not exist, which does not change the words of the others.
         let words: Vec<u16> = (1..=4).flat_map(|area| [area; COMMAND_WORDS]).collect();
         answer(&mut session, &mut machine, &compressed(&words, 0b1000_0110)).unwrap();
         let sound_of = |index: usize| machine.controllers[index].outputs.sound_index;
@@ -316,12 +315,12 @@ mod tests {
     }
 
     #[test]
-    fn whole_bytes_behind_the_last_word_are_odd_but_not_spare_bits() {
+    fn whole_bytes_after_the_last_word_are_odd_but_not_spare_bits() {
         for surplus in 0..3 {
             let (mut session, mut machine) = (session(), Machine::new(0));
             machine.start_online();
             machine.configure(0, 1, Config::default());
-            // One word and 26 unchanged ones are 34 bits, which leaves 6 to spare.
+            // One word and 26 unchanged ones are 34 bits, so 6 bits are spare.
             let mut words = [0; COMMAND_WORDS];
             words[0] = 512;
             let mut command = compressed(&words, 0);
@@ -345,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn starting_online_resets_the_compression_both_ways() {
+    fn starting_online_resets_the_compression_in_both_directions() {
         let (mut session, mut machine) = (session(), Machine::new(0));
         let mut start = Vec::new();
         StartOnline::new().emit(&mut start);

@@ -1,4 +1,4 @@
-//! What the threads of a simulated TXT and its owner have in common.
+//! What the threads of a simulated TXT and its owner share.
 
 use std::io;
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -9,21 +9,21 @@ use parking_lot::{Condvar, Mutex};
 use super::machine::Machine;
 use crate::pause::Clock;
 
-/// How often a thread that waits for its socket looks whether it should end.
+/// How often a thread that waits for its socket checks whether it should end.
 pub(super) const POLL: Duration = Duration::from_millis(5);
 
 /// The simulated TXT is being dropped, and its threads should end.
 #[derive(Debug)]
 pub(super) struct Stopped;
 
-/// What the threads and their owner have in common.
+/// What the threads and their owner share.
 pub(super) struct Shared {
     machine: Mutex<Machine>,
     /// The machine may have changed.
     changed: Condvar,
     stopping: Mutex<bool>,
     stopped: Condvar,
-    /// What holds the pace.
+    /// The clock for the pace.
     clock: Clock,
 }
 
@@ -42,19 +42,19 @@ impl Shared {
         }
     }
 
-    /// Looks at or changes the machine.
+    /// Reads or changes the machine.
     pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
         let result = f(&mut self.machine.lock());
         self.changed.notify_all();
         result
     }
 
-    /// Looks at the machine, which wakes nobody that waits for a change.
+    /// Reads the machine. Wakes no thread that waits for a change.
     pub(super) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
         f(&self.machine.lock())
     }
 
-    /// Waits until the condition holds, at most so long; whether it does.
+    /// Waits until the condition holds, at most for the limit. Returns whether it holds.
     pub(super) fn wait_until(
         &self,
         limit: Duration,
@@ -72,7 +72,7 @@ impl Shared {
         self.stopped.notify_all();
     }
 
-    /// Lets so much time pass, but no more when the thread should end.
+    /// Waits for this time, or until the thread should end.
     pub(super) fn rest(&self, time: Duration) -> Result<(), Stopped> {
         let mut stopping = self.stopping.lock();
         self.clock.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
@@ -82,9 +82,9 @@ impl Shared {
         Ok(())
     }
 
-    /// Waits for a client of a listener that does not block. `port` is what the log calls it.
+    /// Waits for a client of a listener that does not block. `port` is its name in the log.
     ///
-    /// Reading from the connection gives up after [`POLL`].
+    /// Reading from the connection times out after [`POLL`].
     pub(super) fn accept(&self, listener: &TcpListener, port: &str) -> Result<TcpStream, Stopped> {
         loop {
             if let Some((stream, client)) = try_accept(listener) {
@@ -96,12 +96,12 @@ impl Shared {
     }
 }
 
-/// A client that waits at a listener that does not block, if there is one.
+/// A client that waits to be accepted, if there is one. The listener does not block.
 pub(super) fn try_accept(listener: &TcpListener) -> Option<(TcpStream, SocketAddr)> {
     match accept(listener) {
         Ok(accepted) => Some(accepted),
         Err(error) if is_due_to_waiting(&error) => None,
-        // A client that has left again, or too many open files: the next one may do.
+        // A client that has closed again, or too many open files: the next client may succeed.
         Err(error) => {
             log::warn!("a client could not be accepted: {error}");
             None
@@ -111,14 +111,14 @@ pub(super) fn try_accept(listener: &TcpListener) -> Option<(TcpStream, SocketAdd
 
 fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
     let (stream, client) = listener.accept()?;
-    // Some systems hand the listener's mode on.
+    // Some systems pass the listener's mode on.
     stream.set_nonblocking(false)?;
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(POLL))?;
     Ok((stream, client))
 }
 
-/// Whether nothing has come in yet, or a signal came instead.
+/// Whether nothing has arrived yet, or a signal came instead.
 pub(super) fn is_due_to_waiting(error: &io::Error) -> bool {
     use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
 

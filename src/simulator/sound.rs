@@ -3,7 +3,7 @@
 /// How long a sound takes, in µs of machine time.
 const LENGTH: u64 = 1_000_000;
 
-/// The loudspeaker and what it has been told to play.
+/// The loudspeaker and its command.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sound {
     playing: Option<Playing>,
@@ -19,7 +19,7 @@ struct Playing {
 }
 
 impl Sound {
-    /// Begins a command in place of the one that plays.
+    /// Begins a command, in place of the playing one.
     pub(super) fn begin(&mut self, id: u16, index: u16, repeat: u16) {
         if index == 0 {
             *self = Self { playing: None, finished_id: id };
@@ -29,7 +29,7 @@ impl Sound {
         self.playing = Some(Playing { id, left });
     }
 
-    /// Plays on for so many µs.
+    /// Plays for this many µs more.
     pub(super) fn play(&mut self, micros: u64) {
         let Some(Playing { id, left: Some(left) }) = &mut self.playing else { return };
         *left = left.saturating_sub(micros);
@@ -44,7 +44,7 @@ impl Sound {
         self.finished_id
     }
 
-    /// Id of the command that plays.
+    /// Id of the playing command.
     pub(super) fn playing_id(&self) -> Option<u16> {
         self.playing.map(|playing| playing.id)
     }

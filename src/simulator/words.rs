@@ -1,4 +1,4 @@
-//! The simulator's own mapping between the words of a compressed exchange and its model.
+//! How the simulated TXT maps the words of a compressed exchange to its values.
 
 use crate::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 

@@ -4,9 +4,24 @@ use super::{IZ_COUNTER, IZ_MOTOR, IZ_UNI_INPUT};
 
 /// What a universal input measures.
 ///
-/// [`UniConfig::mode`] holds the number, because the area is plain data.
+/// [`UniConfig::mode`] holds its number, because the area is plain data:
+///
+/// ```
+/// use ft_transfer_area::transfer_area::InputMode;
+/// use ft_transfer_area::FishX1Transfer;
+///
+/// # fn main() -> Result<(), ft_transfer_area::Error> {
+/// let mut area = FishX1Transfer::default();
+/// area.config.uni[0].mode = InputMode::Ultrasonic.into();
+/// area.config.uni[0].digital = 0;
+/// area.raise_config_id(); // goes out before the next exchange
+/// assert_eq!(InputMode::try_from(area.config.uni[0].mode)?, InputMode::Ultrasonic);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
+#[non_exhaustive]
 pub enum InputMode {
     /// Voltage in mV: 0..=9999, [`U_OVR`](super::U_OVR) when over range. Colour sensor.
     #[doc(alias = "MODE_U")]
@@ -24,12 +39,29 @@ pub enum InputMode {
     Ultrasonic = 3,
 }
 
+impl InputMode {
+    /// All modes, in the order of their numbers.
+    pub(crate) const ALL: [Self; 4] =
+        [Self::Voltage, Self::Resistance, Self::Resistance15k, Self::Ultrasonic];
+}
+
+/// Its number, 0..=3: what [`UniConfig::mode`] holds.
+impl From<InputMode> for u8 {
+    fn from(mode: InputMode) -> Self {
+        mode as Self
+    }
+}
+
 /// What one universal input (I1 to I8) measures and how it is reported, 4 bytes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "UNI_CONFIG")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UniConfig {
-    /// The number of an [`InputMode`], 0..=3.
+    /// The number of an [`InputMode`], 0..=3: `InputMode::Ultrasonic.into()`, and back
+    /// `InputMode::try_from(mode)`. Call [`raise_config_id`](super::FishX1Transfer::raise_config_id)
+    /// after a change, or use [`set_ft_uni_config`](super::FishX1Transfer::set_ft_uni_config).
     pub mode: u8,
     /// 1 when the input reports 0 or 1, 0 when it reports the measured value.
     pub digital: u8,
@@ -59,22 +91,38 @@ impl Default for UniConfig {
     }
 }
 
-/// Which level of a counter input counts as 1.
+/// Which level of a counter input counts as 1. Closed on purpose: a controller has these two modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u8)]
 pub enum CounterMode {
     /// The input is inverted.
     Inverted = 0,
-    /// The input as it is, the kit's default.
+    /// The input is not inverted, the kit's default.
     Normal = 1,
 }
 
+impl CounterMode {
+    /// Both modes, in the order of their numbers.
+    pub(crate) const ALL: [Self; 2] = [Self::Inverted, Self::Normal];
+}
+
+/// Its number, 0 or 1: what [`CounterConfig::mode`] holds.
+impl From<CounterMode> for u8 {
+    fn from(mode: CounterMode) -> Self {
+        mode as Self
+    }
+}
+
 /// How one counter input (C1 to C4) counts, 4 bytes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "CNT_CONFIG")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CounterConfig {
-    /// The number of a [`CounterMode`], 0 or 1.
+    /// The number of a [`CounterMode`], 0 or 1: `CounterMode::Inverted.into()`. Call
+    /// [`raise_config_id`](super::FishX1Transfer::raise_config_id) after a change, or use
+    /// [`set_ft_cnt_config`](super::FishX1Transfer::set_ft_cnt_config).
     pub mode: u8,
     /// Unused.
     pub dummy: [u8; 3],
@@ -98,13 +146,15 @@ impl Default for CounterConfig {
 ///
 /// The controller takes over a change only when [`State::config_id`](super::State::config_id)
 /// changes as well, so raise it after writing here. The default is the kit's.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_CONFIG")]
 #[doc(alias = "m_config")]
 #[doc(alias = "TA_CONFIG")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// State asked of a program on the ROBO TX. 0 online.
+    /// Requested state of a program on the ROBO TX. 0 online.
     pub pgm_state_req: u8,
     /// Use of the old serial transfer on the ROBO TX. 0 online.
     #[doc(alias = "old_FtTransfer")]

@@ -27,13 +27,13 @@ pub const REMOTE_IO_7: usize = 7;
 /// Index of the eighth extension's transfer area.
 #[doc(alias = "TA_EXT_8")]
 pub const REMOTE_IO_8: usize = 8;
-/// The most transfer areas there can be: the master and its extensions.
+/// The maximum number of transfer areas: the master and its extensions.
 #[doc(alias = "IF08_MAX")]
 #[doc(alias = "SHM_IF_CNT")]
 #[doc(alias = "TA_COUNT")]
 #[doc(alias = "IF_TXT_MAX")]
 pub const MAX_AREAS: usize = 9;
-/// The most extensions there can be.
+/// The maximum number of extensions.
 #[doc(alias = "SLAVE_CNT_MAX")]
 #[doc(alias = "N_EXT")]
 pub const MAX_EXTENSIONS: usize = MAX_AREAS - 1;
@@ -50,7 +50,7 @@ pub const IZ_MOTOR: usize = 4;
 /// Number of single outputs, O1 to O8.
 #[doc(alias = "N_PWM_CHAN")]
 pub const IZ_PWM_CHAN: usize = 8;
-/// Number of infrared remotes that can be told apart by their DIP switches.
+/// Number of infrared remotes, by the settings of their DIP switches.
 #[doc(alias = "NUM_OF_IR_RECEIVER")]
 pub const IZ_IR_RECEIVER: usize = 4;
 
@@ -84,10 +84,10 @@ pub const ULTRASONIC_OVR: i16 = 1024;
 /// No ultrasonic sensor is connected.
 pub const NO_ULTRASONIC: i16 = 4096;
 
-/// Index in [`TxtInputs::ir_input`](super::TxtInputs::ir_input): any remote, whatever its DIP switches.
+/// Index in [`TxtInputs::ir_input`](super::TxtInputs::ir_input): any remote, with any DIP switches.
 ///
-/// The kit's header, the controller and the other clients have it so; the kit's document
-/// says that index 4 is the one for any switch setting, which is a mistake there.
+/// This is the index in the kit's header, on the controller and in other clients. The kit's document
+/// says that any remote has index 4, which is a mistake.
 pub const IR_RECEIVER_IDX_ALL_DATA: usize = 0;
 /// Index in [`TxtInputs::ir_input`](super::TxtInputs::ir_input): the remote with DIP switches off, off.
 pub const IR_RECEIVER_IDX_OFF_OFF: usize = 1;

@@ -5,16 +5,18 @@ use std::time::Duration;
 use super::{IZ_COUNTER, IZ_IR_RECEIVER, IZ_MOTOR, IZ_UNI_INPUT};
 
 /// Values of the inputs and counters, 68 bytes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_INPUT")]
 #[doc(alias = "TA_INPUT")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Input {
+pub struct InputValues {
     /// I1 to I8: 0 or 1 when digital, else Ω, mV or cm as configured
     /// (see [`InputMode`](super::InputMode)).
     #[doc(alias = "m_universalInputs")]
     pub uni: [i16; IZ_UNI_INPUT],
-    /// C1 to C4: the present level, 0 or 1.
+    /// C1 to C4: the current level, 0 or 1.
     #[doc(alias = "m_counter_input")]
     pub cnt_in: [i16; IZ_COUNTER],
     /// C1 to C4: pulses since the last reset.
@@ -39,8 +41,10 @@ pub struct Input {
 
 /// What one infrared remote sends, 32 bytes.
 ///
-/// The joysticks give −15..=15 with 0 in the middle; beside each signed value stand its two
-/// halves as distances from the middle, 0..=15.
+/// The joysticks give −15..=15 with 0 in the middle. After each signed value come its two halves, as
+/// distances from the middle, 0..=15.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "KE_IR_INPUT_V01")]
 #[doc(alias = "IR_DATA")]
 #[repr(C)]
@@ -88,15 +92,17 @@ pub struct IrInput {
     /// OFF button: 1 while pressed.
     #[doc(alias = "u16ButtonOff")]
     pub button_off: u16,
-    /// DIP switch 1: 1 when on. Sent only along with another change.
+    /// DIP switch 1: 1 when on. Sent only together with another change.
     #[doc(alias = "u16DipSwitch1")]
     pub dip_switch_1: u16,
-    /// DIP switch 2: 1 when on. Sent only along with another change.
+    /// DIP switch 2: 1 when on. Sent only together with another change.
     #[doc(alias = "u16DipSwitch2")]
     pub dip_switch_2: u16,
 }
 
 /// The TXT's further inputs, 188 bytes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "TXT_SPECIAL_INPUTS")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -110,18 +116,18 @@ pub struct TxtInputs {
     /// Reference voltage. Not sent online.
     #[doc(alias = "u16TxtRef")]
     pub txt_ref: u16,
-    /// A further voltage. Not sent online.
+    /// Another voltage. Not sent online.
     #[doc(alias = "u16TxtVB")]
     pub txt_vb: u16,
-    /// The infrared remotes, by [`IR_RECEIVER_IDX_ALL_DATA`](super::IR_RECEIVER_IDX_ALL_DATA) and
-    /// its neighbours. The order is the wire's; the kit's document describes another one.
+    /// The infrared remotes, by [`IR_RECEIVER_IDX_ALL_DATA`](super::IR_RECEIVER_IDX_ALL_DATA) and the
+    /// constants after it. The order is that of the wire; the kit's document describes another one.
     #[doc(alias = "sIrInput")]
     #[doc(alias = "m_ir")]
     pub ir_input: [IrInput; IZ_IR_RECEIVER + 1],
     /// Id of the last sound command that is done.
     #[doc(alias = "u16SoundCmdId")]
     pub sound_cmd_id: u16,
-    /// Clock of the controller: seconds. Not sent online, nor are the next fields.
+    /// Clock of the controller: seconds. This and the next fields are not sent online.
     #[doc(alias = "u16Sec")]
     pub sec: u16,
     /// Minutes.
@@ -153,6 +159,8 @@ pub struct TxtInputs {
 /// The TXT's microphone, 4 bytes.
 ///
 /// Sent by the compressed exchange of firmware 4.2.4 and later, else 0.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "TXT_SPECIAL_INPUTS_2")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -169,6 +177,8 @@ pub struct TxtInputs2 {
 ///
 /// Each counts modulo 65536: [`timer_1ms`](Self::timer_1ms) starts again after 65.5 s,
 /// [`timer_10ms`](Self::timer_10ms) after 10.9 minutes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "RP_TIMER")]
 #[doc(alias = "TA_TIMER")]
 #[repr(C)]
@@ -197,12 +207,12 @@ pub struct Timer {
 impl Timer {
     /// Sets all six timers to this time since the transfer began.
     ///
-    /// A handler does this at every lock. Programs that drive an
-    /// [`Exchange`](crate::Exchange) of their own call it once a cycle.
+    /// A handler does this at every lock. Programs with an [`Exchange`](crate::Exchange) of their own
+    /// call it once per cycle.
     #[doc(alias = "UpdateTimers")]
     pub fn set_elapsed(&mut self, elapsed: Duration) {
         let ms = elapsed.as_millis();
-        // Truncation is the documented modulo 65536.
+        // The truncation is the documented modulo 65536.
         let steps = |step: u128| (ms / step) as u16;
         self.timer_1ms = steps(1);
         self.timer_10ms = steps(10);

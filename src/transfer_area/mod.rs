@@ -1,7 +1,7 @@
 //! The TX-compatible transfer area: plain data, one [`FishX1Transfer`] per controller.
 //!
 //! The master is area [`LOCAL_IO`], the extensions are [`REMOTE_IO_1`] to [`REMOTE_IO_8`]. Every
-//! field lies at the offset it has on the 32-bit controller, pointers are `u32`; the layout is
+//! field has the same offset as on the 32-bit controller, and pointers are `u32`; the layout is
 //! checked when the crate is compiled. There are only integers and arrays of integers, so every
 //! bit pattern is a valid area.
 //!
@@ -10,12 +10,16 @@
 //! | [`config`](FishX1Transfer::config) | what is plugged in where | the program |
 //! | [`output`](FishX1Transfer::output), [`txt_outputs`](FishX1Transfer::txt_outputs) | motors, lamps, counter resets, sound | the program |
 //! | [`input`](FishX1Transfer::input), [`txt_inputs`](FishX1Transfer::txt_inputs), [`txt_inputs2`](FishX1Transfer::txt_inputs2) | inputs, counters, infrared, microphone | the controller |
-//! | [`state`](FishX1Transfer::state) | `config_id`, live extensions | both |
+//! | [`state`](FishX1Transfer::state) | `config_id`, connected extensions | both |
 //! | [`timer`](FishX1Transfer::timer) | time since the transfer began (master only) | the transfer |
 //!
-//! The other parts are there so that TX programs and the memory layout fit; an online transfer
-//! neither reads nor writes them.
+//! The fields are those of the controller's memory, so these structs are closed on purpose: a program can
+//! write them out. Each of an area's 1024 bytes is in a field, so no firmware can add one.
+//!
+//! An online transfer neither reads nor writes the other parts. They are there for TX programs and for the
+//! memory layout.
 
+mod bytes;
 mod config;
 mod constants;
 mod input;
@@ -28,19 +32,20 @@ use std::fmt;
 
 pub use config::{Config, CounterConfig, CounterMode, InputMode, UniConfig};
 pub use constants::*;
-pub use input::{Input, IrInput, Timer, TxtInputs, TxtInputs2};
-pub use output::{Output, TxtOutputs};
+pub use input::{InputValues, IrInput, Timer, TxtInputs, TxtInputs2};
+pub use output::{OutputValues, TxtOutputs};
 pub use state::{BtStatus, Info, ProgramInfo, State, Versions};
-pub use unused::{Change, Display, DisplayFrame, DisplayMessage, InputSim, Motor, Status};
+pub use unused::{Change, Display, DisplayFrame, DisplayMessage, InputSim, MotorValues, Status};
 
 /// One transfer area: everything a program shares with one controller, 1024 bytes.
 ///
-/// The default is the configuration of the kit's `SetDefaultConfig`: all universal inputs digital
-/// resistance inputs (switches), all counters normal, all outputs motors, `config_id` 1, and
-/// everything else 0.
+/// The default is the configuration of the kit's `SetDefaultConfig`: all universal inputs are digital
+/// resistance inputs (switches), all counters are normal, all outputs are motors, `config_id` is 1, and
+/// everything else is 0.
 ///
 /// Its [`Display`](fmt::Display) form is the line that the kit's `PrintIO` prints; the number
-/// behind `ID` is [`state.id`](State::id), which a handler sets to the area's index.
+/// after `ID` is [`state.id`](State::id), which a handler and
+/// [`do_transfer`](crate::TxtClient::do_transfer) set to the area's index.
 ///
 /// ```
 /// use ft_transfer_area::FishX1Transfer;
@@ -52,6 +57,8 @@ pub use unused::{Change, Display, DisplayFrame, DisplayMessage, InputSim, Motor,
 ///     "Transfer ID=0 I=0 0 0 0 0 0 0 0 C=0 0 0 0 O=512-0 0-0 0-0 0-0"
 /// );
 /// ```
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FISH_X1_TRANSFER")]
 #[doc(alias = "shm_if_s")]
 #[doc(alias = "SetDefaultConfig")]
@@ -63,7 +70,7 @@ pub struct FishX1Transfer {
     /// Names and versions of the controller. Not used online.
     #[doc(alias = "ftX1info")]
     pub info: Info,
-    /// State of the interface: the configuration's id and the live extensions.
+    /// State of the interface: the configuration's id and the connected extensions.
     #[doc(alias = "ftX1state")]
     pub state: State,
     /// What is plugged in where. Raise [`State::config_id`] after a change.
@@ -71,10 +78,10 @@ pub struct FishX1Transfer {
     pub config: Config,
     /// Values of the inputs and counters.
     #[doc(alias = "ftX1in")]
-    pub input: Input,
+    pub input: InputValues,
     /// Values for the outputs, motor commands and counter resets.
     #[doc(alias = "ftX1out")]
-    pub output: Output,
+    pub output: OutputValues,
     /// The ROBO TX's display. Not used online.
     #[doc(alias = "ftX1display")]
     pub display: Display,
@@ -89,7 +96,7 @@ pub struct FishX1Transfer {
     pub timer: Timer,
     /// Motor values as the controller's own control loop sees them. Not used online.
     #[doc(alias = "IFMotor")]
-    pub motor: Motor,
+    pub motor: MotorValues,
     /// Simulated buttons of the ROBO TX. Not used online.
     #[doc(alias = "IFInputSim")]
     pub input_sim: InputSim,
@@ -105,7 +112,7 @@ pub struct FishX1Transfer {
     /// The TXT's microphone, from firmware 4.2.4 on.
     #[doc(alias = "sTxtInputs2")]
     pub txt_inputs2: TxtInputs2,
-    /// Room up to 1024 bytes.
+    /// Unused, up to 1024 bytes.
     pub reserved: [u8; 158],
 }
 
@@ -115,13 +122,13 @@ impl Default for FishX1Transfer {
             info: Info::default(),
             state: State { config_id: 1, ..State::default() },
             config: Config::default(),
-            input: Input::default(),
-            output: Output::default(),
+            input: InputValues::default(),
+            output: OutputValues::default(),
             display: Display::default(),
             status: Status::default(),
             change: Change::default(),
             timer: Timer::default(),
-            motor: Motor::default(),
+            motor: MotorValues::default(),
             input_sim: InputSim::default(),
             hook_table: [0; 35],
             txt_inputs: TxtInputs::default(),
@@ -161,7 +168,7 @@ mod tests {
         assert_eq!(area.config.motor, [1; 4]);
         assert_eq!(area.config.uni, [UniConfig::digital(InputMode::Resistance); 8]);
         assert!(area.config.cnt.iter().all(|counter| counter.mode == 1));
-        assert_eq!(area.output, Output::default());
+        assert_eq!(area.output, OutputValues::default());
     }
 
     #[test]

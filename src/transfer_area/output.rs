@@ -5,24 +5,26 @@ use super::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
 /// Values for the outputs, motor commands and counter resets, 44 bytes.
 ///
 /// M1 uses `duty[0]` and `duty[1]`, M2 `duty[2]` and `duty[3]`, and so on. A motor turns forward
-/// when the first of the two is 1..=512 and the second 0, backwards when it is the other way
-/// round.
+/// when the first of the two is 1..=512 and the second is 0, and backwards when the first is 0 and
+/// the second is 1..=512.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_OUTPUT")]
 #[doc(alias = "TA_OUTPUT")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Output {
+pub struct OutputValues {
     /// C1 to C4: a new id resets the counter.
     /// [`start_counter_reset`](super::FishX1Transfer::start_counter_reset) raises it.
     #[doc(alias = "m_counter_reset_command_id")]
     pub cnt_reset_cmd_id: [u16; IZ_COUNTER],
-    /// M1 to M4: 0 independent, 1..=4 synchronised to that motor, 5..=8 synchronised to motor − 4
+    /// M1 to M4: 0 independent, 1..=4 synchronised to that motor, 5..=8 synchronised to motor 1..=4
     /// with [`distance`](Self::distance) as injected error. Needs a new
     /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_master")]
     pub master: [u8; IZ_MOTOR],
-    /// O1 to O8: 0 off to 512 full. May change at any time. What is less goes out as 0, what is
-    /// more as 512, with a warning in the log.
+    /// O1 to O8: 0 off to 512 full. May change at any time. Less than 0 goes out as 0, more than 512
+    /// as 512, with a warning in the log.
     #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; IZ_PWM_CHAN],
     /// M1 to M4: stop after this many pulses of the motor's counter, 0 for no limit. Needs a
@@ -36,7 +38,7 @@ pub struct Output {
     pub motor_ex_cmd_id: [u16; IZ_MOTOR],
 }
 
-impl Output {
+impl OutputValues {
     /// Switches every output off and every motor back to plain speed control: duty, distance and
     /// master 0, and a new command id for each motor.
     #[doc(alias = "StopMotors")]
@@ -51,6 +53,8 @@ impl Output {
 }
 
 /// The TXT's further outputs, 10 bytes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "TXT_SPECIAL_OUTPUTS")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,11 +68,11 @@ pub struct TxtOutputs {
     #[doc(alias = "u16SoundIndex")]
     #[doc(alias = "m_sound_index")]
     pub sound_index: u16,
-    /// How often the sound is played; 0 until the next sound command.
+    /// How often the sound is played; with 0, until the next sound command.
     #[doc(alias = "u16SoundRepeat")]
     #[doc(alias = "m_sound_repeat")]
     pub sound_repeat: u16,
-    /// Red part of the start button's colour. Not sent online, nor are the next two.
+    /// Red part of the start button's colour. This and the next two fields are not sent online.
     #[doc(alias = "u8LEDColorR")]
     pub led_color_r: u8,
     /// Green part.
@@ -87,7 +91,7 @@ mod tests {
 
     #[test]
     fn stopping_the_motors_leaves_the_extended_mode_with_a_new_id() {
-        let mut output = Output {
+        let mut output = OutputValues {
             duty: [512, 0, 0, 300, 1, 2, 3, 4],
             distance: [1000, 0, 0, 5],
             master: [0, 1, 0, 8],
@@ -97,10 +101,10 @@ mod tests {
         output.stop_motors();
         assert_eq!(
             output,
-            Output {
+            OutputValues {
                 motor_ex_cmd_id: [8, 1, 0, 2],
                 cnt_reset_cmd_id: [1, 2, 3, 4],
-                ..Output::default()
+                ..OutputValues::default()
             }
         );
     }

@@ -2,7 +2,9 @@
 
 use super::{BLUETOOTH_ADR_LEN, BT_CNT_MAX, HOSTNAME_LEN, MAX_EXTENSIONS};
 
-/// Versions of the controller's parts, a byte per number, 16 bytes. Not sent online.
+/// Versions of the controller's parts, one byte per number, 16 bytes. Not sent online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_SHMVER")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,15 +21,17 @@ pub struct Versions {
 }
 
 /// Names and versions of the controller, 64 bytes. Not sent online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_SHMIFINFO")]
 #[doc(alias = "TA_INFO")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Info {
-    /// Host name, closed with NUL.
+    /// Host name, ended by NUL.
     #[doc(alias = "device_name")]
     pub hostname: [u8; HOSTNAME_LEN + 1],
-    /// Bluetooth address, closed with NUL.
+    /// Bluetooth address, ended by NUL.
     #[doc(alias = "bt_addr")]
     pub btaddr: [u8; BLUETOOTH_ADR_LEN + 1],
     /// Unused.
@@ -49,6 +53,8 @@ pub struct Info {
 }
 
 /// State of one Bluetooth channel of the ROBO TX, 8 bytes. Not sent online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "BT_STATUS")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,13 +63,15 @@ pub struct BtStatus {
     pub conn_state: u16,
     /// 1 while the channel waits for a connection.
     pub is_listen: u16,
-    /// 1 while the channel takes messages.
+    /// 1 while the channel receives messages.
     pub is_receive: u16,
     /// Quality of the link, 0..=31.
     pub link_quality: u16,
 }
 
 /// A program on the ROBO TX, 8 bytes. Not sent online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "PGM_INFO")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,6 +85,8 @@ pub struct ProgramInfo {
 }
 
 /// State of the interface, 100 bytes.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_STATE")]
 #[doc(alias = "TA_STATE")]
 #[repr(C)]
@@ -95,13 +105,14 @@ pub struct State {
     #[doc(alias = "dev_mode")]
     pub io_mode: u8,
     /// Which controller this area is for: 0 the master, 1 the first extension, and so on. A
-    /// handler sets it once, when it makes its areas.
+    /// handler sets it once, when it makes its areas, and
+    /// [`do_transfer`](crate::TxtClient::do_transfer) each time.
     pub id: u8,
     /// Not used online.
     pub info_id: u8,
-    /// A new id has the area's [`Config`](super::Config) sent to the controller before the next
+    /// With a new id, the area's [`Config`](super::Config) is sent to the controller before the next
     /// exchange. [`raise_config_id`](super::FishX1Transfer::raise_config_id) raises it after a
-    /// change. The first one is 1.
+    /// change. The first id is 1.
     #[doc(alias = "m_config_id")]
     pub config_id: u8,
     /// In the master's area: 1 for each extension that took part in the last exchange.

@@ -1,8 +1,10 @@
-//! Parts of the TX's transfer area that an online transfer neither reads nor writes.
+//! Parts of the transfer area that an online transfer neither reads nor writes.
 
 use super::{DISPL_MSG_LEN_MAX, IZ_MOTOR, IZ_PWM_CHAN};
 
 /// A message for the ROBO TX's display, 100 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_MSG")]
 #[doc(alias = "DISPLAY_MSG")]
 #[repr(C)]
@@ -10,7 +12,7 @@ use super::{DISPL_MSG_LEN_MAX, IZ_MOTOR, IZ_PWM_CHAN};
 pub struct DisplayMessage {
     /// Raised with each message.
     pub id: u8,
-    /// The text, closed with NUL.
+    /// The text, ended by NUL.
     pub text: [u8; DISPL_MSG_LEN_MAX + 1],
 }
 
@@ -21,6 +23,8 @@ impl Default for DisplayMessage {
 }
 
 /// A picture for the ROBO TX's display, 8 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_FRAME")]
 #[doc(alias = "DISPLAY_FRAME")]
 #[repr(C)]
@@ -35,6 +39,8 @@ pub struct DisplayFrame {
 }
 
 /// The ROBO TX's display, 108 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "FTX1_DISPLAY")]
 #[doc(alias = "TA_DISPLAY")]
 #[repr(C)]
@@ -47,6 +53,8 @@ pub struct Display {
 }
 
 /// State of the ROBO TX's serial transfer, 4 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "TRANSFER_STATUS")]
 #[doc(alias = "TA_STATUS")]
 #[repr(C)]
@@ -62,6 +70,8 @@ pub struct Status {
 }
 
 /// Change marks of the ROBO TX's serial transfer, 8 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "CHANGE_STATE")]
 #[doc(alias = "TA_CHANGE")]
 #[repr(C)]
@@ -73,16 +83,16 @@ pub struct Change {
     /// A change of the state.
     #[doc(alias = "ChangeStatus")]
     pub change_status: u8,
-    /// A change of a universal input, a bit each.
+    /// A change of a universal input, one bit for each.
     #[doc(alias = "ChangeUni")]
     pub change_uni: u8,
-    /// A change of a counter input, a bit each.
+    /// A change of a counter input, one bit for each.
     #[doc(alias = "ChangeCntIn")]
     pub change_cnt_in: u8,
-    /// A change of a counter, a bit each.
+    /// A change of a counter, one bit for each.
     #[doc(alias = "ChangeCounter")]
     pub change_counter: u8,
-    /// A change of a timer, a bit each.
+    /// A change of a timer, one bit for each.
     #[doc(alias = "ChangeTimer")]
     pub change_timer: u8,
     /// Unused.
@@ -90,10 +100,12 @@ pub struct Change {
 }
 
 /// Motor values as the controller's own control loop sees them, 24 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "MOTOR")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Motor {
+pub struct MotorValues {
     /// Duty of the outputs.
     pub duty: [i16; IZ_PWM_CHAN],
     /// Values for debugging.
@@ -101,6 +113,8 @@ pub struct Motor {
 }
 
 /// Simulated buttons of the ROBO TX, 4 bytes. Not used online.
+///
+/// Closed on purpose: the fields are those of the controller's memory.
 #[doc(alias = "INPUT_SIM")]
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! What is plugged in where.
+//! Configuration: what is plugged in where.
 
 use super::{Counter, Input, Motor};
 use crate::transfer_area::{CounterConfig, CounterMode, FishX1Transfer, InputMode, UniConfig};
@@ -8,10 +8,10 @@ impl FishX1Transfer {
     /// measured value.
     ///
     /// Raises the [`config_id`](crate::transfer_area::State::config_id), so that the configuration
-    /// goes out before the next exchange. The input's value, which was measured by the old
-    /// configuration, becomes 0 until a response brings a new one. That of the exchange under way
-    /// may still be an old one; behind
-    /// [`update_config`](crate::TransferAreaComHandler::update_config) it is not.
+    /// goes out before the next exchange. The input's value, measured with the old configuration,
+    /// becomes 0 until a response brings a new one. The response of the exchange under way may still
+    /// have an old value; after [`update_config`](crate::TransferAreaComHandler::update_config) there
+    /// is none.
     ///
     /// ```
     /// use ft_transfer_area::transfer_area::InputMode;
@@ -30,7 +30,7 @@ impl FishX1Transfer {
         self.raise_config_id();
     }
 
-    /// Configures a counter input: as it is, or inverted.
+    /// Configures a counter input: normal or inverted.
     ///
     /// Raises the [`config_id`](crate::transfer_area::State::config_id).
     #[doc(alias = "SetFtCntConfig")]
@@ -42,9 +42,9 @@ impl FishX1Transfer {
     /// Configures a pair of outputs: `true` makes it a motor, the kit's default, `false` two
     /// single outputs.
     ///
-    /// Raises the [`config_id`](crate::transfer_area::State::config_id). A pair that changes is
-    /// switched off first: its duties become 0, and a motor leaves the extended mode, which no
-    /// call could stop any more.
+    /// Raises the [`config_id`](crate::transfer_area::State::config_id). A pair that changes its kind is
+    /// switched off first: its duties become 0, and a motor leaves the extended mode, because no call
+    /// could end that mode afterwards.
     #[doc(alias = "SetFtMotorConfig")]
     pub fn set_ft_motor_config(&mut self, motor: Motor, status: bool) {
         if self.is_motor(motor) != status {
@@ -59,7 +59,7 @@ impl FishX1Transfer {
         self.config.motor[motor.index()] != 0
     }
 
-    /// Switches a motor off, and back to plain speed control.
+    /// Switches a motor off and back to plain speed control.
     pub(super) fn leave_motor_ex(&mut self, motor: Motor) {
         let index = motor.index();
         for output in motor.outputs() {
@@ -70,11 +70,11 @@ impl FishX1Transfer {
         self.raise_motor_ex_cmd_id(motor);
     }
 
-    /// Has the [`config`](Self::config) sent before the next exchange. Call it after a change that
-    /// the program has made by hand; the calls above do so themselves.
+    /// Makes the [`config`](Self::config) go out before the next exchange. Call it after the program
+    /// has changed `config` itself; the `set_ft_…_config` calls do it themselves.
     ///
-    /// Raises the [`config_id`](crate::transfer_area::State::config_id) by one, from 255 to 1: 0 is
-    /// what a controller holds for the configuration that it has from the start.
+    /// Raises the [`config_id`](crate::transfer_area::State::config_id) by one, and after 255 to 1: 0 is
+    /// the id of the configuration that a controller has from the start.
     ///
     /// ```
     /// use ft_transfer_area::transfer_area::{InputMode, UniConfig};

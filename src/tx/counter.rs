@@ -4,13 +4,13 @@ use super::{next_id, Counter};
 use crate::transfer_area::FishX1Transfer;
 
 impl FishX1Transfer {
-    /// Has a counter reset to 0, which takes two exchanges.
+    /// Resets a counter to 0, which takes two exchanges.
     ///
-    /// Raises the [`cnt_reset_cmd_id`](crate::transfer_area::Output::cnt_reset_cmd_id) by one, from
-    /// 65535 to 0, or by two where one would be the id that has come back last.
-    /// [`is_cnt_reset_ready`](Self::is_cnt_reset_ready) tells when that is done, and its
-    /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) becomes 1 then; both are
-    /// reset here.
+    /// Raises the [`cnt_reset_cmd_id`](crate::transfer_area::OutputValues::cnt_reset_cmd_id) by one, and
+    /// after 65535 to 0; if that is the id last reported as done, by one more. When the reset is done,
+    /// [`is_cnt_reset_ready`](Self::is_cnt_reset_ready) is `true` and
+    /// [`cnt_resetted`](crate::transfer_area::InputValues::cnt_resetted) becomes 1; this call sets them
+    /// to `false` and 0.
     #[doc(alias = "StartCounterReset")]
     pub fn start_counter_reset(&mut self, counter: Counter) {
         let index = counter.index();
@@ -27,22 +27,22 @@ impl FishX1Transfer {
         self.input.cnt_reset_cmd_id[index] == self.output.cnt_reset_cmd_id[index]
     }
 
-    /// The pulses of a counter since its last reset, and the present level of its input.
+    /// The pulses of a counter since its last reset, and the current level of its input.
     #[doc(alias = "GetInCounterValue")]
     #[must_use]
     pub fn get_in_counter_value(&self, counter: Counter) -> (u16, bool) {
         (self.get_in_cnt_count(counter), self.get_in_cnt_state(counter))
     }
 
-    /// The pulses of a counter since its last reset. The area holds them as a signed number, which
-    /// is negative beyond 32767; this is not.
+    /// The pulses of a counter since its last reset, 0..=65535. The area holds them as a signed number,
+    /// which is negative above 32767.
     #[doc(alias = "GetInCntCount")]
     #[must_use]
     pub fn get_in_cnt_count(&self, counter: Counter) -> u16 {
         self.input.counter[counter.index()] as u16
     }
 
-    /// The present level of a counter input.
+    /// The current level of a counter input.
     #[doc(alias = "GetInCntState")]
     #[must_use]
     pub fn get_in_cnt_state(&self, counter: Counter) -> bool {

@@ -4,20 +4,20 @@ use super::Input;
 use crate::error::Error;
 use crate::transfer_area::{FishX1Transfer, InputMode, R2_OVR, R_OVR, ULTRASONIC_OVR, U_OVR};
 
-/// What a universal input reports.
+/// What a universal input reports. Closed on purpose: it has the two values of the C call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct IoValue {
     /// 0 or 1 when digital, else Ω, mV or cm as configured.
     pub value: i16,
-    /// Whether a measured value is over range, which also stands for nothing connected.
+    /// Whether a measured value is over range, also when nothing is connected.
     #[doc(alias = "overrun")]
     pub over_range: bool,
 }
 
 impl FishX1Transfer {
-    /// The value of a universal input, and whether it is over range:
-    /// [`R_OVR`], [`R2_OVR`], [`U_OVR`] or [`ULTRASONIC_OVR`] as its mode says, or more, such as an
-    /// ultrasonic sensor that is not connected.
+    /// The value of a universal input, and whether it is over range: at least [`R_OVR`], [`R2_OVR`],
+    /// [`U_OVR`] or [`ULTRASONIC_OVR`], as its mode says. An ultrasonic sensor that is not connected
+    /// is over range too.
     #[doc(alias = "GetInIOValue")]
     #[must_use]
     pub fn get_in_io_value(&self, input: Input) -> IoValue {
@@ -75,7 +75,7 @@ impl FishX1Transfer {
         self.txt_inputs2.mic_log
     }
 
-    /// How many extensions took part in the last exchange. Only the master's area knows.
+    /// How many extensions took part in the last exchange. Only the master's area has it.
     #[doc(alias = "IsSlaveActive")]
     #[must_use]
     pub fn slaves_alive(&self) -> usize {

@@ -5,7 +5,7 @@ use crate::transfer_area::{
     IR_RECEIVER_IDX_OFF_ON, IR_RECEIVER_IDX_ON_OFF, IR_RECEIVER_IDX_ON_ON,
 };
 
-/// Which infrared remote, by its two DIP switches.
+/// Which infrared remote, by its two DIP switches. Closed on purpose: there are no other settings.
 #[doc(alias = "IrDev")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum IrDevice {
@@ -30,13 +30,13 @@ impl IrDevice {
     /// All of them, in the order of [`ir_input`](crate::transfer_area::TxtInputs::ir_input).
     pub const ALL: [Self; 5] = [Self::Any, Self::OffOff, Self::OnOff, Self::OffOn, Self::OnOn];
 
-    /// Where it is in [`ir_input`](crate::transfer_area::TxtInputs::ir_input), 0..=4.
+    /// Its index in [`ir_input`](crate::transfer_area::TxtInputs::ir_input), 0..=4.
     pub const fn index(self) -> usize {
         self as usize
     }
 }
 
-/// An axis of a joystick, −15..=15 with 0 in the middle.
+/// An axis of a joystick, −15..=15 with 0 in the middle. Closed on purpose: a remote has these four.
 #[doc(alias = "IrAxisF")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JoystickAxis {
@@ -54,7 +54,7 @@ pub enum JoystickAxis {
     RightY,
 }
 
-/// Half an axis of a joystick, 0 in the middle to 15.
+/// Half an axis of a joystick, 0 in the middle to 15. Closed on purpose: a remote has these eight.
 #[doc(alias = "IrAxisP")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JoystickPart {
@@ -84,7 +84,7 @@ pub enum JoystickPart {
     RightYToBackwards,
 }
 
-/// A button or DIP switch of an infrared remote.
+/// A button or DIP switch of an infrared remote. Closed on purpose: a remote has these four.
 #[doc(alias = "IrButSwi")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum JoystickSwitch {
@@ -94,10 +94,10 @@ pub enum JoystickSwitch {
     /// The OFF button.
     #[doc(alias = "ButtonOff")]
     Off,
-    /// DIP switch 1. Sent only along with another change.
+    /// DIP switch 1. Sent only together with another change.
     #[doc(alias = "DipSwitch1")]
     Dip1,
-    /// DIP switch 2. Sent only along with another change.
+    /// DIP switch 2. Sent only together with another change.
     #[doc(alias = "DipSwitch2")]
     Dip2,
 }
@@ -133,7 +133,7 @@ impl FishX1Transfer {
         }
     }
 
-    /// Whether a button of a remote is pressed, or a DIP switch on.
+    /// Whether a button of a remote is pressed, or a DIP switch is on.
     #[doc(alias = "GetJoystickButSwi")]
     #[must_use]
     pub fn get_joystick_but_swi(&self, device: IrDevice, switch: JoystickSwitch) -> bool {

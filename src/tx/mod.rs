@@ -3,18 +3,18 @@
 //! A C program names the controller in each call; here the call is a method of its
 //! [`FishX1Transfer`](crate::FishX1Transfer): `SetOutMotorValues(LOCAL_IO, …)` becomes
 //! `areas[LOCAL_IO].set_out_motor_values(…)`. Names and meaning are those of the C calls. No call
-//! blocks or talks to the controller: each reads or writes the area under the lock that the
-//! program holds, and what is written goes out with the next exchange.
+//! blocks or talks to the controller: it reads or writes the area under the guard that the program
+//! holds, and what it writes goes out with the next exchange.
 //!
-//! Terminals, directions, modes and sounds have types, so a wrong number can't be given to a call;
-//! it is refused where it becomes one of them, by `try_from`. A call that errs has changed nothing.
+//! Terminals, directions, modes and sounds have types, so no call can get a wrong number: `try_from`,
+//! which makes them from numbers, refuses it. A call that returns an error changes nothing.
 //!
 //! ```
 //! use ft_transfer_area::tx::{Direction, Motor, Output, Sound};
 //! use ft_transfer_area::{Error, FishX1Transfer};
 //!
 //! # fn main() -> Result<(), Error> {
-//! let mut area = FishX1Transfer::default(); // as it is in a handler: areas[LOCAL_IO]
+//! let mut area = FishX1Transfer::default(); // in a handler: areas[LOCAL_IO]
 //! area.set_ft_motor_config(Motor::M4, false); // O7 and O8
 //! area.set_out_pwm_values(Output::O7, 300)?;
 //! area.set_out_motor_values(Motor::M1, 512, Direction::Ccw)?;
@@ -26,14 +26,17 @@
 //! # }
 //! ```
 //!
+//! The terminals and directions are those of the controller, the remotes and their parts those of the
+//! infrared set. There can't be more, so these enums are closed on purpose: a `match` on them needs no
+//! other arm. A new firmware may add sounds and input modes.
+//!
 //! # The extended motor mode
 //!
-//! [`start_motor_ex_cmd`](crate::FishX1Transfer::start_motor_ex_cmd) lets the controller count: it
-//! resets the counters, turns the motors together and stops them after a number of pulses. From then
-//! on it holds them, and [`set_out_motor_values`](crate::FishX1Transfer::set_out_motor_values)
-//! does not turn them until
-//! [`stop_motor_ex_cmd`](crate::FishX1Transfer::stop_motor_ex_cmd) has left the mode, for each of
-//! them.
+//! With [`start_motor_ex_cmd`](crate::FishX1Transfer::start_motor_ex_cmd) the controller itself counts:
+//! it resets the counters, turns the motors together and stops them after a number of pulses. Then it
+//! holds them, and [`set_out_motor_values`](crate::FishX1Transfer::set_out_motor_values) does not turn
+//! a motor until [`stop_motor_ex_cmd`](crate::FishX1Transfer::stop_motor_ex_cmd) has ended the mode
+//! for it.
 
 mod config;
 mod counter;
@@ -50,8 +53,8 @@ pub use joystick::{IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
 pub use output::Direction;
 pub use sound::{Sound, SILENCE};
 
-/// The id of a new command: neither the last one's nor the one that has come back, so that it can't
-/// be taken for done.
+/// The id of a new command: neither the last command's id nor the one last reported as done, so that
+/// the new command can't read as done.
 fn next_id(commanded: u16, finished: u16) -> u16 {
     let next = commanded.wrapping_add(1);
     if next == finished {

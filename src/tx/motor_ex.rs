@@ -6,22 +6,21 @@ use crate::error::Error;
 use crate::transfer_area::{FishX1Transfer, IZ_MOTOR};
 
 impl FishX1Transfer {
-    /// Lets the controller turn a motor for 1..=65535 pulses of its counter, alone or
-    /// together with up to three others, and hold them there.
+    /// The controller turns a motor for 1..=65535 pulses of its counter, alone or together with up
+    /// to three others, and holds them there.
     ///
-    /// The master turns with this duty, 0..=512, in its direction; the slaves follow it with the
-    /// same duty, each in its own direction, for as many pulses. The counters of all of them are
-    /// reset. A command that is under way is replaced. With duty 0 or [`Direction::Halt`] the
+    /// The master turns with this duty, 0..=512, in its direction. The slaves follow it with the same
+    /// duty and for the same number of pulses, each in its own direction. The counters of all these
+    /// motors are reset. A command under way is replaced. With duty 0 or [`Direction::Halt`] the
     /// motor waits for a duty.
     ///
-    /// [`is_motor_ex_ready`](Self::is_motor_ex_ready) tells for each of them when it has arrived,
-    /// and its [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) becomes 1
-    /// then; both are reset here.
-    /// Afterwards the motors stay in the extended mode: call
-    /// [`stop_motor_ex_cmd`](Self::stop_motor_ex_cmd) for each before plain speed control.
+    /// When a motor has arrived, [`is_motor_ex_ready`](Self::is_motor_ex_ready) is `true` for it and its
+    /// [`motor_ex_reached`](crate::transfer_area::InputValues::motor_ex_reached) becomes 1; this call
+    /// sets them to `false` and 0. Afterwards the motors stay in the extended mode: before plain speed
+    /// control, call [`stop_motor_ex_cmd`](Self::stop_motor_ex_cmd) for each of them.
     ///
-    /// FtTxtLib has three calls of this name, for 0, 1 and 3 slaves; the TX library has
-    /// `StartMotorExCmd4` for the last.
+    /// FtTxtLib has three calls of this name, for 0, 1 and 3 slaves; in the TX library the call for 3
+    /// slaves is `StartMotorExCmd4`.
     ///
     /// ```
     /// use ft_transfer_area::tx::{Direction, Motor};
@@ -40,8 +39,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the duty and the pulses, [`Error::MotorTwice`] for a slave that
-    /// is the master or named twice, [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`Error::OutOfRange`] for the duty and the pulses, [`Error::ZeroPulses`],
+    /// [`Error::MotorTwice`] for a slave that is the master or is given twice, [`Error::NotAMotor`] for
+    /// a pair of single outputs.
     #[doc(alias = "StartMotorExCmd")]
     #[doc(alias = "StartMotorExCmd4")]
     pub fn start_motor_ex_cmd(
@@ -53,19 +53,74 @@ impl FishX1Transfer {
         pulses: u32,
     ) -> Result<(), Error> {
         check_duty(duty)?;
+        if pulses == 0 {
+            return Err(Error::ZeroPulses);
+        }
         Error::check_range("number of pulses", pulses, 1..=u16::MAX.into())?;
         self.check_group(motor, slaves)?;
         // Checked above.
-        let distance = pulses as u16;
+        self.begin_group(motor, duty, direction, slaves, pulses as u16);
+        Ok(())
+    }
+
+    /// Turns motors together without an end, as a command with 0 pulses does on the TX.
+    ///
+    /// The slaves follow the master, each in its own direction, and the controller keeps them together.
+    /// Counters are not reset. To change the speed, set a new duty for each of the motors by
+    /// [`set_out_motor_values`](Self::set_out_motor_values). Without slaves, this is plain speed
+    /// control, and it also ends an earlier command of the motor.
+    ///
+    /// The command of a slave is never done, so do not wait for it. To end it, call
+    /// [`stop_motor_ex_cmd`](Self::stop_motor_ex_cmd) for each motor.
+    ///
+    /// ```
+    /// use ft_transfer_area::tx::{Direction, Motor};
+    /// use ft_transfer_area::{Error, FishX1Transfer};
+    ///
+    /// # fn main() -> Result<(), Error> {
+    /// let mut area = FishX1Transfer::default();
+    /// let slaves = [(Motor::M2, Direction::Ccw)];
+    /// area.start_synchronised(Motor::M1, 512, Direction::Cw, &slaves)?; // M2 follows M1
+    /// assert_eq!((area.output.master, area.output.distance), ([0, 1, 0, 0], [0; 4]));
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the duty, [`Error::MotorTwice`] for a slave that is the master or is
+    /// given twice, [`Error::NotAMotor`] for a pair of single outputs.
+    #[doc(alias = "StartMotorExCmd")]
+    #[doc(alias = "StartMotorExCmd4")]
+    pub fn start_synchronised(
+        &mut self,
+        motor: Motor,
+        duty: i16,
+        direction: Direction,
+        slaves: &[(Motor, Direction)],
+    ) -> Result<(), Error> {
+        check_duty(duty)?;
+        self.check_group(motor, slaves)?;
+        self.begin_group(motor, duty, direction, slaves, 0);
+        Ok(())
+    }
+
+    fn begin_group(
+        &mut self,
+        motor: Motor,
+        duty: i16,
+        direction: Direction,
+        slaves: &[(Motor, Direction)],
+        distance: u16,
+    ) {
         self.begin_motor_ex(motor, duty, direction, distance, 0);
         for &(slave, direction) in slaves {
             // The area counts motors from 1; 0 is no master.
             self.begin_motor_ex(slave, duty, direction, distance, motor.index() as u8 + 1);
         }
-        Ok(())
     }
 
-    /// Errs unless these are different motors.
+    /// An error unless these are different motors.
     fn check_group(&self, motor: Motor, slaves: &[(Motor, Direction)]) -> Result<(), Error> {
         self.check_motor(motor)?;
         let mut named = [false; IZ_MOTOR];
@@ -93,13 +148,13 @@ impl FishX1Transfer {
         self.raise_motor_ex_cmd_id(motor);
     }
 
-    /// Has the controller take over a motor's [`distance`](crate::transfer_area::Output::distance)
-    /// and [`master`](crate::transfer_area::Output::master), as a command that is not done yet. Call
-    /// it after a change that the program has made by hand; the other calls do so themselves.
+    /// Makes the controller take over a motor's [`distance`](crate::transfer_area::OutputValues::distance)
+    /// and [`master`](crate::transfer_area::OutputValues::master) as a new command. Call it after the
+    /// program has changed them itself; the other calls do it themselves.
     ///
-    /// Raises the [`motor_ex_cmd_id`](crate::transfer_area::Output::motor_ex_cmd_id) by one, from
-    /// 65535 to 0, or by two where one would be the id that has come back last. The motor's
-    /// [`motor_ex_reached`](crate::transfer_area::Input::motor_ex_reached) becomes 0.
+    /// Raises the [`motor_ex_cmd_id`](crate::transfer_area::OutputValues::motor_ex_cmd_id) by one, and
+    /// after 65535 to 0; if that is the id last reported as done, by one more. The motor's
+    /// [`motor_ex_reached`](crate::transfer_area::InputValues::motor_ex_reached) becomes 0.
     ///
     /// ```
     /// use ft_transfer_area::tx::Motor;
@@ -118,10 +173,10 @@ impl FishX1Transfer {
         self.input.motor_ex_reached[index] = 0;
     }
 
-    /// Whether the last command of a motor is done: its distance, or leaving the mode. Also `true`
-    /// for a motor that has never had one.
+    /// Whether the last command of a motor is done: a distance, or the end of the extended mode. Also
+    /// `true` for a motor that has never had a command.
     ///
-    /// A command that has just been started is never done, whatever comes back of older ones.
+    /// A command that has just been started never reads as done because of an older one.
     #[doc(alias = "IsMotorExReady")]
     #[doc(alias = "IsMotorExCmdReady")]
     #[must_use]
@@ -130,9 +185,9 @@ impl FishX1Transfer {
         self.input.motor_ex_cmd_id[index] == self.output.motor_ex_cmd_id[index]
     }
 
-    /// Stops a motor and leaves the extended mode: duty, distance and master 0, by a new command.
+    /// Stops a motor and ends the extended mode: duty, distance and master 0, as a new command.
     ///
-    /// Those that follow this motor stay in the mode, and wait for it; stop them too.
+    /// Motors that follow this motor stay in the mode and wait for it; stop them too.
     ///
     /// # Errors
     ///
@@ -144,9 +199,9 @@ impl FishX1Transfer {
         Ok(())
     }
 
-    /// Stops all motors of this controller and leaves the extended mode. Single outputs stay as
-    /// they are; [`Output::stop_motors`](crate::transfer_area::Output::stop_motors) switches
-    /// these off too.
+    /// Stops all motors of this controller and ends the extended mode. Single outputs stay as they
+    /// are; [`OutputValues::stop_motors`](crate::transfer_area::OutputValues::stop_motors) switches them
+    /// off too.
     #[doc(alias = "StopAllMotorExCmd")]
     pub fn stop_all_motor_ex_cmd(&mut self) {
         for motor in Motor::ALL {
@@ -181,11 +236,22 @@ mod tests {
     }
 
     #[test]
+    fn motors_turn_together_without_a_distance_by_new_commands() {
+        let mut area = FishX1Transfer::default();
+        area.start_motor_ex_cmd(M1, 512, Cw, &[(M2, Cw)], 100).unwrap();
+        area.start_synchronised(M2, 300, Ccw, &[(M1, Cw), (M4, Ccw)]).unwrap();
+        assert_eq!(area.output.duty, [300, 0, 0, 300, 0, 0, 0, 300]);
+        assert_eq!((area.output.distance, area.output.master), ([0; 4], [2, 0, 0, 2]));
+        assert_eq!(area.output.motor_ex_cmd_id, [2, 2, 0, 1]);
+    }
+
+    #[test]
     fn what_makes_no_sense_is_refused_and_changes_nothing() {
         let mut area = FishX1Transfer::default();
         area.set_ft_motor_config(M4, false);
         let before = area;
-        for pulses in [0, 65_536, u32::MAX] {
+        assert_eq!(area.start_motor_ex_cmd(M1, 512, Cw, &[], 0), Err(Error::ZeroPulses));
+        for pulses in [65_536, u32::MAX] {
             let given = pulses.into();
             assert_eq!(
                 area.start_motor_ex_cmd(M1, 512, Cw, &[], pulses),
@@ -193,8 +259,12 @@ mod tests {
             );
         }
         for duty in [-1, 513] {
-            let error = area.start_motor_ex_cmd(M1, duty, Cw, &[], 1).unwrap_err();
-            assert!(matches!(error, Error::OutOfRange { what: "duty", .. }), "{error}");
+            for error in [
+                area.start_motor_ex_cmd(M1, duty, Cw, &[], 1).unwrap_err(),
+                area.start_synchronised(M1, duty, Cw, &[]).unwrap_err(),
+            ] {
+                assert!(matches!(error, Error::OutOfRange { what: "duty", .. }), "{error}");
+            }
         }
         for (master, slaves, error) in [
             (M1, &[(M1, Cw)][..], Error::MotorTwice { motor: M1 }),
@@ -203,6 +273,7 @@ mod tests {
             (M4, &[], Error::NotAMotor { motor: M4 }),
             (M1, &[(M2, Cw), (M4, Cw)], Error::NotAMotor { motor: M4 }),
         ] {
+            assert_eq!(area.start_synchronised(master, 512, Cw, slaves), Err(error.clone()));
             assert_eq!(area.start_motor_ex_cmd(master, 512, Cw, slaves, 1), Err(error));
         }
         assert_eq!(area.stop_motor_ex_cmd(M4), Err(Error::NotAMotor { motor: M4 }));

@@ -1,4 +1,4 @@
-//! Numbers of a C program, made into the types of the calls.
+//! Conversion of a C program's numbers to the types of the calls.
 
 use std::ops::RangeInclusive;
 
@@ -6,7 +6,7 @@ use super::{Counter, Direction, Input, IrDevice, Motor, Output, Sound};
 use crate::error::Error;
 use crate::transfer_area::{CounterMode, InputMode};
 
-/// The variant with this place among all, which have the numbers of this range.
+/// The variant with this number; all variants, in order, have the numbers of the range.
 fn variant<T: Copy>(
     what: &'static str,
     given: i64,
@@ -19,9 +19,16 @@ fn variant<T: Copy>(
     found.ok_or(Error::OutOfRange { what, given, least, most })
 }
 
-/// Implements `TryFrom` for types whose variants have consecutive numbers.
+/// Implements `TryFrom` for types whose variants have consecutive numbers: from the integer type that
+/// the area or its indices have, and from `i32` for C's `int` and plain numbers.
 macro_rules! from_numbers {
-    ($($(#[$about:meta])* $type:ty, $number:ty: $what:literal, $range:expr, $all:expr;)+) => {$(
+    ($($(#[$about:meta])* $type:ty, $($number:ty)|+: $what:literal, $range:expr, $all:expr;)+) => {
+        $(from_numbers!(@each [$(#[$about])*] $type, [$($number)+], $what, $range, $all);)+
+    };
+    (@each $about:tt $type:ty, [$($number:ty)+], $what:literal, $range:expr, $all:expr) => {
+        $(from_numbers!(@one $about $type, $number, $what, $range, $all);)+
+    };
+    (@one [$(#[$about:meta])*] $type:ty, $number:ty, $what:literal, $range:expr, $all:expr) => {
         $(#[$about])*
         ///
         /// # Errors
@@ -34,33 +41,28 @@ macro_rules! from_numbers {
                 variant($what, i64::try_from(number).unwrap_or(i64::MAX), $range, &$all)
             }
         }
-    )+};
+    };
 }
 
 from_numbers! {
     /// 0 is I1, as the C libraries count.
-    Input, usize: "input's index", 0..=7, Input::ALL;
+    Input, usize | i32: "input's index", 0..=7, Input::ALL;
     /// 0 is C1, as the C libraries count.
-    Counter, usize: "counter's index", 0..=3, Counter::ALL;
+    Counter, usize | i32: "counter's index", 0..=3, Counter::ALL;
     /// 0 is M1, as the C libraries count.
-    Motor, usize: "motor's index", 0..=3, Motor::ALL;
+    Motor, usize | i32: "motor's index", 0..=3, Motor::ALL;
     /// 0 is O1, as the C libraries count.
-    Output, usize: "output's index", 0..=7, Output::ALL;
+    Output, usize | i32: "output's index", 0..=7, Output::ALL;
     /// −1 is counterclockwise, 0 is halt, 1 is clockwise.
     Direction, i32: "direction", -1..=1, [Direction::Ccw, Direction::Halt, Direction::Cw];
-    /// The number that an area holds.
-    InputMode, u8: "input's mode", 0..=3, [
-        InputMode::Voltage,
-        InputMode::Resistance,
-        InputMode::Resistance15k,
-        InputMode::Ultrasonic,
-    ];
-    /// The number that an area holds.
-    CounterMode, u8: "counter's mode", 0..=1, [CounterMode::Inverted, CounterMode::Normal];
+    /// The number that an area holds, FtTxtLib's too: 0 `MODE_U`, 1 `MODE_R`, 3 `MODE_ULTRASONIC`.
+    InputMode, u8 | i32: "input's mode", 0..=3, InputMode::ALL;
+    /// The number that an area holds. In the TX library 0 is normal and 1 inverted.
+    CounterMode, u8 | i32: "counter's mode", 0..=1, CounterMode::ALL;
     /// The index of the infrared remote in an area.
-    IrDevice, usize: "infrared remote's index", 0..=4, IrDevice::ALL;
+    IrDevice, usize | i32: "infrared remote's index", 0..=4, IrDevice::ALL;
     /// The number of the sound's file.
-    Sound, u16: "sound's index", 1..=29, Sound::ALL;
+    Sound, u16 | i32: "sound's index", 1..=29, *Sound::ALL;
 }
 
 #[cfg(test)]
@@ -69,7 +71,7 @@ mod tests {
 
     use super::*;
 
-    /// Checks that these numbers are the variants in order, and those around them refused.
+    /// Checks that these numbers become the variants in order, and that numbers around them are refused.
     fn check<T, N>(numbers: RangeInclusive<i64>, all: &[T])
     where
         T: TryFrom<N, Error = Error> + PartialEq + Debug,
@@ -99,14 +101,16 @@ mod tests {
         check::<Counter, usize>(0..=3, &Counter::ALL);
         check::<Motor, usize>(0..=3, &Motor::ALL);
         check::<Output, usize>(0..=7, &Output::ALL);
+        check::<Motor, i32>(0..=3, &Motor::ALL);
         check::<Direction, i32>(-1..=1, &[Direction::Ccw, Direction::Halt, Direction::Cw]);
-        check::<CounterMode, u8>(0..=1, &[CounterMode::Inverted, CounterMode::Normal]);
+        check::<CounterMode, u8>(0..=1, &CounterMode::ALL);
         check::<IrDevice, usize>(0..=4, &IrDevice::ALL);
-        check::<Sound, u16>(1..=29, &Sound::ALL);
+        check::<Sound, u16>(1..=29, Sound::ALL);
         for mode in 0..=3 {
-            assert_eq!(InputMode::try_from(mode).map(|mode| mode as u8), Ok(mode));
+            assert_eq!(InputMode::try_from(mode).map(u8::from), Ok(mode));
         }
         assert!(InputMode::try_from(4).is_err());
+        assert_eq!(CounterMode::ALL.map(u8::from), [0, 1]);
         assert!(Motor::try_from(usize::MAX).is_err());
         assert!(Direction::try_from(i32::MIN).is_err());
     }

@@ -4,13 +4,13 @@ use super::{Motor, Output};
 use crate::error::Error;
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX};
 
-/// Which way a motor turns. The numbers are FtTxtLib's.
+/// Which way a motor turns. The numbers are FtTxtLib's. Closed on purpose: there is no other way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// Counterclockwise: the second output of the pair is on.
     #[doc(alias = "CCW")]
     Ccw = -1,
-    /// Not at all, whatever the duty.
+    /// The motor does not turn, with any duty.
     Halt = 0,
     /// Clockwise: the first output of the pair is on.
     #[doc(alias = "CW")]
@@ -20,7 +20,7 @@ pub enum Direction {
 impl FishX1Transfer {
     /// Turns a motor with this duty, 0..=512, in this direction.
     ///
-    /// In the extended mode the duty is taken over, and the motor goes on to its distance.
+    /// In the extended mode the motor goes on to its distance with the new duty.
     ///
     /// # Errors
     ///
@@ -65,7 +65,7 @@ impl FishX1Transfer {
         Ok(())
     }
 
-    /// The power of a motor, −512 to 512: the duty of its first output less that of its second.
+    /// The power of a motor, −512 to 512: the duty of its first output minus that of its second.
     ///
     /// # Errors
     ///
@@ -77,7 +77,7 @@ impl FishX1Transfer {
         Ok(first.saturating_sub(second))
     }
 
-    /// Switches a single output to this duty, 0 off to 512 full.
+    /// Sets the duty of a single output, 0 off to 512 full.
     ///
     /// # Errors
     ///
@@ -113,7 +113,7 @@ impl FishX1Transfer {
         }
     }
 
-    /// Errs when the pair is two single outputs.
+    /// An error when the pair is two single outputs.
     pub(super) fn check_motor(&self, motor: Motor) -> Result<(), Error> {
         if self.is_motor(motor) {
             Ok(())
@@ -131,7 +131,7 @@ impl FishX1Transfer {
     }
 }
 
-/// Errs when it is no duty.
+/// An error when it is not a duty.
 pub(super) fn check_duty(duty: i16) -> Result<(), Error> {
     Error::check_range("duty", duty, 0..=DUTY_MAX.into())
 }

@@ -4,10 +4,10 @@ use super::next_id;
 use crate::error::Error;
 use crate::transfer_area::FishX1Transfer;
 
-/// The index of no sound at all, which ends the one that plays.
+/// The index for no sound: it stops the sound that is playing.
 pub const SILENCE: u16 = 0;
 
-/// Sound files have a number of two digits.
+/// The numbers of sound files have two digits.
 const SOUND_MAX: i64 = 99;
 
 /// Declares the sounds in the order of their numbers, from 1, each with the name of its file.
@@ -15,19 +15,20 @@ macro_rules! sounds {
     ($($sound:ident $name:literal)+) => {
         /// The sounds that a TXT is delivered with, by the names of their files.
         ///
-        /// The files lie in `/opt/knobloch/SoundFiles` on the controller and can be exchanged. Source:
+        /// The files are in `/opt/knobloch/SoundFiles` on the controller and can be replaced. Source:
         /// appendix A of the kit's document.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u16)]
+        #[non_exhaustive]
         pub enum Sound {
             $(#[doc = $name] $sound),+
         }
 
         impl Sound {
             /// All of them, in the order of their numbers: the first has number 1.
-            pub const ALL: [Self; 29] = [$(Self::$sound),+];
+            pub const ALL: &'static [Self] = &[$(Self::$sound),+];
 
-            /// The name of its file, without number and ending.
+            /// The name of its file, without number and extension.
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$sound => $name),+
@@ -83,12 +84,20 @@ impl From<Sound> for u16 {
     }
 }
 
+/// Its number, 1..=29, as [`set_sound`](FishX1Transfer::set_sound) takes it.
+impl From<Sound> for i64 {
+    fn from(sound: Sound) -> Self {
+        sound.index().into()
+    }
+}
+
 impl FishX1Transfer {
-    /// Plays a sound this many times, 0 until the next sound command; it replaces the one that plays.
+    /// Plays a sound `repeat` times, with 0 until the next sound command. It replaces the sound that is
+    /// playing.
     ///
-    /// The sound is a [`Sound`], or the number of a file that somebody has put onto the
-    /// controller, at most 99; [`SILENCE`] ends the sound that plays.
-    /// [`is_sound_ready`](Self::is_sound_ready) tells when it is done.
+    /// `sound` is a [`Sound`], or the number of a file as any integer: 1 to 29 as delivered, and up to
+    /// 99 for files that somebody has put onto the controller. [`SILENCE`] stops the sound that is
+    /// playing. [`is_sound_ready`](Self::is_sound_ready) is `true` when the sound is done.
     ///
     /// ```
     /// use ft_transfer_area::tx::{Sound, SILENCE};
@@ -98,6 +107,7 @@ impl FishX1Transfer {
     /// let mut area = FishX1Transfer::default();
     /// area.set_sound(Sound::Bell, 2)?;
     /// assert_eq!((area.txt_outputs.sound_index, area.txt_outputs.sound_repeat), (3, 2));
+    /// area.set_sound(1, 2)?; // Sound::Airplane
     /// area.set_sound(SILENCE, 1)?;
     /// # Ok(())
     /// # }
@@ -105,12 +115,13 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for a number of more than two digits.
+    /// [`Error::OutOfRange`] for a number below 0 or with more than two digits.
     #[doc(alias = "SetSound")]
-    pub fn set_sound(&mut self, sound: impl Into<u16>, repeat: u16) -> Result<(), Error> {
-        let index = sound.into();
+    pub fn set_sound(&mut self, sound: impl TryInto<i64>, repeat: u16) -> Result<(), Error> {
+        // What does not fit is out of range in any case.
+        let index = sound.try_into().unwrap_or(i64::MAX);
         Error::check_range("sound's index", index, 0..=SOUND_MAX)?;
-        self.txt_outputs.sound_index = index;
+        self.txt_outputs.sound_index = index as u16;
         self.txt_outputs.sound_repeat = repeat;
         self.raise_sound_cmd_id();
         Ok(())
@@ -118,14 +129,14 @@ impl FishX1Transfer {
 
     /// Plays the sound that is set in the area, or plays it again.
     ///
-    /// Raises the [`sound_cmd_id`](crate::transfer_area::TxtOutputs::sound_cmd_id) by one, from
-    /// 65535 to 0, or by two where one would be the id that has come back last.
+    /// Raises the [`sound_cmd_id`](crate::transfer_area::TxtOutputs::sound_cmd_id) by one, and after
+    /// 65535 to 0; if that is the id last reported as done, by one more.
     pub fn raise_sound_cmd_id(&mut self) {
         self.txt_outputs.sound_cmd_id =
             next_id(self.txt_outputs.sound_cmd_id, self.txt_inputs.sound_cmd_id);
     }
 
-    /// Whether the last sound command is done. Also `true` when there was none; a sound that repeats
+    /// Whether the last sound command is done. Also `true` when there was none. A sound that repeats
     /// for ever is never done.
     #[doc(alias = "IsSoundReady")]
     #[must_use]
@@ -142,7 +153,7 @@ mod tests {
     fn the_sounds_have_the_numbers_of_their_files() {
         let numbers: Vec<u16> = Sound::ALL.iter().map(|sound| sound.index()).collect();
         assert_eq!(numbers, (1..=29).collect::<Vec<u16>>());
-        // Some of the appendix.
+        // Some sounds of the appendix.
         for (file, sound) in [
             ("01_Airplane.wav", Sound::Airplane),
             ("03_Bell.wav", Sound::Bell),
@@ -167,14 +178,30 @@ mod tests {
     }
 
     #[test]
+    fn a_sound_is_a_number_of_any_type_or_a_name() {
+        let mut area = FishX1Transfer::default();
+        let mut index_after = |result: fn(&mut FishX1Transfer) -> Result<(), Error>| {
+            result(&mut area).unwrap();
+            area.txt_outputs.sound_index
+        };
+        assert_eq!(index_after(|area| area.set_sound(7, 1)), 7);
+        assert_eq!(index_after(|area| area.set_sound(8_u16, 1)), 8);
+        assert_eq!(index_after(|area| area.set_sound(9_usize, 1)), 9);
+        assert_eq!(index_after(|area| area.set_sound(Sound::Bell, 1)), 3);
+    }
+
+    #[test]
     fn a_number_that_no_file_can_have_is_refused_and_changes_nothing() {
         let mut area = FishX1Transfer::default();
-        area.set_sound(99_u16, 1).unwrap();
+        area.set_sound(99, 1).unwrap();
         let before = area;
-        for index in [100, u16::MAX] {
+        for index in [100, -1, 65_536 + 1, i32::MAX] {
             let error = area.set_sound(index, 1).unwrap_err();
-            assert!(matches!(error, Error::OutOfRange { least: 0, most: 99, .. }), "{error}");
+            let given = index.into();
+            let expected = Error::OutOfRange { what: "sound's index", given, least: 0, most: 99 };
+            assert_eq!(error, expected);
         }
+        assert!(area.set_sound(u64::MAX, 1).is_err());
         assert_eq!(area, before);
     }
 }

@@ -6,6 +6,8 @@ use super::{check, push_values, CommandId, ID_LEN};
 use crate::error::Error;
 
 /// The command that starts the camera server, which takes 1 to 2 seconds.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Command_StartCameraOnline")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StartCameraOnline {
@@ -15,7 +17,7 @@ pub struct StartCameraOnline {
     pub height: i32,
     /// Frames per second.
     pub framerate: i32,
-    /// Frequency of the lamps' mains in Hz, 50 or 60; 0 is automatic.
+    /// Frequency of the mains in Hz, 50 or 60; 0 is automatic.
     #[doc(alias = "m_powerlinefreq")]
     pub power_line_frequency: i32,
 }
@@ -24,7 +26,7 @@ impl StartCameraOnline {
     /// Size of the packet in bytes.
     pub const LEN: usize = 20;
 
-    /// Reads the packet. Errs when id or size are another packet's.
+    /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         let kind = CommandId::StartCameraOnline;
         check(bytes, kind.name(), kind.id(), Self::LEN)?;
@@ -53,7 +55,9 @@ mod field {
     pub(super) const SIZE_COMPRESSED: RangeFrom<usize> = 16..;
 }
 
-/// What stands in front of each frame on the camera connection; the JPEG bytes follow.
+/// The header of each frame on the camera connection; the JPEG bytes follow.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Response_CameraOnlineFrame")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraFrameHeader {
@@ -82,7 +86,7 @@ impl CameraFrameHeader {
     #[doc(alias = "ftIF2013DataId_CameraOnlineFrame")]
     pub const ID: u32 = 0xBDC2_D7A1;
 
-    /// Reads the header. Errs when id or size are another packet's; the values are as they came.
+    /// Reads the header. Fails when id or size are wrong; the values are not checked.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         check(bytes, "camera frame", Self::ID, Self::LEN)?;
         Ok(Self {
@@ -104,7 +108,7 @@ impl CameraFrameHeader {
     }
 }
 
-/// What the client sends when it has read a frame, upon which the next one comes.
+/// What the client sends when it has read a frame; then the next one comes.
 #[doc(alias = "ftIF2013AcknowledgeId_CameraOnlineFrame")]
 pub const CAMERA_FRAME_ACKNOWLEDGE: [u8; ID_LEN] = 0xADA0_9FBA_u32.to_le_bytes();
 

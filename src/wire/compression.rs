@@ -1,13 +1,13 @@
 //! Compression of the exchanged words against the previous packet.
 //!
-//! Each word is told as unchanged, toggled between 0 and something, or in full. The previous
-//! words are kept by position in the sequence; both sides start with zeros. Codes are written
-//! into bytes from the lowest bit up; `docs/protocol.md` has the table.
+//! Each word is sent as unchanged, as toggled between 0 and 1, or in full. The previous words are
+//! kept by their position in the sequence; both sides start with zeros. Codes are written into bytes
+//! from the lowest bit up; [`guide::protocol`](crate::guide::protocol) has the table.
 
 use super::crc_of_words;
 use crate::error::Error;
 
-/// Two-bit codes; the value is what is written, lowest bit first.
+/// Codes of two bits; the value is written lowest bit first.
 mod code {
     pub(super) const UNCHANGED: u32 = 0b00;
     pub(super) const RUN: u32 = 0b01;
@@ -15,14 +15,14 @@ mod code {
     pub(super) const WORD: u32 = 0b11;
 }
 
-/// The steps in which a run's length is told: a number of bits, and the run that the number 0 in
-/// them means. In all but the last step, all bits set lead to the next one.
+/// The steps in which a run's length is written: a number of bits, and the length that the value 0 in
+/// them means. In all but the last step, the value with all bits set leads to the next step.
 const RUN_STEPS: [(u32, usize); 4] = [(2, 2), (4, 5), (8, 20), (16, 275)];
 
-/// The longest run that the kit tells with one code.
+/// The longest run that the kit writes with one code.
 const LONGEST_RUN: usize = 4370;
 
-/// Tells words to the other side. Keeps those of its previous packet.
+/// Compresses words for the other side. Keeps those of its previous packet.
 #[doc(alias = "CompressionBuffer")]
 #[derive(Clone, Debug, Default)]
 pub struct Compressor {
@@ -37,7 +37,7 @@ impl Compressor {
 
     /// Appends the compressed `words` to `out` and returns their checksum.
     ///
-    /// Allocates only when there are more words than ever before, or `out` has to grow.
+    /// Allocates only when there are more words than ever before, or when `out` has to grow.
     pub fn compress(&mut self, words: &[u16], out: &mut Vec<u8>) -> u32 {
         if self.previous.len() < words.len() {
             self.previous.resize(words.len(), 0);
@@ -65,7 +65,7 @@ impl Compressor {
     }
 }
 
-/// What the toggle code makes of a word.
+/// The word that the toggle code makes of the previous one.
 fn toggled(previous: u16) -> u16 {
     u16::from(previous == 0)
 }
@@ -88,7 +88,7 @@ impl BitWriter<'_> {
         }
     }
 
-    /// Tells a run of unchanged words.
+    /// Writes a run of unchanged words.
     fn put_run(&mut self, mut run: usize) {
         while run > LONGEST_RUN {
             self.put_short_run(LONGEST_RUN);
@@ -124,7 +124,7 @@ impl BitWriter<'_> {
     }
 }
 
-/// Understands the words of the other side. Keeps those of its previous packet.
+/// Expands the words of the other side. Keeps those of its previous packet.
 #[doc(alias = "ExpansionBuffer")]
 #[derive(Clone, Debug, Default)]
 pub struct Expander {
@@ -141,13 +141,13 @@ impl Expander {
 
     /// Expands `count` words from `data`, checks them against `crc` and returns them.
     ///
-    /// After an error the expander is as it was before. Bits behind the last word are ignored.
+    /// After an error the expander is as it was before. Bits after the last word are ignored.
     /// Allocates only when there are more words than ever before.
     ///
     /// # Errors
     ///
-    /// [`Error::DataEndsEarly`] when `data` tells fewer words, [`Error::WrongCrc`] when the
-    /// checksum is another.
+    /// [`Error::DataEndsEarly`] when `data` has fewer words, [`Error::WrongCrc`] when the checksum is
+    /// wrong.
     pub fn expand(&mut self, data: &[u8], count: usize, crc: u32) -> Result<&[u16], Error> {
         if self.previous.len() < count {
             self.previous.resize(count, 0);
@@ -158,7 +158,7 @@ impl Expander {
             let done = self.words.len();
             let previous = &self.previous[done..count];
             match bits.next_code(previous[0]) {
-                // A run beyond the last word says nothing that the checksum would not.
+                // The checksum is enough to find a run that is too long.
                 Some(Code::Run(run)) => {
                     self.words.extend_from_slice(&previous[..run.min(previous.len())]);
                 }
@@ -176,7 +176,7 @@ impl Expander {
 }
 
 enum Code {
-    /// So many unchanged words.
+    /// This number of unchanged words.
     Run(usize),
     /// This word.
     Word(u16),
@@ -189,7 +189,7 @@ struct BitReader<'a> {
 }
 
 impl BitReader<'_> {
-    /// Reads so many bits, at most 16, or `None` when they are not all there.
+    /// Reads `count` bits, at most 16; `None` when there are fewer.
     fn take(&mut self, count: u32) -> Option<u32> {
         let byte = self.position / 8;
         let shift = self.position % 8;

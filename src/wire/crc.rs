@@ -4,8 +4,8 @@ use crc32fast::Hasher;
 
 /// The checksum of words before compression: CRC-32/MPEG-2, each word's high byte first.
 ///
-/// The polynomial is 0x04C11DB7, the initial value 0xFFFFFFFF, nothing is reflected or inverted.
-/// It is computed with the reflected CRC-32 by reflecting every byte and the result.
+/// The polynomial is 0x04C11DB7, the initial value is 0xFFFFFFFF, and nothing is reflected or inverted.
+/// It is computed with the reflected CRC-32: every byte and the result are reflected.
 ///
 /// ```
 /// use ft_transfer_area::wire::crc_of_words;

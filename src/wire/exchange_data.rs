@@ -5,7 +5,7 @@ use byteorder::{ByteOrder, LittleEndian};
 use super::{check, push_values, push_words, CommandId, ResponseId};
 use crate::error::Error;
 
-/// Where the fields of the command lie.
+/// The places of the command's fields.
 mod field {
     use std::ops::Range;
 
@@ -17,7 +17,7 @@ mod field {
     pub(super) const SOUND: Range<usize> = 52..58;
 }
 
-/// Where the fields of the response lie.
+/// The places of the response's fields.
 mod response_field {
     use std::ops::Range;
 
@@ -31,16 +31,18 @@ mod response_field {
 }
 
 /// The master's outputs.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Command_ExchangeData")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExchangeData {
     /// O1 to O8: 0..=512.
     #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; 8],
-    /// M1 to M4: the motor to follow, see [`Output::master`](crate::transfer_area::Output::master).
+    /// M1 to M4: the motor to follow, see [`OutputValues::master`](crate::transfer_area::OutputValues::master).
     #[doc(alias = "m_motor_master")]
     pub master: [i16; 4],
-    /// M1 to M4: distance in pulses, or the error to inject. The kit calls it signed.
+    /// M1 to M4: distance in pulses, or the error to inject. It is signed in the kit.
     #[doc(alias = "m_motor_distance")]
     pub distance: [u16; 4],
     /// M1 to M4: ids of the motor commands.
@@ -52,7 +54,7 @@ pub struct ExchangeData {
     pub sound_command_id: u16,
     /// Number of the sound.
     pub sound_index: u16,
-    /// How often the sound is played, 0 for ever.
+    /// How often the sound is played; 0 is for ever.
     pub sound_repeat: u16,
 }
 
@@ -60,7 +62,7 @@ impl ExchangeData {
     /// Size of the packet in bytes.
     pub const LEN: usize = 60;
 
-    /// Reads the packet. Errs when id or size are another packet's.
+    /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         let kind = CommandId::ExchangeData;
         check(bytes, kind.name(), kind.id(), Self::LEN)?;
@@ -90,6 +92,8 @@ impl ExchangeData {
 }
 
 /// What one infrared remote sends.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "IR")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct IrRemote {
@@ -111,6 +115,8 @@ pub struct IrRemote {
 }
 
 /// The master's inputs.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Response_ExchangeData")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExchangeDataResponse {
@@ -129,7 +135,7 @@ pub struct ExchangeDataResponse {
     pub motor_command_id: [u16; 4],
     /// Id of the last sound command that is done.
     pub sound_command_id: u16,
-    /// The infrared remotes: any, then the four switch settings.
+    /// The infrared remotes: first any remote, then those with the four switch settings.
     pub ir: [IrRemote; 5],
 }
 
@@ -137,7 +143,7 @@ impl ExchangeDataResponse {
     /// Size of the packet in bytes.
     pub const LEN: usize = 80;
 
-    /// Reads the packet. Errs when id or size are another packet's.
+    /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         use response_field as field;
 

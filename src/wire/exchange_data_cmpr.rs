@@ -19,6 +19,8 @@ mod field {
 }
 
 /// The fixed part of an ExchangeDataCmpr command or response; the compressed data follows.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Command_ExchangeDataCmpr")]
 #[doc(alias = "ftIF2013Response_ExchangeDataCmpr")]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,15 +40,15 @@ impl CmprHeader {
     /// Size of the fixed part in bytes.
     pub const LEN: usize = 16;
 
-    /// Reads the fixed part of a command. Errs when id or size are another packet's, or when it
-    /// announces too much data.
+    /// Reads the fixed part of a command. Fails when id or size are wrong, or when the
+    /// packet announces too much data.
     pub fn parse_command(bytes: &[u8]) -> Result<Self, Error> {
         let kind = CommandId::ExchangeDataCmpr;
         Self::parse(bytes, kind.name(), kind.id())
     }
 
-    /// Reads the fixed part of a response. Errs when id or size are another packet's, or when it
-    /// announces too much data.
+    /// Reads the fixed part of a response. Fails when id or size are wrong, or when the
+    /// packet announces too much data.
     pub fn parse_response(bytes: &[u8]) -> Result<Self, Error> {
         let kind = ResponseId::ExchangeDataCmpr;
         Self::parse(bytes, kind.name(), kind.id())

@@ -1,4 +1,4 @@
-//! I2C: requests and responses on a connection of their own, **big-endian** other than all else.
+//! I2C: requests and responses on a connection of their own, **big-endian** unlike all other packets.
 //!
 //! The kit does not describe them; this is what ftrobopy sends and expects.
 
@@ -16,13 +16,15 @@ mod field {
     pub(super) const READ_LEN: Range<usize> = 13..15;
 }
 
-/// What stands in front of each request to an I2C device; the bytes to write follow.
+/// The header of each request to an I2C device; the bytes to write follow.
 ///
 /// The controller writes them to the device, then reads.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct I2cRequestHeader {
-    /// What each of ftrobopy's functions fills with the number of bytes to write: 1 to read a
-    /// register, 2 to write one.
+    /// Each of ftrobopy's functions puts the number of bytes to write here: 1 to read a register,
+    /// 2 to write one.
     pub command: u8,
     /// The device's address, which has 7 bits.
     pub device: u32,
@@ -39,7 +41,7 @@ impl I2cRequestHeader {
     /// The id it starts with.
     pub const ID: u32 = 0xB9DB_3B39;
 
-    /// Reads the header. Errs when id or size are another packet's; the values are as they came.
+    /// Reads the header. Fails when id or size are wrong; the values are not checked.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         check_in::<BigEndian>(bytes, "request to an I2C device", Self::ID, Self::LEN)?;
         Ok(Self {
@@ -61,11 +63,12 @@ impl I2cRequestHeader {
     }
 }
 
-/// What stands in front of each response of an I2C device; the bytes that were read follow.
+/// The header of each response of an I2C device; the bytes that were read follow.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct I2cResponseHeader {
-    /// 8 bytes of which nothing is known but that ftrobopy takes them for a u8, a u32, a u16 and
-    /// a u8.
+    /// 8 bytes with unknown meaning. ftrobopy reads them as a u8, a u32, a u16 and a u8.
     pub unknown: [u8; 8],
 }
 
@@ -79,7 +82,7 @@ impl I2cResponseHeader {
     /// The packet's name in messages.
     pub(crate) const NAME: &'static str = "response to an I2C request";
 
-    /// Reads the header. Errs when id or size are another packet's; the values are as they came.
+    /// Reads the header. Fails when id or size are wrong; the values are not checked.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         check_in::<BigEndian>(bytes, Self::NAME, Self::ID, Self::LEN)?;
         let mut unknown = [0; 8];
@@ -94,7 +97,7 @@ impl I2cResponseHeader {
     }
 }
 
-/// What comes instead of a response when there is no device with the address.
+/// What comes instead of a response when no device has the address.
 ///
 /// This is how the simulated TXT answers. What a real controller does is not known.
 pub const I2C_NO_DEVICE: [u8; I2cResponseHeader::LEN] = [0; I2cResponseHeader::LEN];

@@ -7,12 +7,13 @@ use byteorder::LittleEndian;
 use super::{check_id, ID_LEN};
 use crate::error::Error;
 
-/// Makes an enum of packet kinds: their ids and their names in messages.
+/// Makes an enum of packet kinds, with their ids and their names in messages.
 macro_rules! ids {
     ($(#[$meta:meta])* $name:ident { $($(#[$variant_meta:meta])* $variant:ident = $id:literal, $text:literal;)* }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
+        #[non_exhaustive]
         pub enum $name {
             $($(#[$variant_meta])* $variant = $id,)*
         }
@@ -51,28 +52,28 @@ ids! {
     /// The commands that a client sends on the main connection (port 65000).
     #[doc(alias = "ftIF2013CommandId")]
     CommandId {
-        /// Asks for name and firmware version. The packet is the id alone.
+        /// Asks for name and firmware version. The packet is only the id.
         #[doc(alias = "ftIF2013CommandId_QueryStatus")]
         QueryStatus = 0xDC21_219A, "QueryStatus";
         /// Begins online mode and resets the compression: [`StartOnline`](super::StartOnline).
         #[doc(alias = "ftIF2013CommandId_StartOnline")]
         StartOnline = 0x163F_F61D, "StartOnline";
-        /// Hands over a configuration: [`UpdateConfig`](super::UpdateConfig).
+        /// Sends a configuration: [`UpdateConfig`](super::UpdateConfig).
         #[doc(alias = "ftIF2013CommandId_UpdateConfig")]
         UpdateConfig = 0x060E_F27E, "UpdateConfig";
         /// Exchanges the master's outputs and inputs: [`ExchangeData`](super::ExchangeData).
         #[doc(alias = "ftIF2013CommandId_ExchangeData")]
         ExchangeData = 0xCC35_97BA, "ExchangeData";
-        /// Exchanges outputs and inputs compressed: [`CmprHeader`](super::CmprHeader) and data.
+        /// Exchanges outputs and inputs, compressed: [`CmprHeader`](super::CmprHeader) and data.
         #[doc(alias = "ftIF2013CommandId_ExchangeDataCmpr")]
         ExchangeDataCmpr = 0xFBC5_6F98, "ExchangeDataCmpr";
-        /// Ends online mode. The packet is the id alone.
+        /// Ends online mode. The packet is only the id.
         #[doc(alias = "ftIF2013CommandId_StopOnline")]
         StopOnline = 0x9BE5_082C, "StopOnline";
         /// Starts the camera server.
         #[doc(alias = "ftIF2013CommandId_StartCameraOnline")]
         StartCameraOnline = 0x882A_40A6, "StartCameraOnline";
-        /// Stops the camera server. The packet is the id alone.
+        /// Stops the camera server. The packet is only the id.
         #[doc(alias = "ftIF2013CommandId_StopCameraOnline")]
         StopCameraOnline = 0x17C3_1F2F, "StopCameraOnline";
     }
@@ -85,10 +86,10 @@ ids! {
         /// Name and firmware version: [`QueryStatusResponse`](super::QueryStatusResponse).
         #[doc(alias = "ftIF2013ResponseId_QueryStatus")]
         QueryStatus = 0xBAC9_723E, "QueryStatus response";
-        /// Online mode has begun. The packet is the id alone.
+        /// Online mode has begun. The packet is only the id.
         #[doc(alias = "ftIF2013ResponseId_StartOnline")]
         StartOnline = 0xCA68_9F75, "StartOnline response";
-        /// The configuration came in. The packet is the id alone.
+        /// The configuration has arrived. The packet is only the id.
         #[doc(alias = "ftIF2013ResponseId_UpdateConfig")]
         UpdateConfig = 0x9689_A68C, "UpdateConfig response";
         /// The master's inputs: [`ExchangeDataResponse`](super::ExchangeDataResponse).
@@ -97,13 +98,13 @@ ids! {
         /// Inputs, compressed: [`CmprHeader`](super::CmprHeader) and data.
         #[doc(alias = "ftIF2013ResponseId_ExchangeDataCmpr")]
         ExchangeDataCmpr = 0x6F3B_54E6, "ExchangeDataCmpr response";
-        /// Online mode has ended. The packet is the id alone.
+        /// Online mode has ended. The packet is only the id.
         #[doc(alias = "ftIF2013ResponseId_StopOnline")]
         StopOnline = 0xFBF6_00D2, "StopOnline response";
-        /// The camera server starts. The packet is the id alone.
+        /// The camera server starts. The packet is only the id.
         #[doc(alias = "ftIF2013ResponseId_StartCameraOnline")]
         StartCameraOnline = 0xCF41_B24E, "StartCameraOnline response";
-        /// The camera server stops. The packet is the id alone.
+        /// The camera server stops. The packet is only the id.
         #[doc(alias = "ftIF2013ResponseId_StopCameraOnline")]
         StopCameraOnline = 0x4B3C_1EB6, "StopCameraOnline response";
     }
@@ -144,7 +145,7 @@ impl ResponseId {
     }
 }
 
-/// The ids are where a packet starts, so their size is that of the shortest packet.
+/// A packet starts with its id, so the shortest packet has the size of an id.
 const _: () = assert!(ID_LEN == std::mem::size_of::<CommandId>());
 
 #[cfg(test)]

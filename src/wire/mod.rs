@@ -1,12 +1,15 @@
 //! The bytes on the wire: ids, packets, compression and checksum.
 //!
-//! Nothing here does I/O or looks at a clock, and nothing panics on bytes that came from
-//! outside: `parse` checks id and size and returns an [`Error`]. All integers are
-//! little-endian, but for those of I2C. One file per packet kind; each packet is a plain struct
-//! with `parse`, a size and `emit`, which writes into a buffer.
+//! Nothing here does I/O or reads a clock, and nothing panics on bytes from outside: `parse` checks id
+//! and size and returns an [`Error`]. All integers are little-endian, except those of I2C. There is one
+//! file per packet kind. Each packet is a plain struct with `parse`, a size, and `emit`, which writes
+//! into a buffer.
 //!
-//! Source: the sections of the kit's document on the commands, and `docs/protocol.md` for what it
-//! leaves out.
+//! The fields of each packet are those of the protocol, so these structs are closed on purpose: a program
+//! can write them out. A new firmware may add packets, so the enums of ids are not closed.
+//!
+//! Source: the sections of the kit's document on the commands, and for the rest
+//! [`guide::protocol`](crate::guide::protocol).
 
 mod camera;
 mod compression;
@@ -34,10 +37,10 @@ use byteorder::{ByteOrder, LittleEndian};
 
 use crate::error::Error;
 
-/// Size of an id, and so of a packet that consists of nothing else.
+/// Size of an id, and so of a packet that has only an id.
 pub const ID_LEN: usize = 4;
 
-/// Checks that `bytes` are a whole packet of this id and size.
+/// Checks that `bytes` are a whole packet with this id and size.
 fn check(bytes: &[u8], packet: &'static str, id: u32, size: usize) -> Result<(), Error> {
     check_in::<LittleEndian>(bytes, packet, id, size)
 }

@@ -13,7 +13,9 @@ mod field {
     pub(super) const VERSION: RangeFrom<usize> = 20..;
 }
 
-/// The controller's answer to QueryStatus.
+/// The controller's response to QueryStatus.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Response_QueryStatus")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct QueryStatusResponse {
@@ -29,7 +31,7 @@ impl QueryStatusResponse {
     /// Size of the packet in bytes.
     pub const LEN: usize = 24;
 
-    /// Reads the packet. Errs when id or size are another packet's.
+    /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         let kind = ResponseId::QueryStatus;
         check(bytes, kind.name(), kind.id(), Self::LEN)?;
@@ -46,7 +48,7 @@ impl QueryStatusResponse {
         out.extend_from_slice(&self.version.code().to_le_bytes());
     }
 
-    /// The name up to the first NUL; what is no UTF-8 is replaced.
+    /// The name up to the first NUL; bytes that are not UTF-8 are replaced.
     pub fn name(&self) -> String {
         let end = self.device_name.iter().position(|&byte| byte == 0);
         let name = &self.device_name[..end.unwrap_or(self.device_name.len())];

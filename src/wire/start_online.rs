@@ -4,6 +4,8 @@ use super::{check, CommandId, ID_LEN};
 use crate::error::Error;
 
 /// The command that begins online mode and resets the compression on the controller.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Command_StartOnline")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StartOnline {
@@ -22,7 +24,7 @@ impl StartOnline {
         Self { name }
     }
 
-    /// Reads the packet. Errs when id or size are another packet's.
+    /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         let kind = CommandId::StartOnline;
         check(bytes, kind.name(), kind.id(), Self::LEN)?;

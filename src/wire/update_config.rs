@@ -1,4 +1,4 @@
-//! UpdateConfig: what is plugged in where.
+//! UpdateConfig: the configuration of a controller.
 
 use byteorder::{ByteOrder, LittleEndian};
 
@@ -20,11 +20,13 @@ mod field {
     pub(super) const MOTOR_CONFIG: RangeFrom<usize> = 64..;
 }
 
-/// The command that hands over one controller's configuration.
+/// The command that sends one controller's configuration.
+///
+/// Closed on purpose: the fields are those of the packet.
 #[doc(alias = "ftIF2013Command_UpdateConfig")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct UpdateConfig {
-    /// Number of the configuration. The controller ignores the command when it has not changed.
+    /// Id of the configuration. The controller ignores the command when the id has not changed.
     pub config_id: i16,
     /// 0 for the master, 1 for the first extension, and so on.
     pub extension_id: i16,
@@ -36,7 +38,7 @@ impl UpdateConfig {
     /// Size of the packet in bytes.
     pub const LEN: usize = 96;
 
-    /// Reads the packet. Errs when id or size are another packet's.
+    /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
         let kind = CommandId::UpdateConfig;
         check(bytes, kind.name(), kind.id(), Self::LEN)?;

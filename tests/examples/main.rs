@@ -1,14 +1,17 @@
-//! The examples as a user runs them.
+//! The samples and the simulated TXT as a user runs them.
 #![cfg(unix)]
 
+mod checks;
+mod picture;
 #[path = "../ports/mod.rs"]
 mod ports;
 #[path = "../program/mod.rs"]
 mod program;
+mod run;
 mod samples;
 mod wlan;
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
 use std::process::{Command, Output, Stdio};
 use std::thread;
@@ -21,19 +24,14 @@ use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
 use program::{example, Program, DEADLINE};
 
-/// A step of the world is one exchange of 10 ms all the same.
-const UNPACED: [&str; 2] = ["--pace", "0"];
+/// Without a pace, a step of the world is still one exchange of 10 ms.
+const UNPACED_SLIDE: [&str; 4] = ["--pace", "0", "--world", "slide"];
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
-/// What the samples take for it.
-fn host(program: &Program) -> String {
-    format!("127.0.0.1:{}", program.ports[0])
-}
-
-/// The output of a program, which is ended if it does not end.
+/// The output of a program. It is killed if it does not end.
 fn output_in_time(command: &mut Command) -> Output {
     let begin = Instant::now();
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -44,146 +42,6 @@ fn output_in_time(command: &mut Command) -> Output {
         thread::sleep(Duration::from_millis(1));
     }
     child.wait_with_output().unwrap()
-}
-
-/// The number at the start of the line that ends so.
-fn number_before(output: &Output, ending: &str) -> u64 {
-    let stdout = text(&output.stdout);
-    let line = stdout.lines().find(|line| line.ends_with(ending));
-    let line = line.unwrap_or_else(|| panic!("no {ending:?} in {stdout}"));
-    line.split(' ').next().unwrap().parse().unwrap()
-}
-
-/// What the sample prints of a controller's I1, M1 and C1: pressed, running, count. I2 measures.
-fn parse_line(line: &str, id: usize) -> Option<(bool, bool, i64)> {
-    let values = line.strip_prefix(&format!("Transfer ID={id} I="))?;
-    assert_eq!(values.split(' ').nth(1), [Some("40"), Some("25")][id], "{line}");
-    let (_, counters) = values.split_once(" C=")?;
-    let count = counters.split(' ').next()?.parse().ok()?;
-    Some((values.starts_with('1'), values.contains("O=512-0"), count))
-}
-
-#[test]
-fn the_motor_follows_the_switch_on_master_and_extension() {
-    let program = Program::start(&["--world", "kit", "--extensions", "1"]);
-    let host = host(&program);
-    thread::scope(|scope| {
-        scope.spawn(|| assert_motor_follows(&[]));
-        scope.spawn(|| assert_motor_follows(&[&host]));
-    });
-    let log = program.interrupt();
-    for controller in ["the master", "extension 1"] {
-        for (duty, times) in [(512, 2), (0, 1)] {
-            let told = format!("{controller}: O1 is set to {duty}");
-            assert!(log.matches(&told).count() >= times, "no {told:?} in {log}");
-        }
-    }
-}
-
-/// Runs the sample in the kit's world until both motors run for the second time.
-fn assert_motor_follows(host: &[&str]) {
-    let mut child = example("motor_on_off_switch")
-        .args(["--seconds", "3600"])
-        .args(host)
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    // Their script presses and lets go.
-    let mut states = [Vec::new(), Vec::new()];
-    let begin = Instant::now();
-    let runs_again = |states: &Vec<(bool, bool, i64)>| {
-        let second = states.windows(2).filter(|pair| !pair[0].0 && pair[1].0).nth(1);
-        second.is_some_and(|pair| states.last().is_some_and(|last| last.2 > pair[1].2))
-    };
-    for line in BufReader::new(child.stdout.take().unwrap()).lines() {
-        let line = line.unwrap();
-        for (id, states) in states.iter_mut().enumerate() {
-            states.extend(parse_line(&line, id));
-        }
-        if states.iter().all(runs_again) {
-            break;
-        }
-        assert!(begin.elapsed() < DEADLINE, "nobody presses the buttons: {states:?}");
-    }
-    child.kill().unwrap();
-    child.wait().unwrap();
-    for (id, states) in states.iter().enumerate() {
-        assert!(states.iter().all(|(pressed, runs, _)| pressed == runs), "{id}: {states:?}");
-        let counted = |while_pressed: bool| -> i64 {
-            let pairs = states.windows(2);
-            let pairs = pairs.filter(|pair| pair.iter().all(|state| state.0 == while_pressed));
-            pairs.map(|pair| pair[1].2 - pair[0].2).sum()
-        };
-        // It runs on a little when it is switched off.
-        assert!(counted(true) > 2 * counted(false) && counted(true) > 50, "{id}: {states:?}");
-    }
-}
-
-#[test]
-fn ctrl_c_stops_the_motors_and_goes_offline() {
-    let mut child = example("motor_on_off_switch")
-        .args(["--seconds", "3600"])
-        .stdout(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let begin = Instant::now();
-    let id = child.id().to_string();
-    // Before it handles the signal it would be ended by it; it prints as soon as it runs.
-    let mut printed = [0; 4096];
-    let stdout = child.stdout.as_mut().unwrap();
-    let mut seen = 0;
-    while seen < 4096 {
-        seen += std::io::Read::read(stdout, &mut printed).unwrap();
-    }
-    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    assert!(begin.elapsed() < DEADLINE, "it took too long");
-    assert!(output.status.success(), "{:?}", output.status);
-    assert!(number_before(&output, " transfers done") > 0);
-}
-
-#[test]
-fn the_camera_sample_saves_20_pictures() {
-    let program = Program::start(&["--camera-start-up", "100"]);
-    let host = host(&program);
-    thread::scope(|scope| {
-        scope.spawn(|| assert_saves_pictures("own", &[]));
-        scope.spawn(|| assert_saves_pictures("program", &[&host]));
-    });
-    let log = program.interrupt();
-    assert!(log.contains("the client sends StartCameraOnline"), "{log}");
-}
-
-fn assert_saves_pictures(name: &str, host: &[&str]) {
-    let folder = std::env::temp_dir().join(format!("camera-test-{name}-{}", std::process::id()));
-    let output = example("camera").args(host).arg("--folder").arg(&folder).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    for number in 0..20 {
-        let path = folder.join(format!("frame_{number:02}"));
-        let jpeg = std::fs::read(path.with_extension("jpg")).unwrap();
-        assert!(jpeg.starts_with(&[0xFF, 0xD8]) && jpeg.ends_with(&[0xFF, 0xD9]));
-        let yuv = std::fs::read(path.with_extension("yuv")).unwrap();
-        assert_eq!(yuv.len(), 320 * 240 * 2);
-    }
-    std::fs::remove_dir_all(&folder).unwrap();
-}
-
-#[test]
-fn the_i2c_sample_reads_the_sensor() {
-    let output = example("i2c").args(["--seconds", "1"]).output().unwrap();
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let lines: Vec<Vec<f64>> = text(&output.stdout)
-        .lines()
-        .filter(|line| line.starts_with("x "))
-        .map(|line| line.split_whitespace().filter_map(|word| word.parse().ok()).collect())
-        .collect();
-    assert_eq!(lines.len(), 4);
-    for line in &lines {
-        let [x, y, z, temperature] = line[..] else { panic!("{line:?}") };
-        assert!((x.hypot(z) - 1.0).abs() < 0.02 && y == 0.0, "{line:?}");
-        assert!((23.0..=33.0).contains(&temperature), "{line:?}");
-    }
-    assert_ne!(lines[0], lines[3], "the sensor does not turn");
 }
 
 #[test]
@@ -213,7 +71,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
         }
         handler.end_transfer().unwrap();
     }
-    // The end of its input does not end it.
+    // The end of the program's input does not end it.
     program.stdin = None;
     program.handler().build().unwrap().begin_transfer().unwrap();
     let log = program.interrupt();
@@ -224,7 +82,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
 
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
-    let mut program = Program::start(&UNPACED);
+    let mut program = Program::start(&UNPACED_SLIDE);
     let handler = program.handler().areas(2).build().unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[0].raise_config_id();
@@ -238,7 +96,7 @@ fn typed_lines_press_the_buttons_of_a_world() {
             assert!(begin.elapsed() < DEADLINE, "{line} does nothing");
         }
     }
-    // The slide moves away from its sensor until it runs into the switch at its end.
+    // The slide moves away from its sensor until it presses the switch at its end.
     let distance = handler.wait_cycle().unwrap()[0].input.uni[3];
     assert!((5..=25).contains(&distance), "{distance} cm");
     handler.lock()[0].output.duty[0] = 512;
@@ -255,17 +113,17 @@ fn typed_lines_press_the_buttons_of_a_world() {
     assert!(program.interrupt().contains("nothing is plugged into I8 in this world"));
 }
 
-/// Cycles until the master is as it should be.
+/// Waits for cycles until the master's area fulfils the condition.
 fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transfer) -> bool) {
     let begin = Instant::now();
     while !condition(&handler.wait_cycle().unwrap()[LOCAL_IO]) {
-        assert!(begin.elapsed() < DEADLINE, "it does not come about");
+        assert!(begin.elapsed() < DEADLINE, "it does not happen");
     }
 }
 
 #[test]
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
-    let program = Program::start(&UNPACED);
+    let program = Program::start(&UNPACED_SLIDE);
     let handler = program.handler().areas(2).build().unwrap();
     handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[LOCAL_IO].raise_config_id();
@@ -284,7 +142,7 @@ fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     {
         let area = handler.lock()[LOCAL_IO];
         assert!((600..=603).contains(&area.input.counter[0]), "{area}");
-        // Of 1000 pulses between 5 cm and 25 cm.
+        // 1000 pulses are the way from 5 cm to 25 cm.
         assert!((12..=13).contains(&area.input.uni[3]), "{area}");
         assert_eq!(area.input.uni[..2], [0, 0]);
     }
@@ -294,7 +152,7 @@ fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
 }
 
 #[test]
-fn extensions_of_the_world_that_are_not_wanted_are_warned_of() {
+fn there_is_a_warning_about_extensions_of_the_world_that_are_left_out() {
     let warning = "the world's extensions from 1 on are left out";
     for (options, warned) in [(&["--extensions", "0"][..], true), (&[], false)] {
         let program = Program::start(&[&["--world", "kit"], options].concat());
@@ -304,7 +162,7 @@ fn extensions_of_the_world_that_are_not_wanted_are_warned_of() {
 }
 
 #[test]
-fn why_a_client_is_cut_off_is_told() {
+fn the_reason_why_a_client_is_cut_off_is_logged() {
     let program = Program::start(&["--pace", "0", "--idle-limit", "0.2"]);
     let begin = Instant::now();
     let mut silent = TcpStream::connect((Ipv4Addr::LOCALHOST, program.ports[0])).unwrap();
@@ -318,7 +176,7 @@ fn why_a_client_is_cut_off_is_told() {
     StartOnline::new().emit(&mut commands);
     (0..1000).for_each(|_| ExchangeData::default().emit(&mut commands));
     deaf.write_all(&commands).unwrap();
-    // Until all buffers are full.
+    // Sends until all buffers are full.
     while deaf.write_all(&commands[StartOnline::LEN..]).is_ok() {}
     let log = program.interrupt();
     assert!(log.contains("the client is cut off: it sent no command"), "{log}");
@@ -326,7 +184,7 @@ fn why_a_client_is_cut_off_is_told() {
 }
 
 #[test]
-fn the_simulated_txt_commits_the_faults_that_are_ordered() {
+fn the_simulated_txt_makes_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);
     let handler = program.handler().areas(2).build().unwrap();
     handler.begin_transfer().unwrap_err();
@@ -345,7 +203,9 @@ fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
         (&["--fault", "fire@exchange:1"][..], 2, "there is no fault \"fire\""),
         (&["--firmware", "4.x"], 2, "a version such as 4.6.6"),
         (&["--world", "no/such/world.toml"], 2, "no/such/world.toml"),
+        (&["--world", "slides"], 2, "there are car, default, everything, kit, slide"),
         (&["--prot", "1"], 2, "--prot"),
+        (&["--camera-connection", "usb"], 2, "waits, txt or txt40 is expected"),
         (&["--port"], 2, "--port"),
         (&["somewhere"], 2, "somewhere"),
         (&["--extensions", "9"], 2, "--extensions \"9\": a number from 0 to 8 is expected"),

@@ -1,4 +1,4 @@
-//! Hands the fuzzers' seeds and past findings to what they look at, without a fuzzer.
+//! Gives the fuzzers' seeds and past findings to their targets, without a fuzzer.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -41,10 +41,10 @@ replay![
 ];
 
 fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz").join(name)
 }
 
-/// What is in a folder, in order; nothing when there is none.
+/// The files in a folder, in order; none if there is no folder.
 fn entries(folder: &Path) -> BTreeSet<PathBuf> {
     let Ok(entries) = fs::read_dir(folder) else { return BTreeSet::new() };
     entries.map(|entry| entry.unwrap().path()).collect()

@@ -15,21 +15,21 @@ pub(crate) struct Ftrobopy {
 }
 
 impl Ftrobopy {
-    /// `None`, with a note, when it is not to be tested here.
+    /// `None`, with a note on stderr, when ftrobopy is not tested here.
     pub(crate) fn find() -> Option<Self> {
         let python = std::env::var("FTROBOPY_PYTHON").ok().filter(|python| !python.is_empty());
         if python.is_none() {
             static NOTE: Once = Once::new();
-            // Past the test's captured output, so that whoever runs the tests sees it.
+            // Not into the test's captured output, so that the note is always shown.
             let note = "SKIPPED: set FTROBOPY_PYTHON to a Python with ftrobopy for tests/interop";
             NOTE.call_once(|| drop(writeln!(std::io::stderr(), "{note}")));
         }
         python.map(|python| Self { python })
     }
 
-    /// What the script reads in a scenario.
+    /// Runs a scenario of the script; returns what it read.
     pub(crate) fn run(&self, program: &mut Program, scenario: &str, exchange: Exchange) -> Value {
-        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/interop/ftrobopy_scenarios.py");
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/interop/ftrobopy_scenarios.py");
         let mut child = Command::new(&self.python)
             .args(["-u", "-B", "-W", "ignore::DeprecationWarning", script])
             .args([&program.ports[0].to_string(), scenario, exchange.name()])

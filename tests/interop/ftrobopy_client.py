@@ -1,4 +1,4 @@
-"""ftrobopy, driven step by step, and what it must be spared."""
+"""ftrobopy, used step by step, and workarounds for its mistakes."""
 
 import contextlib
 import json
@@ -9,18 +9,18 @@ import time
 import ftrobopy
 
 HOST = "127.0.0.1"
-LIMIT = 60  # seconds, far more than anything takes
-SETTLED = 150  # exchanges in which a motor comes to rest
+LIMIT = 60  # seconds, much longer than any wait
+SETTLED = 150  # exchanges until a motor has stopped
 
 
 class Expansion(ftrobopy.compBuffer):
-    """ftrobopy's expansion of compressed words, which remembers what it makes of them.
+    """ftrobopy's expansion of compressed words, which also remembers the words.
 
     ftrobopy expands the words of the infrared remotes, but reads them from simple exchanges only.
     """
 
     def __init__(self):
-        self.newest = 77 * [0]  # so many words it expands
+        self.newest = 77 * [0]  # the number of words that it expands
         super().__init__()
 
     def Reset(self):
@@ -62,12 +62,12 @@ def wait_until(what, condition):
     deadline = time.monotonic() + LIMIT
     while not condition():
         if time.monotonic() > deadline:
-            sys.exit("waited in vain for " + what)
+            sys.exit("waited too long for " + what)
         time.sleep(0.002)
 
 
 def cycles(txt, count=2):
-    """Waits for so many exchanges, of which the second begins after this call."""
+    """Waits for `count` exchanges; the second one begins after this call."""
     for _ in range(count):
         txt._update_status = 0
         wait_until("an exchange", lambda: txt._update_status != 0 or not txt.isOnline())
@@ -77,9 +77,10 @@ def cycles(txt, count=2):
 
 @contextlib.contextmanager
 def together(txt):
-    """What is set in here goes out in one exchange, which is over at the end.
+    """All that is set in here goes out in one exchange, and at the end that exchange is over.
 
-    ftrobopy may forget what is set while it compresses an earlier change, so that is over, too.
+    ftrobopy may forget values that are set while it compresses an earlier change, so this waits for
+    earlier changes first.
     """
     cycles(txt)
     txt.SyncDataBegin()
@@ -90,13 +91,13 @@ def together(txt):
     cycles(txt)
 
 
-# What ftrobopy prints, at any time, goes to stderr.
+# All that ftrobopy prints goes to stderr.
 answers = os.fdopen(os.dup(1), "w", buffering=1)
 os.dup2(2, 1)
 
 
 def type_line(line):
-    """Has a line typed into the program of the simulated TXT."""
+    """Asks for a line to be typed into the simulated TXT."""
     answers.write("TYPE %s\n" % line)
 
 
@@ -105,13 +106,13 @@ def give_result(result):
 
 
 def configure(txt, inputs, ext):
-    """Sets the inputs to these modes, a pair of mode and digital each."""
+    """Sets the inputs to these modes, pairs of mode and digital."""
     txt.setConfig([1, 1, 1, 1], inputs, ext)
     txt.updateConfig(ext)
 
 
 def snapshot(motors):
-    """What these motors have counted, and which are done, as of the same exchange."""
+    """The counts of these motors, and which motors are done, from the same exchange."""
     with motors[0]._outer._exchange_data_lock:
         return (
             [motor.getCurrentDistance() for motor in motors],

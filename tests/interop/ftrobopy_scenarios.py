@@ -2,8 +2,8 @@
 
 usage: ftrobopy_scenarios.py PORT SCENARIO simple|compressed
 
-A line on stdout that begins with TYPE is to be typed into the simulated TXT. The one that begins
-with RESULT is what was read, as JSON. Every wait has a limit, after which the script fails.
+A line on stdout that begins with TYPE is typed into the simulated TXT. The line that begins with
+RESULT has the values read, as JSON. Every wait has a limit, after which the script fails.
 """
 
 import faulthandler
@@ -30,7 +30,7 @@ MODES = [(0, 1), (1, 1), (2, 1), (3, 1), (0, 0), (1, 0), (2, 0), (3, 0)]
 
 
 def inputs(port, exchange):
-    """What each input of each controller reads in each mode, and what ftrobopy's objects read."""
+    """The value of each input of each controller in each mode, and those of ftrobopy's objects."""
     txt = connect(port, exchange)
     objects = {
         "switches": [txt.input(number).state() for number in (1, 2)],
@@ -57,14 +57,14 @@ def inputs(port, exchange):
 
 
 def order(txt, ext, motors, distance, paired):
-    """Orders a distance. Of two motors each follows the other if they are paired."""
+    """Commands a distance. Two motors follow each other if they are paired."""
     if not paired:
         for motor in motors:
             motor.setDistance(distance)
     elif ext == 0:
         motors[0].setDistance(distance, syncto=motors[1])
     else:
-        # There, setDistance orders an error instead, see injected_error below.
+        # On an extension, setDistance commands an error instead, see injected_error below.
         for index, master in ((0, 2), (1, 1)):
             txt.setMotorDistance(index, distance, ext)
             txt.setMotorSyncMaster(index, master, ext)
@@ -72,8 +72,8 @@ def order(txt, ext, motors, distance, paired):
 
 
 def drive(txt, ext, motors, speed, distance, paired=False):
-    """Lets motors turn so far: their counts in the end, whether all were reported as done with
-    the last pulse and not before, and the most that they were apart."""
+    """Turns motors by a distance: their counts in the end, whether all were reported as done with
+    the last pulse and not before, and how far they were apart at most."""
     with together(txt):
         order(txt, ext, motors, distance, paired)
         for motor in motors:
@@ -92,8 +92,8 @@ def drive(txt, ext, motors, speed, distance, paired=False):
 
 
 def leave(txt, motors):
-    """Lets the first motor leave its distance and turn on: whether that is done at once, and how
-    far the others turned meanwhile. All stand still in the end."""
+    """Lets the first motor leave its distance and turn on: whether that is done immediately, and
+    how far the others turned meanwhile. All motors are stopped in the end."""
     before, _ = snapshot(motors)
     with together(txt):
         motors[0].setDistance(0)
@@ -111,7 +111,7 @@ def leave(txt, motors):
 
 
 def count_and_reset(txt, ext):
-    """C4 after M4 has turned forth and back 60 pulses at least, and after a reset."""
+    """C4 after M4 has turned forward and backwards by 60 pulses at least, and after a reset."""
     motor = txt.motor(4, ext)
     for speed in (300, -512):
         goal = motor.getCurrentDistance() + 60
@@ -130,7 +130,7 @@ def count_and_reset(txt, ext):
 
 def slide(txt):
     """Moves the slide to its end switch and back by a distance: I1, I2 and I4 before, between and
-    after, and what the distance gave."""
+    after, and the result of the distance."""
     configure(txt, [(1, 1), (1, 1), (1, 1), (3, 0)] + 4 * [(1, 1)], 0)
     motor = txt.motor(3)
 
@@ -159,7 +159,7 @@ def motors(port, exchange):
         )
         result["unpaired"].append(drive(txt, ext, pair, 512, 200))
         result["paired"].append(drive(txt, ext, pair, 512, 200, paired=True))
-        # From here on it depends on time how far they turn.
+        # From here on, the distances depend on time.
         result["left"].append(leave(txt, pair))
         result["c4"].append(count_and_reset(txt, ext))
     disconnect(txt)
@@ -183,7 +183,7 @@ def counter_input(txt, ext):
 
 
 def sounds(txt):
-    """Whether a sound lasts about a second at least, and whether one that is repeated for ever
+    """Whether a sound lasts at least about a second, and whether a sound that is repeated for ever
     lasts until it is stopped."""
     begin = time.monotonic()
     with together(txt):
@@ -235,7 +235,7 @@ def pictures(txt):
 
 
 def i2c(txt):
-    """Registers that were there, one that was written, and a device that isn't there."""
+    """Registers of a device, one register that is written, and a device that does not exist."""
     for register, value in enumerate((200, 0, 1), 0x3F):
         type_line("I2C 24 %d %d" % (register, value))
     there = []
@@ -269,7 +269,7 @@ def services(port, exchange):
 
 
 def reconnect(port, exchange):
-    """Goes online and offline a hundred times; what I3 was each time."""
+    """Goes online and offline a hundred times; the values of I3."""
     values = set()
     for _ in range(100):
         txt = connect(port, exchange)
@@ -288,7 +288,7 @@ def analog(txt):
 
 
 def extension(port, exchange):
-    """What is read before an extension is cut off, without it, and when it is back."""
+    """The values read before an extension is disconnected, without it, and when it is back."""
     result = []
     txt = connect(port, exchange)
     result.append(analog(txt))
@@ -314,7 +314,7 @@ def extension(port, exchange):
 
 
 def toggle(port, exchange):
-    """Changes an output, the repeat of a sound, from 2 to 1; whether ftrobopy survives it."""
+    """Changes an output, the repeat of a sound, from 2 to 1; whether ftrobopy stays online."""
     txt = connect(port, exchange)
     with together(txt):
         txt.play_sound(3, 2)
@@ -340,7 +340,7 @@ def injected_error(port, exchange):
 
 
 def eighth_command(port, exchange):
-    """Gives a motor eight commands that are done at once; the ids that ftrobopy sent and read."""
+    """Gives a motor eight commands that are done immediately; the ids that it sent and read."""
     txt = connect(port, exchange)
     motor = txt.motor(1)
     ids = []

@@ -6,11 +6,11 @@ use crate::ftrobopy::Ftrobopy;
 use crate::own::Own;
 use crate::{assert_alike, end_well, start, Exchange};
 
-/// The modes as pairs of mode and digital, in the order of the script.
+/// The modes as pairs of `mode` and `digital`, in the order of the script.
 const MODES: [(u8, u8); 8] = [(0, 1), (1, 1), (2, 1), (3, 1), (0, 0), (1, 0), (2, 0), (3, 0)];
 
-/// What the kit says that the inputs of the master and of the extension report in each mode:
-/// digital voltage, 5 kΩ, 15 kΩ and ultrasonic, then the same analog.
+/// The values of the inputs of the master and of the extension in each mode, according to the kit:
+/// digital voltage, 5 kΩ, 15 kΩ and ultrasonic, then the same modes analog.
 const EXPECTED: [[[i16; 8]; 8]; 2] = [
     [
         [0, 1, 1, 0, 0, 10, 30, 4096],            // I1: a closed switch
@@ -34,7 +34,7 @@ const EXPECTED: [[[i16; 8]; 8]; 2] = [
     ],
 ];
 
-/// What is read, mode by mode, on each controller.
+/// The expected values of each controller, for each mode.
 fn expected(exchange: Exchange) -> Value {
     let controllers = &EXPECTED[..exchange.areas()];
     let in_mode = |mode: usize| -> Value {

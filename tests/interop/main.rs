@@ -1,15 +1,14 @@
-//! Another client than this crate's: ftrobopy, against the simulated TXT as a program, and the
-//! same scenarios by this crate's own handler, which must read the same.
+//! Another client, ftrobopy, with the simulated TXT as a program. This crate's own handler runs the
+//! same scenarios and must read the same.
 //!
-//! What is plugged in is in the world files beside this one. Each client has a program of its own,
-//! so both find the same world. As a world goes by machine time, a step per exchange, whatever
-//! begins and ends with an exchange is compared number by number: inputs in every mode, and the
-//! counts of ordered distances. Where a client has to see something before it goes on, such as
-//! the pulses of a motor that turns freely, the time it takes decides, so each is only checked to
-//! be in range.
+//! The world files in this folder say what is plugged in. Each client has a simulated TXT of its own,
+//! so both begin with the same world. A world goes by machine time, one step per exchange. So all that
+//! begins and ends with an exchange is compared number by number: inputs in every mode, and the counts
+//! of commanded distances. Where a client waits for something, such as the pulses of a motor that turns
+//! freely, the values depend on real time and are only checked to be in range.
 //!
-//! It runs when `FTROBOPY_PYTHON` names a Python that has `tests/interop/requirements.txt`
-//! installed, as `.ci/run` does, and says so when it does not run.
+//! It runs when `FTROBOPY_PYTHON` names a Python with `tests/interop/requirements.txt` installed, as
+//! in `.ci/run`, and otherwise prints that it does not run.
 #![cfg(unix)]
 
 #[path = "../program/mod.rs"]
@@ -28,7 +27,7 @@ use serde_json::Value;
 
 use program::Program;
 
-/// Which exchange is used.
+/// Which kind of exchange is used.
 #[derive(Clone, Copy)]
 enum Exchange {
     /// With the master alone.
@@ -38,7 +37,7 @@ enum Exchange {
 }
 
 impl Exchange {
-    /// What the scripts call it.
+    /// Its name in the scripts.
     fn name(self) -> &'static str {
         match self {
             Self::Simple => "simple",
@@ -62,20 +61,20 @@ impl Exchange {
     }
 }
 
-/// A simulated TXT with one extension, the world of this file, and these options besides.
+/// A simulated TXT with one extension, the world of this file, and these other options.
 fn start(world: &str, options: &[&str]) -> Program {
-    let world = format!("{}/tests/interop/{world}", env!("CARGO_MANIFEST_DIR"));
+    let world = format!("{}/interop/{world}", env!("CARGO_MANIFEST_DIR"));
     let common = ["--extensions", "1", "--firmware", "4.6.6", "--world", &world];
     Program::start(&[&common, options].concat())
 }
 
-/// Checks that what somebody read is as it should be.
+/// Checks that a client has read the expected values.
 fn assert_alike(who: &str, read: &Value, expected: &Value) {
     assert!(read == expected, "{who} reads {read}\ninstead of {expected}");
 }
 
-/// Ends the program; its log, which has nothing that a correct client does not do. That it may ask
-/// for an I2C device that is not there is told.
+/// Ends the program; returns its log, which has no warning of a client's mistake. Only a request to a
+/// missing I2C device is allowed.
 fn end_well(program: Program) -> String {
     let log = program.interrupt();
     let warned = log.lines().find(|line| line.contains("WARN") && !line.contains("no I2C device"));

@@ -1,7 +1,7 @@
-//! Where ftrobopy is wrong: what it does then, and that the simulated TXT goes on.
+//! Mistakes of ftrobopy: what it does, and that the simulated TXT goes on.
 //!
-//! Further mistakes are told where they are met: a counter that is reset in `motors.rs`, an
-//! extension that goes away in `sessions.rs`.
+//! Other tests have further mistakes: a counter that is reset in `motors.rs`, an extension that goes
+//! away in `sessions.rs`.
 
 use serde_json::json;
 
@@ -13,8 +13,8 @@ use crate::{start, Exchange};
 fn ftrobopys_change_from_another_value_to_1_fails_its_own_checksum() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
     let mut program = start("inputs.toml", &[]);
-    // ftrobopy sends the toggle for it, which makes 0 of anything but 0, along with the checksum
-    // of a 1. A controller ends the connection, and so must the simulated one.
+    // ftrobopy sends the toggle code, which makes any value but 0 a 0, but the checksum is that of a
+    // 1. A controller ends the connection, and so must the simulated TXT.
     assert_eq!(ftrobopy.run(&mut program, "toggle", Exchange::Compressed), false);
     // The next client is served.
     Own::begin(&program, Exchange::Compressed).end();
@@ -29,8 +29,8 @@ fn ftrobopys_change_from_another_value_to_1_fails_its_own_checksum() {
 fn ftrobopys_pair_on_an_extension_is_the_injection_of_an_error() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
     let mut program = start("motors.toml", &[]);
-    // It adds 4 to the numbers of an extension's motors, which are 1..=4 as the master's are. From
-    // 5 on they order an error, which has no end.
+    // It adds 4 to the numbers of an extension's motors. The right numbers are 1..=4, as on the
+    // master; from 5 on they command an injected error, which has no end.
     let done = ftrobopy.run(&mut program, "injected_error", Exchange::Compressed);
     assert_eq!(done, json!([false, false]));
     let log = program.interrupt();
@@ -46,7 +46,7 @@ fn ftrobopys_eighth_command_of_a_motor_is_never_done_in_compressed_exchanges() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
     for (exchange, echo) in [(Exchange::Simple, 0), (Exchange::Compressed, 1)] {
         let mut program = start("motors.toml", &[]);
-        // After 7 its ids go on with 0, and the toggle from 7 to 0 reads 1 there.
+        // After 7 its ids begin again with 0, and ftrobopy reads the toggle from 7 to 0 as 1.
         let mut expected: Vec<[u16; 2]> = (1..=7).map(|id| [id, id]).collect();
         expected.push([0, echo]);
         let ids = ftrobopy.run(&mut program, "eighth_command", exchange);

@@ -1,4 +1,4 @@
-//! Motors of a world: counters, distances, pairs, and what they move.
+//! Motors of a world: counters, distances, pairs, and the slide.
 
 use ft_transfer_area::transfer_area::DUTY_MAX;
 use ft_transfer_area::tx::{Counter, Motor};
@@ -9,13 +9,13 @@ use crate::ftrobopy::Ftrobopy;
 use crate::own::Own;
 use crate::{assert_alike, end_well, start, Exchange};
 
-/// As fast as the clients go. A step of the world is one exchange of 10 ms all the same.
+/// As fast as the clients go. A step of the world is still one exchange of 10 ms.
 const UNPACED: [&str; 2] = ["--pace", "0"];
 
-/// Exchanges in which a motor comes to rest.
+/// The number of exchanges until a motor has stopped.
 const SETTLED: usize = 150;
 
-/// The script's `order`: both follow each other if they are paired.
+/// The script's `order`: both motors follow each other if they are paired.
 fn order(area: &mut FishX1Transfer, motor: usize, distance: u16, master: u8) {
     area.input.motor_ex_reached[motor] = 0;
     area.output.distance[motor] = distance;
@@ -128,17 +128,17 @@ impl Own {
         });
         result["unpaired"] = self.each(|own, area| own.drive(area, &both, DUTY_MAX, 200, false));
         result["paired"] = self.each(|own, area| own.drive(area, &both, DUTY_MAX, 200, true));
-        // From here on it depends on time how far they turn.
+        // From here on, the distances depend on time.
         result["left"] = self.each(Self::leave);
         result["c4"] = self.each(Self::count_and_reset);
         result
     }
 }
 
-/// Takes out what depends on when a client looks, after checking that it is in its range.
+/// Removes the values that depend on the time at which a client reads, after a check of their range.
 fn check_ranges(result: &mut Value, areas: usize) {
     for area in 0..areas {
-        // How far two motors were apart at most is only seen in the exchanges that are looked at.
+        // A client sees the greatest distance between two motors only in the exchanges that it reads.
         let apart = |kind: &str| result[kind][area][2].as_i64().unwrap();
         assert!(apart("paired") <= 5, "{} pulses apart", apart("paired"));
         assert!(apart("unpaired") > 20, "{} pulses apart", apart("unpaired"));
@@ -150,7 +150,7 @@ fn check_ranges(result: &mut Value, areas: usize) {
     }
 }
 
-/// What no client may see otherwise.
+/// Checks the values that every client must read.
 fn assert_right(result: &Value, areas: usize) {
     let slide = json!([[0, 0], [0, 1, 25], [0, 0, 17]]);
     assert_eq!(result["slide"].as_array().unwrap()[..3], slide.as_array().unwrap()[..]);
@@ -165,7 +165,7 @@ fn assert_right(result: &Value, areas: usize) {
     }
 }
 
-/// A motor may turn on a little, but never stops early, and tells in time.
+/// A motor may turn a little too far, but never stops early, and is reported as done in time.
 fn assert_near(driven: &Value, distance: i64) {
     for count in driven[0].as_array().unwrap() {
         let count = count.as_i64().unwrap();
@@ -181,8 +181,8 @@ fn compare(exchange: Exchange) {
     program.interrupt();
     if let Exchange::Compressed = exchange {
         for c4 in read["c4"].as_array_mut().unwrap() {
-            // ftrobopy takes the toggle for a 1 unless the value was 1 before, so a counter that
-            // is reset reads 1 there. The code means 0.
+            // ftrobopy reads the toggle code as 1 unless the value was 1 before, so it reads 1 for a
+            // counter that is reset. The code means 0.
             assert_eq!(c4[1], 1);
             c4[1] = json!(0);
         }
@@ -198,7 +198,7 @@ fn compare(exchange: Exchange) {
         assert_right(result, exchange.areas());
         check_ranges(result, exchange.areas());
     }
-    // The world goes by exchanges, and each order leaves in one, so the counts are the same.
+    // The world goes by exchanges, and each command goes out in one exchange, so the counts are the same.
     assert_alike("ftrobopy", &read, &expected);
 }
 

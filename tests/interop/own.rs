@@ -31,12 +31,12 @@ impl Own {
         self.handler.end_transfer().unwrap();
     }
 
-    /// What each area gives, one after the other.
+    /// The results for each area, one after the other.
     pub(crate) fn each(&self, f: impl Fn(&Self, usize) -> Value) -> Value {
         (0..self.areas).map(|area| f(self, area)).collect()
     }
 
-    /// Sets the inputs to these modes, a pair of mode and digital each.
+    /// Sets the inputs to these modes, pairs of `mode` and `digital`.
     pub(crate) fn configure(&self, area: usize, inputs: [(u8, u8); 8]) {
         let mut areas = self.handler.lock();
         areas[area].config.uni =
@@ -44,33 +44,33 @@ impl Own {
         areas[area].raise_config_id();
     }
 
-    /// Changes an area's outputs, all in one exchange, which is over at the end.
+    /// Changes an area's outputs in one exchange, and waits until it is over.
     pub(crate) fn together(&self, area: usize, change: impl FnOnce(&mut FishX1Transfer)) {
         change(&mut self.handler.lock()[area]);
         self.cycles(2);
     }
 
-    /// Cycles until the condition holds.
+    /// Waits for cycles until the condition holds.
     pub(crate) fn until(&self, mut condition: impl FnMut(&[FishX1Transfer]) -> bool) {
         let begin = Instant::now();
         while !condition(&self.handler.wait_cycle().unwrap()) {
-            assert!(begin.elapsed() < DEADLINE, "waited in vain");
+            assert!(begin.elapsed() < DEADLINE, "waited too long");
         }
     }
 
-    /// Waits for so many exchanges, of which the second begins after this call.
+    /// Waits for `count` exchanges; the second one begins after this call.
     pub(crate) fn cycles(&self, count: usize) {
         for _ in 0..count {
             self.handler.wait_cycle().unwrap();
         }
     }
 
-    /// Looks at an area.
+    /// Reads an area.
     pub(crate) fn look<R>(&self, area: usize, f: impl FnOnce(&FishX1Transfer) -> R) -> R {
         f(&self.handler.lock()[area])
     }
 
-    /// Looks at the master, which has the remotes and the sounds.
+    /// Reads the master's area, which has the remotes and the sounds.
     pub(crate) fn master<R>(&self, f: impl FnOnce(&FishX1Transfer) -> R) -> R {
         self.look(LOCAL_IO, f)
     }

@@ -1,5 +1,5 @@
-//! Everything beside inputs and motors: name and version, lamps, counter inputs, sounds, remotes,
-//! the camera and I2C.
+//! All except inputs and motors: name and version, lamps, counter inputs, sounds, remotes, the camera
+//! and I2C.
 
 use std::time::{Duration, Instant};
 
@@ -13,7 +13,7 @@ use crate::{assert_alike, end_well, start, Exchange};
 
 const OPTIONS: [&str; 4] = ["--name", "Scenario TXT", "--camera-start-up", "300"];
 
-/// The number that the blocks along the bottom edge of the test card show, in a whole picture of
+/// The number that the blocks at the bottom edge of the test card show, in a complete picture of
 /// 320 × 240.
 fn number_shown(frame: &CameraFrame) -> u16 {
     let picture = frame.to_rgb().unwrap();
@@ -33,22 +33,14 @@ fn assert_pictures(frames: &[CameraFrame]) {
     assert!(numbers.is_sorted_by(|a, b| a < b) && numbers.len() == 3, "{numbers:?}");
 }
 
-/// A frame that ftrobopy took, which it hands on as it came.
+/// A frame that ftrobopy received; it passes frames on unchanged.
 fn frame(hex: &Value) -> CameraFrame {
     let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
     let data = hex.as_str().unwrap().as_bytes().chunks(2).map(byte).collect();
-    CameraFrame {
-        sequence: 0,
-        arrived: Instant::now(),
-        frames_ready: 1,
-        width: 320,
-        height: 240,
-        size_raw: 2 * 320 * 240,
-        data,
-    }
+    CameraFrame::new(data)
 }
 
-/// The log tells of the lamps of so many controllers.
+/// Checks that the log names the lamps of this number of controllers.
 fn assert_lamps(log: &str, areas: usize) {
     for told in &["the master: O7 is set to 300", "extension 1: O7 is set to 301"][..areas] {
         assert!(log.contains(told), "{told} is not told in {log}");
@@ -141,7 +133,7 @@ impl Own {
         let begin = Instant::now();
         while there[2] != 1 {
             assert!(begin.elapsed() < DEADLINE, "the I2C device is not plugged in");
-            // It is not there before the first line is carried out.
+            // The device exists only after the first line is carried out.
             let _ = i2c.read(0x18, 0x3F, &mut there);
         }
         let written = i2c.write(0x18, 0x10, &[7]).is_ok();
@@ -152,7 +144,7 @@ impl Own {
         json!([there, written, register, null])
     }
 
-    /// The script's `services`, but for the camera.
+    /// The script's `services`, without the camera.
     fn services(&self, program: &mut Program) -> Value {
         for area in 0..self.areas {
             self.together(area, |own| own.output.duty[6] = 300 + area as i16);
@@ -170,7 +162,7 @@ impl Own {
     }
 }
 
-/// What was plugged in, typed and asked for.
+/// Checks the values that were plugged in, typed and asked for.
 fn assert_right(result: &Value) {
     assert_eq!(result["name"], "Scenario TXT");
     assert_eq!(result["version"], 0x0406_0600);
@@ -185,7 +177,7 @@ fn assert_right(result: &Value) {
         [5, -5, 9, -9, 0, 1],
         [7, -7, 11, -11, 0, 1],
     ];
-    // Each is there twice, the second time as any remote.
+    // Each remote is there twice, the second time as any remote.
     assert_eq!(result["remotes"], json!(remotes.map(|remote| [remote, remote].concat())));
 }
 

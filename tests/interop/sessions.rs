@@ -1,4 +1,4 @@
-//! Going online and offline, and an extension that comes and goes.
+//! A client goes online and offline, and an extension comes and goes.
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use serde_json::json;
@@ -7,7 +7,7 @@ use crate::ftrobopy::Ftrobopy;
 use crate::own::Own;
 use crate::{end_well, start, Exchange};
 
-/// How often the log tells so.
+/// How often the log has this text.
 fn times(log: &str, told: &str) -> usize {
     log.lines().filter(|line| line.contains(told)).count()
 }
@@ -16,7 +16,7 @@ fn times(log: &str, told: &str) -> usize {
 fn both_go_online_and_offline_a_hundred_times() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
     let mut program = start("inputs.toml", &[]);
-    // A closed circuit of 2200 Ω, as a new connection begins with digital inputs.
+    // 2200 Ω reads as closed, because a new connection begins with digital inputs.
     assert_eq!(ftrobopy.run(&mut program, "reconnect", Exchange::Compressed), json!([1]));
     let handler = program.handler().areas(2).build().unwrap();
     for area in handler.lock().iter_mut() {
@@ -41,9 +41,9 @@ const RESISTANCE: [(u8, u8); 8] = [(2, 0); 8];
 fn ftrobopy_reads_an_extension_again_that_was_cut_off() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
     let mut program = start("inputs.toml", &[]);
-    // ftrobopy does not look at which controllers a response is from, and always expands the words
-    // of two. Without the extension there are too few, so it ends with a network error and says
-    // that it is offline, as does a new connection with use_extension. One without goes on.
+    // ftrobopy does not check which controllers a response includes, and always expands the words of
+    // two. Without the extension there are too few words, so it ends with a network error and reports
+    // that it is offline. So does a new connection with use_extension. One without it goes on.
     let read = ftrobopy.run(&mut program, "extension", Exchange::Compressed);
     assert_eq!(read, json!([[2200, 12_345], [2200], [2300, 12_345]]));
     program.interrupt();
@@ -51,7 +51,7 @@ fn ftrobopy_reads_an_extension_again_that_was_cut_off() {
 
 #[test]
 fn this_crate_goes_on_without_an_extension_and_has_it_again() {
-    // Without ftrobopy too, as it does what ftrobopy does not.
+    // This also runs without ftrobopy, because ftrobopy can't do it.
     let mut program = start("inputs.toml", &[]);
     let own = Own::begin(&program, Exchange::Compressed);
     for area in 0..2 {

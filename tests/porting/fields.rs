@@ -1,23 +1,23 @@
-//! The transfer area's fields: those of C joined with those of Rust by where they lie.
+//! The transfer area's fields: C fields and Rust fields are matched by their place in memory.
 
 use std::collections::HashMap;
 use std::path::Path;
 
 use crate::source::{Item, Kind, Source};
 
-/// Every field of the TXT's header, as a C compiler lays it out.
+/// Every field of the TXT's header, where a C compiler places it.
 const TXT: &str = include_str!("transfer_area.csv");
 /// The fields of the ROBO TX's header, which has other names for the same memory.
 const ROBO_TX: &str = include_str!("robo_tx.csv");
-/// Every field of the crate's, checked when it is compiled.
+/// Every field of the crate, checked when the crate is compiled.
 const RUST: &str = include_str!("../../src/transfer_area/layout.rs");
 
-/// Offset and size in bytes, and how deep in the structure: a struct and its only field lie at the
-/// same place.
+/// Offset and size in bytes, and the depth in the structure: a struct and its only field have the
+/// same offset and size.
 type Place = (usize, usize, usize);
 
 struct Field {
-    /// Its path, with `[0]` behind an array of structs.
+    /// Its path, with `[0]` after an array of structs.
     path: Vec<String>,
     place: Place,
 }
@@ -46,7 +46,7 @@ fn c_fields(csv: &str) -> Vec<Field> {
 }
 
 fn rust_fields() -> Vec<Field> {
-    let list = RUST.lines().skip_while(|line| line.trim() != "layout! {").skip(1);
+    let list = RUST.lines().skip_while(|line| line.trim() != "$use_them! {").skip(1);
     let list = list.take_while(|line| line.trim() != "}");
     list.map(|line| {
         let (path, place) = line.trim().trim_end_matches(';').split_once(": ").unwrap();
@@ -96,7 +96,7 @@ fn by_place(fields: Vec<Field>) -> HashMap<Place, Field> {
     fields
 }
 
-/// The parts of a path whose C name is another one and no alias either.
+/// The parts of a path whose C name is neither the Rust name nor an alias.
 fn misnamed(source: &Source, field: &Field, c: &Field) -> Vec<String> {
     let mut mistakes = Vec::new();
     let mut of = source.type_named("FishX1Transfer", Path::new("transfer_area/mod.rs"));
@@ -114,7 +114,7 @@ fn misnamed(source: &Source, field: &Field, c: &Field) -> Vec<String> {
     mistakes
 }
 
-/// Complains when an item has neither this name nor this alias.
+/// A mistake when an item has neither this name nor this alias.
 pub(crate) fn unnamed(item: &Item, c_name: &str) -> Option<String> {
     debug_assert_eq!(item.kind, Kind::Field);
     let is_named = item.name == c_name || item.aliases.iter().any(|alias| alias == c_name);

@@ -1,48 +1,31 @@
-//! The calls of each C library, as its header declares them, and why some have no counterpart.
+//! The C libraries, and why some of their names have no counterpart in Rust.
 
-/// A header's names, each of which has a counterpart or a reason for none.
+/// Names without a counterpart, and what to do instead or why there is nothing to do.
+pub(crate) type Without = &'static [(&'static [&'static str], &'static str)];
+
+/// A library whose calls are in `calls.rs`, in the function with this heading.
+pub(crate) struct Calls {
+    pub(crate) heading: &'static str,
+    /// Whether the Rust item of each call has the call's name as an alias.
+    pub(crate) has_aliases: bool,
+    pub(crate) without: Without,
+}
+
+/// A header's names. Each has a counterpart, or a reason why there is none.
 pub(crate) struct Library {
     pub(crate) heading: &'static str,
     pub(crate) names: &'static [&'static str],
-    /// Names without a counterpart, and what to do instead or why there is nothing to do.
-    pub(crate) without: &'static [(&'static [&'static str], &'static str)],
+    pub(crate) without: Without,
 }
 
-/// How a name is used whose counterpart does not say it.
-pub(crate) const USES: &[(&str, &str)] = &[
-    ("PrintIO", "println!(\"{area}\")"),
-    ("SetDefaultConfig", "FishX1Transfer::default()"),
-    ("GetCameraFrameJpeg", "frame.jpeg()"),
-    ("ftxGetLibErrorString", "error.to_string()"),
-];
-
-const NO_DISPLAY: &str = "an online TXT shows nothing of the program's";
+const NO_DISPLAY: &str = "an online TXT shows nothing from the program";
 const NO_BLUETOOTH: &str = "an online TXT has no Bluetooth messages";
-const NO_FILES: &str = "the online protocol has no files, programs and updates";
+const NO_FILES: &str = "the online protocol has no files, programs or updates";
 
-pub(crate) const CALLS: &[Library] = &[
-    Library {
+pub(crate) const CALLS: &[Calls] = &[
+    Calls {
         heading: "The TXT's kit: `ftIF2013TransferAreaComHandler`",
-        names: &[
-            "ftIF2013TransferAreaComHandler",
-            "SetTransferMode",
-            "GetVersion",
-            "BeginTransfer",
-            "UpdateConfig",
-            "DoTransfer",
-            "DoTransferSimple",
-            "DoTransferCompressed",
-            "PrintIO",
-            "EndTransfer",
-            "StartCamera",
-            "StopCamera",
-            "GetCameraFrameJpeg",
-            "ftProJpegDec",
-            "SetDefaultConfig",
-            "UpdateTimers",
-            "StopMotors",
-            "GetCrc",
-        ],
+        has_aliases: true,
         without: &[
             (
                 &["~ftIF2013TransferAreaComHandler"],
@@ -54,103 +37,27 @@ pub(crate) const CALLS: &[Library] = &[
             ),
         ],
     },
-    Library {
+    Calls {
         heading: "FtTxtLib: `ftIF2013TransferAreaComHandlerEx2`",
-        names: &[
-            "ftIF2013TransferAreaComHandlerEx2",
-            "SetTransferMode",
-            "ftxStartTransferArea",
-            "ftxStopTransferArea",
-            "ftxIsTransferActiv",
-            "GetTransferAreasArrayAddr",
-            "SetFtUniConfig",
-            "SetFtCntConfig",
-            "SetFtMotorConfig",
-            "SetFtTaCompleted",
-            "SetFtCbJoyStick",
-            "tCbUniInputDigChanged",
-            "tCbMotorReached",
-            "tCbCntResetReady",
-            "tCbCount",
-            "tCbTaCompleted",
-            "tCbTaJoyStick",
-            "SetOutMotorValues",
-            "SetOutMotorInverse",
-            "GetOutMotorValues",
-            "SetOutPwmValues",
-            "GetOutPwmValues",
-            "StartMotorExCmd",
-            "IsMotorExReady",
-            "StopMotorExCmd",
-            "StopAllMotorExCmd",
-            "StartCounterReset",
-            "IsCntResetReady",
-            "GetInCounterValue",
-            "GetInCntCount",
-            "GetInCntState",
-            "GetInIOValue",
-            "GetInIOValueBinary",
-            "GetInIOValueAnalogue",
-            "GetJoystickPart",
-            "GetJoystickFull",
-            "GetJoystickButSwi",
-            "SetSound",
-            "IsSoundReady",
-            "GetMicLin",
-            "GetMicLog",
-            "IsSlaveActive",
-            "StartI2C",
-        ],
+        has_aliases: true,
         without: &[
             (&["PrintIR"], "print `area.txt_inputs.ir_input`"),
             (&["StopI2C"], "dropping the `I2cClient` closes its connection"),
         ],
     },
-    Library {
+    Calls {
         heading: "The ROBO TX's library: `ftMscLib`",
-        names: &[
-            "ftxGetLibErrorString",
-            "ftxOpenComDevice",
-            "ftxOpenComDeviceNr",
-            "ftxCloseDevice",
-            "ftxStartTransferArea",
-            "ftxStopTransferArea",
-            "ftxIsTransferActiv",
-            "GetTransferAreasArrayAddr",
-            "StartCounterReset",
-            "SetCBCounterResetted",
-            "SetOutMotorValues",
-            "SetOutPwmValues",
-            "StartMotorExCmd",
-            "StartMotorExCmd4",
-            "StopAllMotorExCmd",
-            "StopMotorExCmd",
-            "SetCBMotorExReached",
-            "SetFtUniConfig",
-            "SetFtCntConfig",
-            "SetFtMotorConfig",
-            "GetInIOValue",
-            "GetInCounterValue",
-            "GetRoboTxSlaveState",
-            "GetRoboTxSlaveAlive",
-            "SetCBRoboExtState",
-            "GetRoboTxDevName",
-            "GetRoboTxFwStr",
-            "GetRoboTxFwVal",
-            "GetTrapStatistic",
-            "ftxI2cRead",
-            "ftxI2cWrite",
-        ],
+        has_aliases: true,
         without: &[
             (
                 &["ftxInitLib", "ftxCloseLib", "ftxIsLibInit", "ftxIsHandleValid", "GetSessionId"],
-                "there is nothing to initialise, and no handle that may be wrong",
+                "there is nothing to initialise, and no handle that may be invalid",
             ),
             (
                 &["ftxGetLibVersion", "ftxGetLibVersionStr"],
                 "the version is the one in your `Cargo.lock`",
             ),
-            (&["ftxCloseAllDevices"], "each handler is ended by itself"),
+            (&["ftxCloseAllDevices"], "end each handler's transfer"),
             (
                 &["GetAvailableComPorts", "EnumComPorts"],
                 "a TXT has a network address and no COM port",
@@ -159,7 +66,7 @@ pub(crate) const CALLS: &[Library] = &[
                 &["GetTransferAreaStatusAddr", "GetComStatus", "GetRoboTxMasterState"],
                 "`handler.is_running()` and `handler.error()`",
             ),
-            (&["ResetTrapStatistic"], "figures begin anew with each transfer"),
+            (&["ResetTrapStatistic"], "each transfer counts from 0"),
             (
                 &[
                     "ftxGetSerialNrStrg",
@@ -175,7 +82,7 @@ pub(crate) const CALLS: &[Library] = &[
                     "GetRoboTxDllStr",
                     "SetRoboTxDevName",
                 ],
-                "an online TXT tells its name and its firmware's version, and takes no name",
+                "an online TXT sends only its name and its firmware's version; its name can't be set",
             ),
             (&["SetRoboTxMessage", "GetInDisplayButtonValue"], NO_DISPLAY),
             (
@@ -208,25 +115,12 @@ pub(crate) const CALLS: &[Library] = &[
             ),
         ],
     },
-    Library {
-        heading: "Programs on the TXT: `KeLibTxtDl`",
-        names: &[
-            "StartTxtDownloadProg",
-            "StopTxtDownloadProg",
-            "MotorIOLib_ThreadIsRunning",
-            "SetTransferAreaCompleteCallback",
-            "TransferAreaCallbackFunction",
-            "GetKeLibTransferAreaMainAddress",
-            "InitI2C",
-            "KeLibI2cTransfer",
-        ],
-        without: &[],
-    },
-    Library {
+    Calls { heading: "Programs on the TXT: `KeLibTxtDl`", has_aliases: true, without: &[] },
+    Calls {
         heading: "Programs on the ROBO TX: `ROBO_TX_PRG`",
-        names: &["PrgTic", "I2cRead", "I2cWrite"],
+        has_aliases: true,
         without: &[
-            (&["PrgInit"], "what stands before `begin_transfer`"),
+            (&["PrgInit"], "the code before `begin_transfer`"),
             (&["IsRunAllowed"], "there is no firmware to go back to"),
             (&["GetSystemTime"], "`std::time::Instant`, or `area.timer`"),
             (&["DisplayMsg", "IsDisplayBeingRefreshed"], NO_DISPLAY),
@@ -245,12 +139,20 @@ pub(crate) const CALLS: &[Library] = &[
             ),
             (
                 &[
-                    "sprintf", "memcmp", "memcpy", "memmove", "memset", "strcat", "strncat",
-                    "strchr", "strrchr", "strcmp", "strncmp", "stricmp", "strnicmp", "strcpy",
-                    "strncpy", "strlen", "strstr", "strtok", "strupr", "strlwr", "atoi",
+                    "sprintf", "memmove", "strcat", "strncat", "strchr", "strrchr", "strcmp",
+                    "strncmp", "stricmp", "strnicmp", "strcpy", "strncpy", "strlen", "strstr",
+                    "strtok", "strupr", "strlwr", "atoi",
                 ],
                 "Rust has its own",
             ),
+        ],
+    },
+    Calls {
+        heading: "Around the libraries",
+        has_aliases: false,
+        without: &[
+            (&["printf"], "`println!`, or `print!` without the end of the line"),
+            (&["WSAStartup", "WSACleanup"], "there is nothing to initialise"),
         ],
     },
 ];

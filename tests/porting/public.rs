@@ -1,13 +1,13 @@
-//! Where an item can be reached from outside the crate, by its `pub use` lines.
+//! The path of an item from outside the crate, by the crate's `pub use` lines.
 
 use std::fs;
 use std::path::Path;
 
 /// One name, or all names of a module, that a public module offers.
 struct Export {
-    /// The public module, with `::` behind it; nothing for the crate's root.
+    /// The public module, followed by `::`; empty for the crate's root.
     module: String,
-    /// The module it is from.
+    /// The module that the name comes from.
     from: String,
     /// `*` for all.
     name: String,
@@ -26,7 +26,7 @@ impl Exports {
         collect(&library, "", &mut exports);
         let declared = library.lines().filter_map(|line| line.strip_prefix("pub mod "));
         let declared = declared.map(|name| name.trim_end_matches(';').to_owned());
-        // A single file is that for the fuzzers, which is not public.
+        // A public module that is a single file is for the fuzzers, and not really public.
         let modules: Vec<String> = declared.filter(|name| root.join(name).is_dir()).collect();
         for module in &modules {
             let text = fs::read_to_string(root.join(module).join("mod.rs")).unwrap();
@@ -35,9 +35,9 @@ impl Exports {
         Self { exports, modules }
     }
 
-    /// The shortest path to what this file has under this name.
+    /// The shortest path to the item of this file with this name.
     pub(crate) fn path(&self, file: &Path, name: &str) -> Option<String> {
-        // The file's module and those around it, each of which may be named in a `pub use`.
+        // The file's module and its parents; each of them may be named in a `pub use`.
         let without_ending = file.with_extension("");
         let home: Vec<_> = without_ending.iter().map(|part| part.to_string_lossy()).collect();
         let exported = self.exports.iter().filter(|export| {

@@ -1,7 +1,7 @@
 //! The crate's items with their C names (`#[doc(alias = "…")]`), read from its source.
 //!
-//! The source is formatted by rustfmt, so an attribute, an item and the head of what contains it
-//! have a line each and are indented. A name at what does not look like that fails the test.
+//! The source is formatted by rustfmt, so attributes, items and the heads of blocks have a line each
+//! and are indented. The test fails for a C name on anything else.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,9 +14,9 @@ pub(crate) enum Kind {
     /// A struct, an enum or another type.
     Type,
     Constant,
-    /// A function that has no `self`.
+    /// A function without `self`.
     Function,
-    /// A function that has one.
+    /// A function with `self`.
     Method,
     Field,
     Variant,
@@ -28,13 +28,13 @@ pub(crate) enum Kind {
 pub(crate) struct Item {
     pub(crate) kind: Kind,
     pub(crate) name: String,
-    /// The type that it belongs to, if it does to one.
+    /// The type that it belongs to, if any.
     container: Option<String>,
     /// Relative to `src`.
     pub(crate) file: PathBuf,
     line: usize,
     pub(crate) aliases: Vec<String>,
-    /// Of a field: the type, or that of its elements.
+    /// The type of a field, or of its elements.
     pub(crate) type_name: String,
     has_arguments: bool,
 }
@@ -44,7 +44,7 @@ pub(crate) struct Source {
     exports: Exports,
 }
 
-/// What the document calls the value whose method or field it is.
+/// The name that the document uses for a value of each type.
 const RECEIVERS: [(&str, &str); 8] = [
     ("FishX1Transfer", "area"),
     ("TransferAreaComHandler", "handler"),
@@ -52,14 +52,14 @@ const RECEIVERS: [(&str, &str); 8] = [
     ("TxtClient", "client"),
     ("CameraFrame", "frame"),
     ("transfer_area::State", "area.state"),
-    ("transfer_area::Output", "area.output"),
+    ("transfer_area::OutputValues", "area.output"),
     ("transfer_area::Timer", "area.timer"),
 ];
 
 impl Source {
-    /// Reads all but the simulator, which has no C names.
+    /// Reads all but the simulated TXT, which has no C names.
     pub(crate) fn read() -> Self {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
         let mut files = Vec::new();
         list(&root, &root, &mut files);
         files.sort();
@@ -70,13 +70,13 @@ impl Source {
         }
         let source = Self { items, exports: Exports::read(&root) };
         for item in source.items.iter().filter(|item| !item.aliases.is_empty()) {
-            // Errs for one that nobody can use.
+            // Panics for an item that is not public.
             source.show(item);
         }
         source
     }
 
-    /// By each C name what has it, as the document shows it.
+    /// The items of each C name, as the document shows them.
     pub(crate) fn by_alias(&self) -> BTreeMap<&str, Vec<String>> {
         let mut names: BTreeMap<&str, Vec<String>> = BTreeMap::new();
         for item in &self.items {
@@ -90,7 +90,7 @@ impl Source {
         names
     }
 
-    /// The constants outside types, which keep their names as far as they have no alias.
+    /// The constants outside types. They keep their C names unless they have an alias.
     pub(crate) fn constants(&self) -> impl Iterator<Item = &Item> {
         let is_free = |item: &&Item| item.kind == Kind::Constant && item.container.is_none();
         self.items.iter().filter(is_free)
@@ -105,8 +105,8 @@ impl Source {
         })
     }
 
-    /// The type with this name that a file uses: its own, or the only one there is in its directory
-    /// or elsewhere.
+    /// The type with this name that a file uses: its own, one from its directory, or the only one
+    /// elsewhere.
     pub(crate) fn type_named(&self, name: &str, file: &Path) -> &Item {
         let types = || {
             self.items
@@ -126,7 +126,7 @@ impl Source {
         self.items.iter().find(is_it).unwrap_or_else(|| panic!("{file:?}: which {name}?"))
     }
 
-    /// How the document writes it.
+    /// The item as the document shows it.
     pub(crate) fn show(&self, item: &Item) -> String {
         let Some(container) = &item.container else {
             let path = self.exports.path(&item.file, &item.name);
@@ -167,10 +167,10 @@ fn list(root: &Path, directory: &Path, files: &mut Vec<PathBuf>) {
     }
 }
 
-/// The public items of a file, and whatever else has a C name.
+/// The public items of a file, and all others with a C name.
 fn items_of(file: &Path, text: &str) -> Vec<Item> {
     let lines: Vec<&str> = text.lines().collect();
-    // The tests are at the end. Before them there may be modules for tests in files of their own.
+    // The tests are at the end. Before them there may be test modules in files of their own.
     let begin_tests = |pair: &[&str]| {
         let is_for_tests =
             ["#[cfg(test)]", "#[cfg(all(test"].iter().any(|&c| pair[0].starts_with(c));
@@ -202,7 +202,7 @@ fn items_of(file: &Path, text: &str) -> Vec<Item> {
     items
 }
 
-/// The line that opens the block in which a line stands, without its indentation.
+/// The line that opens the block of a line, without its indentation.
 fn head<'a>(lines: &[&'a str], index: usize) -> Option<&'a str> {
     let indentation = |line: &str| line.len() - line.trim_start().len();
     let own = indentation(lines[index]);
@@ -210,11 +210,11 @@ fn head<'a>(lines: &[&'a str], index: usize) -> Option<&'a str> {
     before.find(|line| indentation(line) < own).map(|line| line.trim_start())
 }
 
-/// The item that begins at this line; `None` for what is none and has no C name.
+/// The item that begins at this line; `None` if there is none, and no C name.
 fn item_at(file: &Path, lines: &[&str], index: usize, aliases: Vec<String>) -> Option<Item> {
     let head = head(lines, index).unwrap_or_default();
     let Some((kind, name, rest)) = parse(lines[index].trim_start(), head) else {
-        assert!(aliases.is_empty(), "{file:?}:{}: what has the name {aliases:?}?", index + 1);
+        assert!(aliases.is_empty(), "{file:?}:{}: no item for {aliases:?}", index + 1);
         return None;
     };
     let mut item = Item {
@@ -243,8 +243,8 @@ fn item_at(file: &Path, lines: &[&str], index: usize, aliases: Vec<String>) -> O
     Some(item)
 }
 
-/// The kind and the name of what a line begins, and what follows; by the head of its block where
-/// the line does not say it.
+/// The kind and the name of the item that a line begins, and the rest of the line. The head of its
+/// block decides the kind where the line does not.
 fn parse<'a>(code: &'a str, head: &str) -> Option<(Kind, &'a str, &'a str)> {
     let public = code.strip_prefix("pub ");
     let rest = public.unwrap_or(code);
@@ -276,7 +276,7 @@ fn word(code: &str) -> &str {
     &code[..end.unwrap_or(code.len())]
 }
 
-/// The type that a block belongs to, by its head.
+/// The type that a block with this head belongs to.
 fn container(head: &str) -> Option<String> {
     let words = head.trim_end_matches('{').trim_end();
     let name = match words.strip_prefix("impl") {
@@ -289,7 +289,7 @@ fn container(head: &str) -> Option<String> {
     name.chars().all(char::is_alphanumeric).then(|| name.to_owned()).filter(|name| !name.is_empty())
 }
 
-/// What stands between the first parentheses of a function.
+/// The text between the first parentheses of a function.
 fn arguments(function: &str) -> &str {
     let start = function.find('(').map_or(0, |start| start + 1);
     let mut depth = 1;

@@ -3,8 +3,8 @@
 use std::net::TcpListener;
 use std::sync::atomic::{AtomicU16, Ordering};
 
-/// The first of three ports in a row that nobody listens on. The operating system does not give ports
-/// below 32768 to other tests.
+/// The first of three free ports in a row. The operating system does not give ports below 32768 to
+/// other tests.
 pub(crate) fn unused_ports() -> u16 {
     static NEXT: AtomicU16 = AtomicU16::new(0);
     let start = 20_000 + (std::process::id() % 1000) as u16 * 10;

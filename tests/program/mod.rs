@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 
-/// Longer than anything takes on a busy machine; only a test that fails waits so long.
+/// Longer than anything takes on a busy machine; only a failing test waits this long.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
-/// An example, built along with the tests.
+/// An example, built with the tests.
 pub(crate) fn example(name: &str) -> Command {
     let tests: PathBuf = std::env::current_exe().unwrap();
     let path = tests.ancestors().nth(2).unwrap().join("examples").join(name);
@@ -19,7 +19,7 @@ pub(crate) fn example(name: &str) -> Command {
     Command::new(path)
 }
 
-/// Reads what a child process says all the time, or it would have to wait at some point.
+/// Reads the output of a child process all the time. Otherwise the process would block at some point.
 pub(crate) fn read_all(mut stream: impl Read + Send + 'static) -> JoinHandle<String> {
     thread::spawn(move || {
         let mut said = Vec::new();
@@ -28,10 +28,10 @@ pub(crate) fn read_all(mut stream: impl Read + Send + 'static) -> JoinHandle<Str
     })
 }
 
-/// The simulated TXT as a program on free ports, ended when it is dropped.
+/// The simulated TXT as a program on free ports. It ends when this is dropped.
 pub(crate) struct Program {
     child: Child,
-    /// Where lines are typed; `None` ends its input.
+    /// For typed lines; `None` ends its input.
     pub(crate) stdin: Option<ChildStdin>,
     /// Main, camera, I2C.
     pub(crate) ports: [u16; 3],
@@ -64,12 +64,12 @@ impl Program {
         writeln!(self.stdin.as_mut().unwrap(), "{line}").unwrap();
     }
 
-    /// Settings for a handler of it.
+    /// Settings for a handler for it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
         TransferAreaComHandler::builder("127.0.0.1").port(self.ports[0])
     }
 
-    /// Ends it as Ctrl-C does; what it said on stderr.
+    /// Ends it as Ctrl-C does. Returns its output on stderr.
     pub(crate) fn interrupt(mut self) -> String {
         let id = self.child.id().to_string();
         assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
@@ -82,7 +82,7 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // It has ended already unless a test failed.
+        // It has already ended, unless a test failed.
         let _ = self.child.kill();
         let _ = self.child.wait();
         if let Some(Ok(log)) = self.log.take().map(JoinHandle::join) {

@@ -1,4 +1,4 @@
-//! Whatever a client sends, its connection is closed and the next client is served.
+//! After any bad input the connection is closed and the next client is served.
 
 use std::io::{ErrorKind, Write};
 use std::net::Shutdown;
@@ -9,7 +9,7 @@ use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, StartOnline};
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
 
-/// Every command with a body, whole.
+/// Every command that has a body.
 fn commands() -> Vec<Vec<u8>> {
     let (mut start, mut exchange, mut compressed) = (Vec::new(), Vec::new(), Vec::new());
     StartOnline::new().emit(&mut start);
@@ -53,7 +53,7 @@ fn a_truncated_command_on_an_open_connection_ends_at_the_idle_limit() {
 #[test]
 fn unknown_ids_end_the_connection() {
     let txt = unpaced().start().unwrap();
-    // Responses' ids, the camera's, I2C's, those of all bits alike.
+    // Ids of responses, of the camera, of I2C, and with all bits equal.
     for id in [0, u32::MAX, 0xBAC9_723E, 0x6F3B_54E6, 0xBDC2_D7A1, 0xADA0_9FBA, 0x393B_DBB9] {
         let mut client = Client::online(&txt);
         client.send(&id.to_le_bytes());
@@ -68,7 +68,7 @@ fn a_client_that_writes_and_never_reads_is_cut_off() {
     let client = Client::online(&txt);
     client.stream.set_write_timeout(Some(LIMIT)).unwrap();
     let query = CommandId::QueryStatus.id().to_le_bytes().repeat(4096);
-    // Its queries are answered until the answers fill all buffers, and then for a second not.
+    // Its queries are answered until the answers fill all buffers, and then not for a second.
     let error = loop {
         if let Err(error) = (&client.stream).write_all(&query) {
             break error;

@@ -9,7 +9,7 @@ use crate::camera_client::{number_shown, settings, CameraClient};
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
 
-/// A simulated TXT whose camera serves at once.
+/// A simulated TXT whose camera serves immediately.
 pub(crate) fn with_camera() -> SimulatedTxtBuilder {
     unpaced().camera_start_up(Duration::ZERO)
 }
@@ -32,7 +32,7 @@ fn contains(bytes: &[u8], pair: [u8; 2]) -> bool {
 }
 
 #[test]
-fn frames_show_numbers_that_rise_and_have_garbage_for_an_end() {
+fn frames_show_rising_numbers_and_end_with_garbage() {
     let txt = with_camera().start().unwrap();
     let mut main = Client::online(&txt);
     main.start_camera(settings(320, 240, 100));
@@ -44,7 +44,7 @@ fn frames_show_numbers_that_rise_and_have_garbage_for_an_end() {
         let frame = camera.receive();
         let CameraFrameHeader { frames_ready, width, height, size_raw, .. } = frame.header;
         assert_eq!((width, height, size_raw), (320, 240, 153_600));
-        // `frames_ready` tells how many numbers were left out.
+        // `frames_ready` says how many numbers were left out.
         let number = i32::from(frame.number());
         assert_eq!(number, next + frames_ready - 1);
         assert!(frames_ready >= 1);
@@ -76,14 +76,14 @@ fn huffman_tables_are_left_out_on_request() {
     let tables = tables(&with.bytes);
     assert!(!tables.is_empty());
     assert!(!contains(&without.bytes, [0xFF, 0xC4]));
-    // Behind the start of the image they are as good as in their place.
+    // Right after the start of the image they are as valid as in their usual place.
     let mut jpeg = without.jpeg();
     jpeg.splice(2..2, tables);
     assert_eq!(number_shown(&jpeg, &without.header), 0);
 }
 
 #[test]
-fn the_size_is_the_one_asked_for_where_it_can_be() {
+fn the_size_is_the_one_asked_for_if_possible() {
     let txt = with_camera().start().unwrap();
     let mut main = Client::online(&txt);
     for (asked, delivered) in [
@@ -106,7 +106,7 @@ fn the_size_is_the_one_asked_for_where_it_can_be() {
     }
 }
 
-/// Waits until so many frames were produced since then.
+/// Waits until this many frames were produced since then.
 fn wait_for_frames(begin: Instant, frames: u32, rate: u32) {
     let until = Duration::from_secs(1) * frames / rate;
     while begin.elapsed() < until {
@@ -115,7 +115,7 @@ fn wait_for_frames(begin: Instant, frames: u32, rate: u32) {
 }
 
 #[test]
-fn a_slow_client_gets_the_newest_frame_and_never_two_at_once() {
+fn a_slow_client_gets_the_newest_frame_and_never_two_together() {
     let txt = with_camera().start().unwrap();
     let mut main = Client::online(&txt);
     main.start_camera(settings(160, 120, 200));

@@ -1,4 +1,4 @@
-//! The client's end of a camera connection, by hand.
+//! The client's end of a camera connection, made by hand.
 
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
@@ -11,17 +11,17 @@ use jpeg_decoder::{Decoder, PixelFormat};
 
 use crate::wire_client::{Client, LIMIT};
 
-/// How many bytes of garbage the simulated camera sends behind a picture.
+/// How many bytes of garbage the simulated camera sends after a picture.
 const GARBAGE_SIZE: usize = 40;
 
 pub(crate) struct Frame {
     pub(crate) header: CameraFrameHeader,
-    /// As they came.
+    /// The bytes as received.
     pub(crate) bytes: Vec<u8>,
 }
 
 impl Frame {
-    /// The picture as a file would have it.
+    /// The picture as in a file.
     pub(crate) fn jpeg(&self) -> Vec<u8> {
         let mut jpeg = self.bytes[..self.bytes.len() - GARBAGE_SIZE].to_vec();
         jpeg.extend([0xFF, 0xD9]);
@@ -57,7 +57,11 @@ pub(crate) struct CameraClient {
 impl CameraClient {
     /// Connects, whether the camera serves or not.
     pub(crate) fn connect(txt: &SimulatedTxt) -> Self {
-        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, txt.camera_port())).unwrap();
+        Self::over(TcpStream::connect((Ipv4Addr::LOCALHOST, txt.camera_port())).unwrap())
+    }
+
+    /// The client's end of a connection.
+    pub(crate) fn over(stream: TcpStream) -> Self {
         stream.set_read_timeout(Some(LIMIT)).unwrap();
         stream.set_nodelay(true).unwrap();
         Self { stream }
@@ -76,18 +80,18 @@ impl CameraClient {
         self.stream.write_all(&CAMERA_FRAME_ACKNOWLEDGE).unwrap();
     }
 
-    /// Reads until the other side closes the connection; how many bytes came before.
+    /// Reads until the other side closes the connection. Returns how many bytes came before.
     pub(crate) fn until_closed(mut self) -> u64 {
         match io::copy(&mut self.stream, &mut io::sink()) {
             Ok(count) => count,
-            // So it looks when it closes with our bytes unread.
+            // This error comes when it closes with our bytes unread.
             Err(error) if error.kind() == io::ErrorKind::ConnectionReset => 0,
             Err(error) => panic!("the connection was not closed: {error}"),
         }
     }
 }
 
-/// What asks for pictures of this size and rate.
+/// The command that asks for pictures of this size and rate.
 pub(crate) fn settings(width: i32, height: i32, framerate: i32) -> StartCameraOnline {
     StartCameraOnline { width, height, framerate, power_line_frequency: 50 }
 }

@@ -1,9 +1,10 @@
 //! When the simulated camera serves, and how it ends.
 
-use std::io::Write;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Ipv4Addr, TcpStream};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::simulator::{CameraConnection, Machine, SimulatedTxt};
 use ft_transfer_area::wire::{CommandId, ResponseId};
 
 use crate::camera::with_camera;
@@ -12,7 +13,7 @@ use crate::endings::assert_drops;
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
 
-/// Whether a camera client gets nothing but a closed connection.
+/// Whether a camera client gets only a closed connection.
 fn assert_closed(txt: &SimulatedTxt) {
     assert_eq!(CameraClient::connect(txt).until_closed(), 0);
 }
@@ -40,7 +41,7 @@ fn nothing_is_served_before_the_start_up_time_has_passed() {
     let begin = Instant::now();
     main.start_camera(settings(160, 120, 15));
     assert!(txt.with_machine(|machine| machine.camera().is_some()));
-    // A client that takes the connection for a camera that serves waits for its first frame.
+    // A client that takes a connection as a sign that the camera serves waits for its first frame.
     CameraClient::connect(&txt).receive();
     assert!(begin.elapsed() >= start_up);
 
@@ -53,7 +54,7 @@ fn nothing_is_served_before_the_start_up_time_has_passed() {
 }
 
 #[test]
-fn whatever_stops_the_camera_ends_its_connection() {
+fn each_way_to_stop_the_camera_ends_its_connection() {
     let stop_online = |mut main: Client| {
         main.command(CommandId::StopOnline);
         ResponseId::StopOnline.check(&main.receive(4)).unwrap();
@@ -79,7 +80,7 @@ fn whatever_stops_the_camera_ends_its_connection() {
 }
 
 #[test]
-fn starting_anew_ends_the_connection_and_serves_the_next() {
+fn starting_again_ends_the_connection_and_serves_the_next() {
     let txt = with_camera().start().unwrap();
     let mut main = Client::online(&txt);
     main.start_camera(settings(160, 120, 15));
@@ -110,7 +111,7 @@ fn a_stalled_camera_is_silent_and_open_until_it_is_stopped() {
     let txt = with_camera().camera_stall_after(2).start().unwrap();
     let mut main = Client::online(&txt);
     main.start_camera(settings(160, 120, 200));
-    // Every connection has its two frames.
+    // Every connection gets its two frames.
     for connections in 1..=2 {
         let mut camera = CameraClient::connect(&txt);
         for _ in 0..2 {
@@ -121,7 +122,7 @@ fn a_stalled_camera_is_silent_and_open_until_it_is_stopped() {
         assert!(txt.wait_until(LIMIT, acknowledged));
         camera.stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
         let silence = camera.stream.peek(&mut [0]).unwrap_err().kind();
-        // Which of the two depends on the system.
+        // The system decides which of the two.
         assert!(matches!(silence, std::io::ErrorKind::WouldBlock | std::io::ErrorKind::TimedOut));
         camera.stream.set_read_timeout(Some(LIMIT)).unwrap();
         if connections == 2 {
@@ -145,7 +146,7 @@ fn a_script_that_panics_ends_the_camera_too() {
 
 #[test]
 fn dropping_does_not_wait_for_the_cameras_client() {
-    // One that has to acknowledge, and one that gets nothing.
+    // One client that has to acknowledge, and one that gets nothing.
     for (stall_after, frames) in [(9, 1), (0, 0)] {
         let txt = with_camera().camera_stall_after(stall_after).start().unwrap();
         let mut main = Client::online(&txt);
@@ -155,4 +156,73 @@ fn dropping_does_not_wait_for_the_cameras_client() {
         assert_drops(txt);
         drop(camera);
     }
+}
+
+/// A simulated TXT whose camera accepts connections in this way.
+fn connecting(connection: CameraConnection) -> SimulatedTxt {
+    with_camera().camera_connection(connection).start().unwrap()
+}
+
+fn is_refused(txt: &SimulatedTxt) -> bool {
+    let result = TcpStream::connect((Ipv4Addr::LOCALHOST, txt.camera_port()));
+    result.is_err_and(|error| error.kind() == ErrorKind::ConnectionRefused)
+}
+
+#[test]
+fn a_camera_like_the_txts_refuses_clients_before_it_serves_and_after_it_has_stopped() {
+    let txt = connecting(CameraConnection::Txt);
+    assert!(is_refused(&txt), "it is not online");
+    let mut main = Client::online(&txt);
+    for _ in 0..3 {
+        assert!(is_refused(&txt), "it is not started");
+        main.start_camera(settings(160, 120, 15));
+        let begin = Instant::now();
+        let stream = loop {
+            // It serves soon after the command.
+            match TcpStream::connect((Ipv4Addr::LOCALHOST, txt.camera_port())) {
+                Ok(stream) => break stream,
+                Err(error) => assert!(begin.elapsed() < LIMIT, "{error}"),
+            }
+        };
+        let mut camera = CameraClient::over(stream);
+        camera.receive();
+        main.stop_camera();
+        assert_eq!(camera.until_closed(), 0);
+        let begin = Instant::now();
+        while !is_refused(&txt) {
+            assert!(begin.elapsed() < LIMIT, "it accepts connections though it is stopped");
+        }
+    }
+}
+
+#[test]
+fn a_camera_like_the_txt_40s_serves_who_is_connected_when_it_is_started() {
+    let txt = connecting(CameraConnection::Txt40);
+    let mut main = Client::online(&txt);
+    for _ in 0..3 {
+        let mut camera = CameraClient::connect(&txt);
+        main.start_camera(settings(160, 120, 15));
+        camera.receive();
+        camera.acknowledge();
+        camera.receive();
+        main.stop_camera();
+        assert_eq!(camera.until_closed(), 0);
+    }
+}
+
+#[test]
+fn a_camera_like_the_txt_40s_never_serves_a_client_that_comes_later() {
+    let txt = connecting(CameraConnection::Txt40);
+    let mut main = Client::online(&txt);
+    main.start_camera(settings(160, 120, 60));
+    let camera = CameraClient::connect(&txt);
+    // A camera that serves other clients has sent frames by then.
+    camera.stream.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
+    let error = (&camera.stream).read(&mut [0]).unwrap_err();
+    assert!(matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut), "{error}");
+    assert_eq!(txt.with_machine(|machine| machine.camera_frames()), 0);
+    // The next start finds it.
+    camera.stream.set_read_timeout(Some(LIMIT)).unwrap();
+    main.start_camera(settings(160, 120, 60));
+    CameraClient::over(camera.stream).receive();
 }

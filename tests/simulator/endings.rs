@@ -1,4 +1,4 @@
-//! How connections end, and the simulated TXT itself.
+//! How connections and the simulated TXT end.
 
 use std::io::Read;
 use std::sync::mpsc;
@@ -24,7 +24,7 @@ fn a_wrong_checksum_ends_the_connection() {
     let mut client = Client::online(&txt);
     client.exchange_compressed(&[[1; 27]], 0);
     let mut command = Vec::new();
-    // The 27 words are told as unchanged: 01, 11, 1111, then 8 bits for 27 - 20.
+    // The 27 words are sent as unchanged: 01, 11, 1111, then 8 bits for 27 - 20.
     let header = CmprHeader { extra_size: 2, crc: 0x1234_5678, active_extensions: 0 };
     header.emit_command(&mut command);
     command.extend([0xFD, 0x07]);
@@ -108,7 +108,7 @@ fn waiting_in_vain_ends_at_the_limit() {
     assert!(begin.elapsed() >= limit);
 }
 
-/// Drops the simulated TXT and fails when that takes longer than the limit.
+/// Drops the simulated TXT, and fails when that takes longer than the limit.
 pub(crate) fn assert_drops(txt: SimulatedTxt) {
     let (done, is_done) = mpsc::channel();
     thread::spawn(move || {
@@ -119,7 +119,7 @@ pub(crate) fn assert_drops(txt: SimulatedTxt) {
 }
 
 #[test]
-fn dropping_does_not_wait_for_anybody() {
+fn dropping_waits_for_no_client() {
     assert_drops(unpaced().start().unwrap());
 
     let txt = unpaced().start().unwrap();
@@ -127,7 +127,7 @@ fn dropping_does_not_wait_for_anybody() {
     assert_drops(txt);
     assert_eq!(client.until_closed(), []);
 
-    // Within the pause before a response.
+    // During the pause before a response.
     let txt = unpaced().pace(Duration::from_secs(3600)).start().unwrap();
     let mut client = Client::online(&txt);
     client.exchange_compressed(&[[0; 27]], 0);

@@ -10,7 +10,7 @@ use ft_transfer_area::Error;
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
 
-/// The response to the first exchange; the one before is StartOnline's.
+/// The response to the first exchange; the one before is to StartOnline.
 const FIRST_EXCHANGE: u64 = 1;
 
 /// A simulated TXT with I1 at 1234 whose first exchange is disturbed.
@@ -27,7 +27,7 @@ fn begin_exchange(txt: &SimulatedTxt) -> Client {
     client
 }
 
-/// The response to the first exchange as it is without a fault.
+/// The response to the first exchange without a fault.
 fn usual() -> Vec<u8> {
     let txt = disturbed(FaultKind::Dribble);
     assert_eq!(begin_exchange(&txt).receive_compressed().words[0], 1234);
@@ -38,7 +38,7 @@ fn usual() -> Vec<u8> {
     response
 }
 
-/// Whether the next connection's first exchange is undisturbed.
+/// Whether the first exchange of the next connection is undisturbed.
 fn assert_struck_once(txt: &SimulatedTxt, client: Client) {
     drop(client);
     assert_eq!(begin_exchange(txt).receive_compressed().words[0], 1234);
@@ -150,7 +150,7 @@ fn jitter_holds_each_exchange_back_and_changes_no_byte() {
     for _ in 0..20 {
         client.exchange_compressed(&[[0; 27]], 0);
     }
-    // With this seed the 20 times are 107.8 ms together.
+    // With this seed the 20 times add up to 107.8 ms.
     assert!(begin.elapsed() >= Duration::from_micros(107_800));
 }
 
@@ -206,7 +206,7 @@ fn surplus_bytes_have_an_end() {
 }
 
 #[test]
-fn a_connection_closes_after_so_many_bytes() {
+fn a_connection_closes_after_the_ordered_bytes() {
     let whole = usual();
     for (after, sent) in [(0, 0), (1, 1), (16, 16), (whole.len(), whole.len()), (9999, whole.len())]
     {

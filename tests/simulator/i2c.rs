@@ -10,7 +10,7 @@ use crate::endings::assert_drops;
 use crate::unpaced;
 use crate::wire_client::LIMIT;
 
-/// What a response begins with: its id and 8 bytes of which nothing is known.
+/// The start of a response: its id and 8 bytes whose meaning is not known.
 const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
 
 fn connect(txt: &SimulatedTxt) -> TcpStream {
@@ -28,7 +28,7 @@ fn request(command: u8, device: u8, write: &[u8], read: u16) -> Vec<u8> {
     bytes
 }
 
-/// Sends a request; whether it was a success, and what was read.
+/// Sends a request. Returns whether it was a success, and what was read.
 fn transfer(stream: &mut TcpStream, request: &[u8], read: usize) -> Vec<u8> {
     stream.write_all(request).unwrap();
     let mut response = vec![0; GOOD.len() + read];
@@ -61,7 +61,7 @@ fn registers_are_read_and_written() {
 }
 
 #[test]
-fn a_device_that_is_not_there_is_no_success_and_the_connection_goes_on() {
+fn a_missing_device_is_no_success_and_the_connection_goes_on() {
     let txt = unpaced().start().unwrap();
     let mut stream = connect(&txt);
     for read in [0, 6] {
@@ -75,7 +75,7 @@ fn a_device_that_is_not_there_is_no_success_and_the_connection_goes_on() {
 }
 
 #[test]
-fn what_is_no_request_ends_the_connection_and_the_next_is_served() {
+fn bytes_that_are_no_request_end_the_connection_and_the_next_is_served() {
     let txt = unpaced().start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(1)[0] = 5);
     let mut too_long = request(1, 1, &[], 0);
@@ -93,7 +93,7 @@ fn what_is_no_request_ends_the_connection_and_the_next_is_served() {
 fn a_connection_without_requests_is_closed() {
     let txt = unpaced().idle_limit(Duration::from_millis(30)).start().unwrap();
     assert_closed(&mut connect(&txt));
-    // Half a request is none.
+    // Half a request does not count.
     let mut stream = connect(&txt);
     stream.write_all(&request(1, 1, &[0], 1)[..9]).unwrap();
     assert_closed(&mut stream);

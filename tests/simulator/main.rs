@@ -1,5 +1,6 @@
-//! The simulated TXT over a real socket, with packets made by hand.
+//! The simulated TXT over real sockets, with packets made by hand.
 
+mod areas;
 mod bad_input;
 mod camera;
 mod camera_client;
@@ -8,6 +9,7 @@ mod endings;
 mod exchange;
 mod faults;
 mod i2c;
+mod lock_step;
 mod microphone;
 mod motor_control;
 mod oddities;
@@ -23,8 +25,8 @@ use std::time::Duration;
 
 use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
-/// A simulated TXT that answers at once and closes no connection for being idle, which could
-/// pass for another end of it. Its step is 10 ms.
+/// A simulated TXT that answers immediately. It closes no idle connection, because a test could take
+/// that for another kind of end. Its step is 10 ms.
 fn unpaced() -> SimulatedTxtBuilder {
     SimulatedTxt::builder().pace(Duration::ZERO).idle_limit(Duration::from_secs(3600))
 }

@@ -1,4 +1,4 @@
-//! Responses with another number of values than the firmware's version promises.
+//! Responses with a number of values that the firmware's version does not promise.
 
 use ft_transfer_area::wire::{CmprHeader, Expander};
 use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
@@ -22,7 +22,7 @@ fn a_firmware_sends_another_number_of_words_when_asked_to() {
 }
 
 #[test]
-fn this_crates_client_copes_with_either() {
+fn this_crates_client_reads_both() {
     for (patch, microphone, loudness) in [(3, true, 7), (4, false, 0)] {
         let firmware = FirmwareVersion::new(4, 2, patch);
         let txt = unpaced().firmware(firmware).microphone(microphone).start().unwrap();

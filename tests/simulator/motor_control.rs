@@ -8,14 +8,14 @@ use ft_transfer_area::wire::ExchangeData;
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
 
-/// Pulses by which a count may miss its goal.
+/// How many pulses a count may be away from its goal.
 const FEW: i64 = 3;
 
 #[test]
 fn a_thousand_distances_end_within_a_few_pulses_and_never_early() {
     let mut machine = machine(&[0.2]);
     for command in 1..=1000_u16 {
-        // Something between 1 and 400, at something between 200 and 512, either way.
+        // A distance from 1 to 400 at a duty from 200 to 512, in both directions.
         let distance = 1 + command.wrapping_mul(7919) % 400;
         let duty = 200 + (command.wrapping_mul(31) % 313) as i16;
         let mut outputs = ExchangeData::default();
@@ -29,7 +29,7 @@ fn a_thousand_distances_end_within_a_few_pulses_and_never_early() {
             done
         });
         assert!(report.motor_command_id[0] == command);
-        // It comes to rest and stays there, though the duty remains.
+        // It stops and stays there, although the duty remains.
         let rest = steps(&mut machine, outputs, 50).counter[0];
         assert!(i64::from(rest) - i64::from(distance) <= FEW, "{distance} became {rest}");
         assert_eq!(steps(&mut machine, outputs, 10).counter[0], rest);
@@ -42,7 +42,10 @@ fn distances_end_within_a_few_pulses_up_to_a_tenth_of_a_second_of_inertia() {
         product([0.0, 0.03, 0.1], [50.0, 200.0, 1000.0], [0.0, 0.35])
     {
         let top_speed = pulses_per_second / MotorModel::ENCODER;
-        let motor = MotorModel { time_constant, top_speed, load, ..MotorModel::with_encoder() };
+        let motor = MotorModel::encoder_motor()
+            .with_load(load)
+            .with_time_constant(time_constant)
+            .with_top_speed(top_speed);
         let mut machine = machine_with(&[motor]);
         let full = pulses_per_second * (1.0 - load);
         for (id, distance) in (1..).zip([1, 2, 7, 30, 400]) {
@@ -55,7 +58,7 @@ fn distances_end_within_a_few_pulses_up_to_a_tenth_of_a_second_of_inertia() {
             let wanted = distance as i16..=distance as i16 + FEW as i16;
             assert!(wanted.contains(&count), "{time_constant} {full} {distance}: {count}");
         }
-        // The same while it turns, if there is a fifth of a second to slow down in.
+        // The same while it turns, if it has a fifth of a second to slow down.
         let outputs = ExchangeData { motor_command_id: [9, 0, 0, 0], ..forward(512) };
         steps(&mut machine, outputs, 100);
         let distance = (full / 5.0).ceil() as u16;
@@ -115,7 +118,7 @@ fn distance_and_master_0_leave_the_mode() {
 }
 
 #[test]
-fn a_follower_that_is_switched_off_is_not_waited_for() {
+fn a_leader_does_not_wait_for_a_follower_that_is_switched_off() {
     let mut machine = machine(&[0.0, 0.0]);
     let mut outputs =
         ExchangeData { master: [0, 1, 0, 0], motor_command_id: [0, 1, 0, 0], ..forward(512) };

@@ -1,4 +1,4 @@
-//! What the simulated TXT notices, and what a correct client does without being noticed.
+//! The oddities that the simulated TXT notes, and that a correct client causes none.
 
 use std::thread;
 use std::time::Duration;
@@ -16,7 +16,7 @@ fn oddities(txt: &SimulatedTxt) -> Vec<String> {
     txt.with_machine(|machine| machine.oddities().map(String::from).collect())
 }
 
-/// Whether there is one oddity, and its sentence has this in it.
+/// Fails unless there is one oddity, and its sentence contains this.
 fn assert_odd(txt: &SimulatedTxt, part: &str) {
     let found = oddities(txt);
     assert!(found.len() == 1 && found[0].contains(part), "{found:?}");
@@ -85,17 +85,17 @@ fn duties_out_of_place_are_odd() {
 }
 
 #[test]
-fn data_behind_the_last_word_is_odd() {
+fn data_after_the_last_word_is_odd() {
     let txt = unpaced().start().unwrap();
     let mut client = configured(&txt);
     let mut command = Vec::new();
-    // The 27 words are told as unchanged: 01, 11, 1111, then 8 bits for 27 - 20.
+    // The 27 words are sent as unchanged: 01, 11, 1111, then 8 bits for 27 - 20.
     let header = CmprHeader { extra_size: 3, crc: 0x4049_3A53, active_extensions: 0 };
     header.emit_command(&mut command);
     command.extend([0xFD, 0x07, 0x00]);
     client.send(&command);
     client.receive_compressed();
-    assert_odd(&txt, "behind the last word");
+    assert_odd(&txt, "after the last word");
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn a_command_ahead_of_a_response_is_odd_but_not_a_farewell() {
     ExchangeData::default().emit(&mut exchange);
     let stop = CommandId::StopOnline.id().to_le_bytes();
     let query = CommandId::QueryStatus.id().to_le_bytes();
-    // The delay is for the second command to be there.
+    // During the delay the second command arrives.
     let delay = FaultKind::Delay(Duration::from_millis(50));
     for (behind, odd) in [
         ([&exchange[..], &stop].concat(), None),
@@ -146,7 +146,7 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
     for (distance, master, expected) in [
         ([0; 4], [0; 4], &[][..]),
         ([9, 0, 0, 0], [0; 4], &[]),
-        // Nobody but itself is to be followed here.
+        // Here a motor would follow only itself.
         ([0; 4], [0, 2, 0, 8], &[]),
         ([0, 9, 0, 0], [0; 4], &["M2 of the master has no encoder, so its distance never ends"]),
         ([0; 4], [0, 1, 0, 0], &["M2 of the master has no encoder, so it can't follow M1"]),
@@ -167,9 +167,9 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
     }
 }
 
-/// A handler for two areas that gives an answer up after half a second.
+/// A handler for two areas that waits at most half a second for an answer.
 fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
-    let limits = TimeLimits { read: Duration::from_millis(500), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_millis(500));
     TransferAreaComHandler::builder("127.0.0.1")
         .port(txt.port())
         .areas(2)
@@ -178,7 +178,7 @@ fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
         .unwrap()
 }
 
-/// The extension comes and goes all the time.
+/// The extension is cut off and comes back all the time.
 fn flicker(machine: &mut Machine) {
     machine.alive[0] = machine.exchanges() % 3 != 0;
 }
@@ -216,7 +216,7 @@ fn this_crates_farewell_is_not_odd() {
         FaultKind::WrongCrc,
         FaultKind::Surplus(3),
     ];
-    // Each waits for a limit, so they wait together.
+    // Each waits for a time limit, so they run in parallel.
     thread::scope(|scope| {
         for kind in kinds {
             for response in 6..9 {

@@ -1,4 +1,4 @@
-//! One client is online at a time, and however many come and go, the next one is served.
+//! One client is online at a time. After any number of clients the next one is served.
 
 use ft_transfer_area::wire::{CommandId, ResponseId};
 use ft_transfer_area::{Error, TransferAreaComHandler};
@@ -27,7 +27,7 @@ fn a_second_client_is_refused_while_one_is_online() {
 }
 
 #[test]
-fn a_second_client_is_refused_in_the_midst_of_exchanges_too() {
+fn a_second_client_is_refused_during_exchanges_too() {
     let txt = unpaced().start().unwrap();
     let mut first = Client::online(&txt);
     let second = Client::connect(&txt);
@@ -56,10 +56,10 @@ fn a_second_client_waits_while_the_first_is_not_online() {
 }
 
 #[test]
-fn who_has_left_an_online_connection_is_not_refused_when_it_comes_again() {
+fn a_client_that_has_left_is_not_refused_when_it_comes_again() {
     let txt = unpaced().start().unwrap();
     for _ in 0..200 {
-        // It leaves with a command unanswered, so that its end lies behind one.
+        // It leaves with a command unanswered, so that the end comes after a command.
         let mut client = Client::online(&txt);
         client.command(CommandId::QueryStatus);
     }
@@ -68,7 +68,7 @@ fn who_has_left_an_online_connection_is_not_refused_when_it_comes_again() {
 }
 
 #[test]
-fn this_crates_client_tells_that_it_was_refused() {
+fn this_crates_client_reports_that_it_was_refused() {
     let txt = unpaced().start().unwrap();
     let _first = Client::online(&txt);
     let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();

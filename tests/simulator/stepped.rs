@@ -12,14 +12,14 @@ pub(crate) const STEP: Duration = Duration::from_millis(10);
 
 /// A machine with these motors, from M1 on.
 pub(crate) fn machine_with(motors: &[MotorModel]) -> Machine {
-    let mut world = World::from_toml("").unwrap();
+    let mut world = World::new();
     world.master.motors = Motor::ALL.into_iter().zip(motors.iter().cloned()).collect();
     Machine::with_world(0, world).unwrap()
 }
 
 /// A machine with encoder motors that have these loads, from M1 on.
 pub(crate) fn machine(loads: &[f64]) -> Machine {
-    let motors = loads.iter().map(|&load| MotorModel { load, ..MotorModel::with_encoder() });
+    let motors = loads.iter().map(|&load| MotorModel::encoder_motor().with_load(load));
     machine_with(&motors.collect::<Vec<_>>())
 }
 
@@ -28,7 +28,7 @@ pub(crate) fn forward(duty: i16) -> ExchangeData {
     ExchangeData { duty: [duty, 0, duty, 0, duty, 0, duty, 0], ..Default::default() }
 }
 
-/// Steps until the condition holds for what is reported.
+/// Steps until the condition holds for the report.
 pub(crate) fn run_until(
     machine: &mut Machine,
     outputs: ExchangeData,
@@ -42,7 +42,7 @@ pub(crate) fn run_until(
             return report;
         }
     }
-    panic!("it did not come about: {:?}", machine.report(0));
+    panic!("the condition never held: {:?}", machine.report(0));
 }
 
 pub(crate) fn steps(

@@ -9,22 +9,22 @@ use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
 
-/// Time constants in s, and the pulses by which a follower and its leader may be apart when each
-/// gives up to 200 pulses per second.
+/// Time constants in s, and how many pulses a follower and its leader may be apart when each gives
+/// up to 200 pulses per second.
 const APART: [(f64, i64); 3] = [(0.02, 5), (0.05, 6), (0.1, 11)];
 
-/// The same numbers again and again, as if they were drawn.
+/// Random numbers that are the same in every run.
 struct Draw(u64);
 
 impl Draw {
-    /// One of 0..1.
+    /// A number in 0..1.
     fn part(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// One of 0..count.
+    /// A number in 0..count.
     fn below(&mut self, count: usize) -> usize {
         (self.part() * count as f64) as usize
     }
@@ -34,7 +34,10 @@ impl Draw {
         let load = [0.0, 0.95, self.part()][self.below(3)];
         let time_constant = [time_constant, time_constant * self.part()][self.below(2)];
         let top_speed = [1.0, 0.3 + 0.7 * self.part()][self.below(2)] * 200.0 / MotorModel::ENCODER;
-        MotorModel { load, time_constant, top_speed, ..MotorModel::with_encoder() }
+        MotorModel::encoder_motor()
+            .with_load(load)
+            .with_time_constant(time_constant)
+            .with_top_speed(top_speed)
     }
 }
 
@@ -55,8 +58,8 @@ impl Pulses {
     }
 }
 
-/// The furthest that a motor and the one it follows are apart, in 6 s of which every second goes
-/// the other way.
+/// The greatest difference between a motor and the one it follows, in 6 s. The direction changes every
+/// second.
 fn furthest_apart(machine: &mut Machine, mut outputs: ExchangeData, masters: [i16; 4]) -> i64 {
     let (mut pulses, mut furthest) = (Pulses::default(), 0);
     for step in 0..1200 {
@@ -75,7 +78,7 @@ fn furthest_apart(machine: &mut Machine, mut outputs: ExchangeData, masters: [i1
     furthest
 }
 
-/// Followers of the motors with these numbers.
+/// Motors that follow the motors with these numbers.
 fn following(master: [i16; 4]) -> ExchangeData {
     ExchangeData {
         master,
@@ -93,7 +96,7 @@ fn groups_of_any_size_stay_together_under_any_load() {
         let mut furthest = 0;
         for _ in 0..100 {
             let motors: Vec<_> = (0..size).map(|_| draw.motor(time_constant)).collect();
-            // All after the first one, or each after the one before.
+            // All follow the first one, or each follows the one before.
             let mut masters = [[0, 1, 1, 1], [0, 1, 2, 3]][draw.below(2)];
             masters[size..].fill(0);
             let duty = [512, 400, 200][draw.below(3)];
@@ -113,8 +116,8 @@ fn motors_that_are_not_synchronised_get_far_apart() {
 }
 
 #[test]
-fn a_motor_that_is_synchronised_with_one_without_an_encoder_comes_to_stand() {
-    let motors = [MotorModel::with_encoder(), MotorModel::default()];
+fn a_motor_that_is_synchronised_with_one_without_an_encoder_stops() {
+    let motors = [MotorModel::encoder_motor(), MotorModel::default()];
     for masters in [[0, 1, 0, 0], [2, 0, 0, 0]] {
         let mut machine = machine_with(&motors);
         let counter = steps(&mut machine, following(masters), 500).counter;
@@ -147,14 +150,15 @@ fn a_synchronised_pair_ends_its_distance_together() {
 }
 
 #[test]
-fn an_injected_error_shifts_the_difference_by_as_much_under_any_load() {
+fn an_injected_error_shifts_the_difference_by_itself_under_any_load() {
     let mut draw = Draw(2);
     for (time_constant, apart) in APART {
         for _ in 0..20 {
             let motors = [(); 2].map(|()| {
-                // So light that it catches up in time.
+                // Light enough to catch up in time.
                 let motor = draw.motor(time_constant);
-                MotorModel { load: motor.load.min(0.8), ..motor }
+                let load = motor.load.min(0.8);
+                motor.with_load(load)
             });
             let mut machine = machine_with(&motors);
             let (mut pulses, mut expected) = (Pulses::default(), 0);
@@ -174,7 +178,7 @@ fn an_injected_error_shifts_the_difference_by_as_much_under_any_load() {
 }
 
 #[test]
-fn a_command_replaces_what_is_left_of_an_injected_error() {
+fn a_command_replaces_the_rest_of_an_injected_error() {
     let mut machine = machine(&[0.0, 0.3]);
     let mut outputs = following([0, 5, 0, 0]);
     outputs.distance[1] = 300;
@@ -192,10 +196,10 @@ fn master_and_distance_0_set_a_whole_group_free() {
     let mut outputs = following([0, 1, 6, 1]);
     outputs.distance[2] = 50;
     let counter = steps(&mut machine, outputs, 500).counter;
-    assert!(counter[0] < 500, "the slowest holds all of them up: {counter:?}");
+    assert!(counter[0] < 500, "all wait for the slowest: {counter:?}");
     outputs = ExchangeData { motor_command_id: [2; 4], ..forward(512) };
     let report = steps(&mut machine, outputs, 1);
-    assert_eq!(report.motor_command_id, [2; 4], "it is done at once");
+    assert_eq!(report.motor_command_id, [2; 4], "it is done immediately");
     let free = steps(&mut machine, outputs, 500).counter;
     for (motor, share) in [1.0, 0.7, 0.5, 0.4].into_iter().enumerate() {
         let pulses = f64::from(free[motor] - counter[motor]);
@@ -204,7 +208,7 @@ fn master_and_distance_0_set_a_whole_group_free() {
     }
 }
 
-/// What a motor was told last, and what of it is done.
+/// The last commands of a motor, and which are done.
 #[derive(Clone, Copy, Default)]
 struct Told {
     id: u16,
@@ -222,7 +226,7 @@ fn ids_are_echoed_when_their_command_is_done_and_never_early() {
     let mut ends = 0;
     for id in 1..=1000 {
         let motor = draw.below(4);
-        // On its own or after another one; with a distance or without; some with an error.
+        // Alone or following another motor; with a distance or without; some with an error.
         let master = [0, 1 + draw.below(4), 5 + draw.below(4)][draw.below(3)] as i16;
         let distance = [0, 1 + draw.below(60)][draw.below(2)] as u16;
         outputs.master[motor] = master;

@@ -1,4 +1,4 @@
-//! What the lines do that are typed while the program `simulated_txt` runs.
+//! The lines that are typed while the program `simulated_txt` runs.
 
 use std::time::Duration;
 
@@ -12,15 +12,12 @@ use typed::carry_out;
 #[path = "../../examples/simulated_txt/typed.rs"]
 mod typed;
 
-const EVERYTHING: &str =
-    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/worlds/everything.toml"));
-
-/// The world that has everything, on a master with an extension.
+/// The world `everything`, on a master with an extension.
 fn everything() -> Machine {
-    Machine::with_world(1, World::from_toml(EVERYTHING).unwrap()).unwrap()
+    Machine::with_world(1, World::shipped("everything").unwrap()).unwrap()
 }
 
-/// What the first eight inputs of a controller report a step after these lines.
+/// What the eight universal inputs of a controller report one step after these lines.
 fn reported(machine: &mut Machine, lines: &[&str], controller: usize) -> [i16; 8] {
     lines.iter().for_each(|line| carry_out(line, machine).unwrap());
     machine.step(Duration::from_millis(10));
@@ -49,12 +46,12 @@ fn lines_set_the_inputs_themselves_without_a_world() {
 }
 
 #[test]
-fn what_a_slide_moves_is_left_to_it() {
+fn what_a_slide_moves_can_not_be_set() {
     let mut machine = everything();
     for (line, sentence) in [
         ("I1 1", "I1 is pressed by the slide of M1"),
         ("I2 0", "I2 is pressed by the slide of M1"),
-        ("I4 12.5", "I4 looks at the slide of M1"),
+        ("I4 12.5", "I4 measures the distance to the slide of M1"),
     ] {
         assert_eq!(carry_out(line, &mut machine), Err(String::from(sentence)));
         let [now, at_first] = [&machine, &everything()].map(|machine| {
@@ -68,7 +65,7 @@ fn what_a_slide_moves_is_left_to_it() {
 }
 
 #[test]
-fn a_slide_moves_what_is_plugged_in_for_it_only() {
+fn a_slide_moves_only_what_is_plugged_in_for_it() {
     let mut machine = everything();
     let world = machine.world_mut().unwrap();
     let moved = Input::ALL.map(|input| world.moved_by(0, input));
@@ -84,11 +81,11 @@ fn a_slide_moves_what_is_plugged_in_for_it_only() {
 }
 
 #[test]
-fn the_number_of_a_remote_tells_its_dip_switches() {
+fn the_number_of_a_remote_chooses_its_dip_switches() {
     for (number, dip1, dip2) in
         [(1, false, false), (2, true, false), (3, false, true), (4, true, true)]
     {
-        let mut machine = Machine::with_world(1, World::from_toml("").unwrap()).unwrap();
+        let mut machine = Machine::with_world(1, World::new()).unwrap();
         let line = format!("IR{number} 1 -2 15 -15 1");
         carry_out(&line, &mut machine).unwrap();
         let remote = Remote {
@@ -129,10 +126,10 @@ fn without_a_world_the_number_of_a_remote_is_its_place() {
 #[test]
 fn wrong_lines_are_answered_and_change_nothing() {
     for (line, answer) in [
-        ("IR0 0 0 0 0 1", "IR0 is whichever remote is used; in a world say IR1 to IR4"),
-        ("IR5 0 0 0 0 1", "there is no IR5 in a world, but IR1 to IR4"),
-        ("IR2 0 0 0 0 8", "IR2 tells the DIP switches, so its last number is 0 to 3"),
-        ("IR1 0 0 0 0 12", "IR1 tells the DIP switches, so its last number is 0 to 3"),
+        ("IR0 0 0 0 0 1", "IR0 is any remote; in a world use IR1 to IR4"),
+        ("IR5 0 0 0 0 1", "there is no IR5 in a world, only IR1 to IR4"),
+        ("IR2 0 0 0 0 8", "IR2 already sets the DIP switches, so its last number is 0 to 3"),
+        ("IR1 0 0 0 0 12", "IR1 already sets the DIP switches, so its last number is 0 to 3"),
         ("IR1 0 0 0 0 16", "the last number of IR1 is 0 to 15"),
         ("IR1 0 0 0 0 -1", "the last number of IR1 is 0 to 15"),
         ("IR1 0 0 16 0 0", "a joystick of IR1 goes from -15 to 15, not to 16"),
@@ -141,7 +138,7 @@ fn wrong_lines_are_answered_and_change_nothing() {
         ("IR 0 0 0 0 0", "there is no \"IR\" to set"),
         ("I9 1", "there is no \"I9\" to set"),
         ("E1.I8 1", "nothing is plugged into E1.I8 in this world"),
-        ("E2.I1 1", "there is no extension \"E2\"; --extensions tells how many"),
+        ("E2.I1 1", "there is no extension \"E2\"; --extensions sets how many there are"),
         ("I3 nan", "NaN is no value for I3"),
         ("I3", "I3 wants 1 number(s), not \"\""),
     ] {
@@ -151,7 +148,7 @@ fn wrong_lines_are_answered_and_change_nothing() {
     }
     let mut machine = Machine::new(0);
     for (line, answer) in [
-        ("IR5 0 0 0 0 1", "there is no IR5, but IR0 to IR4"),
+        ("IR5 0 0 0 0 1", "there is no IR5, only IR0 to IR4"),
         ("IR1 0 0 0 -16 1", "a joystick of IR1 goes from -15 to 15, not to -16"),
     ] {
         assert_eq!(carry_out(line, &mut machine), Err(String::from(answer)), "{line}");
@@ -159,7 +156,7 @@ fn wrong_lines_are_answered_and_change_nothing() {
 }
 
 #[test]
-fn the_help_tells_lines_that_work() {
+fn the_help_lists_lines_that_work() {
     let mut machine = everything();
     for line in ["E1.I2 0", "E1.C1 1", "E1 0", "E1 1", "C1 1", "IR1 0 0 0 0 1", "I2C 24 63 7"] {
         assert!(typed::HELP.contains(line), "{line}");

@@ -1,4 +1,4 @@
-//! The other end of the wire for tests of the simulated TXT, by hand.
+//! A client for tests of the simulated TXT, made by hand.
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
@@ -11,14 +11,14 @@ use ft_transfer_area::wire::{
     StartOnline, UpdateConfig,
 };
 
-/// Far more than anything here takes.
+/// Far longer than anything here takes.
 pub(crate) const LIMIT: Duration = Duration::from_secs(10);
 
 /// The compressed inputs of a master and its live extensions.
 #[derive(Debug)]
 pub(crate) struct Inputs {
     pub(crate) mask: u16,
-    /// 52 per controller.
+    /// 52 words per controller.
     pub(crate) words: Vec<u16>,
 }
 
@@ -53,7 +53,7 @@ impl Client {
         bytes
     }
 
-    /// Sends a command that is its id alone.
+    /// Sends a command that is only an id.
     pub(crate) fn command(&mut self, command: CommandId) {
         self.send(&command.id().to_le_bytes());
     }
@@ -104,12 +104,12 @@ impl Client {
         self.receive_compressed()
     }
 
-    /// Reads until the other side closes the connection; what came before.
+    /// Reads until the other side closes the connection. Returns what came before.
     pub(crate) fn until_closed(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
         match self.stream.read_to_end(&mut bytes) {
             Ok(_) => {}
-            // So it looks when it closes with our bytes unread.
+            // This error comes when it closes with our bytes unread.
             Err(error) if error.kind() == io::ErrorKind::ConnectionReset => {}
             Err(error) => panic!("the connection was not closed: {error}"),
         }

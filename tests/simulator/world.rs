@@ -1,8 +1,10 @@
-//! The world behind the simulated TXT: over a real socket, and stepped without one.
+//! The world of the simulated TXT: over a real socket, and stepped without one.
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{Board, Remote, Script, ScriptEvent, Sensor, World};
+use ft_transfer_area::simulator::world::{
+    Board, I2cDevice, Remote, Script, ScriptEvent, Sensor, World,
+};
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor, Output};
@@ -12,19 +14,19 @@ use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
 
-/// Where the default world's slide is.
+/// The position of the slide.
 fn slide(machine: &Machine) -> f64 {
     machine.world().and_then(|world| world.slide(0, Motor::M1)).unwrap()
 }
 
-/// M1 at this duty, negative backwards.
+/// M1 at this duty, negative for backwards.
 fn m1(duty: i16) -> ExchangeData {
     let mut outputs = ExchangeData::default();
     outputs.duty[usize::from(duty < 0)] = duty.abs();
     outputs
 }
 
-/// Waits until the condition holds, for a number of exchanges that is more than enough.
+/// Exchanges until the condition holds. The number of exchanges is more than enough.
 fn wait_until(
     handler: &TransferAreaComHandler,
     mut condition: impl FnMut(&FishX1Transfer) -> bool,
@@ -34,12 +36,12 @@ fn wait_until(
             return;
         }
     }
-    panic!("it did not come about");
+    panic!("the condition never held");
 }
 
 #[test]
 fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
-    let txt = unpaced().world(World::default()).start().unwrap();
+    let txt = unpaced().world(World::shipped("slide").unwrap()).start().unwrap();
     let handler = TransferAreaComHandler::builder("127.0.0.1")
         .port(txt.port())
         .reaction_window(Duration::ZERO)
@@ -74,7 +76,7 @@ fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
 
 #[test]
 fn a_slide_that_is_driven_on_stops_at_its_end() {
-    let mut machine = Machine::with_world(0, World::default()).unwrap();
+    let mut machine = Machine::with_world(0, World::shipped("slide").unwrap()).unwrap();
     machine.set_outputs(0, m1(512));
     machine.step(Duration::from_secs(10));
     let report = machine.report(0).unwrap();
@@ -92,7 +94,7 @@ fn a_slide_that_is_driven_on_stops_at_its_end() {
 
 #[test]
 fn a_distance_beyond_the_end_is_never_done() {
-    let mut machine = Machine::with_world(0, World::default()).unwrap();
+    let mut machine = Machine::with_world(0, World::shipped("slide").unwrap()).unwrap();
     let outputs =
         ExchangeData { distance: [501, 0, 0, 0], motor_command_id: [1, 0, 0, 0], ..m1(512) };
     machine.set_outputs(0, outputs);
@@ -101,8 +103,8 @@ fn a_distance_beyond_the_end_is_never_done() {
 }
 
 #[test]
-fn an_input_reports_what_its_mode_makes_of_it() {
-    let mut machine = Machine::with_world(0, World::default()).unwrap();
+fn an_input_reports_what_its_mode_measures() {
+    let mut machine = Machine::with_world(0, World::shipped("slide").unwrap()).unwrap();
     let modes = [
         InputMode::Voltage,
         InputMode::Resistance,
@@ -116,14 +118,14 @@ fn an_input_reports_what_its_mode_makes_of_it() {
         let uni = machine.controllers[0].uni;
         (uni[2], uni[3], uni[4])
     });
-    // The button, the ultrasonic sensor, nothing.
+    // The button, the ultrasonic sensor, an empty input.
     let over_range = [(0, 0, 0), (5000, 5000, 5000), (15_000, 15_000, 15_000), (4096, 15, 4096)];
     assert_eq!(reported, over_range);
 }
 
 #[test]
-fn lamps_and_motors_come_to_rest_with_their_client() {
-    let txt = unpaced().world(World::default()).start().unwrap();
+fn lamps_go_off_and_motors_stop_when_their_client_leaves() {
+    let txt = unpaced().world(World::shipped("slide").unwrap()).start().unwrap();
     let mut client = Client::online(&txt);
     let mut outputs = m1(256);
     outputs.duty[6] = 128;
@@ -141,19 +143,14 @@ fn lamps_and_motors_come_to_rest_with_their_client() {
 
 #[test]
 fn buttons_follow_their_script_again_and_again() {
-    let event = |at, pressed| ScriptEvent { at, controller: 1, input: Input::I8, pressed };
-    let mut extension = Board::default();
-    extension.inputs.insert(Input::I8, Sensor::BUTTON);
-    let events = vec![event(0.02, false), event(0.01, true)];
-    let world = World {
-        extensions: vec![extension],
-        script: Script { period: Some(0.05), events },
-        ..World::default()
-    };
+    let event = |at, pressed| ScriptEvent::press(at, 1, Input::I8, pressed);
+    let extension = Board::default().with_input(Input::I8, Sensor::BUTTON);
+    let script = Script::default().with_event(event(0.02, false)).with_event(event(0.01, true));
+    let world = World::new().with_extension(extension).with_script(script.with_period(0.05));
     let mut machine = Machine::with_world(1, world).unwrap();
     let mut pressed = Vec::new();
     for ms in 0..200 {
-        // Half milliseconds add up.
+        // Steps of half milliseconds add up.
         machine.step(Duration::from_micros(500));
         machine.step(Duration::from_micros(500));
         if machine.controllers[1].uni[7] == 1 {
@@ -167,11 +164,39 @@ fn buttons_follow_their_script_again_and_again() {
 }
 
 #[test]
+fn a_script_moves_remotes_and_sets_the_registers_of_i2c_devices() {
+    let [ahead, back] = [15, -8].map(|left_y| Remote { dip2: true, left_y, ..Remote::default() });
+    let script = Script::default()
+        .with_event(ScriptEvent::remote(0.02, ahead))
+        .with_event(ScriptEvent::i2c(0.03, 24, 255, &[7, 8]))
+        .with_event(ScriptEvent::i2c(0.05, 25, 0, &[9]))
+        .with_event(ScriptEvent::remote(0.05, back));
+    let [first, second] = [24, 25].map(|address| I2cDevice::new(address).with_registers(1, &[5]));
+    let remote = Remote { dip2: true, ..Remote::default() };
+    let world =
+        World::new().with_script(script).with_remote(remote).with_i2c(first).with_i2c(second);
+    let mut machine = Machine::with_world(0, world).unwrap();
+    // The script does not plug it in again.
+    assert!(machine.remove_i2c_device(25));
+    let mut seen = || {
+        machine.step(Duration::from_millis(20));
+        let left_y = machine.controllers[0].ir[3].left_y;
+        let [first, second, .., last] = *machine.i2c_device(24);
+        (left_y, first, second, last)
+    };
+    assert_eq!(
+        [(); 4].map(|()| seen()),
+        [(0, 0, 5, 0), (15, 8, 5, 7), (-8, 8, 5, 7), (-8, 8, 5, 7)]
+    );
+    assert_eq!(machine.i2c_addresses().collect::<Vec<_>>(), [24]);
+}
+
+#[test]
 fn a_program_presses_buttons_and_changes_sensors_and_remotes() {
-    let mut machine = Machine::with_world(1, World::default()).unwrap();
+    let mut machine = Machine::with_world(1, World::shipped("slide").unwrap()).unwrap();
     let world = machine.world_mut().unwrap();
     assert!(world.press(0, Input::I3, true));
-    assert!(!world.press(0, Input::I4, true), "it is no button");
+    assert!(!world.press(0, Input::I4, true), "it is not a button");
     assert!(!world.press(9, Input::I3, true));
     assert!(world.set_sensor(1, Input::I1, Some(Sensor::Resistor { ohms: 100 })));
     assert!(world.set_sensor(0, Input::I4, None));
@@ -186,23 +211,23 @@ fn a_program_presses_buttons_and_changes_sensors_and_remotes() {
 }
 
 #[test]
-fn a_script_of_the_exchange_has_the_last_word() {
-    let builder = unpaced().world(World::default());
+fn a_script_of_the_exchange_overrides_the_world() {
+    let builder = unpaced().world(World::shipped("slide").unwrap());
     let txt = builder.on_exchange(|machine| machine.controllers[0].uni[0] = 77).start().unwrap();
     assert_eq!(Client::online(&txt).exchange(&m1(0)).uni[..2], [77, 0]);
 }
 
 #[test]
 fn a_world_with_a_mistake_starts_nothing() {
-    let mut world = World::default();
+    let mut world = World::shipped("slide").unwrap();
     world.master.lamps.insert(Output::O1);
     let error = SimulatedTxt::builder().world(world).start().unwrap_err();
     assert!(matches!(&error, Error::World { line: 0, reason } if reason.contains("O1")), "{error}");
 }
 
 #[test]
-fn an_extension_that_is_cut_off_comes_to_rest() {
-    let mut world = World::default();
+fn an_extension_that_is_cut_off_stops() {
+    let mut world = World::shipped("slide").unwrap();
     world.extensions.push(world.master.clone());
     let mut machine = Machine::with_world(1, world).unwrap();
     let mut outputs = m1(512);

@@ -1,5 +1,5 @@
-//! Whatever a controller, a network or a caller does wrong ends in a typed error with a sentence
-//! that helps, and leaves the areas unchanged.
+//! Every mistake of a controller, a network or a caller ends in a typed error with a helpful sentence,
+//! and leaves the areas unchanged.
 
 use std::net::TcpListener;
 use std::time::Duration;
@@ -25,8 +25,7 @@ const RESPONSES: [(ResponseId, usize); 5] = [
 /// How many responses come before the first exchange's.
 const HANDSHAKE: u64 = 3;
 
-/// The inputs change with the first response that must not come through, so that it shows when
-/// it does.
+/// The inputs change with the first bad response, so that the test sees whether it reaches the area.
 fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
     let whole = kind == FaultKind::Close { after: usize::MAX };
     let first_bad = response + u64::from(whole);
@@ -40,9 +39,9 @@ fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
         .unwrap()
 }
 
-/// Runs a transfer until it fails, and checks what every failure has in common.
+/// Runs a transfer until it fails, and checks what all failures have in common.
 fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
-    let limits = TimeLimits { read: Duration::from_secs(20), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_secs(20));
     let handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
     let before = handler.lock()[LOCAL_IO];
     let error = match handler.begin_transfer() {
@@ -59,7 +58,7 @@ fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
     assert_eq!(handler.error(), Some(error.clone()), "the error stays");
     let mut after = handler.lock()[LOCAL_IO];
     assert!(after.input.uni.iter().all(|&value| value != 9999), "a bad response came through");
-    // Motors off is what the end of a transfer writes; all else is as it was.
+    // The end of a transfer switches the motors off; all else is as it was.
     if after.input.uni == [1; 8] {
         after.input.uni = before.input.uni;
     }
@@ -73,7 +72,7 @@ fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
 
 #[test]
 fn a_host_that_does_not_exist() {
-    // No part of a name has more than 63 characters, so nobody is asked for this one.
+    // No part of a name has more than 63 characters, so no name server is asked for this one.
     let host = "x".repeat(64);
     let handler = TransferAreaComHandler::builder(host.as_str()).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
@@ -82,7 +81,7 @@ fn a_host_that_does_not_exist() {
 }
 
 #[test]
-fn a_port_that_nobody_listens_on() {
+fn a_port_without_a_listener() {
     let port = unused_ports();
     let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
@@ -144,7 +143,7 @@ fn more_bytes_than_the_packet_has() {
             Error::WrongSize { packet, expected, found } => {
                 assert_eq!((packet, found), (kind.name(), expected + 5));
             }
-            // Bytes that come behind the packet are the start of the next one.
+            // Bytes after the packet are the start of the next one.
             Error::WrongId { .. } => {}
             error => panic!("surplus behind the {kind}: {error:?}"),
         }
@@ -175,7 +174,7 @@ fn an_announced_size_above_the_limit() {
 
 #[test]
 fn compressed_data_that_ends_early() {
-    // The first exchange has the most to tell, so half of it is too little.
+    // The first exchange sends the most changes, so half of its data is too little.
     let txt = faulty_txt(3, FaultKind::CutData);
     match failure_of(&txt, TransferMode::Compressed) {
         Error::DataEndsEarly { expected: 52, found } => assert!(found < 52),
@@ -223,7 +222,7 @@ fn bytes_that_arrive_one_at_a_time_are_no_error() {
 
 #[test]
 fn a_response_that_trickles_in_for_longer_than_the_limit() {
-    // Each byte comes well within the limit, all 24 of them together do not.
+    // Each byte comes well within the limit, but all 24 of them together do not.
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let server = std::thread::spawn(move || {
@@ -239,7 +238,7 @@ fn a_response_that_trickles_in_for_longer_than_the_limit() {
             std::thread::sleep(Duration::from_millis(50));
         }
     });
-    let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
     let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).time_limits(limits);
     let error = builder.build().unwrap().begin_transfer().unwrap_err();
     assert!(matches!(error, Error::NoAnswer { received: 1..24, .. }), "{error:?}");
@@ -247,7 +246,7 @@ fn a_response_that_trickles_in_for_longer_than_the_limit() {
 }
 
 #[test]
-fn numbers_of_areas_that_there_can_not_be() {
+fn no_areas_or_more_than_9() {
     for given in [0, 10, usize::MAX] {
         let result = TransferAreaComHandler::builder("127.0.0.1").areas(given).build();
         assert_eq!(result.unwrap_err(), Error::AreaCount { given });

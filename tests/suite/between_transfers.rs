@@ -1,4 +1,4 @@
-//! What was before the end of a transfer moves nothing in the next one.
+//! Nothing from before the end of a transfer moves a motor in the next one.
 
 use std::net::{TcpListener, TcpStream};
 use std::panic::{catch_unwind, AssertUnwindSafe};
@@ -18,7 +18,7 @@ fn recorded() -> (SimulatedTxt, Record) {
     (unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap(), record)
 }
 
-/// Begins, lets some exchanges pass, and ends. Gives the first duty of the first request.
+/// Begins, lets some exchanges pass, and ends. Returns the first duty of the first request.
 fn first_duty(handler: &TransferAreaComHandler, record: &Record) -> i16 {
     let begin = record.outputs().len();
     handler.begin_transfer().unwrap();
@@ -42,19 +42,19 @@ fn what_is_written_before_the_first_transfer_goes_out() {
 }
 
 #[test]
-fn what_a_poller_writes_that_does_not_know_of_the_end_is_thrown_away() {
+fn outputs_of_a_poller_that_does_not_know_of_the_end_are_dropped() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
     let poller = handler.transfer_area();
     first_duty(&handler, &record);
     set_duty(&poller, 512);
-    assert_eq!(poller.lock()[LOCAL_IO].output.duty[0], 0, "and the area tells so");
+    assert_eq!(poller.lock()[LOCAL_IO].output.duty[0], 0, "and the area shows it");
     assert_eq!(first_duty(&handler, &record), 0);
     check_client(&txt);
 }
 
 #[test]
-fn what_is_written_by_who_knows_of_the_end_goes_out() {
+fn outputs_of_a_program_that_knows_of_the_end_go_out() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
@@ -71,7 +71,7 @@ fn what_is_written_by_who_knows_of_the_end_goes_out() {
         set_duty(&area, 222);
         assert_eq!(first_duty(&handler, &record), 222);
     }
-    // Who ends it knows, too.
+    // The handle that ends it knows of the end, too.
     handler.lock()[LOCAL_IO].output.duty[0] = 333;
     assert_eq!(first_duty(&handler, &record), 333);
 }
@@ -94,7 +94,7 @@ fn a_guard_that_is_held_over_the_end_and_the_next_beginning_moves_nothing() {
 }
 
 #[test]
-fn a_configuration_counts_always() {
+fn a_configuration_always_counts() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
@@ -105,7 +105,7 @@ fn a_configuration_counts_always() {
 }
 
 #[test]
-fn timers_and_inputs_stand_still_after_the_end() {
+fn timers_and_inputs_do_not_change_after_the_end() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
@@ -127,7 +127,7 @@ fn order(txt: &SimulatedTxt, handler: &TransferAreaComHandler) {
 }
 
 #[test]
-fn commands_that_the_end_has_cut_off_never_read_as_done() {
+fn commands_that_the_end_has_stopped_never_read_as_done() {
     let (txt, _) = recorded();
     let handler = handler_for(&txt).build().unwrap();
     order(&txt, &handler);
@@ -145,7 +145,7 @@ fn commands_that_the_end_has_cut_off_never_read_as_done() {
     let waited = handler.wait_motor_ex(LOCAL_IO, Motor::M1, limit).map(drop);
     assert_eq!(waited, Err(Error::WaitTimedOut { limit }));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.sound_index), 0);
-    // Others are done again.
+    // New commands are done again.
     let mut areas = handler.lock();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 30).unwrap();
     areas[LOCAL_IO].set_sound(Sound::Bell, 1).unwrap();

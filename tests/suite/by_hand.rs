@@ -1,5 +1,5 @@
-//! What a program writes into the area itself, without the calls of the TX library: duties, and
-//! configurations and commands of which there are more than numbers for them.
+//! What a program writes into the area itself, without the calls of the TX library: duties, and more
+//! configurations and commands than there are ids.
 
 use std::time::Duration;
 
@@ -36,6 +36,17 @@ fn duties_out_of_range_reach_the_controller_in_range() {
 }
 
 #[test]
+fn areas_of_a_loop_of_ones_own_print_with_their_index() {
+    let txt = unpaced().extensions(1).start().unwrap();
+    let (mut client, mut exchange) = online(&txt, TransferMode::Compressed);
+    let mut areas = [FishX1Transfer::default(); 2];
+    client.do_transfer(&mut exchange, &mut areas).unwrap();
+    let lines = areas.map(|area| area.to_string());
+    assert!(lines[0].starts_with("Transfer ID=0 I=") && lines[1].starts_with("Transfer ID=1 I="));
+    check_client(&txt);
+}
+
+#[test]
 fn three_hundred_configurations_in_a_row_reach_the_controller() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
@@ -51,7 +62,7 @@ fn three_hundred_configurations_in_a_row_reach_the_controller() {
         let uni = txt.with_machine(|machine| machine.controllers[0].config.uni);
         assert_eq!([uni[0].mode, uni[1].mode], [low, high]);
     }
-    // 254 of them from 1 to 255, the others from 1 again, without 0.
+    // The ids go from 1 to 255, and then begin with 1 again, without 0.
     assert_eq!(handler.lock()[LOCAL_IO].state.config_id, 46);
     handler.end_transfer().unwrap();
     check_client(&txt);
@@ -109,7 +120,7 @@ fn commands_around_the_last_id_come_back_over_the_wire() {
         area.txt_outputs.sound_cmd_id = u16::MAX - 5;
         for number in 0..10 {
             command(&mut areas[LOCAL_IO]);
-            // A counter's reset is reported with the response after the one to it.
+            // A counter's reset is reported one response later.
             for _ in 0..2 {
                 assert_ne!(done(&areas[LOCAL_IO]), [true; 3], "command {number}");
                 client.do_transfer(&mut exchange, &mut areas).unwrap();

@@ -12,7 +12,7 @@ use ft_transfer_area::{
 
 use crate::support::{handler_for, unpaced, unused_ports, wait_until, DEADLINE};
 
-/// A transfer with a simulated TXT whose camera starts at once.
+/// A transfer with a simulated TXT whose camera starts without a delay.
 fn begin(txt: SimulatedTxtBuilder) -> (SimulatedTxt, TransferAreaComHandler) {
     let txt = txt.camera_start_up(Duration::ZERO).start().unwrap();
     let handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
@@ -24,7 +24,7 @@ fn receive(frames: &Receiver<CameraFrame>) -> CameraFrame {
     frames.recv_timeout(DEADLINE).expect("no frame came in")
 }
 
-/// Waits until so many frames have come in, read or not.
+/// Waits until this number of frames has come in, read or not.
 fn wait_for_frames(handler: &TransferAreaComHandler, count: u64) -> CameraStatistics {
     loop {
         let statistics = handler.camera_statistics();
@@ -45,8 +45,7 @@ fn check_end(frames: &Receiver<CameraFrame>) {
 #[test]
 fn frames_come_in_and_decode_while_the_exchange_goes_on() {
     let (txt, handler) = begin(unpaced().camera_tables(false));
-    let options =
-        CameraOptions { framerate: 60, power_line: PowerLine::Hz60, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_framerate(60).with_power_line(PowerLine::Hz60);
     let frames = handler.start_camera(options).unwrap();
     assert_eq!(
         txt.with_machine(|machine| machine.camera()),
@@ -71,7 +70,7 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
         }
         last = Some(frame);
     }
-    assert!(handler.statistics().cycles > cycles + 20, "the exchange stood still");
+    assert!(handler.statistics().cycles > cycles + 20, "the exchange stopped");
     handler.stop_camera().unwrap();
     handler.end_transfer().unwrap();
 }
@@ -79,13 +78,8 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
 #[test]
 fn a_consumer_that_keeps_up_gets_every_frame() {
     let (txt, handler) = begin(SimulatedTxt::builder());
-    let options = CameraOptions {
-        width: 640,
-        height: 480,
-        // More room than the default, because a busy machine may keep the consumer waiting.
-        channel_frames: 20,
-        ..CameraOptions::default()
-    };
+    // A bigger channel than the default, because a busy machine may delay the consumer.
+    let options = CameraOptions::default().with_size(640, 480).with_channel_frames(20);
     let frames = handler.start_camera(options).unwrap();
     for sequence in 0..30 {
         let frame = receive(&frames);
@@ -94,7 +88,7 @@ fn a_consumer_that_keeps_up_gets_every_frame() {
     }
     let statistics = handler.camera_statistics();
     assert_eq!(statistics.dropped, 0);
-    // One more may be on its way.
+    // Another frame may be on its way.
     let sent = txt.with_machine(|machine| machine.camera_frames());
     assert!((30..=statistics.frames + 2).contains(&sent), "{sent} sent, {statistics:?}");
 }
@@ -102,7 +96,7 @@ fn a_consumer_that_keeps_up_gets_every_frame() {
 #[test]
 fn a_slow_consumer_gets_one_of_the_newest_frames() {
     let (_txt, handler) = begin(unpaced());
-    let options = CameraOptions { framerate: 200, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_framerate(200);
     let frames = handler.start_camera(options).unwrap();
     let mut received = 0;
     for round in 1..5 {
@@ -119,7 +113,7 @@ fn a_slow_consumer_gets_one_of_the_newest_frames() {
 }
 
 #[test]
-fn the_server_may_take_its_time_to_start() {
+fn the_server_may_start_slowly() {
     let txt = unpaced().camera_start_up(Duration::from_millis(300)).start().unwrap();
     let handler = handler_for(&txt).camera_port(txt.camera_port()).build().unwrap();
     handler.begin_transfer().unwrap();
@@ -130,7 +124,7 @@ fn the_server_may_take_its_time_to_start() {
 #[test]
 fn a_camera_may_deliver_another_size() {
     let (_txt, handler) = begin(unpaced());
-    let options = CameraOptions { width: 1280, height: 960, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_size(1280, 960);
     let frames = handler.start_camera(options).unwrap();
     let frame = receive(&frames);
     assert_eq!((frame.width, frame.height), (1280, 720));
@@ -171,8 +165,8 @@ fn the_camera_stops_with_the_transfer() {
     check_end(&frames);
 }
 
-/// The controller closes the camera's connection when it is told to stop the camera; that is no
-/// failure of the stream, even when the controller takes its time to go offline afterwards.
+/// The controller closes the camera's connection when it stops the camera. That is no failure of the
+/// stream, even when the controller goes offline only some time later.
 #[test]
 fn the_end_of_a_transfer_is_no_error_of_the_camera() {
     let delay = FaultKind::Delay(Duration::from_millis(20));
@@ -203,7 +197,7 @@ fn the_camera_stops_when_the_program_panics() {
 }
 
 #[test]
-fn the_default_port_is_the_one_behind_the_main_connections() {
+fn the_default_port_is_the_one_after_the_main_port() {
     let port = unused_ports();
     let txt = unpaced().port(port).camera_start_up(Duration::ZERO).start().unwrap();
     assert_eq!(txt.camera_port(), port + 1);
@@ -230,15 +224,11 @@ fn calls_at_the_wrong_time_err_and_change_nothing() {
     assert_eq!(handler.stop_camera(), Ok(()), "it was never started");
     let defaults = CameraOptions::default();
     for (option, given, options) in [
-        ("camera's width", 0, CameraOptions { width: 0, ..defaults }),
-        ("camera's height", 0, CameraOptions { height: 0, ..defaults }),
-        ("camera's framerate", 0, CameraOptions { framerate: 0, ..defaults }),
-        ("camera's channel_frames", 0, CameraOptions { channel_frames: 0, ..defaults }),
-        (
-            "camera's channel_frames",
-            i64::MAX,
-            CameraOptions { channel_frames: usize::MAX, ..defaults },
-        ),
+        ("camera's width", 0, defaults.with_size(0, 240)),
+        ("camera's height", 0, defaults.with_size(320, 0)),
+        ("camera's framerate", 0, defaults.with_framerate(0)),
+        ("camera's channel_frames", 0, defaults.with_channel_frames(0)),
+        ("camera's channel_frames", i64::MAX, defaults.with_channel_frames(usize::MAX)),
     ] {
         let error = handler.start_camera(options).unwrap_err();
         assert!(

@@ -1,4 +1,4 @@
-//! Camera servers that misbehave: the reason is at the end of the channel, the transfer goes on.
+//! Camera servers that make mistakes: the channel ends with the reason, and the transfer goes on.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -28,8 +28,8 @@ fn header(size_compressed: i32) -> Vec<u8> {
     bytes
 }
 
-/// Streams from a camera server that sends these bytes to its first client and then does `then`;
-/// returns how many frames came and why the stream ended.
+/// Streams from a camera server that sends these bytes to its first client and then does `then`.
+/// Returns how many frames came, and why the stream ended.
 fn stream_from(
     bytes: Vec<u8>,
     then: impl FnOnce(TcpStream) + Send + 'static,
@@ -58,11 +58,9 @@ fn stream_at(port: u16, frame_limit: Duration) -> (usize, Option<Error>) {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions {
-        start_limit: Duration::from_millis(300),
-        frame_limit,
-        ..CameraOptions::default()
-    };
+    let options = CameraOptions::default()
+        .with_start_limit(Duration::from_millis(300))
+        .with_frame_limit(frame_limit);
     let frames = handler.start_camera(options).unwrap();
     let mut count = 0;
     let end = loop {
@@ -73,7 +71,7 @@ fn stream_at(port: u16, frame_limit: Duration) -> (usize, Option<Error>) {
     };
     assert_eq!(end, RecvTimeoutError::Disconnected);
     let error = handler.camera_error();
-    // The transfer is unharmed, and the camera may be started again.
+    // The transfer goes on, and the camera can be started again.
     handler.wait_cycle().unwrap();
     drop(handler.start_camera(options).unwrap());
     handler.end_transfer().unwrap();
@@ -97,7 +95,7 @@ fn a_port_that_refuses_for_ever() {
 fn a_port_that_refuses_at_first_is_tried_again() {
     let port = unused_ports();
     let server = thread::spawn(move || {
-        // Some attempts are refused; were there no others, no frame would ever come.
+        // Some attempts are refused. Without further attempts no frame would ever come.
         thread::sleep(Duration::from_millis(200));
         let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
         let (mut stream, _) = listener.accept().unwrap();
@@ -109,7 +107,7 @@ fn a_port_that_refuses_at_first_is_tried_again() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions { start_limit: DEADLINE, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_start_limit(DEADLINE);
     let frames = handler.start_camera(options).unwrap();
     assert_eq!(frames.recv_timeout(DEADLINE).unwrap().data, [0; 1000]);
     handler.end_transfer().unwrap();
@@ -185,7 +183,7 @@ fn a_frame_that_trickles_in_for_longer_than_the_limit() {
 }
 
 #[test]
-fn a_server_that_never_reads_the_acknowledges() {
+fn a_server_that_never_reads_the_acknowledgements() {
     let limit = Duration::from_millis(400);
     let (count, error) = stream_with_limit(limit, Vec::new(), |mut stream| {
         let mut frame = header(1);

@@ -9,14 +9,35 @@ use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{ExchangeData, QueryStatusResponse, ResponseId, UpdateConfig};
 use ft_transfer_area::{
-    Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits, TransferMode,
-    TxtClient,
+    Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits,
+    TransferAreaComHandler, TransferMode, TxtClient,
 };
 
 use crate::support::unpaced;
 
 fn client_of(txt: &SimulatedTxt) -> TxtClient {
     TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap()
+}
+
+#[test]
+fn a_port_after_the_host_is_used() {
+    let txt = unpaced().start().unwrap();
+    let at = |port: u16| format!("127.0.0.1:{port}");
+    let limits = TimeLimits::default();
+    let mut client = TxtClient::connect(&at(txt.port()), 1, limits).unwrap();
+    assert_eq!(client.query_status().unwrap().name(), "TX2013");
+    drop(client);
+    I2cClient::connect(&at(txt.i2c_port()), 1, limits).unwrap();
+    let handler = TransferAreaComHandler::builder(at(txt.port())).build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.i2c().unwrap();
+    handler.end_transfer().unwrap();
+
+    let given = "127.0.0.1:65k".to_owned();
+    let bad = Error::BadAddress { given: given.clone() };
+    assert_eq!(TxtClient::connect(&given, 1, limits).unwrap_err(), bad);
+    assert_eq!(I2cClient::connect(&given, 1, limits).unwrap_err(), bad);
+    assert_eq!(TransferAreaComHandler::builder(given).build().unwrap_err(), bad);
 }
 
 #[test]
@@ -98,20 +119,23 @@ fn after_an_error_every_call_returns_it() {
 }
 
 #[test]
-fn limits_of_zero_and_for_ever_are_limits_like_others() {
+fn limits_of_zero_and_for_ever_work() {
     let txt = unpaced().start().unwrap();
-    let limits = TimeLimits { connect: Duration::MAX, read: Duration::MAX, write: Duration::MAX };
+    let limits = TimeLimits::default()
+        .with_connect(Duration::MAX)
+        .with_read(Duration::MAX)
+        .with_write(Duration::MAX);
     let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
     client.query_status().unwrap();
     let silent = Fault::at_response(0, FaultKind::Silence);
     let txt = unpaced().fault(silent).start().unwrap();
-    let limits = TimeLimits { read: Duration::ZERO, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::ZERO);
     let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
     assert!(matches!(client.query_status(), Err(Error::NoAnswer { .. })));
 }
 
 #[test]
-fn the_first_and_the_last_port_are_ports_like_others_or_a_clear_error() {
+fn the_first_and_the_last_port_work_or_give_a_clear_error() {
     let limits = TimeLimits::default();
     for port in [0, 65_535] {
         let results = [
@@ -119,7 +143,7 @@ fn the_first_and_the_last_port_are_ports_like_others_or_a_clear_error() {
             I2cClient::connect("127.0.0.1", port, limits).map(drop),
         ];
         for result in results {
-            // Somebody may listen at the last one.
+            // A program may listen on the last port.
             let Err(error) = result else { continue };
             assert!(
                 matches!(&error, Error::ConnectionRefused { address } | Error::ConnectFailed { address, .. }
@@ -146,7 +170,11 @@ fn the_errors_of_a_slow_network_say_what_to_check() {
         assert!(lookup.contains(part), "{lookup}");
     }
     let not_taken = Error::NotTaken { command: "ExchangeData", limit }.to_string();
-    for part in ["did not take ExchangeData within 5s", "connection", "longer time for writing"] {
+    for part in [
+        "did not take ExchangeData within 5s",
+        "connection",
+        "more time for writing by time_limits",
+    ] {
         assert!(not_taken.contains(part), "{not_taken}");
     }
 }
@@ -159,7 +187,7 @@ fn an_exchange_allocates_nothing() {
         Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
     let mut areas = [FishX1Transfer::default(); 2];
     client.start_online().unwrap();
-    // The extension's place in the compression is made when it first takes part.
+    // Memory for the extension's words is allocated when it first takes part.
     for _ in 0..2 {
         client.do_transfer(&mut exchange, &mut areas).unwrap();
     }
@@ -175,7 +203,7 @@ fn an_exchange_allocates_nothing() {
     assert_eq!(allocations.count_total, 0);
 }
 
-/// A listener whose one client is served by `serve`, in a thread that is to be joined.
+/// A listener whose only client is served by `serve`, in a thread that the test has to join.
 fn controller(serve: impl FnOnce(TcpStream) + Send + 'static) -> (u16, JoinHandle<()>) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
@@ -201,14 +229,14 @@ fn a_command_is_sent_in_one_piece() {
 }
 
 #[test]
-fn the_limit_is_for_a_response_and_not_for_each_piece_of_it() {
+fn the_limit_is_for_the_whole_response() {
     let limit = Duration::from_millis(300);
     let (port, server) = controller(move |mut stream| {
         let mut response = Vec::new();
         QueryStatusResponse { device_name: [b'x'; 16], version: FirmwareVersion::new(4, 7, 0) }
             .emit(&mut response);
         stream.read_exact(&mut [0; 4]).unwrap();
-        // Each comes in time, all of them together take eight times as long.
+        // Each piece comes in time, but all of them together take eight times as long.
         for piece in response.chunks(1) {
             if stream.write_all(piece).is_err() {
                 break;
@@ -216,7 +244,7 @@ fn the_limit_is_for_a_response_and_not_for_each_piece_of_it() {
             thread::sleep(limit / 3);
         }
     });
-    let limits = TimeLimits { read: limit, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(limit);
     let mut client = TxtClient::connect("127.0.0.1", port, limits).unwrap();
     let error = client.query_status().unwrap_err();
     assert!(matches!(error, Error::NoAnswer { received: 1.., .. }), "{error:?}");

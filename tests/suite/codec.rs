@@ -1,4 +1,4 @@
-//! The compression against the recorded cases, in both directions.
+//! The compression compared with recorded cases, in both directions.
 
 use ft_transfer_area::wire::{crc_of_words, Compressor, Expander};
 

@@ -1,4 +1,4 @@
-//! The configuration follows the area.
+//! The controller's configuration follows the area.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -28,7 +28,7 @@ fn all_areas_are_configured_before_the_first_exchange() {
 
 #[test]
 fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
-    // Of each exchange, the duty and the mode of I1 that the controller had then.
+    // For each exchange, the duty and the mode of I1 on the controller.
     let seen = Arc::new(Mutex::new(Vec::new()));
     let txt = unpaced().on_exchange({
         let seen = Arc::clone(&seen);
@@ -53,7 +53,7 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
     for (duty, mode) in seen.lock().unwrap().iter().filter(|(duty, _)| *duty != 0) {
         assert_eq!(*duty, i16::from(*mode), "the outputs came before the configuration");
     }
-    // The exchange that the machine has just seen may not have come back yet.
+    // The response to the exchange that the machine has just seen may not have come in yet.
     handler.update_config().unwrap();
     assert_eq!(handler.statistics().config_updates, 49);
     handler.end_transfer().unwrap();
@@ -81,7 +81,7 @@ fn update_config_returns_when_the_controller_has_the_configuration() {
 }
 
 #[test]
-fn a_config_without_a_new_id_stays_where_it_is() {
+fn a_config_without_a_new_id_is_not_sent() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();

@@ -1,4 +1,4 @@
-//! Events: what responses and the transfer's end tell, on channels.
+//! Events of responses and of the transfer's end, on channels.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -6,18 +6,18 @@ use std::time::Duration;
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Counter, Direction, Input, IrDevice, Motor};
-use ft_transfer_area::{Error, Event, EventKind, Events, Joystick, TransferAreaComHandler};
+use ft_transfer_area::{Error, EventKind, Events, Joystick, TimedEvent, TransferAreaComHandler};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
-/// Room for all that happens in a test.
+/// Room for all events of a test.
 const ROOM: usize = 10_000;
 
 fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     handler_for(txt).areas(2).reaction_window(Duration::ZERO).build().unwrap()
 }
 
-/// Lets a change of the machine come in.
+/// Waits until a change of the machine has come in.
 fn pass(handler: &TransferAreaComHandler) {
     // The response under way may be older than the change.
     for _ in 0..2 {
@@ -25,21 +25,30 @@ fn pass(handler: &TransferAreaComHandler) {
     }
 }
 
-fn next(events: &Events) -> Event {
-    events.recv_timeout(DEADLINE).unwrap()
+/// The printed event: a program can't make events to compare with.
+fn text(told: &TimedEvent) -> String {
+    format!("{:?}", told.event)
 }
 
-/// What has come until the transfer is ended here.
-fn end(handler: &TransferAreaComHandler, events: &Events) -> Vec<Event> {
+fn next(events: &Events) -> String {
+    text(&events.recv_timeout(DEADLINE).unwrap())
+}
+
+/// Ends the transfer; returns the events until then, and its end.
+fn end(handler: &TransferAreaComHandler, events: &Events) -> Vec<String> {
     handler.end_transfer().unwrap();
-    events.receiver().try_iter().collect()
+    events.receiver().try_iter().map(|told| text(&told)).collect()
 }
 
-fn changed(area: usize, input: Input, pressed: bool) -> Event {
-    Event::InputChanged { area, input, pressed }
+fn changed(area: usize, input: Input, pressed: bool) -> String {
+    format!("InputChanged {{ area: {area}, input: {input:?}, pressed: {pressed} }}")
 }
 
-const ENDED: Event = Event::TransferEnded { error: None };
+fn extension_is(extension: usize, alive: bool) -> String {
+    format!("ExtensionChanged {{ extension: {extension}, alive: {alive} }}")
+}
+
+const ENDED: &str = "TransferEnded { error: None }";
 
 #[test]
 fn every_change_of_a_digital_input_is_told_once_and_in_order() {
@@ -63,27 +72,27 @@ fn every_change_of_a_digital_input_is_told_once_and_in_order() {
         assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I8, false));
     }
     pass(&handler);
-    assert_eq!(end(&handler, &events), []);
+    assert_eq!(end(&handler, &events), [ENDED]);
     assert_eq!(events.lost(), 0);
 }
 
 #[test]
-fn an_input_is_digital_when_the_controller_was_told_so() {
+fn an_input_is_digital_when_the_controller_has_that_configuration() {
     let txt = unpaced().start().unwrap();
     let set = |value| txt.with_machine(|machine| machine.controllers[0].uni = [value; 8]);
     let handler = handler(&txt);
     handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
-    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    let events = handler.events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
-    // I2 is to be measured from now on, but nobody is told.
+    // I2 is configured as analog, but the configuration is not sent yet.
     handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
     set(1);
     let others = |pressed| Input::ALL[1..].iter().map(move |&input| changed(0, input, pressed));
     for expected in others(true) {
         assert_eq!(next(&events), expected);
     }
-    // The value of the new configuration comes in with the first response by it.
+    // The value by the new configuration comes in with the first response after it.
     handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, true);
     handler.update_config().unwrap();
     set(0);
@@ -96,14 +105,14 @@ fn an_input_is_digital_when_the_controller_was_told_so() {
 
 #[test]
 fn a_value_by_a_new_configuration_is_no_change() {
-    // Measures what a digital input of the same voltage takes for 0, and is not digital at first.
+    // The input is analog at first. It measures a voltage that is 0 for a digital input.
     let txt = unpaced().on_exchange(|machine| {
         let controller = &mut machine.controllers[0];
         controller.uni[2] = if controller.config.uni[2].digital == 0 { 300 } else { 0 };
     });
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    let events = handler.events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     for round in 0..20 {
         let digital = round % 2 != 0;
@@ -119,10 +128,12 @@ fn a_command_is_told_to_be_done_once() {
     let handler = handler(&txt);
     let kinds = [EventKind::MotorReached, EventKind::CounterReset];
     let events = handler.events(&kinds, ROOM).unwrap();
-    // These go out with the first exchange already.
+    // These go out with the first exchange.
     handler.lock()[LOCAL_IO].start_counter_reset(Counter::C4);
     handler.begin_transfer().unwrap();
-    let reset = |area, counter, command_id| Event::CounterReset { area, counter, command_id };
+    let reset = |area: usize, counter: Counter, id: u16| {
+        format!("CounterReset {{ area: {area}, counter: {counter:?}, command_id: {id} }}")
+    };
     assert_eq!(next(&events), reset(LOCAL_IO, Counter::C4, 1));
     pass(&handler);
     let (cw, ccw) = (Direction::Cw, Direction::Ccw);
@@ -135,17 +146,20 @@ fn a_command_is_told_to_be_done_once() {
             drop(areas);
             let position = 2 + round as u16;
             for (motor, command_id) in [(Motor::M1, ids[0]), (Motor::M4, ids[3])] {
-                let expected = Event::MotorReached { area, motor, position, command_id };
+                let expected = format!(
+                    "MotorReached {{ area: {area}, motor: {motor:?}, position: {position}, \
+                     command_id: {command_id} }}"
+                );
                 assert_eq!(next(&events), expected);
             }
-            // Leaving the mode is a command too, but no arrival.
+            // To leave the mode is a command too, but no motor arrives.
             handler.lock()[area].stop_all_motor_ex_cmd();
             handler.wait_motor_ex(area, Motor::M1, DEADLINE).unwrap();
             handler.lock()[area].start_counter_reset(Counter::C2);
             assert_eq!(next(&events), reset(area, Counter::C2, round as u16));
         }
     }
-    assert_eq!(end(&handler, &events), []);
+    assert_eq!(end(&handler, &events), [ENDED]);
     check_client(&txt);
 }
 
@@ -158,13 +172,15 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
     let events = handler.events(&[EventKind::CounterChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
-    let told = |counter, count| Event::CounterChanged { area: LOCAL_IO, counter, count };
+    let told = |counter: Counter, count: u16| {
+        format!("CounterChanged {{ area: {LOCAL_IO}, counter: {counter:?}, count: {count} }}")
+    };
     set([5, 0, 0, -32_768]);
     assert_eq!(next(&events), told(Counter::C1, 5));
     assert_eq!(next(&events), told(Counter::C4, 32_768));
     handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
     assert_eq!(next(&events), told(Counter::C1, 0));
-    assert_eq!(end(&handler, &events), []);
+    assert_eq!(end(&handler, &events), [ENDED]);
 }
 
 #[test]
@@ -181,36 +197,39 @@ fn a_joystick_is_told_when_it_moves() {
         }
     });
     for device in [IrDevice::Any, IrDevice::OnOff] {
-        let (joystick, x, y) = (Joystick::Right, 0, -15);
-        let expected = Event::JoystickMoved { area: REMOTE_IO_1, device, joystick, x, y };
+        let joystick = Joystick::Right;
+        let expected = format!(
+            "JoystickMoved {{ area: {REMOTE_IO_1}, device: {device:?}, joystick: {joystick:?}, \
+             x: 0, y: -15 }}"
+        );
         assert_eq!(next(&events), expected);
     }
-    assert_eq!(end(&handler, &events), []);
+    assert_eq!(end(&handler, &events), [ENDED]);
 }
 
 #[test]
-fn extensions_are_told_to_come_and_go_and_their_inputs_stay() {
+fn events_tell_when_extensions_come_and_go_and_their_inputs_stay() {
     let txt = unpaced().extensions(2).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1);
     let handler = handler(&txt);
-    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    let events = handler.events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
     for _ in 0..20 {
         for alive in [false, true] {
             for extension in [1, 2] {
                 txt.with_machine(|machine| machine.alive[extension - 1] = alive);
-                assert_eq!(next(&events), Event::ExtensionChanged { extension, alive });
+                assert_eq!(next(&events), extension_is(extension, alive));
             }
         }
     }
-    // What has changed in between is told when it is back.
+    // Changes in between are told when the extension is back.
     txt.with_machine(|machine| machine.alive[0] = false);
-    assert_eq!(next(&events), Event::ExtensionChanged { extension: 1, alive: false });
+    assert_eq!(next(&events), extension_is(1, false));
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 0);
     pass(&handler);
     txt.with_machine(|machine| machine.alive[0] = true);
-    assert_eq!(next(&events), Event::ExtensionChanged { extension: 1, alive: true });
+    assert_eq!(next(&events), extension_is(1, true));
     assert_eq!(next(&events), changed(REMOTE_IO_1, Input::I1, false));
     assert_eq!(end(&handler, &events), [ENDED]);
 }
@@ -219,7 +238,7 @@ fn extensions_are_told_to_come_and_go_and_their_inputs_stay() {
 fn a_transfers_first_response_is_compared_with_none() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&EventKind::ALL, ROOM).unwrap();
+    let events = handler.events(EventKind::ALL, ROOM).unwrap();
     for round in 0..10 {
         txt.with_machine(|machine| {
             machine.alive[0] = round % 2 != 0;
@@ -236,7 +255,7 @@ fn a_transfers_first_response_is_compared_with_none() {
 }
 
 #[test]
-fn who_listens_in_the_middle_of_a_transfer_hears_what_changes_from_then_on() {
+fn a_listener_in_the_middle_of_a_transfer_gets_the_changes_from_then_on() {
     let txt = unpaced().start().unwrap();
     let press = |value| txt.with_machine(|machine| machine.controllers[0].uni[4] = value);
     let handler = handler(&txt);
@@ -280,13 +299,13 @@ fn a_listener_finds_the_inputs_in_the_areas_and_its_answer_goes_out_in_the_very_
         assert_eq!(areas[LOCAL_IO].input.uni[1], number);
         areas[LOCAL_IO].output.duty[0] = number;
         drop(areas);
-        // The answer is out of the program's hands now, so the window may end.
+        // The program has written its answer, so the window may end.
         drop(area.wait_cycle().unwrap());
     }
     wait_until(&txt, "the last answer", |machine| machine.exchanges() as usize >= CHANGES);
     handler.end_transfer().unwrap();
     for (number, answer) in &answers.lock().unwrap()[2..CHANGES] {
-        assert_eq!(answer, number, "an event was not answered at once");
+        assert_eq!(answer, number, "an event was not answered in the next request");
     }
 }
 
@@ -297,18 +316,33 @@ fn a_slow_listener_keeps_the_oldest_events_and_a_count_of_the_others() {
     });
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let slow = handler.events(&EventKind::ALL, 3).unwrap();
-    let quick = handler.events(&EventKind::ALL, ROOM).unwrap();
+    let slow = handler.events(EventKind::ALL, 3).unwrap();
+    let quick = handler.events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
-    // The exchange goes on whatever the listener does.
+    // The exchange does not wait for the listener.
     wait_until(&txt, "exchanges", |machine| machine.exchanges() > 200);
     let all = end(&handler, &quick);
-    let kept: Vec<Event> = slow.receiver().try_iter().collect();
+    let kept: Vec<String> = slow.receiver().try_iter().map(|told| text(&told)).collect();
     assert_eq!(kept[..3], all[..3]);
     assert_eq!(kept[3..], [ENDED]);
     assert_eq!(slow.lost() as usize, all.len() - kept.len());
     assert_eq!(quick.lost(), 0);
     assert_eq!(all.len(), 150 + 1, "the changes and the end");
+}
+
+#[test]
+fn a_loop_over_events_ends_with_the_transfer_and_the_next_one_has_another() {
+    let txt =
+        unpaced().fault(Fault::at_response(20, FaultKind::Close { after: 0 })).start().unwrap();
+    let handler = handler(&txt);
+    let events = handler.events(&[EventKind::JoystickMoved], 10).unwrap();
+    handler.begin_transfer().unwrap();
+    let told: Vec<String> = (&events).map(|told| text(&told)).collect();
+    assert_eq!(told, [format!("TransferEnded {{ error: {:?} }}", handler.error())]);
+    handler.begin_transfer().unwrap();
+    handler.end_transfer().unwrap();
+    let told: Vec<String> = (&events).map(|told| text(&told)).collect();
+    assert_eq!(told, [ENDED]);
 }
 
 #[test]
@@ -321,7 +355,7 @@ fn the_end_of_each_transfer_is_told_with_its_error() {
     while handler.wait_cycle().is_ok() {}
     let error = handler.error();
     assert!(matches!(error, Some(Error::WrongCrc { .. })));
-    assert_eq!(next(&events), Event::TransferEnded { error });
+    assert_eq!(next(&events), format!("TransferEnded {{ error: {error:?} }}"));
     handler.begin_transfer().unwrap();
     handler.end_transfer().unwrap();
     assert_eq!(next(&events), ENDED);
@@ -332,26 +366,26 @@ fn the_end_of_each_transfer_is_told_with_its_error() {
 }
 
 #[test]
-fn the_channel_ends_with_the_handler_though_others_hold_the_areas() {
+fn the_channel_ends_with_the_handler_while_other_handles_exist() {
     let txt = unpaced().start().unwrap();
     let handler = handler(&txt);
     let area = handler.transfer_area();
-    let events = area.events(&EventKind::ALL, 10).unwrap();
-    let looped = area.events(&EventKind::ALL, 10).unwrap();
+    let events = area.events(EventKind::ALL, 10).unwrap();
+    let looped = area.events(EventKind::ALL, 10).unwrap();
     handler.begin_transfer().unwrap();
     drop(handler);
     assert_eq!(next(&events), ENDED);
     assert!(events.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
-    assert_eq!(looped.into_iter().collect::<Vec<Event>>(), [ENDED]);
-    let late = area.events(&EventKind::ALL, 10).unwrap();
+    assert_eq!(looped.map(|told| text(&told)).collect::<Vec<_>>(), [ENDED]);
+    let late = area.events(EventKind::ALL, 10).unwrap();
     assert!(late.recv_timeout(DEADLINE).is_err_and(|error| error.is_disconnected()));
 }
 
 #[test]
-fn who_does_not_listen_any_more_is_told_nothing_and_holds_nothing_up() {
+fn a_listener_that_has_stopped_gets_nothing_and_delays_nothing() {
     let txt = unpaced().start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&EventKind::ALL, 1).unwrap();
+    let events = handler.events(EventKind::ALL, 1).unwrap();
     let receiver = events.receiver().clone();
     handler.begin_transfer().unwrap();
     drop(events);
@@ -364,14 +398,14 @@ fn who_does_not_listen_any_more_is_told_nothing_and_holds_nothing_up() {
 }
 
 #[test]
-fn a_capacity_that_can_not_be_is_out_of_range() {
+fn an_impossible_capacity_is_out_of_range() {
     let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
     let most = Events::MAX_CAPACITY;
     for (capacity, given) in [(0, 0), (most + 1, most as i64 + 1), (usize::MAX, i64::MAX)] {
-        let error = handler.events(&EventKind::ALL, capacity).unwrap_err();
+        let error = handler.events(EventKind::ALL, capacity).unwrap_err();
         let (what, least, most) = ("capacity for events", 1, most as i64);
         assert_eq!(error, Error::OutOfRange { what, given, least, most });
     }
     handler.events(&[], 1).unwrap();
-    handler.events(&EventKind::ALL, most).unwrap();
+    handler.events(EventKind::ALL, most).unwrap();
 }

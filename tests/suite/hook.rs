@@ -12,10 +12,10 @@ use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
 
-/// How many input changes a hook or a program answers.
+/// How many changes of an input a hook or a program answers.
 const CHANGES: usize = 200;
 
-/// What a response told on I1, and what the next request had on O1 and O3.
+/// I1 in a response, and O1 and O3 in the next request.
 type Answer = (i16, [i16; 2]);
 
 /// A simulated TXT that changes I1 with every response.
@@ -33,7 +33,7 @@ fn examiner() -> (SimulatedTxt, Arc<Mutex<Vec<Answer>>>) {
     (txt.start().unwrap(), answers)
 }
 
-/// A hook that answers I1 on the output with this index.
+/// A hook that copies I1 to the output with this index.
 fn answer(output: usize) -> impl FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> {
     move |areas| {
         areas[LOCAL_IO].output.duty[output] = areas[LOCAL_IO].input.uni[0];
@@ -87,21 +87,21 @@ fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
         let wanted = round * CHANGES as u64;
         wait_until(&txt, "exchanges", |machine| machine.exchanges() > wanted);
         handler.end_transfer().unwrap();
-        // But for the last exchange, which stops the motors, and maybe the one before.
+        // It is not called for the last exchange, which stops the motors, and maybe the one before.
         let uncalled = handler.statistics().cycles - calls.swap(0, Ordering::Relaxed);
         assert!((1..=2).contains(&uncalled), "{uncalled}");
         assert_eq!(handler.statistics().late_reactions, 0);
     }
     let answers = answers.lock().unwrap();
-    // The first request of each transfer is no answer, and the last one has the motors stopped.
+    // The first request of each transfer is no answer, and the last one stops the motors.
     let unanswered = answers.iter().filter(|(asked, answer)| answer[0] != *asked).count();
-    assert!(unanswered <= 5, "{unanswered} inputs were not answered at once");
+    assert!(unanswered <= 5, "{unanswered} inputs were not answered in the next request");
     assert!(answers.len() > 3 * CHANGES);
     check_client(&txt);
 }
 
 #[test]
-fn threads_that_wait_find_what_it_wrote_and_have_the_last_word() {
+fn threads_that_wait_read_what_it_wrote_and_may_change_it() {
     let (txt, answers) = examiner();
     let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(|areas| {
@@ -119,12 +119,12 @@ fn threads_that_wait_find_what_it_wrote_and_have_the_last_word() {
     wait_until(&txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
     handler.end_transfer().unwrap();
     for (asked, answer) in &answers.lock().unwrap()[1..=CHANGES] {
-        assert_eq!(*answer, [*asked; 2], "an input was not answered at once");
+        assert_eq!(*answer, [*asked; 2], "an input was not answered in the next request");
     }
 }
 
 #[test]
-fn it_leaves_programs_that_poll_their_window() {
+fn programs_that_poll_keep_their_window() {
     let (txt, answers) = examiner();
     let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(answer(2));
@@ -134,19 +134,19 @@ fn it_leaves_programs_that_poll_their_window() {
     for _ in 0..CHANGES {
         let last = asked;
         while asked == last {
-            // The hook gets its turn, however often the areas are locked.
+            // The hook is called even when the areas are locked often.
             let mut areas = handler.lock();
             asked = areas[LOCAL_IO].input.uni[0];
             areas[LOCAL_IO].output.duty[0] = asked;
         }
-        // What was written is out of the program's hands now, so the window may end.
+        // The program has written its answer, so the window may end.
         drop(window.wait_cycle().unwrap());
     }
     wait_until(&txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
     assert_eq!(handler.statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
     for (asked, answer) in &answers.lock().unwrap()[1..=CHANGES] {
-        assert_eq!(*answer, [*asked; 2], "an input was not answered at once");
+        assert_eq!(*answer, [*asked; 2], "an input was not answered in the next request");
     }
 }
 
@@ -169,13 +169,13 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
     });
     for round in 1..=3 {
         handler.begin_transfer().unwrap();
-        let ended = events.recv_timeout(DEADLINE).unwrap();
-        assert_eq!(ended, Event::TransferEnded { error: None });
+        let ended = events.recv_timeout(DEADLINE).unwrap().event;
+        assert!(matches!(ended, Event::TransferEnded { error: None, .. }));
         assert_eq!(handler.error(), None);
         assert_eq!(handler.wait_cycle().unwrap_err(), Error::NotStarted);
         assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
         assert_eq!(handler.end_transfer(), Ok(()));
-        // The last exchange comes behind the twentieth response.
+        // The last exchange comes after the twentieth response.
         assert_eq!(record.outputs().len(), round * 21);
         assert_eq!(record.outputs()[round * 21 - 2].duty, [512, 0, 0, 300, 0, 0, 0, 1]);
         assert_eq!(record.last().duty, [0; 8]);
@@ -185,7 +185,7 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
 }
 
 #[test]
-fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
+fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     let record = Record::default();
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
@@ -204,7 +204,7 @@ fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
         Continue(())
     });
     handler.begin_transfer().unwrap();
-    // Others take the areas while it ends.
+    // Other threads lock the areas while it ends.
     while area.wait_cycle().is_ok() {}
     assert_eq!(handler.error(), Some(Error::ProgramPanicked));
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
@@ -212,7 +212,7 @@ fn its_panic_stops_the_motors_and_lets_nothing_half_written_out() {
     assert!(record.outputs().iter().all(|outputs| outputs.duty[0] != 99));
     assert_eq!(record.last().duty, [0; 8]);
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.motor[0]), 1);
-    // It is still there, and still has its mistake.
+    // The hook is still set, and still panics.
     handler.begin_transfer().unwrap();
     while area.wait_cycle().is_ok() {}
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
@@ -258,7 +258,7 @@ fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
     let areas = area.lock();
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the first exchange", |machine| machine.exchanges() == 1);
-    // Time enough for its turn to come.
+    // Enough time for the hook to be called.
     thread::sleep(Duration::from_millis(20));
     drop(areas);
     drop(area.wait_cycle().unwrap());
@@ -317,7 +317,7 @@ fn what_it_owns_is_dropped_with_the_handler() {
     let calls = Arc::new(AtomicU64::new(0));
     let (area, mut counted) = (handler.transfer_area(), count(&calls));
     handler.set_cycle_hook(move |areas| {
-        // Figures can be asked for from inside.
+        // The hook may ask for the statistics.
         assert!(area.statistics().cycles > 0);
         counted(areas)
     });
@@ -350,7 +350,7 @@ fn one_that_does_not_return_ends_the_transfer_and_is_named() {
     let error = Error::HookHangs { limit };
     thread::scope(|scope| {
         let area = handler.transfer_area();
-        // It neither keeps others from the areas for ever, nor those who wait, set another or end.
+        // It does not block others for ever: they can lock, wait, set another hook or end.
         scope.spawn(|| drop(handler.lock()));
         scope.spawn(|| handler.clear_cycle_hook());
         let waits = scope.spawn(move || loop {
@@ -363,7 +363,7 @@ fn one_that_does_not_return_ends_the_transfer_and_is_named() {
     assert_eq!(handler.end_transfer(), Err(error));
     wait_until(&txt, "the end", |machine| !machine.online());
     assert_eq!(duties(&txt), [0; 8]);
-    // What it does afterwards changes nothing, and it is not called again.
+    // Its later writes change nothing, and it is not called again.
     drop(go_on);
     handler.begin_transfer().unwrap();
     for _ in 0..5 {
@@ -398,7 +398,7 @@ fn it_may_end_the_transfer_and_drop_the_handler() {
         assert_eq!(area.error(), None);
         wait_until(&txt, "the end", |machine| !machine.online());
         assert_eq!(handler.lock().unwrap().is_none(), drops);
-        // Its hook owns the way to it.
+        // The handler's hook owns a reference to it, so it is cleared.
         let left = handler.lock().unwrap().take();
         if let Some(handler) = left {
             handler.clear_cycle_hook();
@@ -435,11 +435,11 @@ fn the_handler_may_be_dropped_with_the_hook_that_owns_it() {
 }
 
 #[test]
-fn a_panic_of_what_it_owned_stops_the_motors() {
+fn a_panic_in_the_drop_of_its_captured_values_stops_the_motors() {
     struct Panics;
     impl Drop for Panics {
         fn drop(&mut self) {
-            panic!("of what a hook owned");
+            panic!("in the drop of a hook's value");
         }
     }
     let txt = unpaced().start().unwrap();

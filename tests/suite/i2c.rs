@@ -1,4 +1,4 @@
-//! `I2cClient`: devices behind the controller.
+//! `I2cClient`: devices at the controller.
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -13,7 +13,7 @@ use crate::support::{check_client, handler_for, unpaced, unused_ports, wait_unti
 
 const DEVICE: u8 = 0x18;
 
-/// What a response begins with. Of the 8 bytes behind its id nothing is known.
+/// The start of a response. The meaning of the 8 bytes after its id is unknown.
 const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 1, 2, 3, 4, 5, 6, 7, 8];
 
 fn client_of(txt: &SimulatedTxt) -> I2cClient {
@@ -24,7 +24,7 @@ fn i2c_connections(txt: &SimulatedTxt) -> u64 {
     txt.with_machine(|machine| machine.i2c_connections())
 }
 
-/// What a made-up controller does on one connection.
+/// What a controller made by the test does on one connection.
 struct Serve {
     /// Its answers, one for each request.
     answers: Vec<Vec<u8>>,
@@ -41,7 +41,7 @@ impl Serve {
         Self { waits: true, ..Self::then_close(answers) }
     }
 
-    /// Serves a client; the requests that it sent.
+    /// Serves a client; returns the requests that it sent.
     fn run(self, mut stream: TcpStream) -> Vec<Vec<u8>> {
         let mut requests = Vec::new();
         for answer in self.answers {
@@ -50,9 +50,9 @@ impl Serve {
         }
         if self.waits {
             let mut rest = Vec::new();
-            // An end by a reset is one too.
+            // A reset is also an end.
             let _ = stream.read_to_end(&mut rest);
-            assert!(rest.is_empty(), "{rest:?} came unasked for");
+            assert!(rest.is_empty(), "{rest:?} came too much");
         }
         requests
     }
@@ -68,7 +68,7 @@ fn read_request(stream: &mut TcpStream) -> Vec<u8> {
     request
 }
 
-/// A client of a made-up controller with these connections, and the requests on each.
+/// A client of a controller made by the test, with these connections, and the requests on each.
 fn controller(
     connections: Vec<Serve>,
     limits: TimeLimits,
@@ -107,7 +107,7 @@ fn registers_are_read_and_written_while_a_transfer_runs() {
 }
 
 #[test]
-fn i2c_has_the_second_port_behind_the_main_one_or_its_own_and_needs_no_transfer() {
+fn i2c_has_the_second_port_after_the_main_one_or_its_own_and_needs_no_transfer() {
     for own_port in [false, true] {
         let mut builder = unpaced();
         if own_port {
@@ -127,7 +127,7 @@ fn i2c_has_the_second_port_behind_the_main_one_or_its_own_and_needs_no_transfer(
 }
 
 #[test]
-fn as_many_bytes_as_there_can_be_are_read_and_written() {
+fn the_maximum_number_of_bytes_is_read_and_written() {
     let txt = unpaced().start().unwrap();
     let registers: [u8; 256] = std::array::from_fn(|index| index as u8 ^ 0x55);
     txt.with_machine(|machine| *machine.i2c_device(DEVICE) = registers);
@@ -239,7 +239,7 @@ fn a_wrong_answer_is_an_error_and_the_next_request_has_a_new_connection() {
         assert_eq!(values, [7; 2]);
         i2c.read(DEVICE, 6, &mut values).unwrap();
         assert_eq!(values, [1, 2]);
-        // Each went out once.
+        // Each request went out once.
         let requests = server.join().unwrap();
         let registers = requests.iter().map(|requests| {
             let [request] = &requests[..] else { panic!("{requests:?}") };
@@ -252,12 +252,12 @@ fn a_wrong_answer_is_an_error_and_the_next_request_has_a_new_connection() {
 #[test]
 fn no_answer_in_time_is_an_error_and_the_next_request_has_a_new_connection() {
     let connections = vec![
-        // Short by a byte.
+        // One byte is missing.
         Serve::then_wait(&[&[&GOOD[..], &[1]].concat()]),
         Serve::then_close(&[&[&GOOD[..], &[3, 4]].concat()]),
     ];
     let limit = Duration::from_millis(500);
-    let limits = TimeLimits { read: limit, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(limit);
     let (mut i2c, server) = controller(connections, limits);
     let mut values = [7; 2];
     let no_answer = Error::NoAnswer { command: "an I2C request", limit, received: 13 };
@@ -270,7 +270,7 @@ fn no_answer_in_time_is_an_error_and_the_next_request_has_a_new_connection() {
 }
 
 #[test]
-fn a_connection_that_the_controller_has_closed_for_its_silence_is_made_anew() {
+fn a_connection_that_the_controller_has_closed_for_its_silence_is_made_again() {
     let txt = unpaced().idle_limit(Duration::from_millis(500)).start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(DEVICE)[1] = 5);
     let mut i2c = client_of(&txt);

@@ -1,4 +1,4 @@
-//! Beginning, waiting, ending, beginning again.
+//! A transfer begins, waits, ends, and begins again.
 
 use std::net::TcpListener;
 use std::thread;
@@ -12,7 +12,7 @@ use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandle
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
 #[test]
-fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
+fn a_transfer_has_a_device_name_a_version_and_statistics() {
     let txt = unpaced().firmware(FirmwareVersion::new(4, 7, 0)).device_name("TXT on the desk");
     let txt = txt.start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
@@ -36,7 +36,7 @@ fn a_transfer_tells_whom_it_talks_to_and_how_it_goes() {
     let first = handler.wait_cycle().unwrap();
     let statistics = handler.statistics();
     // Under a guard at most two more responses come in.
-    assert!(statistics.cycles < ended.cycles, "figures begin anew");
+    assert!(statistics.cycles < ended.cycles, "figures begin again");
     drop(first);
 }
 
@@ -84,7 +84,7 @@ fn inputs_of_all_extensions_reach_their_areas() {
 }
 
 #[test]
-fn extensions_beyond_the_areas_are_read_past() {
+fn extensions_without_areas_are_ignored() {
     let txt = unpaced().extensions(8).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1234);
     let handler = handler_for(&txt).areas(2).build().unwrap();
@@ -117,7 +117,7 @@ fn extensions_come_and_go() {
             area.output.duty = [0, round, 0, 0, 0, 0, index as i16, 0];
         }
         drop(areas);
-        // Outputs of an extension that has just come go out in the exchange after it.
+        // The outputs for an extension that has just come go out in the next exchange.
         for _ in 0..4 {
             handler.wait_cycle().unwrap();
         }
@@ -157,7 +157,7 @@ fn firmware_before_4_2_4_and_the_simple_mode_work_as_well() {
 }
 
 #[test]
-fn the_checksum_tells_how_many_words_a_response_has() {
+fn the_checksum_shows_how_many_words_a_response_has() {
     for (firmware, microphone) in
         [(FirmwareVersion::OLDEST_SUPPORTED, true), (FirmwareVersion::new(4, 7, 0), false)]
     {
@@ -192,7 +192,7 @@ fn the_timers_count_from_the_beginning_and_catch_up_after_a_pause() {
     handler.begin_transfer().unwrap();
     let timer = handler.lock()[LOCAL_IO].timer;
     let most = before_again.elapsed().as_millis();
-    assert!(u128::from(timer.timer_1ms) <= most, "the timers begin anew");
+    assert!(u128::from(timer.timer_1ms) <= most, "the timers begin again");
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
 }
 
 #[test]
-fn a_thread_that_has_given_up_waiting_holds_nothing_up() {
+fn a_thread_that_no_longer_waits_delays_nothing() {
     let pace = Duration::from_millis(200);
     let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
     let handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
@@ -259,7 +259,7 @@ fn a_thread_that_has_given_up_waiting_holds_nothing_up() {
         handler.wait_cycle().unwrap();
         given_up += u32::from(handler.wait_cycle_for(Duration::from_millis(1)).is_err());
     }
-    // Were one of them still expected, its window would have lasted up to the end.
+    // If one of them were still expected, its window would have lasted to the end.
     assert_eq!(handler.statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
 }
@@ -274,7 +274,7 @@ fn beginning_and_ending_do_not_wait_for_a_guard() {
     areas[LOCAL_IO].output.duty[0] = 100;
     handler.end_transfer().unwrap();
     drop(areas);
-    // The guard is older than the stop of the motors, which its outputs must not undo.
+    // The guard is older than the stop of the motors, and its outputs must not undo the stop.
     assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 0);
     handler.begin_transfer().unwrap();
     handler.wait_cycle().unwrap();
@@ -282,7 +282,7 @@ fn beginning_and_ending_do_not_wait_for_a_guard() {
 }
 
 #[test]
-fn a_thread_that_waits_learns_of_the_end() {
+fn a_thread_that_waits_gets_the_end() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
@@ -299,7 +299,7 @@ fn a_thread_that_waits_learns_of_the_end() {
 #[test]
 fn a_controller_that_says_nothing_ends_every_wait_in_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let limits = TimeLimits { read: Duration::from_millis(50), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_millis(50));
     let handler = TransferAreaComHandler::builder("127.0.0.1")
         .port(listener.local_addr().unwrap().port())
         .time_limits(limits)
@@ -315,7 +315,7 @@ fn a_controller_that_says_nothing_ends_every_wait_in_time() {
 fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
     let fault = Fault::at_response(10, FaultKind::Silence);
     let txt = unpaced().fault(fault).start().unwrap();
-    let limits = TimeLimits { read: Duration::from_secs(2), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_secs(2));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {
@@ -332,7 +332,7 @@ fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
 
 #[test]
 fn a_transfer_begins_again_after_its_end_and_after_an_error() {
-    // The compression starts afresh: with its old state the checksums would not fit.
+    // The compression starts again: with its old state the checksums would be wrong.
     let fault = Fault::at_response(50, FaultKind::WrongCrc);
     let txt = unpaced().extensions(1).fault(fault).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni = [1, 0, 333, 4, 0, 0, 0, 9]);
@@ -347,7 +347,7 @@ fn a_transfer_begins_again_after_its_end_and_after_an_error() {
         assert_eq!(handler.lock()[REMOTE_IO_1].input.uni, [1, 0, 333, 4, 0, 0, 0, 9]);
         assert_eq!(handler.end_transfer(), result);
     }
-    assert_eq!(failures, 1, "the fault strikes once");
+    assert_eq!(failures, 1, "the fault occurs once");
     assert_eq!(txt.with_machine(|machine| machine.connections()), 5);
     assert_eq!(handler.end_transfer(), Ok(()));
     check_client(&txt);

@@ -1,13 +1,15 @@
-//! A thread that would wait for itself is told so, and its motors stop.
+//! A thread that would wait for itself panics with an explanation, and its motors stop.
 
 use std::any::Any;
+use std::cell::RefCell;
 use std::ops::ControlFlow;
-use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::panic::{self, catch_unwind, AssertUnwindSafe};
+use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area::{CameraOptions, Error, TransferAreaComHandler};
+use ft_transfer_area::{CameraOptions, Error, TransferArea, TransferAreaComHandler};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
@@ -15,7 +17,7 @@ fn text(panic: &(dyn Any + Send)) -> &str {
     panic.downcast_ref::<String>().map_or("no text", String::as_str)
 }
 
-/// Has a program with a running motor lock twice in some way.
+/// Locks twice in some way, in a program with a running motor.
 fn check(lock_twice: impl Fn(&TransferAreaComHandler)) {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
@@ -29,6 +31,39 @@ fn check(lock_twice: impl Fn(&TransferAreaComHandler)) {
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     check_client(&txt);
+}
+
+#[test]
+fn the_panic_names_the_line_of_the_program() {
+    thread_local!(static PLACE: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) });
+    let before = Arc::new(panic::take_hook());
+    let print = Arc::clone(&before);
+    panic::set_hook(Box::new(move |info| {
+        PLACE.with_borrow_mut(|places| {
+            places.extend(info.location().map(|at| at.file().to_owned()))
+        });
+        print(info);
+    }));
+    let calls: [fn(&TransferArea); 6] = [
+        |area| drop(area.lock()),
+        |area| drop(area.wait_cycle()),
+        |area| drop(area.wait_cycle_for(Duration::ZERO)),
+        |area| drop(area.wait_until(|_| true, Duration::ZERO)),
+        |area| drop(area.wait_sound(LOCAL_IO, Duration::ZERO)),
+        |area| drop(TransferArea::wait_any(&[area])),
+    ];
+    for call in calls {
+        let txt = unpaced().start().unwrap();
+        let handler = handler_for(&txt).build().unwrap();
+        handler.begin_transfer().unwrap();
+        let area = handler.transfer_area();
+        let _held = area.lock();
+        catch_unwind(AssertUnwindSafe(|| call(&area))).unwrap_err();
+    }
+    panic::set_hook(Box::new(move |info| before(info)));
+    let places = PLACE.take();
+    assert_eq!(places.len(), calls.len());
+    assert!(places.iter().all(|file| file.ends_with("locked_twice.rs")), "{places:?}");
 }
 
 #[test]
@@ -94,7 +129,7 @@ fn in_a_hook() {
 }
 
 #[test]
-fn by_a_hook_that_wants_the_camera() {
+fn by_a_hook_that_starts_the_camera() {
     let txt = unpaced().start().unwrap();
     let handler = std::sync::Arc::new(handler_for(&txt).build().unwrap());
     let own = std::sync::Arc::downgrade(&handler);
@@ -108,7 +143,7 @@ fn by_a_hook_that_wants_the_camera() {
 }
 
 #[test]
-fn but_not_when_another_thread_has_the_areas_or_the_guard_is_dropped() {
+fn not_when_another_thread_has_the_areas_or_the_guard_is_dropped() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     let areas = handler.lock();

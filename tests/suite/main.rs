@@ -1,17 +1,21 @@
-//! The tests that use the crate from outside, in one program so that they link once.
+//! The tests that use the crate from outside, in one program, so that they are linked once.
 
 mod bad_input;
 mod between_transfers;
 mod by_hand;
 mod camera;
 mod camera_bad_input;
+mod camera_early;
 mod client;
 mod codec;
 mod configuration;
+mod cycles;
 mod events;
+mod find;
 mod hook;
 mod i2c;
 mod lifecycle;
+mod lock_step;
 mod locked_twice;
 mod motors_off;
 mod one_lock_one_exchange;
@@ -19,7 +23,9 @@ mod pictures;
 mod reaction;
 mod reconnect;
 mod recorded_sessions;
+mod stalled;
 mod support;
+mod two_controllers;
 mod tx;
 mod vectors;
 mod waiting;

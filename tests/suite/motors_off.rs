@@ -1,4 +1,4 @@
-//! However a transfer ends, its last exchange stops all motors.
+//! The last exchange of a transfer stops all motors, for every way to end it.
 
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::thread;
@@ -18,11 +18,11 @@ struct Running {
     handler: TransferAreaComHandler,
 }
 
-/// How manyeth response of a connection is the first exchange's.
+/// The number of the first exchange's response in its connection.
 const FIRST_EXCHANGE: u64 = 3;
 
 impl Running {
-    /// The fault strikes some exchanges later.
+    /// The fault occurs some exchanges later.
     fn start(fault: Option<FaultKind>) -> Self {
         let record = Record::default();
         let noted = record.clone();
@@ -31,8 +31,8 @@ impl Running {
             txt = txt.fault(Fault::at_response(FIRST_EXCHANGE + 100, kind));
         }
         let txt = txt.start().unwrap();
-        // Of use for a controller that falls silent, long enough for a busy machine.
-        let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+        // For a controller that falls silent; long enough for a busy machine.
+        let limits = TimeLimits::default().with_read(Duration::from_secs(1));
         let handler = handler_for(&txt).time_limits(limits).build().unwrap();
         let mut areas = handler.lock();
         let output = &mut areas[LOCAL_IO].output;
@@ -104,7 +104,7 @@ fn a_panic_in_the_thread_that_owns_the_handler_stops_the_motors() {
 }
 
 #[test]
-fn a_panic_under_a_guard_stops_the_motors_and_lets_nothing_half_written_out() {
+fn a_panic_under_a_guard_stops_the_motors_and_nothing_half_written_goes_out() {
     let Running { txt, record, handler } = Running::start(None);
     let panicked = catch_unwind(AssertUnwindSafe(|| {
         let mut areas = handler.lock();
@@ -123,7 +123,7 @@ fn a_panic_in_another_thread_with_a_handle_stops_the_motors() {
     let area = handler.transfer_area();
     let panicked = thread::spawn(move || {
         let _area = area;
-        panic!("the thread that minded the motors is gone");
+        panic!("in the thread that controls the motors");
     });
     panicked.join().unwrap_err();
     Running::check_stopped(&txt, &record);
@@ -156,11 +156,11 @@ fn a_response_that_is_wrong_stops_the_motors() {
         FaultKind::WrongId,
         FaultKind::CutData,
         FaultKind::Surplus(3),
-        // So much that the connection would be reset if it were closed without reading it.
+        // Enough bytes that a close without reading them would reset the connection.
         FaultKind::Surplus(60_000),
         FaultKind::Silence,
     ];
-    // Each waits for a limit, so they wait together.
+    // Each case waits for a limit, so they run in parallel.
     thread::scope(|scope| {
         for fault in faults {
             scope.spawn(move || {

@@ -23,14 +23,14 @@ fn distance_and_command_id_written_under_one_lock_are_never_seen_apart() {
 
     let mut number = 0_u16;
     let mut seen = Vec::new();
-    // How often the two threads take turns is up to the operating system.
+    // The operating system decides how often the two threads take turns.
     while seen.len() < EXCHANGES || different(&seen) < DIFFERENT {
         for _ in 0..1000 {
             number = number.wrapping_add(1);
             let mut areas = handler.lock();
             let output = &mut areas[LOCAL_IO].output;
             output.distance = [number; 4];
-            // Time enough for a request to leave in between, if it could.
+            // Enough time for a request to leave in between, if it could.
             std::hint::black_box(&mut *output);
             thread::yield_now();
             output.motor_ex_cmd_id = [number; 4];
@@ -50,7 +50,7 @@ fn different(seen: &[ExchangeData]) -> usize {
 }
 
 #[test]
-fn a_guard_that_is_held_keeps_its_writes_to_itself_while_the_exchange_goes_on() {
+fn writes_under_a_guard_stay_back_until_it_is_dropped_while_the_exchange_goes_on() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();

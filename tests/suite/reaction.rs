@@ -1,6 +1,6 @@
 //! Inputs of response N are answered in request N + 1.
 //!
-//! Windows and paces are so wide here that a busy machine can't break the promise.
+//! Windows and cycles are long here, so that the tests also hold on a busy machine.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
@@ -13,18 +13,18 @@ use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler, TransferArea
 
 use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
 
-/// How many input changes a program answers.
+/// How many changes of an input a program answers.
 const CHANGES: usize = 200;
 
 /// A simulated TXT that changes I1 and I2 with every response, and notes how the next request
 /// answers with O1 and O3.
 struct Examiner {
     txt: SimulatedTxt,
-    /// In the order of the requests; before the first one, no response has told anything but 0.
+    /// In the order of the requests; before the first request the inputs are 0.
     answers: Arc<Mutex<Vec<Answer>>>,
 }
 
-/// What a response told on both inputs, and the two outputs of the next request.
+/// Both inputs of a response, and the two outputs of the next request.
 type Answer = (i16, [i16; 2]);
 
 impl Examiner {
@@ -42,12 +42,12 @@ impl Examiner {
         Self { txt: txt.start().unwrap(), answers }
     }
 
-    /// Checks the answers to the first changes; the first request comes before any.
+    /// Checks the answers to the first changes; the first request comes before any change.
     fn check(&self) {
         let answers = self.answers.lock().unwrap();
         assert!(answers.len() > CHANGES);
         for (asked, answer) in &answers[1..=CHANGES] {
-            assert_eq!(answer[0], *asked, "an input was not answered at once");
+            assert_eq!(answer[0], *asked, "an input was not answered in the next request");
         }
     }
 }
@@ -87,7 +87,7 @@ fn the_request_waits_for_all_threads_that_waited_for_the_response() {
     let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     let stop = AtomicBool::new(false);
-    // What each thread was asked. One may come too late for a response, and then gets the next.
+    // The inputs that each thread got. A thread that is too late for a response gets the next one.
     let asked: Vec<Vec<i16>> = thread::scope(|scope| {
         let threads = [0, 1].map(|index| {
             let (area, stop) = (handler.transfer_area(), &stop);
@@ -106,7 +106,7 @@ fn the_request_waits_for_all_threads_that_waited_for_the_response() {
         stop.store(true, Ordering::Relaxed);
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
-    // The last answers may be overtaken by the end.
+    // The end may come before the last answers.
     wait_until(&examiner.txt, "the last answers", |_| {
         let answers = examiner.answers.lock().unwrap();
         asked.iter().flatten().all(|asked| answers.iter().any(|answer| answer.0 == *asked))
@@ -116,7 +116,7 @@ fn the_request_waits_for_all_threads_that_waited_for_the_response() {
     for (index, asked) in asked.iter().enumerate() {
         for asked in asked {
             let (_, answer) = answers.iter().find(|answer| answer.0 == *asked).unwrap();
-            assert_eq!(answer[index], *asked, "an input was not answered at once");
+            assert_eq!(answer[index], *asked, "an input was not answered in the next request");
         }
     }
 }
@@ -130,8 +130,8 @@ fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
     let mut asked = 0;
     for _ in 0..CHANGES {
         asked = poll_until_asked(&handler, asked);
-        // What was written is out of the program's hands now, so the window may end; nobody wants
-        // to wait for that two hundred times.
+        // The program has written its answer, so the window may end. To wait for its end two hundred
+        // times would take too long.
         drop(window.wait_cycle().unwrap());
     }
     wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
@@ -140,7 +140,7 @@ fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
 }
 
 #[test]
-fn a_window_in_which_nobody_waits_ends_by_itself() {
+fn a_window_ends_by_itself_when_no_thread_waits() {
     let examiner = Examiner::start(unpaced());
     let window = Duration::from_millis(500);
     let handler = handler_for(&examiner.txt).reaction_window(window).build().unwrap();
@@ -152,7 +152,7 @@ fn a_window_in_which_nobody_waits_ends_by_itself() {
     wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > 3);
     handler.end_transfer().unwrap();
     for (asked, answer) in &examiner.answers.lock().unwrap()[1..=3] {
-        assert_eq!(answer[0], *asked, "an input was not answered at once");
+        assert_eq!(answer[0], *asked, "an input was not answered in the next request");
     }
 }
 
@@ -175,7 +175,7 @@ fn a_program_that_comes_late_joins_the_window_while_it_is_open() {
     let examiner = Examiner::start(unpaced());
     let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
-    // Nobody waits for the first response, so its window is open for long.
+    // No thread waits for the first response, so its window stays open for its whole time.
     wait_until(&examiner.txt, "the first response", |machine| machine.exchanges() == 1);
     answer_all(&examiner, &handler.transfer_area());
     handler.end_transfer().unwrap();
@@ -183,7 +183,7 @@ fn a_program_that_comes_late_joins_the_window_while_it_is_open() {
 }
 
 #[test]
-fn without_a_window_requests_leave_at_once() {
+fn without_a_window_requests_leave_immediately() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
@@ -194,7 +194,7 @@ fn without_a_window_requests_leave_at_once() {
     handler.end_transfer().unwrap();
 }
 
-/// Holds a guard over the end of a window and checks what becomes of what it wrote.
+/// Holds a guard over the end of a window and checks when its outputs go out.
 fn check_late<'a>(
     handler: &'a TransferAreaComHandler,
     txt: &SimulatedTxt,
@@ -244,7 +244,7 @@ fn a_guard_that_is_held_over_many_windows_is_late_once() {
 }
 
 #[test]
-fn a_waiting_program_answers_at_once_beside_threads_that_lock_all_the_time() {
+fn a_waiting_program_answers_in_the_next_request_while_other_threads_lock_all_the_time() {
     for lockers in [1, 4] {
         let examiner = Examiner::start(unpaced());
         let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
@@ -269,8 +269,8 @@ fn a_waiting_program_answers_at_once_beside_threads_that_lock_all_the_time() {
 }
 
 #[test]
-fn what_is_late_can_be_counted_from_outside() {
-    // Each answer is another than the last, so one that is late is missing in its request.
+fn late_answers_can_be_counted_from_outside() {
+    // Each answer differs from the last, so a late answer is missing in its request.
     let examiner = Examiner::start(unpaced());
     let handler = handler_for(&examiner.txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
@@ -288,10 +288,10 @@ fn what_is_late_can_be_counted_from_outside() {
     let mut missing = 0;
     let mut requests = answers.iter();
     for asked in &asked {
-        // The request behind the response that asked.
+        // The request after the response that was answered.
         let (_, answer) = requests.find(|request| request.0 == *asked).unwrap();
         missing += u64::from(answer[0] != *asked);
     }
-    assert!(missing > 0, "without a window some are late");
+    assert!(missing > 0, "without a window some answers are late");
     assert_eq!(late, missing);
 }

@@ -1,4 +1,4 @@
-//! A connection that is lost and made again.
+//! A connection is lost and made again.
 
 use std::thread;
 use std::time::Duration;
@@ -19,8 +19,8 @@ use crate::support::{
 const STRIKES_AT: u64 = 60;
 
 fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
-    // A gap does not show later than by this limit.
-    let limits = TimeLimits { read: Duration::from_secs(3), ..TimeLimits::default() };
+    // A gap is noticed within this limit at the latest.
+    let limits = TimeLimits::default().with_read(Duration::from_secs(3));
     handler_for(txt).time_limits(limits).reconnect(DEADLINE).build().unwrap()
 }
 
@@ -46,7 +46,7 @@ fn master(machine: &Machine) -> [i16; 8] {
 }
 
 #[test]
-fn every_way_to_lose_a_connection_is_ridden_out_and_told_once() {
+fn every_loss_of_a_connection_is_repaired_and_told_once() {
     let kinds = [
         FaultKind::Close { after: 0 },
         FaultKind::Close { after: 5 },
@@ -64,7 +64,7 @@ fn every_way_to_lose_a_connection_is_ridden_out_and_told_once() {
                 handler.lock()[LOCAL_IO].output.duty[0] = 512;
                 handler.begin_transfer().unwrap();
                 assert_lost(&next_error(&first));
-                // It works on, and is not told again.
+                // The handle works on, and gets no second error.
                 for _ in 0..20 {
                     assert_eq!(first.wait_cycle().expect("told twice")[0].output.duty[0], 0);
                 }
@@ -81,7 +81,7 @@ fn every_way_to_lose_a_connection_is_ridden_out_and_told_once() {
 }
 
 #[test]
-fn what_was_written_before_the_gap_moves_nothing_and_what_is_written_after_it_does() {
+fn outputs_from_before_the_gap_move_nothing_and_outputs_from_after_it_do() {
     let record = Record::default();
     let noted = record.clone();
     let txt = struck_by(FaultKind::Close { after: 5 }).on_exchange(move |m| noted.note(m));
@@ -117,7 +117,7 @@ fn what_was_written_before_the_gap_moves_nothing_and_what_is_written_after_it_do
 }
 
 #[test]
-fn what_a_program_writes_that_knows_of_the_gap_goes_out_with_the_first_request() {
+fn outputs_of_a_program_that_knows_of_the_gap_go_out_with_the_first_request() {
     let first_port = unused_ports();
     let start = || SimulatedTxt::builder().pace(Duration::ZERO).port(first_port);
     let txt = start().start().unwrap();
@@ -127,7 +127,7 @@ fn what_a_program_writes_that_knows_of_the_gap_goes_out_with_the_first_request()
     drop(area.wait_cycle().unwrap());
     drop(txt);
     assert_lost(&next_error(&area));
-    assert!(area.is_running(), "it is made again");
+    assert!(area.is_running(), "the connection is made again");
     unaware.lock()[LOCAL_IO].output.duty[0] = 512;
     area.lock()[LOCAL_IO].output.duty[2] = 222;
     let limit = Duration::from_millis(10);
@@ -157,14 +157,14 @@ fn configurations_and_the_extensions_are_there_again() {
     assert_eq!(txt.with_machine(|machine| machine.controllers[1].config.uni[2].mode), 3);
     area.lock()[REMOTE_IO_1].output.duty[0] = 99;
     wait_until(&txt, "a duty", |machine| machine.controllers[1].outputs.duty[0] == 99);
-    // Two areas for the first connection, one that changed, two for the second.
+    // Two configurations for the first connection, one that changed, two for the second.
     assert_eq!(handler.statistics().config_updates, 5);
     handler.end_transfer().unwrap();
     check_client(&txt);
 }
 
 #[test]
-fn no_command_reads_as_done_that_the_gap_has_cut_off() {
+fn a_command_that_the_gap_has_stopped_never_reads_as_done() {
     let txt = struck_by(FaultKind::Close { after: 5 }).start().unwrap();
     let handler = handler(&txt);
     let area = handler.transfer_area();
@@ -176,7 +176,7 @@ fn no_command_reads_as_done_that_the_gap_has_cut_off() {
     areas[LOCAL_IO].set_sound(Sound::Bell, 1000).unwrap();
     drop(areas);
     let error = loop {
-        // One is always under way.
+        // A command is always under way.
         match area.wait_cycle() {
             Ok(mut areas) => {
                 areas[LOCAL_IO].start_counter_reset(Counter::C4);
@@ -202,21 +202,22 @@ fn no_command_reads_as_done_that_the_gap_has_cut_off() {
 }
 
 #[test]
-fn listeners_hear_of_the_gap_and_of_its_end() {
+fn listeners_get_the_gap_and_its_end() {
     let txt = struck_by(FaultKind::Close { after: 0 }).start().unwrap();
     let handler = handler(&txt);
     let kinds =
         [EventKind::ConnectionLost, EventKind::ConnectionRestored, EventKind::TransferEnded];
     let events = handler.events(&kinds, 10).unwrap();
     handler.begin_transfer().unwrap();
-    let lost = events.recv_timeout(DEADLINE).unwrap();
+    let lost = events.recv_timeout(DEADLINE).unwrap().event;
     let closed = Error::ConnectionClosed { command: "ExchangeDataCmpr", received: 0 };
-    assert_eq!(lost, Event::ConnectionLost { error: closed });
-    let restored = events.recv_timeout(DEADLINE).unwrap();
-    assert!(matches!(restored, Event::ConnectionRestored { after } if !after.is_zero()));
+    assert!(matches!(lost, Event::ConnectionLost { error, .. } if error == closed));
+    let restored = events.recv_timeout(DEADLINE).unwrap().event;
+    assert!(matches!(restored, Event::ConnectionRestored { after, .. } if !after.is_zero()));
     assert_lost(&next_error(&handler.transfer_area()));
     handler.end_transfer().unwrap();
-    assert_eq!(events.recv_timeout(DEADLINE), Ok(Event::TransferEnded { error: None }));
+    let ended = events.recv_timeout(DEADLINE).unwrap().event;
+    assert!(matches!(ended, Event::TransferEnded { error: None, .. }));
 }
 
 #[test]
@@ -239,7 +240,7 @@ fn it_gives_up_at_the_limit() {
 }
 
 #[test]
-fn it_gives_up_at_once_when_the_firmware_is_too_old_now() {
+fn it_gives_up_immediately_when_the_firmware_is_too_old_now() {
     let first_port = unused_ports();
     let txt = unpaced().port(first_port).start().unwrap();
     let handler = handler(&txt);
@@ -254,7 +255,7 @@ fn it_gives_up_at_once_when_the_firmware_is_too_old_now() {
 }
 
 #[test]
-fn another_controller_may_answer_and_is_told_by_name() {
+fn another_controller_may_answer_and_shows_its_name() {
     let first_port = unused_ports();
     let txt = unpaced().port(first_port).device_name("the first").start().unwrap();
     let handler = handler(&txt);
@@ -309,7 +310,7 @@ fn the_camera_starts_again_and_its_channel_goes_on() {
     let handler = handler(&txt);
     let area = handler.transfer_area();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions { width: 32, height: 16, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_size(32, 16);
     let frames = handler.start_camera(options).unwrap();
     let first = frames.recv_timeout(DEADLINE).unwrap();
     drop(txt);
@@ -326,7 +327,7 @@ fn the_camera_starts_again_and_its_channel_goes_on() {
 
 const NONE: FaultKind = FaultKind::Delay(Duration::ZERO);
 
-/// Time enough to write something before the second connection stands.
+/// Enough time to write something before the second connection is made.
 const PAUSE: FaultKind = FaultKind::Delay(Duration::from_millis(500));
 
 #[test]
@@ -334,7 +335,7 @@ fn a_connection_that_fails_in_its_first_exchange_is_closed_and_told() {
     let record = Record::default();
     let noted = record.clone();
     let txt = unpaced().fault(Fault::at_exchange(20, FaultKind::Close { after: 5 }));
-    // Each of these strikes on the connection of its place.
+    // The first fault occurs on the first connection, the second on the second, and so on.
     let txt =
         [NONE, PAUSE].into_iter().fold(txt, |txt, kind| txt.fault(Fault::at_response(0, kind)));
     let txt = [NONE, FaultKind::Silence]
@@ -343,7 +344,7 @@ fn a_connection_that_fails_in_its_first_exchange_is_closed_and_told() {
         .on_exchange(move |machine| noted.note(machine))
         .start()
         .unwrap();
-    let limits = TimeLimits { read: Duration::from_secs(2), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_secs(2));
     let builder = handler_for(&txt).time_limits(limits).reconnect(DEADLINE / 3);
     let handler = builder.build().unwrap();
     let area = handler.transfer_area();

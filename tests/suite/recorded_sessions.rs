@@ -1,5 +1,5 @@
-//! The exchange against the recorded sessions: byte for byte what the kit's client sends, and
-//! field for field what its areas hold afterwards.
+//! The exchange compared with recorded sessions: each byte is the one that the kit's client sends, and
+//! each field of the areas has the same value afterwards.
 
 use std::fmt::Debug;
 

@@ -1,4 +1,4 @@
-//! What several tests need: a handler for a simulated TXT, and a record of what that saw.
+//! What several tests need: a handler for a simulated TXT, and a record of the requests it got.
 
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -11,7 +11,7 @@ use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 mod ports;
 pub(crate) use ports::unused_ports;
 
-/// Longer than anything takes on a busy machine; only a test that fails waits so long.
+/// Longer than any wait on a busy machine; only a test that fails waits this long.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
 
 /// A simulated TXT that answers as fast as it can and never closes an idle connection.
@@ -21,16 +21,16 @@ pub(crate) fn unpaced() -> SimulatedTxtBuilder {
 
 /// Settings for a handler of this simulated TXT.
 pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
-    // A hook that panics takes long where a backtrace is printed.
+    // A panic of a hook takes long when a backtrace is printed.
     TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).hook_limit(DEADLINE)
 }
 
-/// Waits until the simulated machine is as it should be.
+/// Waits until the condition holds for the simulated machine.
 pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(DEADLINE, condition), "{what} did not come about");
+    assert!(txt.wait_until(DEADLINE, condition), "{what} did not happen");
 }
 
-/// Checks that our side has done nothing that a correct client does not do.
+/// Checks that the client has done nothing that a correct client does not do.
 pub(crate) fn check_client(txt: &SimulatedTxt) {
     let oddities: Vec<String> =
         txt.with_machine(|machine| machine.oddities().map(str::to_owned).collect());

@@ -1,6 +1,6 @@
 //! The TX library's calls against a simulated world, over a real socket.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use ft_transfer_area::simulator::world::{Board, MotorModel, Remote, Sensor, World};
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
@@ -17,20 +17,20 @@ use crate::support::{check_client, handler_for, unpaced};
 use Direction::{Ccw, Cw, Halt};
 use Motor::{M1, M2, M3, M4};
 
-/// Far more exchanges than anything takes.
+/// Many more exchanges than any test needs.
 const CYCLES: usize = 100_000;
 
-/// Pulses by which a count may miss its distance, for motors of the default inertia.
+/// The most pulses by which a count may pass its distance, for motors of the default inertia.
 const FEW: u16 = 3;
 
-/// Pulses by which synchronised motors may differ.
+/// The most pulses by which synchronised motors may differ.
 const APART: u16 = 6;
 
 /// Encoder motors with these loads on M1 to M4, and something on most inputs.
 fn world() -> World {
     let loads = [0.0, 0.3, 0.1, 0.2];
     let motors = Motor::ALL.into_iter().zip(loads);
-    let motors = motors.map(|(motor, load)| (motor, MotorModel { load, ..encoder_motor() }));
+    let motors = motors.map(|(motor, load)| (motor, encoder_motor().with_load(load)));
     let inputs = [
         (Input::I1, Sensor::BUTTON),
         (Input::I2, Sensor::Ultrasonic { cm: 30.0 }),
@@ -38,13 +38,13 @@ fn world() -> World {
         (Input::I4, Sensor::Resistor { ohms: 6_000 }),
         (Input::I5, Sensor::Resistor { ohms: 20_000 }),
     ];
-    let master =
-        Board { inputs: BTreeMap::from(inputs), motors: motors.collect(), lamps: BTreeSet::new() };
-    World { master, ..World::from_toml("").unwrap() }
+    let mut master = Board::default();
+    (master.inputs, master.motors) = (BTreeMap::from(inputs), motors.collect());
+    World::new().with_master(master)
 }
 
 fn encoder_motor() -> MotorModel {
-    MotorModel::with_encoder()
+    MotorModel::encoder_motor()
 }
 
 /// A transfer with a world.
@@ -55,7 +55,7 @@ fn begin(world: World) -> (SimulatedTxt, TransferAreaComHandler) {
     (txt, handler)
 }
 
-/// Ends it, and checks that nothing odd was seen.
+/// Ends the transfer, and checks that the client has made no mistake.
 fn end(txt: &SimulatedTxt, handler: TransferAreaComHandler) {
     handler.end_transfer().unwrap();
     check_client(txt);
@@ -72,10 +72,10 @@ fn until(
             return;
         }
     }
-    panic!("{what} did not come about");
+    panic!("{what} did not happen");
 }
 
-/// Calls something on the master's area.
+/// Makes a call on the master's area.
 fn call<R>(handler: &TransferAreaComHandler, f: impl FnOnce(&mut FishX1Transfer) -> R) -> R {
     f(&mut handler.lock()[LOCAL_IO])
 }
@@ -84,7 +84,7 @@ fn count(handler: &TransferAreaComHandler, motor: Motor) -> u16 {
     call(handler, |area| area.get_in_cnt_count(motor.counter()))
 }
 
-/// Waits until the motors stand still.
+/// Waits until the motors have stopped.
 fn come_to_rest(txt: &SimulatedTxt, handler: &TransferAreaComHandler) {
     until(handler, "rest", |_| {
         let speed = |machine: &Machine, motor| machine.world().unwrap().motor_speed(0, motor);
@@ -133,7 +133,7 @@ fn an_input_reports_in_its_new_mode_after_a_configuration() {
 }
 
 #[test]
-fn motors_turn_as_they_are_told_and_lamps_shine() {
+fn motors_turn_and_lamps_shine_as_they_are_set() {
     let mut world = world();
     world.master.motors.remove(&M4);
     world.master.lamps.insert(Output::O7);
@@ -168,7 +168,7 @@ fn a_distance_ends_within_a_few_pulses_and_is_ready_exactly_once() {
         let ready = area.is_motor_ex_ready(M2);
         assert!(ready || !was_ready, "it stays ready");
         assert_eq!(ready, area.get_in_cnt_count(Counter::C2) >= 1000, "neither early nor late");
-        // As a C program does that clears the flag.
+        // Clears the flag, as C programs do.
         reached += std::mem::take(&mut area.input.motor_ex_reached[1]);
         cycles_after += usize::from(ready);
         was_ready = ready;
@@ -199,6 +199,32 @@ fn motors_of_different_load_stay_together() {
         }
         end(&txt, handler);
     }
+}
+
+#[test]
+fn motors_turn_together_without_an_end_until_they_are_stopped() {
+    let (txt, handler) = begin(world());
+    // First a distance; the motors are held at its end.
+    call(&handler, |area| area.start_motor_ex_cmd(M1, 512, Cw, &[(M2, Cw)], 50)).unwrap();
+    let both = |area: &FishX1Transfer| area.is_motor_ex_ready(M1) && area.is_motor_ex_ready(M2);
+    until(&handler, "the distance", |area| both(area));
+    come_to_rest(&txt, &handler);
+    let apart = i32::from(count(&handler, M1)) - i32::from(count(&handler, M2));
+
+    call(&handler, |area| area.start_synchronised(M1, 450, Cw, &[(M2, Ccw)])).unwrap();
+    until(&handler, "a long way", |area| {
+        let [first, second] = [M1, M2].map(|motor| area.get_in_cnt_count(motor.counter()));
+        let apart = i32::from(first) - i32::from(second) - apart;
+        assert!(apart.unsigned_abs() <= APART.into(), "{first} and {second} pulses");
+        assert!(!area.is_motor_ex_ready(M2), "there is no end");
+        first > 1000
+    });
+    for motor in [M1, M2] {
+        call(&handler, |area| area.stop_motor_ex_cmd(motor)).unwrap();
+    }
+    until(&handler, "the end of the mode", |area| both(area));
+    come_to_rest(&txt, &handler);
+    end(&txt, handler);
 }
 
 #[test]
@@ -255,12 +281,12 @@ fn a_motor_that_has_arrived_turns_freely_only_after_leaving_the_mode() {
     until(&handler, "free running", |area| area.get_in_cnt_count(Counter::C1) > held + 1000);
     call(&handler, FishX1Transfer::stop_all_motor_ex_cmd);
     come_to_rest(&txt, &handler);
-    assert!(count(&handler, M2) <= 100 + FEW, "nobody follows any more");
+    assert!(count(&handler, M2) <= 100 + FEW, "M2 does not follow any more");
     end(&txt, handler);
 }
 
 #[test]
-fn a_counter_is_reset_and_says_so() {
+fn a_counter_is_reset_and_reports_it() {
     let (txt, handler) = begin(world());
     call(&handler, |area| area.set_out_motor_values(M3, 512, Cw)).unwrap();
     until(&handler, "pulses", |area| area.get_in_cnt_count(Counter::C3) > 50);

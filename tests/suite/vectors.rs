@@ -25,7 +25,7 @@ pub(crate) fn session_names() -> Vec<String> {
 
 fn folder() -> PathBuf {
     std::env::var_os("TRANSFER_AREA_VECTORS").map_or_else(
-        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/vectors")),
+        || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/vectors")),
         PathBuf::from,
     )
 }
@@ -37,15 +37,15 @@ pub(crate) fn bytes(hex: &Value) -> Vec<u8> {
     (0..hex.len()).step_by(2).map(|i| u8::from_str_radix(&hex[i..i + 2], 16).unwrap()).collect()
 }
 
-/// An array of whole numbers, of whatever kind and length the place asks for.
+/// An array of integers, with the type and length that the caller needs.
 pub(crate) fn numbers<T: TryFrom<i64>, const N: usize>(array: &Value) -> [T; N] {
     let values = array.as_array().expect("an array");
     assert_eq!(values.len(), N, "{array}");
     std::array::from_fn(|i| number(&values[i]))
 }
 
-/// One whole number.
+/// One integer.
 pub(crate) fn number<T: TryFrom<i64>>(value: &Value) -> T {
-    let number = value.as_i64().unwrap_or_else(|| panic!("{value} is no whole number"));
+    let number = value.as_i64().unwrap_or_else(|| panic!("{value} is no integer"));
     T::try_from(number).unwrap_or_else(|_| panic!("{number} is out of range"))
 }

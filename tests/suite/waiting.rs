@@ -1,6 +1,6 @@
 //! Waiting until a condition holds.
 //!
-//! Windows are so wide here that a busy machine can't break a promise.
+//! Windows are long here, so that the tests also hold on a busy machine.
 
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,11 +15,11 @@ use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
-/// Long enough for a few cycles, short enough to be waited for.
+/// Long enough for a few cycles, short enough for a test to wait for.
 const SHORT: Duration = Duration::from_millis(50);
 
-/// A simulated TXT whose I1 counts the responses, and what O1 was in each request: the answer to
-/// the count before.
+/// A simulated TXT whose I1 counts the responses, and O1 of each request: the answer to the count
+/// before.
 fn counting() -> (SimulatedTxt, Arc<Mutex<Vec<i16>>>) {
     let answers = Arc::new(Mutex::new(Vec::new()));
     let noted = Arc::clone(&answers);
@@ -52,7 +52,7 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
         assert_eq!(areas[LOCAL_IO].input.uni[0], asked);
         areas[LOCAL_IO].output.duty[0] = asked;
     }
-    // A wait begins with a look at the last response, which another may have looked at.
+    // A wait begins with the last response, which another wait may have checked before.
     checked.dedup();
     assert_eq!(checked, (1..=490).collect::<Vec<i16>>());
     wait_until(&txt, "the last answer", |machine| machine.exchanges() > 490);
@@ -60,16 +60,16 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
     handler.end_transfer().unwrap();
     let answers = answers.lock().unwrap();
     for asked in (10..500).step_by(10) {
-        assert_eq!(answers[asked as usize], asked, "an input was not answered at once");
+        assert_eq!(answers[asked as usize], asked, "an input was not answered in the next request");
     }
     check_client(&txt);
 }
 
 #[test]
-fn what_holds_already_is_found_at_once_and_answered_at_once() {
+fn a_condition_that_holds_already_ends_the_wait_immediately_and_is_answered() {
     let (txt, answers) = counting();
     let handler = begin(&txt, 4 * DEADLINE);
-    // Nobody waits for the first response, so its window is open for long.
+    // No thread waits for the first response, so its window stays open for its whole time.
     wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
     let mut areas = handler.wait_until(|_| true, DEADLINE).unwrap();
     assert_eq!(areas[LOCAL_IO].input.uni[0], 1);
@@ -78,14 +78,14 @@ fn what_holds_already_is_found_at_once_and_answered_at_once() {
     wait_until(&txt, "the answer", |machine| machine.exchanges() == 2);
     assert_eq!(answers.lock().unwrap()[..], [0, 77]);
     let found = handler.wait_until(|_| true, Duration::ZERO).unwrap()[LOCAL_IO].input.uni[0];
-    // The handle has returned that response, so waiting for a cycle is for a newer one.
+    // The handle has returned that response, so a wait for a cycle gets a newer one.
     assert!(handler.wait_cycle().unwrap()[LOCAL_IO].input.uni[0] > found);
     handler.end_transfer().unwrap();
 }
 
 #[test]
 fn a_condition_that_never_holds_ends_at_the_limit_and_changes_nothing() {
-    // Responses come in faster than they are checked, and not at all.
+    // Responses come in faster than they are checked, or not at all.
     for pace in [Duration::ZERO, 4 * SHORT] {
         let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
         let handler = begin(&txt, Duration::ZERO);
@@ -109,7 +109,7 @@ fn a_condition_that_never_holds_ends_at_the_limit_and_changes_nothing() {
 }
 
 #[test]
-fn a_limit_of_zero_is_for_a_look_and_one_beyond_all_time_for_ever() {
+fn a_limit_of_zero_checks_once_and_the_longest_limit_waits_for_ever() {
     let (txt, _) = counting();
     let handler = begin(&txt, Duration::ZERO);
     handler.wait_cycle().unwrap();
@@ -121,7 +121,7 @@ fn a_limit_of_zero_is_for_a_look_and_one_beyond_all_time_for_ever() {
     handler.wait_until(later, Duration::MAX).unwrap();
 }
 
-/// Checks what each way of waiting errs with.
+/// Checks the error of each kind of wait.
 fn check_errors(area: &TransferArea, expected: &Error) {
     let errors = [
         area.wait_until(|_| true, DEADLINE).map(drop),
@@ -140,7 +140,7 @@ fn without_a_transfer_there_is_nothing_to_wait_for() {
     let area = handler.transfer_area();
     check_errors(&area, &Error::NotStarted);
     handler.begin_transfer().unwrap();
-    // During the wait at first, later before it.
+    // The first error comes during the wait, the later ones before it.
     let error = handler.wait_until(|_| false, DEADLINE).unwrap_err();
     assert!(matches!(error, Error::WrongCrc { .. }), "{error:?}");
     check_errors(&area, &error);
@@ -161,7 +161,7 @@ fn a_transfer_that_is_ended_ends_the_wait() {
 }
 
 #[test]
-fn an_area_that_there_is_not_is_out_of_range() {
+fn an_area_that_does_not_exist_is_out_of_range() {
     let (txt, _) = counting();
     let handler = begin(&txt, DEADLINE);
     for (area, given) in [(2, 2), (9, 9), (usize::MAX, i64::MAX)] {
@@ -198,7 +198,7 @@ fn inputs_of_an_earlier_transfer_are_not_looked_at() {
         };
         let error = handler.wait_until(check, SHORT).unwrap_err();
         assert_eq!((error, checks), (Error::WaitTimedOut { limit: SHORT }, 0), "{begun_before}");
-        // What the areas hold before the first response is no value that changes.
+        // The inputs before the first response do not count as values that change.
         thread::scope(|scope| {
             scope.spawn(|| {
                 thread::sleep(SHORT / 2);
@@ -226,10 +226,10 @@ fn a_condition_that_panics_stops_the_motors() {
 }
 
 #[test]
-fn a_motors_distance_is_waited_for_and_never_over_early() {
+fn a_wait_for_a_motors_distance_never_ends_early() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = begin(&txt, DEADLINE);
-    // Outputs of an extension go out when a response has told of it.
+    // Outputs of an extension go out after a response has included it.
     handler.wait_cycle().unwrap();
     for area in [LOCAL_IO, REMOTE_IO_1] {
         // A motor without a command is ready.
@@ -254,7 +254,7 @@ fn a_motors_distance_is_waited_for_and_never_over_early() {
 }
 
 #[test]
-fn a_counters_reset_is_waited_for() {
+fn a_wait_ends_with_a_counters_reset() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = begin(&txt, DEADLINE);
     handler.wait_cycle().unwrap();
@@ -273,7 +273,7 @@ fn a_counters_reset_is_waited_for() {
 }
 
 #[test]
-fn a_sounds_end_is_waited_for() {
+fn a_wait_ends_with_a_sound() {
     let txt = unpaced().start().unwrap();
     let handler = begin(&txt, DEADLINE);
     handler.lock()[LOCAL_IO].set_sound(Sound::Bell, 2).unwrap();
@@ -286,7 +286,7 @@ fn a_sounds_end_is_waited_for() {
 }
 
 #[test]
-fn an_inputs_next_value_is_waited_for() {
+fn a_wait_ends_with_an_inputs_next_value() {
     let txt = unpaced().extensions(1).on_exchange(|machine| {
         let exchanges = machine.exchanges() as i16;
         machine.controllers[LOCAL_IO].uni[2] = exchanges / 20;

@@ -1,4 +1,4 @@
-//! A program that hangs has its motors stopped, and goes on when it lives again.
+//! The motors of a program that hangs are stopped, and the program can go on afterwards.
 
 use std::ops::ControlFlow;
 use std::sync::mpsc;
@@ -12,8 +12,8 @@ use ft_transfer_area::{Error, Event, EventKind, TransferArea, TransferAreaComHan
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
 
-/// Short enough to be waited for, long enough that a program on a busy machine is not taken for one that
-/// hangs.
+/// Short enough for a test to wait for, and long enough that a program on a busy machine does not seem to
+/// hang.
 const LIMIT: Duration = Duration::from_secs(1);
 
 const EXPIRED: Error = Error::WatchdogExpired { limit: LIMIT };
@@ -25,12 +25,12 @@ struct Watched {
 }
 
 impl Watched {
-    /// A transfer whose motors run, and of a program that does nothing from now on.
+    /// A transfer with running motors, and a program that does nothing from now on.
     fn start() -> Self {
         Self::start_with(|_| ())
     }
 
-    /// The same, after something that needs the handler before it begins.
+    /// The same, after a step that needs the handler before the transfer begins.
     fn start_with(prepare: impl FnOnce(&TransferAreaComHandler)) -> Self {
         let record = Record::default();
         let noted = record.clone();
@@ -74,19 +74,19 @@ impl Watched {
     }
 }
 
-/// The next thing that a program which lives is told.
+/// The error of the program's next wait, if any.
 fn next_error(area: &TransferArea) -> Option<Error> {
     area.wait_cycle_for(DEADLINE).err()
 }
 
 #[test]
-fn a_program_that_does_nothing_has_its_motors_stopped_and_is_told_once() {
+fn motors_of_a_program_that_does_nothing_are_stopped_and_it_is_told_once() {
     let watched = Watched::start();
     let area = watched.handler.transfer_area();
     watched.wait_until_stopped();
     watched.check_still_stopped();
     assert_eq!(next_error(&area), Some(EXPIRED));
-    assert_eq!(next_error(&area), None, "once");
+    assert_eq!(next_error(&area), None, "told twice");
     area.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 300;
     watched.check_runs_with(300);
     // Another handle is told, too; the motors run on.
@@ -105,12 +105,12 @@ fn a_guard_that_is_held_for_ever_does_not_keep_the_motors_running() {
     watched.wait_until_stopped();
     drop(areas);
     watched.check_still_stopped();
-    assert_eq!(watched.handler.lock()[LOCAL_IO].output.duty[0], 0, "the area tells the truth");
+    assert_eq!(watched.handler.lock()[LOCAL_IO].output.duty[0], 0, "the area shows it");
     watched.handler.end_transfer().unwrap();
 }
 
 #[test]
-fn a_program_that_polls_without_asking_does_not_turn_them_on_again() {
+fn a_program_that_polls_without_checking_does_not_switch_them_on_again() {
     let watched = Watched::start();
     watched.wait_until_stopped();
     let begin = watched.record.outputs().len();
@@ -119,7 +119,7 @@ fn a_program_that_polls_without_asking_does_not_turn_them_on_again() {
         thread::yield_now();
     }
     assert!(watched.record.outputs()[begin..].iter().all(|outputs| outputs.duty == [0; 8]));
-    // It asks, and goes on.
+    // It checks for errors, and goes on.
     assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
     watched.handler.lock()[LOCAL_IO].output.duty[0] = 400;
     watched.check_runs_with(400);
@@ -167,14 +167,14 @@ fn two_threads_that_wait_for_each_other_do_not_keep_the_motors_running() {
 }
 
 #[test]
-fn a_program_whose_thread_is_gone_has_its_motors_stopped() {
+fn motors_of_a_program_whose_thread_is_gone_are_stopped() {
     let watched = Watched::start();
     let handler = std::sync::Arc::new(watched.handler);
     let shared = std::sync::Arc::clone(&handler);
-    // A panic between two guards of a handler that is shared can't be seen.
+    // A panic between two guards can't be noticed when the handler is shared.
     let panicked = thread::spawn(move || {
         shared.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
-        panic!("the thread that minded the motors is gone");
+        panic!("in the thread that controls the motors");
     });
     panicked.join().unwrap_err();
     let watched = Watched { handler: std::sync::Arc::into_inner(handler).unwrap(), ..watched };
@@ -184,13 +184,13 @@ fn a_program_whose_thread_is_gone_has_its_motors_stopped() {
 }
 
 #[test]
-fn listeners_are_told_and_a_distance_under_way_is_never_reached() {
+fn listeners_get_an_event_and_a_distance_under_way_is_never_reached() {
     let watched = Watched::start();
     let events = [EventKind::WatchdogExpired, EventKind::MotorReached];
     let events = watched.handler.events(&events, 100).unwrap();
     watched.wait_until_stopped();
-    let expired = Event::WatchdogExpired { limit: LIMIT };
-    assert_eq!(events.recv_timeout(DEADLINE), Ok(expired));
+    let expired = events.recv_timeout(DEADLINE).unwrap().event;
+    assert!(matches!(expired, Event::WatchdogExpired { limit: LIMIT, .. }));
     assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
     for _ in 0..10 {
         let areas = watched.handler.wait_cycle().unwrap();
@@ -198,7 +198,7 @@ fn listeners_are_told_and_a_distance_under_way_is_never_reached() {
         assert_eq!(areas[LOCAL_IO].input.motor_ex_reached[0], 0);
     }
     assert!(events.receiver().is_empty());
-    // A new one is reached.
+    // A new distance is reached.
     let mut areas = watched.handler.lock();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 20).unwrap();
     drop(areas);
@@ -230,7 +230,7 @@ fn a_program_that_waits_polls_feeds_or_has_a_hook_is_left_alone() {
 }
 
 #[test]
-fn it_begins_anew_with_each_transfer() {
+fn it_begins_again_with_each_transfer() {
     let watched = Watched::start();
     watched.wait_until_stopped();
     watched.handler.end_transfer().unwrap();
@@ -247,7 +247,7 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
     use ft_transfer_area::simulator::{Fault, FaultKind};
     use ft_transfer_area::TimeLimits;
     let late = || Fault::at_exchange(5, FaultKind::Delay(LIMIT + LIMIT / 2));
-    let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(DEADLINE);
     let waits = unpaced().fault(late()).start().unwrap();
     let handler = handler_for(&waits).watchdog(LIMIT).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
@@ -271,8 +271,8 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
     });
     let events = handler.events(&[EventKind::WatchdogExpired, EventKind::TransferEnded], 9);
     handler.begin_transfer().unwrap();
-    let event = events.unwrap().recv_timeout(DEADLINE);
-    assert_eq!(event, Ok(Event::TransferEnded { error: None }));
+    let event = events.unwrap().recv_timeout(DEADLINE).unwrap().event;
+    assert!(matches!(event, Event::TransferEnded { error: None, .. }));
 }
 
 #[test]
@@ -292,5 +292,5 @@ fn the_exchange_goes_on_beside_a_hook_that_hangs() {
     let before = txt.with_machine(|machine| machine.exchanges());
     let goes_on = txt.wait_until(DEADLINE / 6, |machine| machine.exchanges() > before + 20);
     drop(give_up);
-    assert!(goes_on, "{before} exchanges, and no more");
+    assert!(goes_on, "no exchange after the first {before}");
 }

@@ -1,17 +1,17 @@
-//! A stream of frames across gaps of the main connection, from made-up camera servers.
+//! A stream of frames across gaps of the main connection, from the tests' own camera servers.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::TcpListener;
+use std::net::{SocketAddr, TcpListener};
 
 use super::*;
 
-/// Longer than anything takes on a busy machine; only a test that fails waits so long.
+/// Longer than anything takes on a busy machine; only a failing test waits as long as this.
 const AMPLE: Duration = Duration::from_secs(20);
 
 /// Longer than it takes to notice a closed connection, and short enough to wait for.
 const SHORT: Duration = Duration::from_millis(200);
 
-/// A camera server whose connections the test serves itself.
+/// A camera server; the test itself serves its connections.
 struct Server(TcpListener);
 
 impl Server {
@@ -23,6 +23,11 @@ impl Server {
 
     fn address(&self) -> SocketAddr {
         self.0.local_addr().unwrap()
+    }
+
+    /// This server, to be connected to after its start.
+    fn listening(&self) -> CameraServer {
+        CameraServer { address: self.address(), early: None }
     }
 
     fn accept(&self) -> TcpStream {
@@ -66,7 +71,7 @@ fn start(
     options: CameraOptions,
     rides_out: Option<Duration>,
 ) -> (CameraStream, Receiver<CameraFrame>) {
-    CameraStream::start(server.address(), options, rides_out).unwrap()
+    CameraStream::start(server.listening(), options, rides_out).unwrap()
 }
 
 /// The next frame's number and byte.
@@ -99,7 +104,7 @@ fn frames_go_on_after_a_gap_on_the_same_channel_with_the_next_number() {
 
     control.pause();
     assert_closed(&mut connection);
-    control.resume(second.address());
+    control.resume(second.listening());
     send_frame(&mut second.accept(), 12);
     assert_eq!(receive(&frames), (2, 12));
     stream.join();
@@ -108,7 +113,7 @@ fn frames_go_on_after_a_gap_on_the_same_channel_with_the_next_number() {
 }
 
 #[test]
-fn a_connection_that_fails_before_the_gap_is_known_is_ridden_out() {
+fn a_connection_that_fails_before_the_gap_is_known_does_not_end_the_stream() {
     let (first, second) = (Server::start(), Server::start());
     let (stream, frames) = start(&first, options(), Some(AMPLE));
     let mut connection = first.accept();
@@ -117,12 +122,12 @@ fn a_connection_that_fails_before_the_gap_is_known_is_ridden_out() {
     assert_eq!(receive(&frames), (0, 1));
     wait_until_it_rides(&stream);
     stream.control().pause();
-    stream.control().resume(second.address());
+    stream.control().resume(second.listening());
     send_frame(&mut second.accept(), 2);
     assert_eq!(receive(&frames), (1, 2));
 }
 
-/// Waits until the thread has let go of its connection.
+/// Waits until the thread has dropped its connection.
 fn wait_until_it_rides(stream: &CameraStream) {
     let begin = Instant::now();
     while stream.control().is_connected() {
@@ -132,7 +137,7 @@ fn wait_until_it_rides(stream: &CameraStream) {
 }
 
 #[test]
-fn a_failure_that_no_gap_follows_ends_the_stream_with_its_error() {
+fn a_failure_without_a_gap_after_it_ends_the_stream_with_its_error() {
     for rides_out in [None, Some(SHORT)] {
         let server = Server::start();
         let (stream, frames) = start(&server, options(), rides_out);
@@ -147,7 +152,7 @@ fn a_failure_that_no_gap_follows_ends_the_stream_with_its_error() {
 }
 
 #[test]
-fn bytes_that_are_no_frame_end_the_stream_at_once() {
+fn bytes_that_are_not_a_frame_end_the_stream_immediately() {
     let server = Server::start();
     let (stream, frames) = start(&server, options(), Some(10 * AMPLE));
     let mut connection = server.accept();
@@ -157,7 +162,7 @@ fn bytes_that_are_no_frame_end_the_stream_at_once() {
 }
 
 #[test]
-fn a_gap_may_last_longer_than_the_stream_rides_out() {
+fn a_gap_may_last_longer_than_the_stream_waits_for_one() {
     let server = Server::start();
     let (stream, frames) = start(&server, options(), Some(SHORT));
     send_frame(&mut server.accept(), 1);
@@ -165,13 +170,13 @@ fn a_gap_may_last_longer_than_the_stream_rides_out() {
     stream.control().pause();
     let waited = frames.recv_timeout(3 * SHORT).unwrap_err();
     assert!(waited.is_timeout(), "the stream has ended: {:?}", stream.control().error());
-    stream.control().resume(server.address());
+    stream.control().resume(server.listening());
     send_frame(&mut server.accept(), 2);
     assert_eq!(receive(&frames), (1, 2));
 }
 
 #[test]
-fn the_server_has_the_limit_for_the_start_anew_after_a_gap() {
+fn the_server_has_the_whole_limit_for_the_start_again_after_a_gap() {
     let server = Server::start();
     let start_limit = Duration::from_secs(1);
     let (stream, frames) = start(&server, CameraOptions { start_limit, ..options() }, Some(AMPLE));
@@ -179,7 +184,7 @@ fn the_server_has_the_limit_for_the_start_anew_after_a_gap() {
     assert_eq!(receive(&frames), (0, 1));
     stream.control().pause();
     std::thread::sleep(start_limit);
-    stream.control().resume(server.address());
+    stream.control().resume(server.listening());
     // A server that is not ready yet closes its first connection.
     drop(server.accept());
     send_frame(&mut server.accept(), 2);
@@ -193,20 +198,20 @@ fn a_server_that_does_not_come_back_ends_the_stream() {
     let (stream, frames) = start(&server, options, Some(SHORT));
     send_frame(&mut server.accept(), 1);
     assert_eq!(receive(&frames), (0, 1));
-    // Nobody gets this port by chance.
+    // No server gets this port by chance.
     let address = SocketAddr::from(([127, 0, 0, 1], 1));
     stream.control().pause();
-    stream.control().resume(address);
+    stream.control().resume(CameraServer { address, early: None });
     let refused = Error::ConnectionRefused { address: address.to_string() };
     assert_eq!(end(&stream, &frames), Some(refused));
-    // There is nothing to go on with.
+    // The stream has ended, so this does nothing.
     stream.control().pause();
-    stream.control().resume(server.address());
+    stream.control().resume(server.listening());
     assert!(stream.is_finished());
 }
 
 #[test]
-fn a_stream_is_stopped_in_a_gap_and_while_it_rides_one_out() {
+fn a_stream_can_be_stopped_in_a_gap_and_while_it_waits_for_one() {
     for gap in [true, false] {
         let server = Server::start();
         let (mut stream, frames) = start(&server, options(), Some(10 * AMPLE));
@@ -232,7 +237,7 @@ fn two_gaps_in_a_row_end_with_the_last_server() {
     send_frame(&mut first.accept(), 1);
     for server in [&second, &third] {
         stream.control().pause();
-        stream.control().resume(server.address());
+        stream.control().resume(server.listening());
     }
     send_frame(&mut third.accept(), 2);
     assert_eq!([receive(&frames), receive(&frames)], [(0, 1), (1, 2)]);
@@ -246,11 +251,61 @@ fn the_limit_for_a_frame_holds_in_a_storm_of_signals() {
     let server = Server::start();
     let options = CameraOptions { frame_limit: LIMIT, ..options() };
     let (sender, oldest) = bounded(1);
-    let control = Arc::new(CameraControl::new(server.address()));
+    let control = Arc::new(CameraControl::new(server.listening()));
     let place = control.server().unwrap();
     let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };
     let mut connection = reader.connect(place, Instant::now()).unwrap();
     let _silent = server.accept();
     let error = in_a_storm(|| reader.read_from(&mut connection, &mut 0));
     assert_eq!(error, Error::NoAnswer { command: REQUEST, limit: LIMIT, received: 0 });
+}
+
+/// A camera server to which the stream has connected before the camera's start, and that connection.
+fn connected_early(server: &Server) -> (CameraServer, TcpStream) {
+    let camera = CameraServer::before_start(server.address());
+    (camera, server.accept())
+}
+
+#[test]
+fn frames_come_over_the_connection_that_was_made_before_the_start() {
+    let server = Server::start();
+    let (camera, mut connection) = connected_early(&server);
+    let (mut stream, frames) = CameraStream::start(camera, options(), None).unwrap();
+    send_frame(&mut connection, 1);
+    assert_eq!(receive(&frames), (0, 1));
+    stream.join();
+    assert_closed(&mut connection);
+}
+
+#[test]
+fn a_server_that_closes_the_early_connection_is_connected_to_after_the_start() {
+    let server = Server::start();
+    let (camera, connection) = connected_early(&server);
+    drop(connection);
+    let (_stream, frames) = CameraStream::start(camera, options(), None).unwrap();
+    send_frame(&mut server.accept(), 1);
+    assert_eq!(receive(&frames), (0, 1));
+}
+
+#[test]
+fn a_server_that_refuses_before_the_start_leaves_connecting_to_the_stream() {
+    // No server gets this port by chance.
+    let camera = CameraServer::before_start(SocketAddr::from(([127, 0, 0, 1], 1)));
+    assert!(camera.early.is_none());
+}
+
+#[test]
+fn a_gap_closes_an_early_connection_that_is_not_in_use_yet() {
+    let (first, second) = (Server::start(), Server::start());
+    let control = CameraControl::new(first.listening());
+    let (camera, mut connection) = connected_early(&second);
+    control.resume(camera);
+    control.pause();
+    assert_closed(&mut connection);
+    let (camera, mut connection) = connected_early(&second);
+    control.resume(camera);
+    let server = control.server().unwrap();
+    assert!(control.take_early(server).is_some());
+    assert!(control.take_early(server).is_none(), "it was returned twice");
+    assert_closed(&mut connection);
 }

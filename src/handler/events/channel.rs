@@ -1,22 +1,24 @@
 //! A subscription to events: the channel in which they come in.
 
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Iter, Receiver, RecvError, RecvTimeoutError};
+use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
-use super::event::{Event, EventKind};
+use super::event::{Event, EventKind, TimedEvent};
 use super::listeners::Listeners;
 use crate::handler::panic_check::PanicCheck;
 
 /// Events of the kinds that were subscribed to, in the order in which they happened; made by
 /// [`TransferAreaComHandler::events`](crate::TransferAreaComHandler::events).
 ///
-/// The subscription outlasts a transfer's end and is there for the next one. The channel ends when
-/// the handler is dropped, so that a loop over it ends. Dropping this unsubscribes; when a panic drops
-/// it, the transfer [ends with all motors stopped](crate::TransferArea#when-a-thread-panics).
+/// It is an iterator, by value and by reference: each step blocks until there is an event, and a `for` loop
+/// ends after [`Event::TransferEnded`](crate::Event::TransferEnded), or when the handler was dropped. The
+/// subscription stays for the next transfer, and so does [`recv`](Self::recv).
+/// Dropping this unsubscribes; when a panic drops it, the transfer [ends with all motors
+/// stopped](crate::TransferArea#when-a-thread-panics).
 ///
 /// ```
 /// use std::thread;
@@ -25,12 +27,14 @@ use crate::handler::panic_check::PanicCheck;
 /// use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
 ///
 /// fn print_switches(handler: &TransferAreaComHandler) -> Result<(), Error> {
-///     let events = handler.events(&[EventKind::InputChanged, EventKind::TransferEnded], 100)?;
+///     let events = handler.events(&[EventKind::InputChanged], 100)?;
 ///     thread::spawn(move || {
-///         for event in &events {
-///             match event {
-///                 Event::InputChanged { input: Input::I1, pressed: true, .. } => println!("I1!"),
-///                 Event::TransferEnded { error: Some(error) } => println!("{error}"),
+///         for told in &events {
+///             match told.event {
+///                 Event::InputChanged { input: Input::I1, pressed: true, .. } => {
+///                     println!("I1 in cycle {}!", told.cycle);
+///                 }
+///                 Event::TransferEnded { error: Some(error), .. } => println!("{error}"),
 ///                 _ => {}
 ///             }
 ///         }
@@ -40,32 +44,62 @@ use crate::handler::panic_check::PanicCheck;
 /// }
 /// ```
 pub struct Events {
-    receiver: Receiver<Event>,
+    receiver: Receiver<TimedEvent>,
     lost: Arc<AtomicU64>,
     listeners: Arc<Listeners>,
     panicking: PanicCheck,
-    /// Stops the transfer.
-    on_panic: Box<dyn Fn() + Send + Sync>,
+    source: Box<dyn Source>,
+    /// The iterator has given the end of a transfer, and says next that it ends.
+    at_end: AtomicBool,
+}
+
+/// How often a listener in lock-step checks whether a transfer has begun.
+const LOOK: Duration = Duration::from_millis(10);
+
+/// What moves the time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::handler) enum Step {
+    /// In lock-step: a response or an error has come.
+    Done,
+    /// In lock-step: nothing, because there is no transfer.
+    NoTransfer,
+    /// The system clock, without lock-step.
+    ByClock,
+}
+
+/// What a subscription needs from its transfer.
+pub(in crate::handler) trait Source: Send + Sync {
+    /// The thread that owns the subscription panics.
+    fn panicked(&self);
+
+    /// In lock-step, where time moves only while a thread waits: waits for the next response.
+    fn step(&self) -> Step;
+
+    /// The current time, for limits.
+    fn now(&self) -> Instant;
 }
 
 impl Events {
-    /// The most events that a channel can be made to hold.
+    /// The largest possible capacity of a channel.
     pub const MAX_CAPACITY: usize = 65_536;
 
-    /// Subscribes. When the thread that owns this panics, `on_panic` is called.
+    /// Subscribes.
     pub(in crate::handler) fn new(
         listeners: &Arc<Listeners>,
         kinds: &[EventKind],
         capacity: usize,
-        on_panic: impl Fn() + Send + Sync + 'static,
+        source: impl Source + 'static,
     ) -> Self {
         let (receiver, lost) = listeners.subscribe(kinds.iter().copied().collect(), capacity);
         let (listeners, panicking) = (Arc::clone(listeners), PanicCheck::new());
-        Self { receiver, lost, listeners, panicking, on_panic: Box::new(on_panic) }
+        let (source, at_end) = (Box::new(source), AtomicBool::new(false));
+        Self { receiver, lost, listeners, panicking, source, at_end }
     }
 
-    /// The channel itself, for `select!`, for waiting in other ways, and for other threads.
-    pub fn receiver(&self) -> &Receiver<Event> {
+    /// The channel itself, for [`select!`](crate::channel::select), for other ways to wait, and for other
+    /// threads. In [lock-step](crate::TransferAreaComHandlerBuilder::lock_step) waiting on it does not move
+    /// the time.
+    pub fn receiver(&self) -> &Receiver<TimedEvent> {
         &self.receiver
     }
 
@@ -74,32 +108,78 @@ impl Events {
     /// # Errors
     ///
     /// When the handler was dropped and all events have been received.
-    pub fn recv(&self) -> Result<Event, RecvError> {
-        self.receiver.recv()
+    pub fn recv(&self) -> Result<TimedEvent, RecvError> {
+        loop {
+            match self.receiver.try_recv() {
+                Ok(event) => return Ok(event),
+                Err(TryRecvError::Disconnected) => return Err(RecvError),
+                Err(TryRecvError::Empty) => {}
+            }
+            match self.source.step() {
+                Step::Done => {}
+                Step::ByClock => return self.receiver.recv(),
+                Step::NoTransfer => match self.receiver.recv_timeout(LOOK) {
+                    Ok(event) => return Ok(event),
+                    Err(RecvTimeoutError::Disconnected) => return Err(RecvError),
+                    Err(RecvTimeoutError::Timeout) => {}
+                },
+            }
+        }
+    }
+
+    /// The next event, if there is one already. Does not block.
+    ///
+    /// # Errors
+    ///
+    /// When there is none, or the handler was dropped and all events have been received.
+    pub fn try_recv(&self) -> Result<TimedEvent, TryRecvError> {
+        self.receiver.try_recv()
     }
 
     /// The next event. Blocks up to `limit`.
     ///
     /// # Errors
     ///
-    /// When there was none in time, or the handler was dropped and all events have been received.
-    pub fn recv_timeout(&self, limit: Duration) -> Result<Event, RecvTimeoutError> {
-        self.receiver.recv_timeout(limit)
+    /// When no event came in time, or the handler was dropped and all events have been received.
+    pub fn recv_timeout(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
+        let begin = self.source.now();
+        loop {
+            match self.receiver.try_recv() {
+                Ok(event) => return Ok(event),
+                Err(TryRecvError::Empty) if self.source.step() == Step::Done => {}
+                Err(_) => return self.receiver.recv_timeout(limit),
+            }
+            if self.source.now() - begin > limit {
+                return Err(RecvTimeoutError::Timeout);
+            }
+        }
     }
 
-    /// How many events were dropped so far because the channel was full.
+    /// How many events were dropped because the channel was full.
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }
 }
 
-/// Each step blocks until there is an event; the end comes when the handler was dropped.
-impl<'a> IntoIterator for &'a Events {
-    type Item = Event;
-    type IntoIter = Iter<'a, Event>;
+impl Iterator for Events {
+    type Item = TimedEvent;
 
-    fn into_iter(self) -> Self::IntoIter {
-        self.receiver.iter()
+    fn next(&mut self) -> Option<TimedEvent> {
+        (&*self).next()
+    }
+}
+
+impl Iterator for &Events {
+    type Item = TimedEvent;
+
+    fn next(&mut self) -> Option<TimedEvent> {
+        if self.at_end.swap(false, Ordering::Relaxed) {
+            return None;
+        }
+        let told = self.recv().ok()?;
+        let ended = matches!(told.event, Event::TransferEnded { .. });
+        self.at_end.store(ended, Ordering::Relaxed);
+        Some(told)
     }
 }
 
@@ -117,7 +197,7 @@ impl Drop for Events {
     fn drop(&mut self) {
         self.listeners.unsubscribe(&self.lost);
         if self.panicking.has_begun() {
-            (self.on_panic)();
+            self.source.panicked();
         }
     }
 }

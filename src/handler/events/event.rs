@@ -1,32 +1,35 @@
-//! What can happen, and its kinds.
+//! The events, and their kinds.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::error::Error;
 use crate::terminals::{Counter, Input, Motor};
 use crate::tx::IrDevice;
 
-/// What has happened, as told by a response or by the end of the transfer.
+/// What has happened, known from a response or from the state of the transfer. Later versions may add kinds,
+/// and fields to each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event {
     /// A digital input has changed.
     ///
-    /// A response tells of it when the input was configured as digital, and in the same way, for
-    /// the response before; so neither the first response of a transfer nor the first by a new
-    /// configuration does.
+    /// The input has to be configured as digital, and with the same configuration, for this response and the
+    /// previous one. So there is no such event for the first response of a transfer, or for the first one
+    /// after a new configuration.
     #[doc(alias = "tCbUniInputDigChanged")]
+    #[non_exhaustive]
     InputChanged {
         /// Index of the area.
         area: usize,
         /// The input.
         input: Input,
-        /// Whether it reports 1 now.
+        /// Whether it now reports 1.
         pressed: bool,
     },
-    /// A counter has another value than in the response before, in the same transfer: pulses were
+    /// A counter has another value than in the previous response of the same transfer: pulses were
     /// counted, or it was reset.
     #[doc(alias = "tCbCount")]
+    #[non_exhaustive]
     CounterChanged {
         /// Index of the area.
         area: usize,
@@ -35,10 +38,11 @@ pub enum Event {
         /// Its pulses since the last reset.
         count: u16,
     },
-    /// The counter reset that was sent last is done, as
-    /// [`cnt_resetted`](crate::transfer_area::Input::cnt_resetted) tells.
+    /// The counter reset that was sent last is done, as in
+    /// [`cnt_resetted`](crate::transfer_area::InputValues::cnt_resetted).
     #[doc(alias = "tCbCntResetReady")]
     #[doc(alias = "SetCBCounterResetted")]
+    #[non_exhaustive]
     CounterReset {
         /// Index of the area.
         area: usize,
@@ -48,14 +52,15 @@ pub enum Event {
         #[doc(alias = "messageId")]
         command_id: u16,
     },
-    /// A motor has come to the end of its distance: the command that was sent last is done, and
-    /// has one. Once for each command; leaving the extended mode is none.
+    /// A motor has reached the end of its distance: the command that was sent last has a distance and is
+    /// done. Once for each command. Leaving the extended mode is not such a command.
     #[doc(alias = "tCbMotorReached")]
     #[doc(alias = "SetCBMotorExReached")]
+    #[non_exhaustive]
     MotorReached {
         /// Index of the area.
         area: usize,
-        /// The motor, of a synchronised group each for itself.
+        /// The motor. In a synchronised group each motor has its own event.
         motor: Motor,
         /// The value of its counter.
         position: u16,
@@ -63,10 +68,26 @@ pub enum Event {
         #[doc(alias = "messageId")]
         command_id: u16,
     },
-    /// A joystick of an infrared remote was moved since the response before, in the same transfer.
+    /// A motor should turn, and its counter has not changed for the [limit that the program has
+    /// set](crate::TransferArea::set_stall_limit) for it: it is blocked, or its encoder or its cable is not
+    /// connected.
     ///
-    /// A remote is told of twice, as [`IrDevice::Any`] and by its switches.
+    /// Once for each standstill. A new one begins after a pulse, or when the motor is started again, in the
+    /// other direction or by another command.
+    #[non_exhaustive]
+    MotorStalled {
+        /// Index of the area.
+        area: usize,
+        /// The motor.
+        motor: Motor,
+        /// The value of its counter.
+        position: u16,
+    },
+    /// A joystick of an infrared remote was moved since the previous response of the same transfer.
+    ///
+    /// Each remote gives two events, one as [`IrDevice::Any`] and one for its switch setting.
     #[doc(alias = "tCbTaJoyStick")]
+    #[non_exhaustive]
     JoystickMoved {
         /// Index of the area.
         area: usize,
@@ -79,41 +100,60 @@ pub enum Event {
         /// Backwards to forward: −15..=15.
         y: i16,
     },
-    /// An extension has come or gone since the response before, in the same transfer. While it is
-    /// gone its inputs keep their last values.
+    /// An extension was connected or disconnected since the previous response of the same transfer. While it
+    /// is disconnected, its inputs keep their last values.
     #[doc(alias = "SetCBRoboExtState")]
+    #[non_exhaustive]
     ExtensionChanged {
-        /// The extension, 1..=8, which is the index of its area, if there is one for it.
+        /// The extension, 1..=8. This is also the index of its area, if the handler has that area.
         extension: usize,
-        /// Whether it takes part now.
+        /// Whether it is now connected.
         alive: bool,
     },
-    /// The connection was lost, and is made again: all outputs are 0 and all commands forgotten.
+    /// The connection was lost and is being made again: all outputs are 0 and all commands forgotten.
     ///
-    /// Only of a transfer that [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
+    /// Only in a transfer that [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
+    #[non_exhaustive]
     ConnectionLost {
         /// What went wrong with it.
         error: Error,
     },
-    /// A connection that was lost stands again.
+    /// A lost connection was made again.
+    #[non_exhaustive]
     ConnectionRestored {
         /// How long it was lost.
         after: Duration,
     },
-    /// The [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) has expired: all outputs are 0, until
-    /// the program has learned of it by a call.
+    /// The [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) has expired: all outputs are 0 until
+    /// a call has told the program.
+    #[non_exhaustive]
     WatchdogExpired {
         /// For how long the program has shown no sign of life.
         limit: Duration,
     },
-    /// The transfer has ended, its motors are stopped.
+    /// The transfer has ended, and its motors are stopped. Comes to every listener.
+    #[non_exhaustive]
     TransferEnded {
         /// The error that ended it; `None` when it was ended by the program.
         error: Option<Error>,
     },
 }
 
-/// One of a remote's two joysticks.
+/// An event, and when it came.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct TimedEvent {
+    /// What has happened.
+    pub event: Event,
+    /// The number of the response that it comes from, as
+    /// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) counts. For an event that comes from no
+    /// response, such as a lost connection: the number of the last response before it.
+    pub cycle: u64,
+    /// When that response came in; for an event that comes from no response, when it happened.
+    pub arrived: Instant,
+}
+
+/// One of a remote's two joysticks. A remote has only these two, so this enum is exhaustive.
 #[doc(alias = "IrDevGroup")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Joystick {
@@ -125,7 +165,7 @@ pub enum Joystick {
     Right,
 }
 
-/// The kinds of [`Event`], by the same names.
+/// The kinds of [`Event`], with the same names. Later versions may add kinds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the events of the same names say what they are")]
@@ -134,6 +174,7 @@ pub enum EventKind {
     CounterChanged,
     CounterReset,
     MotorReached,
+    MotorStalled,
     JoystickMoved,
     ExtensionChanged,
     ConnectionLost,
@@ -144,11 +185,12 @@ pub enum EventKind {
 
 impl EventKind {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: &'static [Self] = &[
         Self::InputChanged,
         Self::CounterChanged,
         Self::CounterReset,
         Self::MotorReached,
+        Self::MotorStalled,
         Self::JoystickMoved,
         Self::ExtensionChanged,
         Self::ConnectionLost,
@@ -159,13 +201,14 @@ impl EventKind {
 }
 
 impl Event {
-    /// The kind under which one subscribes to it.
+    /// The kind of this event, to subscribe to it.
     pub fn kind(&self) -> EventKind {
         match self {
             Self::InputChanged { .. } => EventKind::InputChanged,
             Self::CounterChanged { .. } => EventKind::CounterChanged,
             Self::CounterReset { .. } => EventKind::CounterReset,
             Self::MotorReached { .. } => EventKind::MotorReached,
+            Self::MotorStalled { .. } => EventKind::MotorStalled,
             Self::JoystickMoved { .. } => EventKind::JoystickMoved,
             Self::ExtensionChanged { .. } => EventKind::ExtensionChanged,
             Self::ConnectionLost { .. } => EventKind::ConnectionLost,

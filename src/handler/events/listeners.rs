@@ -1,16 +1,19 @@
-//! Who listens for events, and how they get them.
+//! The listeners for events, and how they get them.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender};
 
-use super::event::{Event, KindSet};
-use crate::error::Error;
+use super::event::{EventKind, KindSet, TimedEvent};
+use super::stall::Stalls;
+use super::watch::Comparison;
 use crate::handler::sync::{Mutex, MutexGuard};
+use crate::terminals::Motor;
 
-/// All who listen, for whom one lock is enough: the transfer thread tells, and the program's threads
-/// come and go.
+/// All listeners. One lock is enough: the transfer thread sends, and the program's threads subscribe and
+/// unsubscribe.
 #[derive(Debug, Default)]
 pub(in crate::handler) struct Listeners(Mutex<List>);
 
@@ -20,8 +23,9 @@ pub(in crate::handler) struct List {
     listeners: Vec<Listener>,
     /// The newest response.
     response: u64,
-    /// Whether the handler is gone.
+    /// Whether the handler was dropped.
     ended: bool,
+    stalls: Stalls,
 }
 
 #[derive(Debug)]
@@ -30,9 +34,9 @@ struct Listener {
     /// The last response before it subscribed.
     since: u64,
     /// Has one more place than `capacity`, for the end of the transfer.
-    sender: Sender<Event>,
+    sender: Sender<TimedEvent>,
     capacity: usize,
-    /// Tells it from others, too.
+    /// Also identifies the listener.
     lost: Arc<AtomicU64>,
 }
 
@@ -41,17 +45,17 @@ impl Listeners {
         self.0.lock()
     }
 
-    /// Sends an event that no response tells to all whom it concerns. Does not block.
-    pub(in crate::handler) fn tell_all(&self, event: &Event) {
-        self.lock().tell(event, u64::MAX);
+    /// Sends an event that comes from no response to all listeners for its kind. Does not block.
+    pub(in crate::handler) fn tell_all(&self, event: &TimedEvent) {
+        tell(&self.lock().listeners, event, u64::MAX);
     }
 
-    /// Adds a listener; gives its channel and the count of what it loses.
+    /// Adds a listener; returns its channel and the count of its lost events.
     pub(super) fn subscribe(
         &self,
         kinds: KindSet,
         capacity: usize,
-    ) -> (Receiver<Event>, Arc<AtomicU64>) {
+    ) -> (Receiver<TimedEvent>, Arc<AtomicU64>) {
         let (sender, receiver) = bounded(capacity + 1);
         let lost = Arc::new(AtomicU64::new(0));
         let mut list = self.lock();
@@ -67,7 +71,7 @@ impl Listeners {
         self.lock().listeners.retain(|listener| !Arc::ptr_eq(&listener.lost, lost));
     }
 
-    /// Ends all channels, and those that are asked for later.
+    /// Ends all channels, including those of later subscriptions.
     pub(in crate::handler) fn end(&self) {
         let mut list = self.lock();
         list.ended = true;
@@ -76,26 +80,42 @@ impl Listeners {
 }
 
 impl List {
-    /// A response has come in; tells of which events somebody wants to hear.
+    /// A response has come in; returns the kinds of events that have listeners.
     pub(in crate::handler) fn note_response(&mut self, number: u64) -> KindSet {
         self.response = number;
         self.kinds()
     }
 
-    /// Sends an event of a response to all whom it concerns. Does not block.
-    pub(in crate::handler) fn tell(&self, event: &Event, response: u64) {
-        for listener in self.listeners.iter().filter(|listener| listener.since < response) {
-            if listener.kinds.contains(event.kind()) {
-                listener.put(event.clone(), listener.capacity);
-            }
+    /// Sets the limit after which a motor's standstill is an event; `None` for never.
+    pub(in crate::handler) fn set_stall_limit(
+        &mut self,
+        area: usize,
+        motor: Motor,
+        limit: Option<Duration>,
+    ) {
+        self.stalls.set_limit(area, motor, limit);
+    }
+
+    /// Sends the events of a response, which came in at this time as the transfer's `cycle`, to all listeners
+    /// for their kinds. Does not block.
+    pub(in crate::handler) fn tell_response(
+        &mut self,
+        comparison: &Comparison<'_>,
+        response: u64,
+        cycle: u64,
+        arrived: Instant,
+    ) {
+        let Self { listeners, stalls, .. } = self;
+        let tell = |event| tell(listeners, &TimedEvent { event, cycle, arrived }, response);
+        comparison.for_each_event(tell);
+        if comparison.kinds.contains(EventKind::MotorStalled) {
+            stalls.look(comparison, response, arrived, tell);
         }
     }
 
-    /// Tells all whom it concerns of the end of a transfer. Does not block.
-    pub(in crate::handler) fn tell_end(&self, error: Option<Error>) {
-        let event = Event::TransferEnded { error };
-        let concerned = |listener: &&Listener| listener.kinds.contains(event.kind());
-        for listener in self.listeners.iter().filter(concerned) {
+    /// Sends the end of a transfer to all listeners, whatever they listen for. Does not block.
+    pub(in crate::handler) fn tell_end(&self, event: &TimedEvent) {
+        for listener in &self.listeners {
             listener.put(event.clone(), listener.capacity + 1);
         }
     }
@@ -105,10 +125,19 @@ impl List {
     }
 }
 
+/// Sends an event of a response to all listeners for its kind. Does not block.
+fn tell(listeners: &[Listener], event: &TimedEvent, response: u64) {
+    for listener in listeners.iter().filter(|listener| listener.since < response) {
+        if listener.kinds.contains(event.event.kind()) {
+            listener.put(event.clone(), listener.capacity);
+        }
+    }
+}
+
 impl Listener {
-    /// Puts an event into the channel when that holds fewer than `limit`. Nobody else does so while the
-    /// listeners are locked, so there is still room then.
-    fn put(&self, event: Event, limit: usize) {
+    /// Puts an event into the channel if that holds fewer than `limit`. No other thread does so while the
+    /// listeners are locked, so there is still room.
+    fn put(&self, event: TimedEvent, limit: usize) {
         if self.sender.len() >= limit || self.sender.try_send(event).is_err() {
             self.lost.fetch_add(1, Ordering::Relaxed);
         }
@@ -120,7 +149,8 @@ mod tests {
     use crossbeam_channel::TryRecvError;
 
     use super::*;
-    use crate::handler::events::{EventKind, Events};
+    use crate::error::Error;
+    use crate::handler::events::{Event, Events, Source, Step};
 
     const ENDED: Event = Event::TransferEnded { error: None };
 
@@ -129,74 +159,95 @@ mod tests {
     }
 
     fn subscribe(listeners: &Arc<Listeners>, kinds: &[EventKind], capacity: usize) -> Events {
-        Events::new(listeners, kinds, capacity, || ())
+        Events::new(listeners, kinds, capacity, Nothing)
+    }
+
+    /// No transfer.
+    struct Nothing;
+
+    impl Source for Nothing {
+        fn panicked(&self) {}
+
+        fn step(&self) -> Step {
+            Step::ByClock
+        }
+
+        fn now(&self) -> Instant {
+            Instant::now()
+        }
     }
 
     fn came(extension: usize) -> Event {
         Event::ExtensionChanged { extension, alive: true }
     }
 
+    fn now(event: Event) -> TimedEvent {
+        TimedEvent { event, cycle: 1, arrived: Instant::now() }
+    }
+
     fn received(events: &Events) -> Vec<Event> {
-        events.receiver().try_iter().collect()
+        events.receiver().try_iter().map(|told| told.event).collect()
     }
 
     #[test]
-    fn a_full_channel_keeps_what_it_has_and_counts_what_it_has_no_place_for() {
+    fn a_full_channel_keeps_its_events_and_counts_the_lost_ones() {
         let listeners = listeners();
-        let events = subscribe(&listeners, &EventKind::ALL, 2);
+        let events = subscribe(&listeners, EventKind::ALL, 2);
         for extension in 1..=5 {
-            listeners.lock().tell(&came(extension), 1);
+            tell(&listeners.lock().listeners, &now(came(extension)), 1);
         }
         assert_eq!(events.lost(), 3);
         assert_eq!(received(&events), [came(1), came(2)]);
-        listeners.lock().tell(&came(6), 2);
+        tell(&listeners.lock().listeners, &now(came(6)), 2);
         assert_eq!((received(&events), events.lost()), (vec![came(6)], 3));
     }
 
     #[test]
     fn the_end_of_a_transfer_comes_even_into_a_full_channel() {
         let listeners = listeners();
-        let events = subscribe(&listeners, &EventKind::ALL, 1);
-        listeners.lock().tell(&came(1), 1);
-        listeners.lock().tell_end(None);
+        let events = subscribe(&listeners, EventKind::ALL, 1);
+        tell(&listeners.lock().listeners, &now(came(1)), 1);
+        listeners.lock().tell_end(&now(ENDED));
         assert_eq!(events.lost(), 0);
-        // Of the next transfer, while nobody has looked.
-        listeners.lock().tell(&came(2), 2);
-        listeners.lock().tell_end(Some(Error::ProgramPanicked));
+        // The next transfer's, while no event was received.
+        tell(&listeners.lock().listeners, &now(came(2)), 2);
+        listeners
+            .lock()
+            .tell_end(&now(Event::TransferEnded { error: Some(Error::ProgramPanicked) }));
         assert_eq!(events.lost(), 2);
         assert_eq!(received(&events), [came(1), ENDED]);
     }
 
     #[test]
-    fn an_end_takes_no_place_from_others_while_there_is_room() {
+    fn the_end_of_a_transfer_takes_no_place_from_others_while_there_is_room() {
         let listeners = listeners();
-        let events = subscribe(&listeners, &EventKind::ALL, 2);
-        listeners.lock().tell_end(None);
-        listeners.lock().tell(&came(1), 1);
-        listeners.lock().tell(&came(2), 1);
-        listeners.lock().tell_end(None);
+        let events = subscribe(&listeners, EventKind::ALL, 2);
+        listeners.lock().tell_end(&now(ENDED));
+        tell(&listeners.lock().listeners, &now(came(1)), 1);
+        tell(&listeners.lock().listeners, &now(came(2)), 1);
+        listeners.lock().tell_end(&now(ENDED));
         assert_eq!((received(&events), events.lost()), (vec![ENDED, came(1), ENDED], 1));
     }
 
     #[test]
-    fn each_gets_the_kinds_it_asked_for_from_the_next_response_on() {
+    fn each_listener_gets_its_kinds_from_the_next_response_on() {
         let listeners = listeners();
         let ends = subscribe(&listeners, &[EventKind::TransferEnded], 9);
         let extensions = subscribe(&listeners, &[EventKind::ExtensionChanged], 9);
         let nothing = subscribe(&listeners, &[], 9);
         listeners.lock().note_response(5);
-        let late = subscribe(&listeners, &EventKind::ALL, 9);
-        listeners.lock().tell(&came(1), 5);
-        listeners.lock().tell(&came(2), 6);
-        listeners.lock().tell_end(None);
+        let late = subscribe(&listeners, EventKind::ALL, 9);
+        tell(&listeners.lock().listeners, &now(came(1)), 5);
+        tell(&listeners.lock().listeners, &now(came(2)), 6);
+        listeners.lock().tell_end(&now(ENDED));
         assert_eq!(received(&ends), [ENDED]);
-        assert_eq!(received(&extensions), [came(1), came(2)]);
-        assert_eq!(received(&nothing), []);
+        assert_eq!(received(&extensions), [came(1), came(2), ENDED]);
+        assert_eq!(received(&nothing), [ENDED]);
         assert_eq!(received(&late), [came(2), ENDED]);
     }
 
     #[test]
-    fn what_is_compared_is_what_somebody_listens_for() {
+    fn only_kinds_with_a_listener_are_compared() {
         let listeners = listeners();
         let listened = || listeners.lock().kinds();
         let set = |kinds: &[EventKind]| kinds.iter().copied().collect::<KindSet>();
@@ -214,15 +265,15 @@ mod tests {
     #[test]
     fn a_channel_ends_with_its_subscription_and_with_the_handler() {
         let listeners = listeners();
-        let events = subscribe(&listeners, &EventKind::ALL, 1);
+        let events = subscribe(&listeners, EventKind::ALL, 1);
         let receiver = events.receiver().clone();
         drop(events);
         assert_eq!(receiver.try_recv(), Err(TryRecvError::Disconnected));
-        let events = subscribe(&listeners, &EventKind::ALL, 1);
-        listeners.lock().tell(&came(1), 1);
+        let events = subscribe(&listeners, EventKind::ALL, 1);
+        tell(&listeners.lock().listeners, &now(came(1)), 1);
         listeners.end();
-        assert_eq!(events.recv(), Ok(came(1)), "what is in it can still be received");
-        let late = subscribe(&listeners, &EventKind::ALL, 1);
+        assert_eq!(events.recv().unwrap().event, came(1), "what is in it can still be received");
+        let late = subscribe(&listeners, EventKind::ALL, 1);
         for ended in [events, late] {
             assert_eq!(ended.receiver().try_recv(), Err(TryRecvError::Disconnected));
         }

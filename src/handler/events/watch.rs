@@ -1,4 +1,4 @@
-//! What has happened between two responses.
+//! The events between two responses.
 
 use super::event::{Event, EventKind, Joystick, KindSet};
 use crate::exchange::{Inputs, SentConfigs};
@@ -10,14 +10,14 @@ use crate::wire::ExchangeDataResponse;
 /// A response and the one before it.
 #[derive(Debug)]
 pub(in crate::handler) struct Comparison<'a> {
-    /// Whether this is the first response of its transfer; the one before is of an earlier one
-    /// then, or none.
+    /// Whether this is the first response of its transfer; then the one before is from an earlier transfer,
+    /// or empty.
     pub(in crate::handler) first: bool,
-    /// The events that are asked for.
+    /// The events that have listeners.
     pub(in crate::handler) kinds: KindSet,
     pub(in crate::handler) before: &'a Inputs,
     pub(in crate::handler) now: &'a Inputs,
-    /// What was sent before each of the two.
+    /// The configurations that were sent before each of the two.
     pub(in crate::handler) configs_before: &'a SentConfigs,
     pub(in crate::handler) configs: &'a SentConfigs,
     /// The outputs to which this is the response.
@@ -40,8 +40,8 @@ impl Comparison<'_> {
                 self.compare_counters(area, before, now, &mut tell);
                 self.compare_joysticks(area, before, now, &mut tell);
             }
-            // Commands can be done by the first response already, but those of an extension that
-            // comes are not sent before it has come.
+            // Commands can be done in the first response already, but commands for an extension are sent
+            // only after it was connected.
             let none = ExchangeDataResponse::default();
             if let Some(before) = before.or((area == LOCAL_IO).then_some(&none)) {
                 self.compare_resets(area, sent, before, now, &mut tell);
@@ -105,7 +105,7 @@ impl Comparison<'_> {
         for counter in Counter::ALL {
             let count = now.counter[counter.index()];
             if count != before.counter[counter.index()] {
-                // Negative beyond 32767.
+                // The value is negative beyond 32767.
                 tell(Event::CounterChanged { area, counter, count: count as u16 });
             }
         }
@@ -171,7 +171,7 @@ impl Comparison<'_> {
             let output = &sent.output;
             let command_id = now.motor_command_id[index];
             let news = command_id != before.motor_command_id[index];
-            // Otherwise the distance is an error to inject.
+            // A higher `master` means that the distance is an error to inject.
             let has_distance =
                 output.distance[index] != 0 && usize::from(output.master[index]) <= IZ_MOTOR;
             if news && command_id == output.motor_ex_cmd_id[index] && has_distance {

@@ -1,7 +1,7 @@
-//! The Huffman tables of Annex K of the JPEG standard, to compare with.
+//! The Huffman tables of Annex K of the JPEG standard, for comparison.
 
-/// As in the DHT segments of a picture: class and number, codes per length, values. Luminance
-/// before chrominance, DC before AC.
+/// As in the DHT segments of a picture: class and number, codes per length, values. The order is
+/// luminance, then chrominance, each DC before AC.
 #[rustfmt::skip]
 pub(super) const TABLES: [&[u8]; 4] = [
     &[

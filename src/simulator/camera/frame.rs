@@ -1,30 +1,30 @@
-//! A frame as the camera sends it: a picture that is not quite a JPEG file.
+//! A frame as the camera sends it: almost a JPEG file.
 
 use jpeg_encoder::{Encoder, EncodingError, SamplingFactor};
 
 use super::test_card::TestCard;
 
-/// How good the picture is, 1..=100.
+/// The quality of the picture, 1..=100.
 const QUALITY: u8 = 85;
 
-/// What a JPEG file ends with, and a frame doesn't.
+/// The end of a JPEG file, which a frame does not have.
 const END_OF_IMAGE: [u8; 2] = [0xFF, 0xD9];
 
 /// Second byte of the marker of a Huffman table.
 const TABLE: u8 = 0xC4;
 
-/// Second byte of the marker behind which the compressed data begin.
+/// Second byte of the marker before the compressed data.
 const START_OF_SCAN: u8 = 0xDA;
 
 /// How many bytes follow the picture.
 const GARBAGE_SIZE: usize = 40;
 
-/// What would be a frame header, a scan and a restart marker, if it were not garbage.
+/// Garbage that looks like a frame header, a scan and a restart marker.
 const FALSE_MARKERS: [[u8; 2]; 3] = [[0xFF, 0xC0], [0xFF, 0xDA], [0xFF, 0xD3]];
 
 /// The bytes of the frame with this number, with Huffman tables or without.
 ///
-/// Errs only if the encoder does, which it has no reason to.
+/// It fails only if the encoder fails, which is not expected.
 pub(super) fn frame(card: TestCard, number: u64, tables: bool) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = picture(card)?;
     if !tables {
@@ -46,7 +46,7 @@ fn picture(card: TestCard) -> Result<Vec<u8>, EncodingError> {
     Ok(bytes)
 }
 
-/// Leaves the Huffman tables out. What can't be understood stays as it is.
+/// Removes the Huffman tables. Data that can't be understood stay the same.
 fn without_tables(jpeg: &[u8]) -> Vec<u8> {
     let (start, mut rest) = jpeg.split_at(jpeg.len().min(2));
     let mut kept = start.to_vec();
@@ -63,7 +63,7 @@ fn without_tables(jpeg: &[u8]) -> Vec<u8> {
     kept
 }
 
-/// Kind and bytes of the first segment, and what comes after it.
+/// The kind and the bytes of the first segment, and what follows it.
 fn split_segment(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     let [0xFF, kind, high, low, ..] = *bytes else { return None };
     // The size does not count the marker.
@@ -72,17 +72,17 @@ fn split_segment(bytes: &[u8]) -> Option<(u8, &[u8], &[u8])> {
     Some((kind, segment, behind))
 }
 
-/// What follows the picture: noise, in which every other frame has markers.
+/// What follows the picture: noise, in every other frame with markers.
 fn garbage(number: u64) -> [u8; GARBAGE_SIZE] {
     let mut state = number;
     let mut garbage = [0; GARBAGE_SIZE].map(|_: u8| {
         state =
             state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        // The high bits are the good ones. FF is for markers only, lest an end appears.
+        // The high bits are the most random ones. Only markers have FF, so that no end marker appears.
         ((state >> 56) as u8).min(0xFE)
     });
     if number % 2 == 1 {
-        // From right behind the picture to the very end.
+        // From the first byte after the picture to the last byte.
         let first = (number / 2 % 13) as usize;
         for (index, marker) in FALSE_MARKERS.iter().enumerate() {
             let at = first + 13 * index;
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn without_tables_all_else_stays() {
+    fn without_tables_everything_else_stays() {
         let card = || TestCard::new(64, 48, 7);
         let [with, without] = [true, false].map(|tables| frame(card(), 7, tables).unwrap());
         assert_eq!(with.len() - without.len(), 4 * 4 + 2 * (29 + 179));
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_jpeg_stays_as_it_is() {
+    fn data_that_are_not_a_jpeg_stay_the_same() {
         for bytes in [&[][..], &[0xFF], &[0xFF, 0xD8, 0xFF, 0xC4, 0, 9], &[1, 2, 3, 4, 5, 6]] {
             assert_eq!(without_tables(bytes), bytes);
         }

@@ -2,13 +2,17 @@
 
 #[cfg(test)]
 mod annex_k;
+mod connection;
 mod frame;
 pub(super) mod server;
 mod test_card;
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::wire::StartCameraOnline;
+
+pub use connection::CameraConnection;
+pub(super) use connection::{Clients, Doorman};
 
 /// The greatest width and height in pixels.
 const SIZE_MAX: u16 = 4096;
@@ -20,26 +24,30 @@ const DEFAULT_RATE: u32 = 15;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Camera {
     run: Option<CameraRun>,
+    /// How often it was started.
+    starts: u64,
     /// Frames sent so far.
     pub(super) frames: u64,
     /// Acknowledges received so far.
     pub(super) acknowledges: u64,
 }
 
-/// What one StartCameraOnline began. No other has the same time.
+/// One start of the camera by StartCameraOnline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct CameraRun {
-    /// As asked for.
+    /// A number that no other start has.
+    number: u64,
+    /// The requested settings.
     pub(super) settings: StartCameraOnline,
-    /// What comes of it.
+    /// What the camera delivers.
     format: Format,
-    /// When the command came in.
-    since: Instant,
+    /// When the command came in, by the machine's clock.
+    pub(super) since: Duration,
 }
 
 impl Camera {
-    /// Starts the camera in place of an earlier start; a size that can't be stops it.
-    pub(super) fn start(&mut self, settings: StartCameraOnline) {
+    /// Starts the camera, in place of an earlier start; an impossible size stops it.
+    pub(super) fn start(&mut self, settings: StartCameraOnline, now: Duration) {
         self.stop();
         let Some(format) = Format::of(&settings) else {
             let StartCameraOnline { width, height, .. } = settings;
@@ -47,7 +55,8 @@ impl Camera {
             return;
         };
         log::info!("the camera starts: {format:?}");
-        self.run = Some(CameraRun { settings, format, since: Instant::now() });
+        self.starts += 1;
+        self.run = Some(CameraRun { number: self.starts, settings, format, since: now });
     }
 
     pub(super) fn stop(&mut self) {
@@ -71,12 +80,12 @@ struct Format {
 }
 
 impl Format {
-    /// What is delivered for these settings; `None` when the size can't be.
+    /// What is delivered for these settings; `None` for an impossible size.
     fn of(settings: &StartCameraOnline) -> Option<Self> {
         let side =
             |asked: i32| u16::try_from(asked).ok().filter(|pixels| (1..=SIZE_MAX).contains(pixels));
         let (width, height) = match (side(settings.width)?, side(settings.height)?) {
-            // The kit's camera has no such format and takes its nearest.
+            // The kit's camera does not have this format and uses the nearest one.
             (1280, 960) => (1280, 720),
             size => size,
         };
@@ -84,13 +93,13 @@ impl Format {
         Some(Self { width, height, rate: rate.unwrap_or(DEFAULT_RATE) })
     }
 
-    /// Number of the newest frame after so much time; the first is 0 and there at once.
+    /// The number of the newest frame after this time; the first is 0 and exists at the start.
     fn newest(&self, elapsed: Duration) -> u64 {
         let frames = elapsed.as_nanos() * u128::from(self.rate) / NANOS_PER_SECOND;
         u64::try_from(frames).unwrap_or(u64::MAX)
     }
 
-    /// When the frame with this number is there.
+    /// When the frame with this number is due.
     fn due(&self, number: u64) -> Duration {
         let nanos = (u128::from(number) * NANOS_PER_SECOND).div_ceil(u128::from(self.rate));
         Duration::from_nanos(u64::try_from(nanos).unwrap_or(u64::MAX))
@@ -133,7 +142,7 @@ mod tests {
         for rate in [1, 7, 15, 30, 60, 0x7FFF_FFFF] {
             let format = Format { width: 320, height: 240, rate };
             assert_eq!((format.newest(Duration::ZERO), format.due(0)), (0, Duration::ZERO));
-            // Frames can't be nearer than the clock tells apart.
+            // The interval between frames can't be less than the resolution of the clock.
             for number in [1, 2, 14, 15, 16, 1000].map(|number| number * u64::from(rate / 60 + 1)) {
                 let before = format.due(number).saturating_sub(Duration::from_nanos(1));
                 assert!(format.newest(format.due(number)) >= number);
@@ -147,14 +156,14 @@ mod tests {
     }
 
     #[test]
-    fn a_start_replaces_the_one_before_even_if_it_can_not_be() {
+    fn a_start_replaces_the_one_before_even_with_an_impossible_size() {
         let mut camera = Camera::default();
-        camera.start(settings(320, 240, 15));
+        camera.start(settings(320, 240, 15), Duration::ZERO);
         let first = camera.run().unwrap();
-        camera.start(settings(640, 480, 15));
+        camera.start(settings(640, 480, 15), Duration::ZERO);
         assert_eq!(camera.run().unwrap().settings, settings(640, 480, 15));
         assert_ne!(camera.run().unwrap(), first);
-        camera.start(settings(0, 480, 15));
+        camera.start(settings(0, 480, 15), Duration::ZERO);
         assert_eq!(camera.run(), None);
     }
 }

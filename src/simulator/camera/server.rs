@@ -1,10 +1,11 @@
 //! The thread of the camera connection and its sockets.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpStream;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use super::connection::Clients;
 use super::frame::frame;
 use super::test_card::TestCard;
 use super::{CameraRun, Format};
@@ -13,20 +14,20 @@ use crate::simulator::machine::Machine;
 use crate::simulator::shared::{is_due_to_waiting, Shared, Stopped, POLL};
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
-/// How the camera behaves, whatever is asked for.
+/// How the camera behaves with any requested settings.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::simulator) struct CameraSettings {
-    /// How long the server takes from the command until it serves.
+    /// The time from the command until the camera serves.
     pub(in crate::simulator) start_up: Duration,
     /// Whether the frames have their Huffman tables.
     pub(in crate::simulator) tables: bool,
-    /// After how many frames a connection falls silent.
+    /// After how many frames a connection sends nothing more.
     pub(in crate::simulator) stall_after: Option<u64>,
 }
 
 /// Serves one camera client after another while the camera is started.
 pub(in crate::simulator) struct CameraServer {
-    pub(in crate::simulator) listener: TcpListener,
+    pub(in crate::simulator) clients: Clients,
     pub(in crate::simulator) shared: Arc<Shared>,
     pub(in crate::simulator) settings: CameraSettings,
 }
@@ -34,7 +35,7 @@ pub(in crate::simulator) struct CameraServer {
 impl CameraServer {
     /// Serves clients until the thread should end.
     pub(in crate::simulator) fn run(self) {
-        while let Ok(stream) = self.shared.accept(&self.listener, "camera") {
+        while let Ok(stream) = self.clients.next(&self.shared, self.settings.start_up) {
             let Ok(run) = self.wait_until_ready() else { return };
             let Some(run) = run else {
                 log::info!("the camera does not serve: the connection is closed");
@@ -46,11 +47,11 @@ impl CameraServer {
         }
     }
 
-    /// What the camera was started for, when it has been long enough; `None` when it is off.
+    /// The start of the camera, once its start-up time has passed; `None` when it is off.
     fn wait_until_ready(&self) -> Result<Option<CameraRun>, Stopped> {
         loop {
-            let run = self.shared.look(Machine::camera_run);
-            if run.is_none_or(|run| run.since.elapsed() >= self.settings.start_up) {
+            let (run, now) = self.shared.look(|machine| (machine.camera_run(), machine.now()));
+            if run.is_none_or(|run| now.saturating_sub(run.since) >= self.settings.start_up) {
                 return Ok(run);
             }
             self.shared.rest(POLL)?;
@@ -59,7 +60,7 @@ impl CameraServer {
 
     fn serve(&self, stream: TcpStream, run: CameraRun) -> Result<(), End> {
         stream.set_write_timeout(Some(POLL))?;
-        let begin = Instant::now();
+        let begin = self.shared.look(Machine::now);
         let mut connection = Connection { server: self, stream, run, begin, sent: 0, next: 0 };
         loop {
             connection.send_frame()?;
@@ -72,16 +73,16 @@ struct Connection<'a> {
     server: &'a CameraServer,
     stream: TcpStream,
     run: CameraRun,
-    /// When the first frame was produced.
-    begin: Instant,
-    /// How many frames were sent.
+    /// When the first frame was produced, by the machine's clock.
+    begin: Duration,
+    /// The number of frames sent.
     sent: u64,
-    /// The number behind that of the frame sent last.
+    /// The number of the last sent frame plus 1.
     next: u64,
 }
 
 impl Connection<'_> {
-    /// Sends the newest frame, when there is one that is newer than the last.
+    /// Sends the newest frame, when there is one newer than the last one sent.
     fn send_frame(&mut self) -> Result<(), End> {
         if self.server.settings.stall_after == Some(self.sent) {
             return self.fall_silent();
@@ -89,7 +90,7 @@ impl Connection<'_> {
         let number = self.next_frame()?;
         let frames_ready = number - self.next + 1;
         let bytes = self.packet(number, frames_ready)?;
-        // Before the client can have read it.
+        // Counted before the client can read it.
         self.server.shared.with_machine(Machine::note_camera_frame);
         self.write(&bytes)?;
         log::trace!("camera frame {number} is sent, {frames_ready} were ready");
@@ -98,17 +99,22 @@ impl Connection<'_> {
         Ok(())
     }
 
-    /// Waits until there is a new frame; the number of the newest.
+    /// Waits until there is a new frame. Returns the number of the newest.
     fn next_frame(&self) -> Result<u64, End> {
         let due = self.run.format.due(self.next);
         loop {
-            let wait = due.saturating_sub(self.begin.elapsed());
+            let wait = due.saturating_sub(self.elapsed());
             self.rest(wait.min(POLL))?;
-            let newest = self.run.format.newest(self.begin.elapsed());
+            let newest = self.run.format.newest(self.elapsed());
             if newest >= self.next {
                 return Ok(newest);
             }
         }
+    }
+
+    /// The time for which this client has been served.
+    fn elapsed(&self) -> Duration {
+        self.server.shared.look(Machine::now).saturating_sub(self.begin)
     }
 
     /// The frame with this number, and its header before it.
@@ -118,7 +124,7 @@ impl Connection<'_> {
         let frame = frame(card, number, self.server.settings.tables).map_err(io::Error::other)?;
         let header = CameraFrameHeader {
             frames_ready: i32::try_from(frames_ready).unwrap_or(i32::MAX),
-            // Both are at most 4096, so all that follows from them fits.
+            // Width and height are at most 4096, so their products fit.
             width: width as i16,
             height: height as i16,
             size_raw: i32::from(width) * i32::from(height) * 2,
@@ -138,15 +144,15 @@ impl Connection<'_> {
             read += self.read(&mut id[read..])?;
         }
         if id != CAMERA_FRAME_ACKNOWLEDGE {
-            return Err(End::Misbehaved(format!("{id:02X?} acknowledges no frame")));
+            return Err(End::Misbehaved(format!("{id:02X?} is not the acknowledge of a frame")));
         }
         self.server.shared.with_machine(Machine::note_camera_acknowledge);
         Ok(())
     }
 
-    /// Sends nothing any more, until the connection ends.
+    /// Sends nothing more, until the connection ends.
     fn fall_silent(&mut self) -> Result<(), End> {
-        log::info!("the camera falls silent, as was ordered");
+        log::info!("the camera sends nothing more, as ordered");
         loop {
             self.read(&mut [0; 64])?;
         }
@@ -179,7 +185,7 @@ impl Connection<'_> {
         Ok(())
     }
 
-    /// Lets so much time pass, if the connection may go on.
+    /// Waits for this time, if the connection may go on.
     fn rest(&self, time: Duration) -> Result<(), End> {
         self.server.shared.rest(time)?;
         if self.server.shared.look(Machine::camera_run) == Some(self.run) {
@@ -192,7 +198,7 @@ impl Connection<'_> {
 
 #[cfg(test)]
 mod tests {
-    use std::net::Ipv4Addr;
+    use std::net::{Ipv4Addr, TcpListener};
     use std::thread;
 
     use super::*;
@@ -201,7 +207,7 @@ mod tests {
     /// Far more than the sockets hold.
     const TOO_MUCH: usize = 1 << 26;
 
-    /// How writing to a client that never reads ends, when this happens.
+    /// How writing to a client that never reads ends when this happens.
     fn write_until(event: impl FnOnce(&Shared)) -> End {
         let mut machine = Machine::new(0);
         let asked_for =
@@ -214,8 +220,9 @@ mod tests {
         stream.set_write_timeout(Some(POLL)).unwrap();
         let settings = CameraSettings { start_up: POLL, tables: true, stall_after: None };
         let shared = Arc::new(Shared::new(machine));
-        let server = CameraServer { listener, shared: Arc::clone(&shared), settings };
-        let begin = Instant::now();
+        let clients = Clients::Open(listener);
+        let server = CameraServer { clients, shared: Arc::clone(&shared), settings };
+        let begin = Duration::ZERO;
         let mut connection = Connection { server: &server, stream, run, begin, sent: 0, next: 0 };
         thread::scope(|scope| {
             let writing = scope.spawn(|| connection.write(&vec![0; TOO_MUCH]));
@@ -225,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_never_reads_holds_nobody_up() {
+    fn a_client_that_never_reads_blocks_no_thread() {
         assert!(matches!(write_until(Shared::stop), End::Stopped));
         let stop = |shared: &Shared| shared.with_machine(Machine::stop_camera);
         assert!(matches!(write_until(stop), End::Closed(_)));

@@ -2,8 +2,8 @@
 
 use jpeg_encoder::{rgb_to_ycbcr, ImageBuffer, JpegColorType};
 
-/// The colour bars from left to right in RGB, dimmed to three quarters so that the white bar
-/// stands out.
+/// The colour bars from left to right in RGB, at three quarters of full brightness, so that the
+/// white bar is easy to see.
 const BARS: [[u8; 3]; 8] = [
     [191, 191, 191],
     [191, 191, 0],
@@ -17,13 +17,13 @@ const BARS: [[u8; 3]; 8] = [
 const WHITE: [u8; 3] = [255; 3];
 const BLACK: [u8; 3] = [0; 3];
 
-/// How many blocks there are along the bottom, one per bit of the number.
+/// The number of blocks along the bottom, one per bit of the frame's number.
 const BLOCKS: usize = 16;
 
-/// In how many frames the white bar crosses the picture.
+/// The number of frames in which the white bar crosses the picture.
 const CROSSING: u64 = 64;
 
-/// How many digits the number has.
+/// The number of digits.
 const DIGITS: usize = 5;
 
 /// Height and width of a digit in cells.
@@ -87,7 +87,7 @@ impl ImageBuffer for TestCard {
 /// What a line of pixels shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Line {
-    /// The bars alone.
+    /// The bars only.
     Bars,
     /// This row of cells of the panel, and the bars beside it.
     Panel(usize),
@@ -100,7 +100,7 @@ impl Line {
         [Self::Bars, Self::Blocks].into_iter().chain((0..PANEL_SIZE.0).map(Self::Panel))
     }
 
-    /// Its place among all.
+    /// Its index among all lines.
     fn index(self) -> usize {
         match self {
             Self::Bars => 0,
@@ -110,16 +110,16 @@ impl Line {
     }
 }
 
-/// Where things are, in pixels.
+/// The layout of the picture, in pixels.
 #[derive(Clone, Copy, Debug)]
 struct Layout {
     width: u16,
     height: u16,
-    /// Where the blocks begin.
+    /// The first row of the blocks.
     blocks_top: usize,
     /// Width and height of a cell; 0 when there is no room for digits.
     cell: usize,
-    /// The left upper corner of the panel.
+    /// The upper left corner of the panel.
     panel_left: usize,
     panel_top: usize,
 }
@@ -189,11 +189,11 @@ impl Pen {
         }
     }
 
-    /// The colour bars with the white one before them.
+    /// The colour bars, and the white bar in front of them.
     fn bars(&self, x: usize) -> [u8; 3] {
         let width = usize::from(self.layout.width);
         let left = width * (self.number % CROSSING) as usize / CROSSING as usize;
-        // What leaves on the right comes in on the left.
+        // The part that leaves on the right comes back on the left.
         if (x + width - left) % width < (width / 16).max(1) {
             return WHITE;
         }
@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn the_digits_tell_the_number_of_the_blocks() {
+    fn the_digits_show_the_number_of_the_blocks() {
         let pen = Pen { layout: Layout::new(320, 240), number: 65_536 + 40_321 };
         assert_eq!([0, 1, 2, 3, 4].map(|index| pen.digit(index)), [4, 0, 3, 2, 1]);
         let row = |row| -> String {

@@ -8,15 +8,15 @@ use std::collections::BTreeMap;
 pub const I2C_REGISTERS: usize = 256;
 
 /// The greatest address.
-const ADDRESS_MAX: u8 = 0x7F;
+pub(super) const ADDRESS_MAX: u8 = 0x7F;
 
-/// What is plugged in, and who has asked for it.
+/// What is plugged in, and the clients of the port.
 #[derive(Clone, Debug, Default)]
 pub(super) struct I2cBus {
     devices: BTreeMap<u8, Device>,
-    /// How many clients have come.
+    /// The number of clients that have connected.
     pub(super) connections: u64,
-    /// Whether one is there.
+    /// Whether a client is connected.
     pub(super) connected: bool,
 }
 
@@ -34,7 +34,7 @@ impl Default for Device {
 }
 
 impl Device {
-    /// The next register; the one behind it follows.
+    /// The next register. The one after it becomes the next.
     fn advance(&mut self) -> &mut u8 {
         let register = usize::from(self.next);
         self.next = self.next.wrapping_add(1);
@@ -52,9 +52,17 @@ impl Device {
 }
 
 impl I2cBus {
-    /// The registers of a device, which is plugged in if it isn't there.
+    /// The registers of a device. A missing device is plugged in.
     pub(super) fn device(&mut self, address: u8) -> &mut [u8; I2C_REGISTERS] {
         &mut self.devices.entry(address & ADDRESS_MAX).or_default().registers
+    }
+
+    /// Puts values into this register of a device and the following ones, if the device is there.
+    pub(super) fn set(&mut self, address: u8, register: u8, values: &[u8]) {
+        let Some(device) = self.devices.get_mut(&address) else { return };
+        for (offset, value) in (0..=u8::MAX).zip(values) {
+            device.registers[usize::from(register.wrapping_add(offset))] = *value;
+        }
     }
 
     pub(super) fn remove(&mut self, address: u8) -> bool {
@@ -74,7 +82,7 @@ impl I2cBus {
         self.connected = false;
     }
 
-    /// What a device answers; `None` when it isn't there.
+    /// The answer of a device; `None` when the device is missing.
     fn transfer(&mut self, address: u8, write: &[u8], read: u16) -> Option<Vec<u8>> {
         Some(self.devices.get_mut(&address)?.transfer(write, read))
     }
@@ -85,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn registers_are_written_and_read_one_behind_the_other() {
+    fn registers_are_written_and_read_one_after_the_other() {
         let mut device = Device::default();
         assert!(device.transfer(&[254, 1, 2, 3], 0).is_empty());
         assert_eq!((device.registers[254], device.registers[255], device.registers[0]), (1, 2, 3));

@@ -11,13 +11,13 @@ use crate::simulator::end::End;
 use crate::simulator::shared::{is_due_to_waiting, Shared};
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
-/// The most bytes to write: the number of a register and something for each of them.
+/// The most bytes to write: the number of a register and a value for each register.
 const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
 
 /// How long a client may leave a response unread before it is cut off.
 pub(in crate::simulator) const WRITE_LIMIT: Duration = Duration::from_secs(1);
 
-/// What the header of a request asks for.
+/// The content of a request's header.
 #[derive(Debug, PartialEq, Eq)]
 struct Request {
     address: u8,
@@ -26,7 +26,7 @@ struct Request {
 }
 
 impl Request {
-    /// The request with this header; what is wrong with it otherwise.
+    /// The request with this header, or what is wrong with it.
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let header = I2cRequestHeader::parse(bytes).map_err(|error| match error {
             Error::WrongId { found, .. } => format!("no I2C request has the id {found:#010x}"),
@@ -129,8 +129,8 @@ impl I2cServer {
             }
             self.shared.rest(Duration::ZERO)?;
             if !buffer.is_empty() && begin.elapsed() >= self.idle_limit {
-                // As the controller does, and its clients know.
-                return Err(End::Closed("nothing was asked in time"));
+                // The real controller does so too, and its clients expect it.
+                return Err(End::Closed("no request came in time"));
             }
         }
         Ok(())
@@ -168,7 +168,7 @@ mod tests {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let (stream, _) = listener.accept().unwrap();
-        // Far more than the sockets hold comes back.
+        // The answers are far more than the sockets hold.
         client.write_all(&header(1, 0, u16::MAX).repeat(500)).unwrap();
         let shared = Arc::new(Shared::new(machine));
         let server = I2cServer {

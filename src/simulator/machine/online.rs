@@ -1,5 +1,7 @@
 //! What the connections do with the machine, and what it remembers of them.
 
+use std::time::Duration;
+
 use super::Machine;
 use crate::simulator::camera::CameraRun;
 use crate::simulator::controller::Controller;
@@ -29,7 +31,7 @@ impl Machine {
         self.commands.push_back(command);
     }
 
-    /// Remembers what a correct client does not do.
+    /// Remembers something that a correct client does not do.
     pub(in crate::simulator) fn note_oddity(&mut self, oddity: &Oddity) {
         self.oddities.note(oddity);
     }
@@ -39,12 +41,12 @@ impl Machine {
         self.oddities.check_mask(mask);
     }
 
-    /// A response tells which extensions can be reached.
+    /// A response says which extensions can be reached.
     pub(in crate::simulator) fn note_offer(&mut self) {
         self.oddities.offer(self.alive_mask());
     }
 
-    /// The client may not heed the latest exchange response.
+    /// The client may ignore the latest exchange response.
     pub(in crate::simulator) fn doubt_offer(&mut self) {
         self.oddities.doubt_offer();
     }
@@ -60,18 +62,18 @@ impl Machine {
         self.connected = true;
     }
 
-    /// Another client was turned away.
+    /// Another client was refused.
     pub(in crate::simulator) fn note_refused(&mut self) {
         self.refused += 1;
     }
 
-    /// The client is gone, whether it said StopOnline or not.
+    /// The client is gone, with or without StopOnline.
     pub(in crate::simulator) fn client_left(&mut self) {
         self.connected = false;
         self.stop_online();
     }
 
-    /// Begins online mode: everything stands still and the next configuration is taken.
+    /// Begins online mode: everything stops, and the next configuration is taken over.
     pub(in crate::simulator) fn start_online(&mut self) {
         self.stop_online();
         for controller in &mut self.controllers {
@@ -80,7 +82,7 @@ impl Machine {
         self.online = true;
     }
 
-    /// Ends online mode: everything stands still, the camera is off.
+    /// Ends online mode: everything stops, the camera is off.
     pub(in crate::simulator) fn stop_online(&mut self) {
         self.online = false;
         self.oddities.begin_session();
@@ -93,17 +95,22 @@ impl Machine {
 
     /// Starts the camera, in place of an earlier start.
     pub(in crate::simulator) fn start_camera(&mut self, settings: StartCameraOnline) {
-        self.camera.start(settings);
+        self.camera.start(settings, self.now());
     }
 
-    /// Ends what the camera was started for, if it was.
+    /// Stops the camera, if it was started.
     pub(in crate::simulator) fn stop_camera(&mut self) {
         self.camera.stop();
     }
 
-    /// The start of the camera that holds at present.
+    /// The present start of the camera.
     pub(in crate::simulator) fn camera_run(&self) -> Option<CameraRun> {
         self.camera.run()
+    }
+
+    /// How long the camera has been started; `None` while it is not.
+    pub(in crate::simulator) fn camera_on_for(&self) -> Option<Duration> {
+        self.camera.run().map(|run| self.now().saturating_sub(run.since))
     }
 
     /// Counts a camera frame.
@@ -116,7 +123,7 @@ impl Machine {
         self.camera.acknowledges += 1;
     }
 
-    /// Takes over a configuration, unless its id is the last one's or there is no such controller.
+    /// Takes over a configuration, unless its id is the last one or the controller does not exist.
     pub(in crate::simulator) fn configure(&mut self, index: i16, config_id: i16, config: Config) {
         let Ok(index) = usize::try_from(index) else { return };
         self.oddities.configured(index);

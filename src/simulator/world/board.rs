@@ -1,4 +1,4 @@
-//! What is plugged into one controller, as it moves.
+//! The present state of what is plugged into one controller.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::simulator::controller::Controller;
 use crate::terminals::{Input, Motor, Output};
 use crate::transfer_area::{DUTY_MAX, IZ_MOTOR};
 
-/// What is plugged into one controller, and where it is.
+/// What is plugged into one controller, and its present state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoardState {
     pub(super) inputs: BTreeMap<Input, Sensor>,
@@ -31,13 +31,13 @@ impl BoardState {
         state
     }
 
-    /// Everything comes to rest.
+    /// Stops all motors and switches all lamps off.
     pub(super) fn halt(&mut self) {
         self.shafts.iter_mut().flatten().for_each(Shaft::halt);
         self.lamps.values_mut().for_each(|brightness| *brightness = 0.0);
     }
 
-    /// Lets the motors turn for one tick as their controller tells them to.
+    /// Lets the motors turn for one tick with the power from their controller.
     pub(super) fn tick(&mut self, controller: &mut Controller) {
         let rates =
             self.shafts.each_ref().map(|shaft| shaft.as_ref().map_or(0.0, Shaft::pulse_rate));
@@ -49,7 +49,7 @@ impl BoardState {
         controller.count(pulses);
     }
 
-    /// Shows the controller what its inputs see, and the lamps what it gives them.
+    /// Updates the controller's inputs and the brightness of the lamps.
     pub(super) fn show(&mut self, controller: &mut Controller) {
         self.move_sensors();
         for (output, brightness) in &mut self.lamps {
@@ -62,7 +62,7 @@ impl BoardState {
         }
     }
 
-    /// The motor whose slide moves what is plugged in here.
+    /// The motor whose slide sets what is plugged in here.
     pub(super) fn moved_by(&self, input: Input) -> Option<Motor> {
         let sensor = self.inputs.get(&input)?;
         Motor::ALL.into_iter().find(|motor| {
@@ -79,7 +79,7 @@ impl BoardState {
         })
     }
 
-    /// Puts the sensors that look at slides where these are.
+    /// Sets the sensors that look at slides to the present distances.
     fn move_sensors(&mut self) {
         for shaft in self.shafts.iter().flatten() {
             let Some(Slide { start_switch, end_switch, seen_by, .. }) = shaft.slide() else {

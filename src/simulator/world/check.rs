@@ -1,25 +1,27 @@
-//! What can be wrong with a world, though each of its values is of the right kind.
+//! Checks of a world whose values all have the right type.
 
 use std::collections::BTreeSet;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use super::remote::AXIS_MAX;
+use super::script::{Script, ScriptAction, ScriptEvent};
 use super::sensor::Sensor;
-use super::{Board, MotorModel, Remote, Script, ScriptEvent, SeenBy, Slide, Travel, World};
+use super::{Board, I2cDevice, MotorModel, Remote, SeenBy, Slide, Travel, World};
+use crate::simulator::i2c::ADDRESS_MAX;
 use crate::terminals::Input;
 use crate::transfer_area::MAX_EXTENSIONS;
 
-/// How many remotes can be told apart.
+/// The number of different switch settings of remotes.
 const REMOTES: usize = 4;
 
-/// What is wrong where.
+/// A mistake and its place.
 #[derive(Debug)]
 pub(super) struct Mistake {
-    /// Names and numbers of what leads to the value, from the outside.
+    /// The names and numbers of the keys that lead to the value, the outermost first.
     pub(super) place: Vec<String>,
     /// What was expected.
-    pub(super) reason: String,
+    reason: String,
 }
 
 impl Mistake {
@@ -27,7 +29,18 @@ impl Mistake {
         Self { place: Vec::new(), reason: reason.into() }
     }
 
-    /// The same, seen from further outside.
+    /// What is wrong, with the keys that lead to it.
+    pub(super) fn sentence(&self) -> String {
+        let Self { place, reason } = self;
+        if place.is_empty() {
+            return reason.clone();
+        }
+        // Keys of the file may contain line breaks.
+        let place: Vec<_> = place.iter().map(|name| name.escape_debug().to_string()).collect();
+        format!("{}: {reason}", place.join("."))
+    }
+
+    /// The same mistake, with this name before its place.
     fn within(mut self, name: impl Display) -> Self {
         self.place.insert(0, name.to_string());
         self
@@ -36,18 +49,18 @@ impl Mistake {
 
 pub(super) type Checked = Result<(), Mistake>;
 
-/// Checks what has a name.
-pub(super) fn at(name: impl Display, checked: Checked) -> Checked {
+/// Adds the name to the place of a mistake.
+pub(super) fn at<T>(name: impl Display, checked: Result<T, Mistake>) -> Result<T, Mistake> {
     checked.map_err(|mistake| mistake.within(name))
 }
 
-/// Checks each of several that are numbered.
+/// Checks each value of a list. Its number is part of the place.
 fn each<T>(name: &str, values: &[T], check: impl Fn(&T) -> Checked) -> Checked {
     let numbered = values.iter().enumerate();
     numbered.into_iter().try_for_each(|(number, value)| at(name, at(number, check(value))))
 }
 
-pub(super) fn expect(holds: bool, reason: impl FnOnce() -> String) -> Checked {
+fn expect(holds: bool, reason: impl FnOnce() -> String) -> Checked {
     if holds {
         Ok(())
     } else {
@@ -72,7 +85,7 @@ fn positive(name: &str, value: f64, most: f64) -> Checked {
 }
 
 impl World {
-    /// Checks ranges and what belongs together.
+    /// Checks the ranges, and that the parts fit together.
     pub(super) fn find_mistake(&self) -> Checked {
         at("master", self.master.check())?;
         let count = self.extensions.len();
@@ -83,14 +96,32 @@ impl World {
         at("script", self.script.check())?;
         at("script", each("events", &self.script.events, |event| self.check_event(event)))?;
         each("remotes", &self.remotes, check_axes)?;
-        at("remotes", check_settings(&self.remotes))
+        at("remotes", check_settings(&self.remotes))?;
+        each("i2c", &self.i2c, |device| check_address(device.address))?;
+        at("i2c", check_addresses(&self.i2c))
     }
 
     fn check_event(&self, event: &ScriptEvent) -> Checked {
-        let ScriptEvent { at: time, controller, input, .. } = *event;
+        let time = event.at;
         not_negative("at", time)?;
         let most = self.script.period.unwrap_or(f64::INFINITY);
         at("at", expect(time < most, || format!("expected less than the period, {most}")))?;
+        match &event.action {
+            ScriptAction::Press { controller, input, .. } => self.check_press(*controller, *input),
+            ScriptAction::Remote(remote) => {
+                let known = self.remotes.iter().any(|known| known.is_set_like(remote));
+                let reason = || String::from("expected dip1 and dip2 of a remote in this world");
+                at("remote", check_axes(remote).and_then(|()| expect(known, reason)))
+            }
+            ScriptAction::I2c { address, .. } => {
+                let known = self.i2c.iter().any(|device| device.address == *address);
+                let reason = || format!("expected a device of this world, not {address:#04x}");
+                at("i2c", at("address", expect(known, reason)))
+            }
+        }
+    }
+
+    fn check_press(&self, controller: usize, input: Input) -> Checked {
         let Some(board) = self.board(controller) else {
             let reason = format!("expected a controller of this world, not {controller}");
             return Err(Mistake::new(reason).within("controller"));
@@ -128,7 +159,7 @@ impl Board {
         Ok(())
     }
 
-    /// What slides move: the motor's name, the key, the input.
+    /// The inputs that slides move: the motor's name, the key, the input.
     fn moved_inputs(&self) -> impl Iterator<Item = (String, &'static str, Input)> + '_ {
         self.motors.iter().flat_map(|(output, motor)| {
             let inputs = motor.slide.as_ref().map(Slide::moved_inputs);
@@ -137,7 +168,7 @@ impl Board {
         })
     }
 
-    /// Checks that what slides move is there, and moved by one only.
+    /// Checks that each input that a slide moves has the right sensor, and only one slide.
     fn check_moved(&self) -> Checked {
         let mut moved = BTreeSet::new();
         for (motor, key, input) in self.moved_inputs() {
@@ -230,9 +261,22 @@ fn check_settings(remotes: &[Remote]) -> Checked {
     for (number, remote) in remotes.iter().enumerate() {
         let taken = remotes.iter().take(number).any(|other| other.is_set_like(remote));
         let reason = || {
-            format!("expected another switch setting (dip1, dip2), of which there are {REMOTES}")
+            format!("expected a different switch setting (dip1, dip2); there are only {REMOTES}")
         };
         at(number, expect(!taken, reason))?;
+    }
+    Ok(())
+}
+
+fn check_address(address: u8) -> Checked {
+    let right = address <= ADDRESS_MAX;
+    at("address", expect(right, || format!("expected 0 to {ADDRESS_MAX:#04x}, not {address:#04x}")))
+}
+
+fn check_addresses(devices: &[I2cDevice]) -> Checked {
+    for (number, device) in devices.iter().enumerate() {
+        let taken = devices.iter().take(number).any(|other| other.address == device.address);
+        at(number, expect(!taken, || format!("there are two devices at {:#04x}", device.address)))?;
     }
     Ok(())
 }

@@ -1,10 +1,10 @@
 //! What is plugged into a simulated TXT: sensors, motors, lamps, buttons, remotes.
 //!
-//! A [`World`] says what there is at the start. It is built in code from plain structs, or read
-//! from a file (`docs/simulator.md` in the repository has every key), and
-//! [given](super::SimulatedTxtBuilder::world) to a simulated TXT or to a
-//! [machine](super::Machine::with_world) that a test steps. From then on the
-//! [`WorldState`] tells where everything is.
+//! A [`World`] describes the start. It [comes with the library](World::shipped), is [built in
+//! code](World::new), or is read from a file ([`guide::simulator`](crate::guide::simulator) has every key).
+//! It is [given](super::SimulatedTxtBuilder::world) to a simulated TXT or to a
+//! [machine](super::Machine::with_world) that a test steps. From then on the [`WorldState`] has the
+//! present state.
 //!
 //! ```
 //! use std::time::Duration;
@@ -15,9 +15,9 @@
 //! use ft_transfer_area::wire::ExchangeData;
 //!
 //! # fn main() -> Result<(), ft_transfer_area::Error> {
-//! let mut machine = Machine::with_world(0, World::default())?;
+//! let mut machine = Machine::with_world(0, World::shipped("slide")?)?;
 //! machine.set_outputs(0, ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() });
-//! machine.step(Duration::from_secs(10)); // of machine time, at once
+//! machine.step(Duration::from_secs(10)); // of machine time, without waiting
 //! assert_eq!(machine.controllers[0].uni[1], 1, "the slide presses its end switch");
 //! let slide = machine.world().and_then(|world| world.slide(0, Motor::M1));
 //! assert_eq!(slide, Some(1000.0));
@@ -27,79 +27,82 @@
 //!
 //! # How it moves
 //!
-//! Time is machine time and goes in ticks of one millisecond, so the same outputs give the same
-//! world however long it takes, and whether a step is long or short. The control of the motors looks
-//! at its counters in every tick:
+//! Time is machine time in ticks of one millisecond. So the same outputs give the same world, however
+//! long the computer takes and in steps of any length. The control of the motors checks its counters
+//! in every tick:
 //!
-//! * Towards the end of a distance it lets the motor turn ever slower, and brakes when the distance
-//!   is counted. The count ends there or later, never before, and the id is reported as done from
-//!   then on. Up to 1000 pulses per second and a [time constant](MotorModel::time_constant) of
-//!   0.1 s it ends up to 3 pulses later, if the motor stood still before or had 0.2 s to slow down
-//!   in.
-//! * Of two synchronised motors it slows down the one that is ahead or will be in 0.02 s, by a
-//!   quarter of its duty for each pulse. A leader waits for the slowest of its followers. One that
-//!   is switched off, or that has done its distance, is not waited for. Those that begin together
-//!   and give up to 200 pulses per second stay within 6 pulses under any load, with time constants
-//!   of up to 0.05 s, and within 11 with up to 0.1 s.
-//! * An injected error is added to the difference between the two. While the leader stays the same
-//!   errors add up, and what is not made up for yet is not lost.
-//! * A motor that has done its distance is held until its next command.
+//! * Near the end of a distance it lets the motor turn more and more slowly, and it brakes when the
+//!   distance is counted. The count ends there or later, never earlier; from then on the id is
+//!   reported as done. With up to 1000 pulses per second and a [time
+//!   constant](MotorModel::time_constant) of up to 0.1 s the count ends up to 3 pulses later, if the
+//!   motor stood still before or had 0.2 s to slow down.
+//! * Of two synchronised motors it slows down the one that is ahead, or will be in 0.02 s, by a
+//!   quarter of its duty for each pulse. A leader waits for its slowest follower, but not for one
+//!   that is switched off or has finished its distance. Motors that start together and give up to
+//!   200 pulses per second stay within 6 pulses under any load, with time constants of up to 0.05 s,
+//!   and within 11 with up to 0.1 s.
+//! * An injected error is added to the difference between the two. While the leader stays the same,
+//!   errors add up, and the part that is not made up for yet is kept.
+//! * A motor that has finished its distance is held until its next command.
 //! * A motor without an encoder counts nothing, so its distances never end, and a motor that is
-//!   synchronised with it comes to stand after a few. The machine's
-//!   [oddities](super::Machine::oddities) tell of a command that needs its count.
+//!   synchronised with it stops after a few pulses. The machine's
+//!   [oddities](super::Machine::oddities) report a command that needs its count.
 //!
-//! How the real controller brakes and how strongly it intervenes is not described anywhere; the
-//! figures are assumed.
+//! How the real controller brakes, and how strongly it slows a motor down, is not described anywhere;
+//! the figures are assumed.
 
 mod board;
 mod check;
 mod file;
+mod i2c_device;
 mod motor_model;
+mod parts;
+mod read;
 mod remote;
+mod script;
 mod sensor;
 mod shaft;
-mod shape;
+mod shipped;
 mod state;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Deserialize;
-
 use crate::terminals::{Input, Motor, Output};
 
+pub use i2c_device::I2cDevice;
 pub use motor_model::{MotorModel, SeenBy, Slide, Travel};
 pub use remote::Remote;
+pub use script::{Script, ScriptAction, ScriptEvent};
 pub use sensor::{Contact, Sensor};
 pub use state::WorldState;
 
 /// What is plugged in where, at the start.
 ///
-/// The default is a slide on M1 with end switches on I1 and I2, a button on I3, an ultrasonic
-/// sensor on I4 that looks at the slide, and a lamp on O7; `docs/simulator.md` has a drawing. An
-/// empty one is `World::from_toml("")`.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// The default has something for each sample of this crate: encoder motors on M1 and M2, a slide on
+/// M3, buttons on I1 and I3 that a script presses, an ultrasonic sensor on I2, the slide's end
+/// switches on I4 and I5, lamps on O7 and O8, and an extension with a button, a sensor and a motor.
+/// [`guide::simulator`](crate::guide::simulator) has a drawing. An empty one is [`World::new`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct World {
     /// What is plugged into the master.
-    #[serde(default)]
     pub master: Board,
-    /// What is plugged into the extensions, the first one's first. At most 8; those that the
-    /// machine has not are left out.
-    #[serde(default)]
+    /// What is plugged into the extensions, in order. At most 8. Those that the machine does not
+    /// have are left out.
     pub extensions: Vec<Board>,
-    /// Who presses which button when.
-    #[serde(default)]
+    /// What happens at which time, such as a pressed button.
     pub script: Script,
     /// Up to four infrared remotes with different switch settings.
-    #[serde(default)]
     pub remotes: Vec<Remote>,
+    /// I2C devices with different addresses.
+    pub i2c: Vec<I2cDevice>,
 }
 
 /// What is plugged into one controller.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Board {
-    /// The sensors. On the other inputs there is nothing.
+    /// The sensors. The other inputs are empty.
     pub inputs: BTreeMap<Input, Sensor>,
     /// The motors.
     pub motors: BTreeMap<Motor, MotorModel>,
@@ -107,65 +110,95 @@ pub struct Board {
     pub lamps: BTreeSet<Output>,
 }
 
-/// Who presses which button when.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Script {
-    /// After so many seconds it begins again, at least 0.001; `None` when it is played once.
-    pub period: Option<f64>,
-    /// What happens, in any order.
-    pub events: Vec<ScriptEvent>,
-}
-
-/// A button is pressed or let go.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(
-    deny_unknown_fields,
-    expecting = "an event, as in { at = 1, input = \"I3\", pressed = true }"
-)]
-pub struct ScriptEvent {
-    /// When, in seconds of machine time since the start or since the script began again; at least
-    /// 0, and less than the period. To the millisecond.
-    pub at: f64,
-    /// The controller: 0 the master, 1..=8 an extension.
-    #[serde(default)]
-    pub controller: usize,
-    /// Where the button or switch is plugged in.
-    pub input: Input,
-    /// Whether it is pressed from then on, or let go.
-    pub pressed: bool,
-}
-
 impl Default for World {
+    /// [`World::shipped`] with the name `default`.
     fn default() -> Self {
-        let slide = Slide {
-            travel: Travel::Pulses(1000.0),
-            position: 500.0,
-            start_switch: Some(Input::I1),
-            end_switch: Some(Input::I2),
-            seen_by: Some(SeenBy { input: Input::I4, start_cm: 5.0, end_cm: 25.0 }),
-        };
-        let motor = MotorModel { load: 0.1, slide: Some(slide), ..MotorModel::with_encoder() };
-        let master = Board {
-            inputs: BTreeMap::from([
-                (Input::I1, Sensor::SWITCH),
-                (Input::I2, Sensor::SWITCH),
-                (Input::I3, Sensor::BUTTON),
-                (Input::I4, Sensor::Ultrasonic { cm: 15.0 }),
-            ]),
-            motors: BTreeMap::from([(Motor::M1, motor)]),
-            lamps: BTreeSet::from([Output::O7]),
-        };
-        Self { master, extensions: Vec::new(), script: Script::default(), remotes: Vec::new() }
+        // A test reads each shipped world.
+        Self::shipped("default").expect("the shipped worlds are right")
     }
 }
 
 impl World {
+    /// An empty world: a master with nothing plugged in.
+    ///
+    /// ```
+    /// use ft_transfer_area::simulator::world::{Board, MotorModel, Sensor, World};
+    /// use ft_transfer_area::simulator::Machine;
+    /// use ft_transfer_area::tx::{Input, Motor};
+    ///
+    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// let master = Board::default()
+    ///     .with_input(Input::I1, Sensor::BUTTON)
+    ///     .with_motor(Motor::M1, MotorModel::encoder_motor().with_load(0.2));
+    /// let machine = Machine::with_world(0, World::new().with_master(master))?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn new() -> Self {
+        Self {
+            master: Board::default(),
+            extensions: Vec::new(),
+            script: Script::default(),
+            remotes: Vec::new(),
+            i2c: Vec::new(),
+        }
+    }
+
+    /// Plugs this into the master.
+    pub fn with_master(mut self, board: Board) -> Self {
+        self.master = board;
+        self
+    }
+
+    /// Adds an extension with this plugged in.
+    pub fn with_extension(mut self, board: Board) -> Self {
+        self.extensions.push(board);
+        self
+    }
+
+    /// Sets the script.
+    pub fn with_script(mut self, script: Script) -> Self {
+        self.script = script;
+        self
+    }
+
+    /// Adds an infrared remote.
+    pub fn with_remote(mut self, remote: Remote) -> Self {
+        self.remotes.push(remote);
+        self
+    }
+
+    /// Adds an I2C device.
+    pub fn with_i2c(mut self, device: I2cDevice) -> Self {
+        self.i2c.push(device);
+        self
+    }
+
     /// What is plugged into the controller with this index (0 the master).
     fn board(&self, controller: usize) -> Option<&Board> {
         match controller.checked_sub(1) {
             None => Some(&self.master),
             Some(extension) => self.extensions.get(extension),
         }
+    }
+}
+
+impl Board {
+    /// Plugs a sensor into this input, in place of an earlier one.
+    pub fn with_input(mut self, input: Input, sensor: Sensor) -> Self {
+        self.inputs.insert(input, sensor);
+        self
+    }
+
+    /// Plugs a motor into this output, in place of an earlier one.
+    pub fn with_motor(mut self, output: Motor, motor: MotorModel) -> Self {
+        self.motors.insert(output, motor);
+        self
+    }
+
+    /// Plugs a lamp into this output, which must not be a terminal of a motor.
+    pub fn with_lamp(mut self, output: Output) -> Self {
+        self.lamps.insert(output);
+        self
     }
 }

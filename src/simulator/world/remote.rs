@@ -1,15 +1,14 @@
 //! Infrared remotes.
 
-use serde::Deserialize;
-
 use crate::wire::IrRemote;
 
 /// How far a joystick moves from its middle.
 pub(super) const AXIS_MAX: i8 = 15;
 
-/// An infrared remote as somebody holds it. Every controller sees it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a remote, as in { dip1 = true }")]
+/// An infrared remote and what it sends at present. Every controller receives it.
+///
+/// It has all that the protocol sends of a remote, so it is closed on purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Remote {
     /// The first DIP switch.
     pub dip1: bool,
@@ -35,7 +34,7 @@ impl Remote {
         self.index() == other.index()
     }
 
-    /// Its joysticks, left to right and left before right.
+    /// The axes of its joysticks with their names.
     pub(super) fn axes(&self) -> [(&'static str, i8); 4] {
         [
             ("left_x", self.left_x),
@@ -45,7 +44,7 @@ impl Remote {
         ]
     }
 
-    /// Where its values are in a controller's inputs, 1..=4.
+    /// The index of its values in a controller's inputs, 1..=4.
     fn index(&self) -> usize {
         1 + usize::from(self.dip1) + 2 * usize::from(self.dip2)
     }
@@ -68,8 +67,8 @@ impl Remote {
     }
 }
 
-/// What a controller sees: any remote (the first that is used, or else the first), then the four
-/// switch settings.
+/// What a controller receives: “any remote” (the first that is in use, or else the first), then the
+/// four switch settings.
 pub(super) fn seen(remotes: &[Remote]) -> [IrRemote; 5] {
     let mut seen = [IrRemote::default(); 5];
     for remote in remotes {
@@ -85,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_switches_say_where_a_remote_is() {
+    fn the_switches_choose_the_place_of_a_remote() {
         for (dip1, dip2, index) in
             [(false, false, 1), (true, false, 2), (false, true, 3), (true, true, 4)]
         {

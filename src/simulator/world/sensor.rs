@@ -1,6 +1,4 @@
-//! What a sensor is, and what an input makes of it.
-
-use serde::Deserialize;
+//! Sensors, and what an input reports of them.
 
 use crate::transfer_area::{
     InputMode, UniConfig, NO_ULTRASONIC, R2_MAX, R2_MIN, R2_OVR, R_MAX, R_MIN, R_OVR,
@@ -9,7 +7,7 @@ use crate::transfer_area::{
 
 /// A digital resistance input reports 1 below this part of its range: 2500 Ω or 7500 Ω.
 const CLOSED_BELOW: f64 = 0.5;
-/// A digital voltage input reports 1 from so many mV on.
+/// A digital voltage input reports 1 from this many mV on.
 const HIGH_FROM: f64 = 5000.0;
 
 /// fischertechnik's NTC at 25 °C, in Ω.
@@ -23,44 +21,39 @@ const ICE: f64 = 273.15;
 const PHOTO_DARK: f64 = 20_000.0;
 const PHOTO_BRIGHT: f64 = 100.0;
 
-/// What a trail sensor delivers over white and over black, in mV.
+/// The output of a trail sensor over white and over black, in mV.
 const TRAIL_WHITE: f64 = 9000.0;
 const TRAIL_BLACK: f64 = 300.0;
 
-/// Something plugged into a universal input.
+/// A sensor plugged into a universal input.
 ///
-/// An input reports what its [mode](InputMode) makes of it:
+/// What an input reports depends on its [mode](InputMode):
 ///
 /// | sensor | resistance | voltage | ultrasonic |
 /// |---|---|---|---|
-/// | switch, button | closed: the least of the range; open: over range | 0 | not present |
+/// | switch, button | closed: lowest value of the range; open: over range | 0 | not present |
 /// | resistor, NTC, photo transistor | its Ω | 0 | not present |
 /// | voltage, colour, trail | over range | its mV | not present |
 /// | ultrasonic | over range | 0 | its cm |
-/// | none | over range | 0 | not present |
+/// | nothing | over range | 0 | not present |
 ///
-/// A digital input reports 1 for less than half its range in Ω (2500 or 7500), for 5000 mV and
-/// more, and for an echo. These thresholds are assumed; the kit names none.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
+/// A digital input reports 1 for less than half its range in Ω (2500 or 7500), for 5000 mV or
+/// more, and for an echo. These thresholds are assumed; the kit does not name them.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sensor {
-    /// A switch, which a slide or a program of the test presses.
+    /// A switch that a slide or the test presses.
     Switch {
         /// Which of its contacts is used.
-        #[serde(default)]
         contact: Contact,
         /// Whether it is pressed at the start.
-        #[serde(default)]
         pressed: bool,
     },
-    /// A push button, which a finger presses.
+    /// A push button that a finger presses.
     Button {
         /// Which of its contacts is used.
-        #[serde(default)]
         contact: Contact,
         /// Whether it is pressed at the start.
-        #[serde(default)]
         pressed: bool,
     },
     /// A resistor or potentiometer.
@@ -75,7 +68,7 @@ pub enum Sensor {
     },
     /// A photo transistor: 20 kΩ in the dark, 100 Ω in bright light.
     PhotoTransistor {
-        /// How bright it is, 0..=1. The current through it is in proportion.
+        /// The brightness, 0..=1. The current through it is proportional.
         light: f64,
     },
     /// A voltage.
@@ -85,29 +78,28 @@ pub enum Sensor {
     },
     /// The ultrasonic distance sensor.
     Ultrasonic {
-        /// How far away its echo comes from in cm, at least 0. Beyond 1023 there is none.
+        /// The distance of the echo in cm, at least 0. Above 1023 there is no echo.
         cm: f64,
     },
     /// The optical colour sensor.
     Colour {
-        /// What it delivers in mV.
+        /// Its output in mV.
         mv: u16,
     },
     /// One half of the infrared trail sensor: 9 V over white, 0.3 V over black.
     Trail {
-        /// Whether it is over something white.
+        /// Whether it is over white.
         white: bool,
     },
 }
 
-/// Which contact of a switch is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize)]
-#[serde(rename_all = "snake_case")]
+/// Which contact of a switch is used. There are only these two, so it is closed on purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Contact {
-    /// It is closed while the switch is pressed (contacts 1 and 3).
+    /// Closed while the switch is pressed (contacts 1 and 3).
     #[default]
     NormallyOpen,
-    /// It is open while the switch is pressed (contacts 1 and 2).
+    /// Open while the switch is pressed (contacts 1 and 2).
     NormallyClosed,
 }
 
@@ -118,7 +110,7 @@ impl Sensor {
     /// A push button that is closed while it is pressed.
     pub const BUTTON: Self = Self::Button { contact: Contact::NormallyOpen, pressed: false };
 
-    /// What a finger or a slide can press.
+    /// Whether it is pressed, for a switch or button.
     pub(super) fn pressed_mut(&mut self) -> Option<&mut bool> {
         match self {
             Self::Switch { pressed, .. } | Self::Button { pressed, .. } => Some(pressed),
@@ -148,7 +140,7 @@ impl Sensor {
         }
     }
 
-    /// What it delivers in mV.
+    /// Its output in mV.
     fn millivolts(&self) -> f64 {
         match *self {
             Self::Voltage { mv } | Self::Colour { mv } => f64::from(mv),
@@ -163,7 +155,7 @@ fn ntc_ohms(celsius: f64) -> f64 {
     NTC_OHMS * (NTC_B * (1.0 / (celsius + ICE) - 1.0 / (25.0 + ICE))).exp()
 }
 
-/// What an input with this configuration reports of what is plugged in.
+/// What an input with this configuration reports for what is plugged in.
 pub(super) fn report(sensor: Option<&Sensor>, config: UniConfig) -> i16 {
     let digital = config.digital != 0;
     match config.mode {
@@ -262,14 +254,14 @@ mod tests {
     }
 
     #[test]
-    fn an_input_with_nothing_says_so() {
+    fn an_empty_input_is_reported() {
         assert_eq!([R, R2, U, CM].map(|config| report(None, config)), [5000, 15_000, 0, 4096]);
         assert_eq!([R, R2, U, CM].map(|config| report(None, digital(config))), [0; 4]);
         assert_eq!(report(None, UniConfig { mode: 9, ..U }), 0);
     }
 
     #[test]
-    fn a_sensor_in_a_mode_of_another_is_as_good_as_none() {
+    fn a_sensor_in_the_mode_of_another_counts_as_none() {
         let voltage = Sensor::Voltage { mv: 4500 };
         assert_eq!([R, R2, CM].map(|config| report(Some(&voltage), config)), [5000, 15_000, 4096]);
         let ultrasonic = Sensor::Ultrasonic { cm: 50.0 };

@@ -11,15 +11,15 @@ const TICK: f64 = TICK_MICROS as f64 / 1e6;
 /// A slide is at its end switch within this part of its travel.
 const SWITCH_ZONE: f64 = 0.01;
 
-/// A motor, how fast it turns and how far it has come.
+/// A motor with its speed and position.
 #[derive(Clone, Debug)]
 pub(super) struct Shaft {
     motor: MotorModel,
-    /// Turns per second, negative backwards.
+    /// Turns per second, negative for backwards.
     speed: f64,
     /// Position of the slide, in the unit of its travel.
     position: f64,
-    /// How far it has turned since its last pulse, as a part of one.
+    /// How far it has turned since its last pulse, as a part of a pulse.
     part: f64,
 }
 
@@ -37,7 +37,7 @@ impl Shaft {
         self.motor.pulses_per_turn.is_some()
     }
 
-    /// Turns per second, negative backwards.
+    /// Turns per second, negative for backwards.
     pub(super) fn speed(&self) -> f64 {
         self.speed
     }
@@ -52,13 +52,13 @@ impl Shaft {
         self.position
     }
 
-    /// Stops at once.
+    /// Stops immediately.
     pub(super) fn halt(&mut self) {
         self.speed = 0.0;
     }
 
-    /// Turns for one tick with this part of full power, −1.0..=1.0; the pulses that gives. Without
-    /// power it brakes, as a motor does whose contacts are connected.
+    /// Turns for one tick with this part of full power, −1.0..=1.0. Returns the pulses. Without power
+    /// it brakes, like a motor whose contacts are connected.
     pub(super) fn turn(&mut self, power: f64) -> u16 {
         let MotorModel { top_speed, time_constant, load, .. } = self.motor;
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
@@ -67,7 +67,7 @@ impl Shaft {
         self.count(turns.abs())
     }
 
-    /// Moves the slide by so many turns of the motor, or as far as it can; the turns that gives.
+    /// Moves the slide by this many turns of the motor, or as far as it can. Returns the turns made.
     fn move_slide(&mut self, turns: f64) -> f64 {
         let Some(Slide { travel, .. }) = self.motor.slide else { return turns };
         let per_turn = match travel {
@@ -88,7 +88,7 @@ impl Shaft {
         self.part += turns * self.motor.pulses_per_turn.unwrap_or(0.0);
         let pulses = self.part.floor();
         self.part -= pulses;
-        // At most 100 turns per second of 1000 pulses each, which is 100 in a tick.
+        // At most 100 turns per second with 1000 pulses each, which is 100 pulses in a tick.
         pulses as u16
     }
 
@@ -99,7 +99,7 @@ impl Shaft {
         [self.position <= zone, self.position >= length - zone]
     }
 
-    /// How far from the ultrasonic sensor that looks at it the slide is, in cm.
+    /// The distance from the slide to the ultrasonic sensor that looks at it, in cm.
     pub(super) fn seen_at(&self) -> Option<f64> {
         let seen_by = self.slide()?.seen_by?;
         let part = self.position / self.length()?;
@@ -120,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn the_speed_tends_to_what_the_load_leaves() {
+    fn the_speed_approaches_what_the_load_leaves() {
         for (power, load, speed) in
             [(1.0, 0.0, 3.0), (0.5, 0.0, 1.5), (1.0, 0.5, 1.5), (-1.0, 0.2, -2.4), (0.3, 0.5, 0.0)]
         {
@@ -144,7 +144,8 @@ mod tests {
 
     #[test]
     fn pulses_follow_from_turns_in_both_directions() {
-        let motor = MotorModel { time_constant: 0.0, top_speed: 2.0, ..MotorModel::with_encoder() };
+        let motor =
+            MotorModel { time_constant: 0.0, top_speed: 2.0, ..MotorModel::encoder_motor() };
         let mut shaft = Shaft::new(&motor);
         let pulses = turn(&mut shaft, 1.0, 10_000);
         assert!((1265..=1266).contains(&pulses), "{pulses}");
@@ -168,7 +169,7 @@ mod tests {
             }),
         };
         let mut shaft =
-            Shaft::new(&MotorModel { slide: Some(slide), ..MotorModel::with_encoder() });
+            Shaft::new(&MotorModel { slide: Some(slide), ..MotorModel::encoder_motor() });
         assert_eq!((shaft.at_stops(), shaft.seen_at()), ([false, false], Some(15.0)));
         let pulses = turn(&mut shaft, 1.0, 20_000);
         // 50 mm are 12.5 turns.

@@ -1,22 +1,24 @@
-//! A world as it moves.
+//! The present state of a world.
 
 use std::time::Duration;
 
 use super::board::BoardState;
 use super::remote::{self, Remote};
+use super::script::{ScriptAction, ScriptState};
 use super::sensor::Sensor;
 use super::shaft::{Shaft, TICK_MICROS};
-use super::{Script, World};
+use super::World;
 use crate::simulator::controller::Controller;
+use crate::simulator::i2c::I2cBus;
 use crate::simulator::oddity::Encoder;
 use crate::terminals::{Input, Motor, Output};
 
-/// Longer steps are as long as this, in µs: an hour.
+/// The longest step in µs: an hour. Longer steps are cut to it.
 const LONGEST_STEP: u64 = 3_600_000_000;
 
-/// Where everything in a [`World`] is at present, and what a program may change in it.
+/// The present state of a [`World`], and what a program may change in it.
 ///
-/// Controllers are told by index: 0 the master, 1..=8 the extensions.
+/// Controllers are given by index: 0 the master, 1..=8 the extensions.
 #[derive(Clone, Debug)]
 pub struct WorldState {
     boards: Vec<BoardState>,
@@ -29,7 +31,7 @@ pub struct WorldState {
 }
 
 impl WorldState {
-    /// A checked world for so many controllers, and what they see of it at first.
+    /// A checked world for these controllers. They get their first inputs.
     pub(in crate::simulator) fn new(world: &World, controllers: &mut [Controller]) -> Self {
         let board = |index| world.board(index).map(BoardState::new).unwrap_or_default();
         let mut state = Self {
@@ -43,19 +45,32 @@ impl WorldState {
         state
     }
 
-    /// Lets so many µs pass, for these controllers, which take part in it.
-    pub(in crate::simulator) fn move_on(&mut self, micros: u64, controllers: &mut [Controller]) {
+    /// Lets this many µs pass, for these controllers.
+    pub(in crate::simulator) fn move_on(
+        &mut self,
+        micros: u64,
+        controllers: &mut [Controller],
+        i2c: &mut I2cBus,
+    ) {
         self.rest += micros.min(LONGEST_STEP);
         while self.rest >= TICK_MICROS {
             self.rest -= TICK_MICROS;
-            self.tick(controllers);
+            self.tick(controllers, i2c);
         }
         self.show(controllers);
     }
 
-    fn tick(&mut self, controllers: &mut [Controller]) {
-        for (controller, input, pressed) in self.script.due(self.ticks) {
-            press(&mut self.boards, controller, input, pressed);
+    fn tick(&mut self, controllers: &mut [Controller], i2c: &mut I2cBus) {
+        for action in self.script.due(self.ticks) {
+            match action {
+                ScriptAction::Press { controller, input, pressed } => {
+                    press(&mut self.boards, *controller, *input, *pressed);
+                }
+                ScriptAction::Remote(remote) => set_remote(&mut self.remotes, *remote),
+                ScriptAction::I2c { address, register, values } => {
+                    i2c.set(*address, *register, values);
+                }
+            }
         }
         self.ticks += 1;
         for (board, controller) in self.boards.iter_mut().zip(controllers) {
@@ -71,7 +86,14 @@ impl WorldState {
         }
     }
 
-    /// Everything comes to rest, as nobody tells the motors to turn.
+    /// Updates the inputs of a controller for its present configuration.
+    pub(in crate::simulator) fn show_to(&mut self, index: usize, controller: &mut Controller) {
+        if let Some(board) = self.boards.get_mut(index) {
+            board.show(controller);
+        }
+    }
+
+    /// Stops all motors and switches all lamps off.
     pub(in crate::simulator) fn halt(&mut self) {
         self.boards.iter_mut().for_each(BoardState::halt);
     }
@@ -81,29 +103,29 @@ impl WorldState {
         Duration::from_micros(self.ticks * TICK_MICROS)
     }
 
-    /// Where the slide of this motor is, in the unit of its travel; `None` without one.
+    /// The position of this motor's slide, in the unit of its travel; `None` without a slide.
     pub fn slide(&self, controller: usize, motor: Motor) -> Option<f64> {
         let shaft = self.shaft(controller, motor)?;
         shaft.slide().map(|_| shaft.position())
     }
 
-    /// How fast this motor turns, in turns per second, negative backwards; `None` without one.
+    /// The speed of this motor in turns per second, negative for backwards; `None` without a motor.
     pub fn motor_speed(&self, controller: usize, motor: Motor) -> Option<f64> {
         self.shaft(controller, motor).map(Shaft::speed)
     }
 
-    /// How bright this lamp is, from 0.0 to 1.0 in proportion to the duty; `None` without one.
+    /// The brightness of this lamp, 0.0 to 1.0, proportional to the duty; `None` without a lamp.
     pub fn lamp(&self, controller: usize, output: Output) -> Option<f64> {
         self.boards.get(controller)?.lamps.get(&output).copied()
     }
 
-    /// What is plugged in here at present; `None` when nothing is.
+    /// The sensor that is plugged in here at present, if any.
     pub fn sensor(&self, controller: usize, input: Input) -> Option<&Sensor> {
         self.boards.get(controller)?.inputs.get(&input)
     }
 
     /// The motor whose slide presses the switch that is plugged in here, or is seen by the sensor.
-    /// What a program sets there is gone with the next step.
+    /// The next step replaces what a program sets there.
     ///
     /// ```
     /// use ft_transfer_area::simulator::world::World;
@@ -111,7 +133,7 @@ impl WorldState {
     /// use ft_transfer_area::tx::{Input, Motor};
     ///
     /// # fn main() -> Result<(), ft_transfer_area::Error> {
-    /// let machine = Machine::with_world(0, World::default())?;
+    /// let machine = Machine::with_world(0, World::shipped("slide")?)?;
     /// let moved_by = |input| machine.world().and_then(|world| world.moved_by(0, input));
     /// assert_eq!(moved_by(Input::I2), Some(Motor::M1), "the end switch");
     /// assert_eq!(moved_by(Input::I3), None, "the button");
@@ -122,8 +144,8 @@ impl WorldState {
         self.boards.get(controller)?.moved_by(input)
     }
 
-    /// Plugs in another sensor, or takes it out. Values out of their range count as the nearest
-    /// in it. An end switch or sensor of a slide goes on to be moved by it, if it still is one.
+    /// Plugs in another sensor, or removes it. A value out of its range becomes the nearest one in
+    /// it. A slide goes on to set its switch or ultrasonic sensor, if the new sensor is one too.
     ///
     /// Returns whether there is such a controller. The input reports it from the next step on.
     pub fn set_sensor(&mut self, controller: usize, input: Input, sensor: Option<Sensor>) -> bool {
@@ -135,9 +157,9 @@ impl WorldState {
         true
     }
 
-    /// Presses a button or switch, or lets it go, until the script or a slide does otherwise.
+    /// Presses or releases a button or switch, until the script or a slide changes it.
     ///
-    /// Returns whether there is one. The input reports it from the next step on.
+    /// Returns whether there is a button or switch. The input reports it from the next step on.
     pub fn press(&mut self, controller: usize, input: Input, pressed: bool) -> bool {
         press(&mut self.boards, controller, input, pressed)
     }
@@ -147,13 +169,10 @@ impl WorldState {
         &self.remotes
     }
 
-    /// Changes the remote with the same switch setting, or adds it. Joysticks beyond −15..=15 count
-    /// as the nearest in it. The controllers see it from the next step on.
+    /// Changes the remote with the same switch setting, or adds it. A joystick value outside −15..=15
+    /// becomes the nearest one in it. The controllers receive it from the next step on.
     pub fn set_remote(&mut self, remote: Remote) {
-        match self.remotes.iter_mut().find(|known| known.is_set_like(&remote)) {
-            Some(known) => *known = remote,
-            None => self.remotes.push(remote),
-        }
+        set_remote(&mut self.remotes, remote);
     }
 
     /// Whether the motor with this index can be counted.
@@ -171,37 +190,15 @@ impl WorldState {
     }
 }
 
+fn set_remote(remotes: &mut Vec<Remote>, remote: Remote) {
+    match remotes.iter_mut().find(|known| known.is_set_like(&remote)) {
+        Some(known) => *known = remote,
+        None => remotes.push(remote),
+    }
+}
+
 fn press(boards: &mut [BoardState], controller: usize, input: Input, pressed: bool) -> bool {
     let sensor = boards.get_mut(controller).and_then(|board| board.inputs.get_mut(&input));
     let button = sensor.and_then(Sensor::pressed_mut);
     button.map(|button| *button = pressed).is_some()
-}
-
-/// A script in ticks.
-#[derive(Clone, Debug)]
-struct ScriptState {
-    period: Option<u64>,
-    /// Tick, controller, input and whether it is pressed, in order.
-    events: Vec<(u64, usize, Input, bool)>,
-}
-
-impl ScriptState {
-    fn new(script: &Script) -> Self {
-        // What is beyond the range is never due.
-        let ticks = |seconds: f64| (seconds * 1e6 / TICK_MICROS as f64).round() as u64;
-        let events = script.events.iter();
-        let mut events: Vec<_> = events
-            .map(|event| (ticks(event.at), event.controller, event.input, event.pressed))
-            .collect();
-        // Those at the same time keep their order.
-        events.sort_by_key(|event| event.0);
-        Self { period: script.period.map(|period| ticks(period).max(1)), events }
-    }
-
-    /// What happens at the beginning of a tick.
-    fn due(&self, tick: u64) -> impl Iterator<Item = (usize, Input, bool)> + '_ {
-        let now = self.period.map_or(tick, |period| tick % period);
-        let due = self.events.iter().filter(move |event| event.0 == now);
-        due.map(|&(_, controller, input, pressed)| (controller, input, pressed))
-    }
 }

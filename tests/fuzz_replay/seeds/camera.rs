@@ -9,7 +9,7 @@ use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
 use super::{write, Input};
 
-/// A frame as the camera's connection has it.
+/// A frame as it comes over the camera's connection.
 pub(super) fn frame(jpeg: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     CameraFrameHeader {
@@ -108,7 +108,7 @@ pub(super) fn write_all() {
     }
 }
 
-/// The first two frames of the simulated camera, the second with markers behind the picture.
+/// The first two frames of the simulated camera, the second with markers after the picture.
 fn simulated(tables: bool) -> Vec<Vec<u8>> {
     let txt = SimulatedTxt::builder()
         .camera_tables(tables)
@@ -117,7 +117,7 @@ fn simulated(tables: bool) -> Vec<Vec<u8>> {
         .unwrap();
     let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions { width: 32, height: 24, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_size(32, 24);
     let frames = handler.start_camera(options).unwrap();
     frames.iter().take(2).map(|frame| frame.data).collect()
 }

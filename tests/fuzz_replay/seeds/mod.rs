@@ -1,4 +1,4 @@
-//! Makes the seeds in `fuzz/corpus` anew, from the recorded packets and from small pictures.
+//! Makes the seeds in `fuzz/corpus` again, from the recorded packets and from small pictures.
 
 use std::fs;
 
@@ -46,7 +46,7 @@ fn write(target: &str, name: &str, bytes: impl AsRef<[u8]>) {
 struct Input(Vec<u8>);
 
 impl Input {
-    /// A value of `int_in_range(0..=most)`, which is also how a place in a list is told.
+    /// A value of `int_in_range(0..=most)`, which is also used for a place in a list.
     fn int(&mut self, value: usize, most: usize) -> &mut Self {
         let count = (usize::BITS - most.leading_zeros()).div_ceil(8) as usize;
         let big_endian = value.to_be_bytes();
@@ -59,13 +59,13 @@ impl Input {
         self
     }
 
-    /// What `take` reads: a count of at most so many bytes, then the bytes.
+    /// What `take` reads: a count of bytes, at most `most`, then the bytes.
     fn take(&mut self, bytes: &[u8], most: usize) -> &mut Self {
         self.int(bytes.len(), most).bytes(bytes)
     }
 }
 
-/// A recorded session's name without what all have, and its content.
+/// The recorded sessions: their names without the common parts, and their content.
 fn sessions() -> impl Iterator<Item = (String, Value)> {
     session_names().into_iter().map(|file| {
         let name = file.trim_start_matches("session_").trim_end_matches(".json");
@@ -83,7 +83,7 @@ fn wire() {
     for (_, session) in sessions() {
         for which in ["request", "response"] {
             for packet in packets(&session, which) {
-                // Of compressed exchanges the header is what is read as a packet.
+                // Only the header of a compressed exchange is read as a packet.
                 let whole = matches!(packet.len(), 4 | 24 | 60 | 68 | 80 | 96);
                 let packet = if whole { &packet[..] } else { &packet[..16] };
                 let id: String = packet[..4].iter().map(|byte| format!("{byte:02x}")).collect();
@@ -148,7 +148,7 @@ fn exchange() {
         let mut input = Input::default();
         input.bytes(&[kind]);
         for mask in [0_u8, 1, 0xFF] {
-            // One that is right, then arbitrary data with a right checksum, then a flipped bit.
+            // A right response, then arbitrary data with a right checksum, then a flipped bit.
             let words = [mask; 64];
             let nothing = |input: &mut Input| {
                 if kind & 2 != 0 {
@@ -176,7 +176,7 @@ fn exchange() {
             input.bytes(&[9, 1]);
             nothing(&mut input);
         }
-        // More extensions than there are.
+        // More extensions than exist.
         input.int(1, 3).bytes(&[0xFF, 0xFF]).take(&[0xFD; 200], 1200);
         write("exchange", &format!("kind_{kind}"), input.0);
     }
@@ -274,7 +274,7 @@ fn session() {
     input.int(8, 9).bytes(&[0, 0]).int(7, 7).take(&[1, 2, 3], 600);
     write("session", "every_kind", input.0);
 
-    // The compression begins anew with each StartOnline.
+    // The compression starts again with each StartOnline.
     let mut input = Input::default();
     input.int(0, 8).bytes(&[0, 1, 1]);
     for _ in 0..2 {
@@ -286,7 +286,7 @@ fn session() {
 }
 
 fn text() {
-    let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/worlds");
+    let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/../src/simulator/worlds");
     for entry in fs::read_dir(worlds).unwrap() {
         let path = entry.unwrap().path();
         write("worlds", path.file_name().unwrap().to_str().unwrap(), fs::read(&path).unwrap());

@@ -1,4 +1,4 @@
-//! This program once more, in another role, as a child process.
+//! This test program as a child process, in another role.
 
 use std::io::{self, BufRead, BufReader, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
@@ -18,16 +18,16 @@ use nix::unistd::{setuid, Uid};
 use super::controller::{Controller, DUTY};
 use super::row::{name_of, By};
 
-/// The role of a child process, with what it has to know, separated by spaces.
+/// The role of a child process and its arguments, separated by spaces.
 const ROLE: &str = "RELIABILITY_ROLE";
 
-/// A user who may start no more threads than its limit allows, unlike root.
+/// A user whose number of threads is limited, unlike that of root.
 const NOBODY: u32 = 65_534;
 
-/// A child process that says what it sees, a line each.
+/// A child process that prints a line for each thing it sees.
 pub(crate) struct Child {
     pub(crate) process: process::Child,
-    /// Its end tells a program to end its transfer.
+    /// When it is closed, the program ends its transfer.
     pub(crate) stdin: Option<ChildStdin>,
     lines: BufReader<ChildStdout>,
 }
@@ -38,7 +38,7 @@ impl Child {
         Self::start_by(Command::new(std::env::current_exe().unwrap()), role)
     }
 
-    /// Starts it by a command that runs it.
+    /// Starts it with a command that runs it.
     pub(crate) fn start_by(mut command: Command, role: &str) -> Self {
         let mut process =
             command.env(ROLE, role).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
@@ -47,7 +47,7 @@ impl Child {
         Self { process, stdin, lines }
     }
 
-    /// What it says next: a word, something about it, and when.
+    /// Its next line, which has this word, a detail, and the time.
     pub(crate) fn hear(&mut self, word: &str) -> (String, SystemTime) {
         let mut line = String::new();
         self.lines.read_line(&mut line).unwrap();
@@ -67,7 +67,7 @@ impl Drop for Child {
     }
 }
 
-/// Says something to the parent.
+/// Prints a line for the parent.
 fn say(word: &str, about: &str, when: SystemTime) {
     let micros = when.duration_since(UNIX_EPOCH).unwrap().as_micros();
     println!("{word} {about} {micros}");
@@ -79,7 +79,7 @@ fn say_now(word: &str, about: &str) {
 }
 
 fn say_result<T>(word: &str, result: &Result<T, Error>) {
-    say_now(word, &result.as_ref().err().map_or("Ok".to_owned(), name_of));
+    say_now(word, result.as_ref().err().map_or("Ok", name_of));
 }
 
 pub(crate) fn role() -> Option<String> {
@@ -102,8 +102,8 @@ pub(crate) fn play(role: &str) {
             leave_no_thread();
             begin("127.0.0.1", number(port));
         }
-        ["no-descriptor-amid", port] => amid(number(port), leave_no_descriptor),
-        ["no-thread-amid", port] => amid(number(port), leave_no_thread),
+        ["no-descriptor-in-transfer", port] => in_transfer(number(port), leave_no_descriptor),
+        ["no-thread-in-transfer", port] => in_transfer(number(port), leave_no_thread),
         _ => panic!("there is no role {role:?}"),
     }
 }
@@ -120,21 +120,21 @@ fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler 
     handler
 }
 
-/// Runs a motor until there is an error or the parent wants the end.
+/// Runs a motor until there is an error or the parent ends it.
 fn program(host: &str, port: u16, read_ms: u64) {
-    let limits = TimeLimits { read: Duration::from_millis(read_ms), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_millis(read_ms));
     let handler = handler(host, port, limits);
     let is_wanted = begin_until_told(&handler);
     while is_wanted.load(Ordering::SeqCst) {
         if let Err(error) = handler.wait_cycle() {
-            say_now("ended", &name_of(&error));
+            say_now("ended", name_of(&error));
             return;
         }
     }
     say_result("ended", &handler.end_transfer());
 }
 
-/// Begins a transfer; whether the parent does not want its end yet.
+/// Begins a transfer. Returns a flag that the parent clears to end it.
 fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
     handler.begin_transfer().unwrap();
     drop(handler.wait_cycle().unwrap());
@@ -148,13 +148,13 @@ fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
     is_wanted
 }
 
-/// Runs a motor until the connection is lost, goes on when it stands again, and says what it was told.
+/// Runs a motor until the connection is lost, goes on when it is restored, and prints the error that it got.
 fn reconnecting(host: &str, port: u16) {
     let builder = TransferAreaComHandler::builder(host).port(port);
     let handler = builder.reconnect(Duration::from_secs(60)).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     let is_wanted = begin_until_told(&handler);
-    let (mut told, mut when) = ("nothing".to_owned(), SystemTime::now());
+    let (mut told, mut when) = ("nothing", SystemTime::now());
     let mut is_connected = true;
     while is_wanted.load(Ordering::SeqCst) || !is_connected {
         match handler.wait_cycle() {
@@ -166,29 +166,29 @@ fn reconnecting(host: &str, port: u16) {
         }
     }
     assert!(handler.statistics().gaps <= 1, "the network was cut once");
-    say("told", &told, when);
+    say("told", told, when);
     say_result("ended", &handler.end_transfer());
 }
 
 /// Tries to begin a transfer.
 fn begin(host: &str, port: u16) {
-    let limits = TimeLimits { connect: Duration::from_secs(1), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_connect(Duration::from_secs(1));
     let handler = handler(host, port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
     say_result("begun", &result);
 }
 
-/// Begins a transfer and waits, while signals come that it handles: in the thread that begins it,
+/// Begins a transfer and waits, while it handles signals: in the thread that begins the transfer,
 /// and then in the transfer thread.
 fn signalled(port: u16) {
     let mut signal = SigSet::empty();
     signal.add(Signal::SIGINT);
-    // The thread that waits for Ctrl-C is not to get it, so that those do that read.
+    // The thread that waits for Ctrl-C must not get the signal, so that the reading threads get it.
     signal.thread_block().unwrap();
     ctrlc::set_handler(|| {}).unwrap();
     signal.thread_unblock().unwrap();
-    let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
     let handler = handler("127.0.0.1", port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
@@ -197,7 +197,7 @@ fn signalled(port: u16) {
     say_result("ended", &handler.end_transfer());
 }
 
-/// A controller that others reach by all addresses of this machine.
+/// A controller that other processes reach at all addresses of this machine.
 fn controller(port: u16) {
     let idle_limit = Duration::from_secs(5);
     let controller = Controller::with_idle_limit(SimulatedTxt::builder(), idle_limit);
@@ -222,11 +222,11 @@ fn controller(port: u16) {
         By::NeverOn | By::GoesOn => "none",
     };
     say("off", by, began + stopped.unwrap_or_default());
-    // The last response may still be on its way.
+    // The last response may not have arrived yet.
     let _ = io::copy(&mut io::stdin(), &mut io::sink());
 }
 
-/// Hands on what comes in, and its end.
+/// Forwards all bytes, and the end of the connection.
 fn relay(from: &TcpStream, to: &TcpStream) {
     from.set_nodelay(true).unwrap();
     let (mut from, mut to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
@@ -236,14 +236,14 @@ fn relay(from: &TcpStream, to: &TcpStream) {
     });
 }
 
-/// What of the transfer's helpers fails when something has run out amid it.
-fn amid(port: u16, run_out: fn()) {
+/// Lets something run out during a transfer, and then starts the camera and I2C.
+fn in_transfer(port: u16, run_out: fn()) {
     let handler = handler("127.0.0.1", port, TimeLimits::default());
     handler.begin_transfer().unwrap();
     say_result("begun", &handler.wait_cycle());
     run_out();
     let limits = Duration::from_millis(300);
-    let options = CameraOptions { start_limit: limits, ..CameraOptions::default() };
+    let options = CameraOptions::default().with_start_limit(limits);
     let camera = handler.start_camera(options).map(|frames| for _ in frames {});
     say_result("camera", &camera.and_then(|()| handler.camera_error().map_or(Ok(()), Err)));
     say_result("i2c", &handler.i2c());

@@ -21,7 +21,7 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, fault, "`begin_transfer`").sees(sees, limit).by(&[By::NeverOn])
     };
     vec![
-        row("nothing listens", "`ConnectionRefused`", "at once").test(|| {
+        row("nothing listens", "`ConnectionRefused`", "immediately").test(|| {
             let (_socket, port) = closed_port();
             Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(port)))
         }),
@@ -36,20 +36,20 @@ pub(crate) fn rows() -> Vec<Row> {
                 Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(port)))
             }),
         row("unknown name", "`HostNotFound`", "the connect limit").test(|| {
-            // No part of a name has more than 63 characters, so nobody is asked for this one.
+            // No part of a name has more than 63 characters, so no server is asked for this name.
             Ok(begin(TransferAreaComHandler::builder("x".repeat(64))))
         }),
-        row("another program is online", "`ConnectionClosed`", "at once").test(|| Ok(busy())),
-        row("firmware below 4.1.6", "`FirmwareTooOld`", "at once").test(|| {
+        row("another program is online", "`ConnectionClosed`", "immediately").test(|| Ok(busy())),
+        row("firmware below 4.1.6", "`FirmwareTooOld`", "immediately").test(|| {
             let txt = txt().firmware(FirmwareVersion::new(4, 1, 5)).start().unwrap();
             Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(txt.port())))
         }),
     ]
 }
 
-/// What comes of a transfer that can't begin.
+/// The outcome of a transfer that can't begin.
 pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
-    let limits = TimeLimits { connect: CONNECT_LIMIT, read: READ_LIMIT, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_connect(CONNECT_LIMIT).with_read(READ_LIMIT);
     let handler = builder.time_limits(limits).build().unwrap();
     let begin = Instant::now();
     let error = handler.begin_transfer().expect_err("there is no controller");
@@ -60,7 +60,7 @@ pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
     Outcome { seen: Seen::Error(error), soon, by: By::NeverOn, stopped: None }
 }
 
-/// A controller serves one program, whose motor goes on.
+/// A controller serves only one program, whose motor goes on.
 fn busy() -> Outcome {
     let controller = Controller::start(txt());
     let first = controller.handler().build().unwrap();

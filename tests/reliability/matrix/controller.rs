@@ -1,4 +1,4 @@
-//! A simulated TXT that remembers when its motors ran.
+//! A simulated TXT that records when its motors ran.
 
 use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,13 +12,13 @@ use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 
 use super::row::{By, DEADLINE};
 
-/// The controller's idle limit where it is what stops the motors.
+/// The controller's idle limit in tests where it stops the motors.
 pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(1);
 
 /// The duty that the programs give to M1.
 pub(crate) const DUTY: i16 = 512;
 
-/// The exchanges that came in.
+/// The exchanges that were received.
 type Record = Arc<Mutex<Vec<Exchange>>>;
 
 #[derive(Clone, Copy)]
@@ -26,7 +26,7 @@ struct Exchange {
     at: Instant,
     /// Whether it has a duty.
     on: bool,
-    /// Counts the connections.
+    /// The number of the connection.
     connection: u64,
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct Controller {
     idle_limit: Duration,
     record: Record,
     finished: Arc<AtomicBool>,
-    /// Tells when the motors were off again.
+    /// Returns when the motors were off again.
     watcher: Mutex<Option<JoinHandle<Option<Instant>>>>,
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn is_on(machine: &Machine) -> bool {
 }
 
 impl Controller {
-    /// One that closes no connection for being idle.
+    /// A controller that never closes an idle connection.
     pub(crate) fn start(builder: SimulatedTxtBuilder) -> Self {
         Self::with_idle_limit(builder, FOREVER)
     }
@@ -77,7 +77,7 @@ impl Controller {
             let record = Arc::clone(&record);
             thread::spawn(move || {
                 let is_finished = || finished.load(Ordering::SeqCst);
-                // They may be on for less than a thread takes to wake.
+                // They may be off again before this thread wakes.
                 let was_on = || record.lock().unwrap().iter().any(|exchange| exchange.on);
                 txt.wait_until(FOREVER, |_| was_on() || is_finished());
                 txt.wait_until(FOREVER, |machine| !is_on(machine) || is_finished());
@@ -94,12 +94,12 @@ impl Controller {
     /// Settings for a handler of it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
         let builder = TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string());
-        // A hook that panics takes long where a backtrace is printed.
+        // A hook that panics takes a long time if a backtrace is printed.
         builder.port(self.port()).hook_limit(DEADLINE)
     }
 
     pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {
-        assert!(self.txt.wait_until(DEADLINE, condition), "{what} did not come about");
+        assert!(self.txt.wait_until(DEADLINE, condition), "waited in vain for {what}");
     }
 
     /// Waits until a motor is on.
@@ -107,8 +107,8 @@ impl Controller {
         self.wait("a duty", is_on);
     }
 
-    /// What has stopped the motors for good, and how long after the fault. Waits until the
-    /// client is gone.
+    /// What has stopped the motors, and how long after the fault. Waits until the client is
+    /// gone.
     pub(crate) fn stopped_after(&self, fault: Instant) -> (By, Option<Duration>) {
         self.wait("motors off and the end of online mode", |machine| {
             !machine.online() && !is_on(machine)
@@ -134,17 +134,17 @@ impl Controller {
         (by, Some(off.saturating_duration_since(fault)))
     }
 
-    /// Ends the watching; when the motors were off.
+    /// Stops the watcher, and returns when the motors were off.
     fn finish(&self) -> Option<Instant> {
         let watcher = self.watcher.lock().unwrap().take()?;
-        // The watcher finds the motors off first, if it has not yet.
+        // First the watcher must see that the motors are off.
         let begin = Instant::now();
         let was_on = self.record.lock().unwrap().iter().any(|exchange| exchange.on);
         while was_on && !watcher.is_finished() && begin.elapsed() < DEADLINE {
             thread::sleep(Duration::from_millis(1));
         }
         self.finished.store(true, Ordering::SeqCst);
-        // Wakes it.
+        // Wakes the watcher.
         self.txt.with_machine(|_| ());
         watcher.join().unwrap()
     }

@@ -1,11 +1,11 @@
-//! `docs/reliability.md`: its table is made of the rows.
+//! `docs/reliability.md`: its table is made from the rows.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use super::row::Row;
 
-/// What stands around the table.
+/// The lines before and after the table.
 const BEGIN: &str = "<!-- The table is written by tests/reliability. -->";
 const END: &str = "<!-- The end of the table. -->";
 
@@ -13,11 +13,11 @@ const HEADER: &str = "\
 | fault | where | the program sees | how soon | measured | duty 0 by | measured |
 |---|---|---|---|---|---|---|";
 
-/// The columns that a run measures.
+/// The columns with measured values.
 const MEASURED: [usize; 2] = [4, 6];
 
 fn path() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("docs/reliability.md")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reliability.md")
 }
 
 /// Whether the document's table has these rows and no others.
@@ -50,7 +50,7 @@ pub(crate) fn check(rows: &[Row]) -> Result<(), String> {
     }
 }
 
-/// Writes the table with what was measured. Of rows that did not run the old figures stay.
+/// Writes the table with the measured values. Rows that did not run keep their old figures.
 pub(crate) fn write(rows: &[Row]) -> Result<(), String> {
     let document = std::fs::read_to_string(path()).map_err(|error| error.to_string())?;
     let old = table(&document)?.to_owned();
@@ -60,7 +60,7 @@ pub(crate) fn write(rows: &[Row]) -> Result<(), String> {
     std::fs::write(path(), new).map_err(|error| error.to_string())
 }
 
-/// The lines between the marks.
+/// The lines between the two marks.
 fn table(document: &str) -> Result<&str, String> {
     let table = document.split_once(BEGIN).and_then(|(_, rest)| rest.split_once(END));
     table.map(|(table, _)| table.trim()).ok_or_else(|| format!("{BEGIN:?} or {END:?} is missing"))

@@ -1,4 +1,4 @@
-//! Ends that the program wants, at the worst moment.
+//! The program ends the transfer at the worst moment.
 
 use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
@@ -20,7 +20,7 @@ type End = fn(TransferAreaComHandler);
 const ENDS: [(&str, End); 2] =
     [("`end_transfer`", |handler| drop(handler.end_transfer())), ("drop of the handler", drop)];
 
-/// Writes a duty around the time in which the first is called, between two transfers.
+/// Writes a duty before or after the call of the given function, which ends a transfer.
 type Write = fn(&TransferArea, &dyn Fn());
 
 const WRITES: [(&str, Write); 2] = [
@@ -28,7 +28,7 @@ const WRITES: [(&str, Write); 2] = [
         end();
         area.lock()[LOCAL_IO].output.duty[0] = DUTY;
     }),
-    ("under a guard that is held over the end", |area, end| {
+    ("under a guard that was locked before the end", |area, end| {
         let mut guard = area.lock();
         guard[LOCAL_IO].output.duty[0] = DUTY;
         end();
@@ -41,19 +41,19 @@ pub(crate) fn rows() -> Vec<Row> {
     for (text, end) in ENDS {
         let row = |place| Row::new(SECTION, text, place);
         rows.push(
-            row("amid eight waiters")
+            row("with eight waiting threads")
                 .sees("`NotStarted` in each wait", EXCHANGES)
                 .by(&[By::Exchange])
-                .test(move || Ok(amid_waiters(end))),
+                .test(move || Ok(with_waiters(end))),
         );
         rows.push(
             row("while another thread holds a guard")
-                .sees("`NotStarted` in each wait", "the guard")
+                .sees("`NotStarted` in each wait", "when the guard is dropped")
                 .by(&[By::Exchange])
                 .test(move || Ok(under_guard(end))),
         );
         rows.push(
-            row("in silence")
+            row("while the controller is silent")
                 .sees("`NoAnswer` in each wait", "the read limit (1 s) and 0.5 s")
                 .by(&[By::IdleLimit])
                 .test(move || Ok(in_silence(end))),
@@ -61,14 +61,14 @@ pub(crate) fn rows() -> Vec<Row> {
     }
     rows.push(
         Row::new(SECTION, "FIN", "while another thread holds a guard")
-            .sees("`ConnectionClosed` in each wait", "at once by `is_running`")
+            .sees("`ConnectionClosed` in each wait", "immediately, by `is_running`")
             .by(&[By::Close])
             .test(|| Ok(lost_under_guard())),
     );
     for (place, write) in WRITES {
         rows.push(
             Row::new(SECTION, "writing between two transfers", place)
-                .sees("nothing: what it writes moves nothing", "–")
+                .sees("nothing: its outputs have no effect", "–")
                 .by(&[By::Exchange])
                 .test(move || Ok(between_transfers(write))),
         );
@@ -76,7 +76,7 @@ pub(crate) fn rows() -> Vec<Row> {
     rows
 }
 
-/// Threads in `wait_cycle` and `wait_until`, and the error that each of them sees.
+/// Threads in `wait_cycle` and `wait_until`. Each returns the error that it sees.
 pub(crate) fn waiters(area: &TransferArea) -> Vec<JoinHandle<Error>> {
     let (begun, has_begun) = mpsc::channel();
     let waiters = (0..8).map(|number| {
@@ -107,14 +107,14 @@ pub(crate) fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
 
 /// A program with a motor on.
 fn start(controller: &Controller, port: u16) -> TransferAreaComHandler {
-    let limits = TimeLimits { read: Duration::from_secs(1), ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
     let handler = controller.handler().port(port).time_limits(limits).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     handler
 }
 
-fn amid_waiters(end: End) -> Outcome {
+fn with_waiters(end: End) -> Outcome {
     let controller = Controller::start(txt());
     let handler = start(&controller, controller.port());
     controller.wait_on();
@@ -142,7 +142,7 @@ fn under_guard(end: End) -> Outcome {
         guard[LOCAL_IO].output.duty[0] = DUTY;
         drop(guard);
         loop {
-            // The last exchange's response may be waited for.
+            // The transfer may still wait for the response of the last exchange.
             if let Err(error) = area.wait_cycle() {
                 return error;
             }
@@ -177,7 +177,7 @@ fn between_transfers(write: Write) -> Outcome {
     Outcome { seen: Seen::Nothing, soon: None, by, stopped }
 }
 
-/// Who waits for a response learns of the end though the areas are locked.
+/// A thread that waits for a response learns of the end although the areas are locked.
 fn lost_under_guard() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
@@ -185,7 +185,7 @@ fn lost_under_guard() -> Outcome {
     let handler = start(&controller, proxy.port());
     let area = handler.transfer_area();
     let guard = handler.lock();
-    // Under a guard nobody gets the areas, so only the end of the transfer ends this.
+    // While a guard is held no thread gets the areas, so only the end of the transfer ends this.
     let waiting =
         thread::spawn(move || area.wait_until(|_| false, DEADLINE).map(drop).unwrap_err());
     proxy.wait_struck();
@@ -200,7 +200,7 @@ fn lost_under_guard() -> Outcome {
     Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
 }
 
-/// The controller has fallen silent a moment ago.
+/// The controller has just become silent.
 fn in_silence(end: End) -> Outcome {
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Cut };

@@ -59,12 +59,12 @@ impl Drop for Fake {
 }
 
 impl Client {
-    /// Sends bytes; whether the client still takes them.
+    /// Sends bytes. Returns whether the client still takes them.
     pub(crate) fn send(&mut self, bytes: &[u8]) -> bool {
         !self.stopping.load(Ordering::SeqCst) && self.stream.write_all(bytes).is_ok()
     }
 
-    /// Says nothing until the server is dropped.
+    /// Sends nothing until the server is dropped.
     pub(crate) fn hold(&self) {
         while !self.stopping.load(Ordering::SeqCst) {
             thread::sleep(Duration::from_millis(5));
@@ -72,7 +72,7 @@ impl Client {
     }
 }
 
-/// A port on which nobody listens, for as long as the socket lives.
+/// A port on which nobody listens, as long as the socket exists.
 pub(crate) fn closed_port() -> (Socket, u16) {
     let socket = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
     socket.bind(&SocketAddr::from((Ipv4Addr::LOCALHOST, 0)).into()).unwrap();
@@ -80,7 +80,7 @@ pub(crate) fn closed_port() -> (Socket, u16) {
     (socket, port)
 }
 
-/// A listener that drops what comes, because its queue is full.
+/// A listener that drops new connections, because its queue is full.
 pub(crate) struct Deaf {
     socket: Socket,
     _queue: Vec<TcpStream>,

@@ -4,35 +4,35 @@ use byteorder::{ByteOrder, LittleEndian};
 
 use super::packets::Place;
 
-/// What happens to a packet, or instead of it.
+/// What happens to a packet, or instead of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
     Fin,
     Rst,
-    /// The controller's side ends; it still reads.
+    /// The controller's side is closed, but it still reads.
     HalfClose,
-    /// No answer from now on; requests arrive.
+    /// No response from now on, but requests arrive.
     Silence,
-    /// Nothing arrives anywhere from now on.
+    /// Nothing arrives in either direction from now on.
     Cut,
-    /// Half of the packet, and nothing behind it.
+    /// Half of the packet, and nothing after it.
     Half,
     HalfThenFin,
     Drip,
-    /// As slowly as that it takes longer than the read limit.
+    /// So slowly that it takes longer than the read limit.
     SlowDrip,
     WrongId,
     WrongCrc,
-    /// Announces more than any packet has.
+    /// Announces more bytes than any packet has.
     TooLarge,
-    /// Announces more than comes.
+    /// Announces more bytes than come.
     TooLong,
-    /// Announces less than comes.
+    /// Announces fewer bytes than come.
     TooShort,
     /// Announces an extension that is not there.
     WrongMask,
     Surplus,
-    /// Bytes without end behind the packet, while requests are read.
+    /// Endless bytes after the packet, while requests are read.
     Endless,
 }
 
@@ -40,7 +40,7 @@ pub(crate) enum Fault {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Strike {
     pub(crate) place: Place,
-    /// In the request, or else in its response.
+    /// In the request, otherwise in its response.
     pub(crate) in_request: bool,
     pub(crate) fault: Fault,
 }
@@ -51,7 +51,7 @@ impl Strike {
         self.fault == Fault::Cut || self.in_request && self.fault == Fault::Half
     }
 
-    /// Whether the program learns of it by its read limit.
+    /// Whether the read limit tells the program of it.
     pub(crate) fn is_silent(self) -> bool {
         matches!(
             self.fault,
@@ -61,7 +61,7 @@ impl Strike {
 }
 
 impl Fault {
-    /// The bytes of a packet as this fault leaves them.
+    /// The bytes of a packet after this fault.
     pub(crate) fn disturb(self, packet: &[u8]) -> Vec<u8> {
         let mut bytes = packet.to_vec();
         match self {

@@ -1,4 +1,4 @@
-//! Hooks that hang, and ends that come from inside them.
+//! Hooks that hang, and hooks that end the transfer.
 
 use std::ops::ControlFlow;
 use std::sync::{mpsc, Arc, Mutex};
@@ -12,13 +12,13 @@ use super::ends::{error_of, waiters};
 use super::row::{By, Outcome, Row, Seen};
 
 const SECTION: &str = "The cycle hook";
-/// What a handler has by default.
+/// A handler's default limit.
 const HOOK_LIMIT: Duration = Duration::from_millis(500);
 
-/// A call of the program while the hook hangs; the handler afterwards, if it is there still.
+/// A call of the program while the hook hangs. Returns the handler, if it still exists.
 type Call = fn(TransferAreaComHandler) -> Option<TransferAreaComHandler>;
 
-/// Has a hook end the transfer; the handler afterwards, unless the hook has dropped it.
+/// Lets a hook end the transfer. Returns the handler, unless the hook has dropped it.
 type End = fn(TransferAreaComHandler) -> Option<Arc<TransferAreaComHandler>>;
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -35,24 +35,24 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(move || Ok(end_inside(end)))
     };
     vec![
-        hangs("amid eight waiters", Some),
-        hangs("amid them and `lock`", |handler| {
+        hangs("with eight waiting threads", Some),
+        hangs("with eight waiting threads, and `lock`", |handler| {
             drop(handler.lock());
             Some(handler)
         }),
-        hangs("amid them and `end_transfer`", |handler| {
+        hangs("with eight waiting threads, and `end_transfer`", |handler| {
             let _ = handler.end_transfer();
             Some(handler)
         }),
-        hangs("amid them and drop of the handler", |handler| {
+        hangs("with eight waiting threads, and drop of the handler", |handler| {
             drop(handler);
             None
         }),
-        hangs("amid them and `clear_cycle_hook`", |handler| {
+        hangs("with eight waiting threads, and `clear_cycle_hook`", |handler| {
             handler.clear_cycle_hook();
             Some(handler)
         }),
-        hangs("amid them and `set_cycle_hook`", |handler| {
+        hangs("with eight waiting threads, and `set_cycle_hook`", |handler| {
             handler.set_cycle_hook(|_| ControlFlow::Continue(()));
             Some(handler)
         }),
@@ -94,7 +94,7 @@ fn start() -> (Controller, TransferAreaComHandler) {
     (controller, handler)
 }
 
-/// The hook hangs until the transfer is long over, and writes then.
+/// The hook hangs until long after the transfer, and then writes.
 fn hang(call: Call) -> Outcome {
     let (controller, handler) = start();
     let area = handler.transfer_area();
@@ -116,7 +116,7 @@ fn hang(call: Call) -> Outcome {
     }
     let (by, stopped) = controller.stopped_after(struck);
     drop(let_go);
-    // Until its thread has ended.
+    // Waits until its thread has ended.
     while is_hung.recv().is_ok() {}
     assert_eq!(area.lock()[LOCAL_IO].output.duty, [0; 8]);
     Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }

@@ -1,4 +1,4 @@
-//! Load, restarts, and what comes and goes.
+//! Load, restarts, and an extension that comes and goes.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
@@ -20,36 +20,36 @@ const SECTION: &str = "Load and change";
 /// How often a transfer is begun and ended.
 const TRANSFERS: usize = 10_000;
 
-/// How many programs do so at a time.
+/// How many programs do this at the same time.
 const PROGRAMS: usize = 16;
 
 pub(crate) fn rows() -> Vec<Row> {
     vec![
-        Row::new(SECTION, "an extension comes and goes", "beside four busy threads")
-            .sees("nothing: `io_slave_alive` follows, and so do its outputs", "–")
+        Row::new(SECTION, "an extension comes and goes", "with four busy threads")
+            .sees("nothing: `io_slave_alive` changes with it, and its outputs arrive", "–")
             .test(|| Ok(extension())),
         Row::new(SECTION, "the controller is restarted", "with other firmware")
-            .sees("`ConnectionClosed`, then the new version", "at once")
+            .sees("`ConnectionClosed`, then the new version", "immediately")
             .by(&[By::Close])
             .test(|| Ok(restart())),
-        Row::new(SECTION, "16 busy threads", "beside the program, for 200 exchanges")
+        Row::new(SECTION, "16 busy threads", "during 200 exchanges")
             .sees("nothing", "–")
             .turn(Turn::Alone)
             .test(|| Ok(busy())),
-        Row::new(SECTION, "FIN", "beside 16 busy threads")
-            .sees("`ConnectionClosed`", "the processor")
+        Row::new(SECTION, "FIN", "with 16 busy threads")
+            .sees("`ConnectionClosed`", "when a processor is free")
             .by(&[By::Close])
             .turn(Turn::Alone)
             .test(|| Ok(fin_beside_busy_threads())),
         Row::new(SECTION, "10 000 transfers", "begun and ended")
-            .sees("nothing: no thread and no descriptor is left", "–")
+            .sees("nothing: no thread and no descriptor is left over", "–")
             .by(&[By::Exchange])
             .turn(Turn::Alone)
             .test(|| Ok(many_transfers())),
     ]
 }
 
-/// Threads that never rest.
+/// Threads that are always busy.
 struct Busy {
     stopping: Arc<AtomicBool>,
     threads: Vec<thread::JoinHandle<()>>,
@@ -74,9 +74,9 @@ impl Drop for Busy {
     }
 }
 
-/// A program with a motor on. Its limit is for a machine that has better things to do.
+/// A program with a motor on. Its limit is long enough for a busy machine.
 fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHandler {
-    let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(DEADLINE);
     let builder = controller.handler().port(port).areas(areas).time_limits(limits);
     let handler = builder.build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
@@ -181,7 +181,7 @@ fn many_transfers() -> Outcome {
             });
         }
     });
-    // The system removes a thread from its list a moment after it was joined.
+    // The system removes a thread from its list shortly after it was joined.
     let begin = Instant::now();
     while left_open().iter().zip(&before).any(|(after, before)| after > before) {
         assert!(begin.elapsed() < DEADLINE, "{before:?} before, {:?} after", left_open());
@@ -190,7 +190,7 @@ fn many_transfers() -> Outcome {
     Outcome { seen: Seen::Nothing, soon: None, by: By::Exchange, stopped: None }
 }
 
-/// How many threads and files this process has, where the system tells.
+/// How many threads and files this process has, if the system tells.
 fn left_open() -> [usize; 2] {
     ["task", "fd"].map(|what| {
         std::fs::read_dir(format!("/proc/self/{what}")).map_or(0, |entries| entries.count())

@@ -1,7 +1,7 @@
 //! The fault matrix: what a program sees of each fault, how soon, and what stops the motors.
 //!
-//! Each row of the table in `docs/reliability.md` is a test here, and the table's text is what the
-//! test checks. To write the table anew with the figures of a run:
+//! Each row of the table in `docs/reliability.md` is a test here, and the test checks the text of
+//! the row. To write the table again with the figures of a run:
 //!
 //! ```text
 //! WRITE_RELIABILITY=1 cargo test --test reliability
@@ -36,7 +36,7 @@ use libtest_mimic::{Arguments, Completion, Trial};
 
 use row::{Promise, Row, Skipped, Turn, DEADLINE};
 
-/// How many rows run at a time. They wait most of their time.
+/// How many rows run at the same time. Mostly they wait.
 const AT_A_TIME: usize = 16;
 
 /// The threads of a handler.
@@ -89,7 +89,7 @@ fn check_nothing_left() -> Result<(), String> {
         if begin.elapsed() > DEADLINE {
             return Err(format!("threads are left: {left:?}"));
         }
-        // The system removes a thread from its list a moment after it was joined.
+        // The system removes a thread from its list shortly after it was joined.
         thread::sleep(Duration::from_millis(1));
     }
 }

@@ -1,4 +1,4 @@
-//! A network that loses packets, in namespaces that only root can make.
+//! A network that loses packets, in network namespaces, which only root can make.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,9 +12,9 @@ use nix::unistd::Uid;
 use super::child::Child;
 use super::row::{By, Outcome, Row, Seen, Skipped, Turn};
 
-const SECTION: &str = "The network (in namespaces; read limit 2 s, idle limit 5 s as by default)";
+const SECTION: &str = "The network (in namespaces; default limits: read 2 s, idle 5 s)";
 
-/// The controller's address. Namespaces have their own, so all networks have the same.
+/// The controller's address. Namespaces are separate, so all networks use the same one.
 const CONTROLLER: &str = "10.213.2.2";
 const PORT: u16 = 65_000;
 
@@ -30,7 +30,7 @@ pub(crate) fn rows() -> Vec<Row> {
     const READ: &str = "the read limit (2 s) and 0.5 s";
     let rows = [
         cut("for 12 s", 12, 2000).sees("`NoAnswer`", READ).by(&[By::IdleLimit]),
-        // What was sent last may come in when the network is back.
+        // The last packets may arrive when the network is back.
         cut("for 3 s", 3, 2000).sees("`NoAnswer`", READ).by(&[
             By::Exchange,
             By::IdleLimit,
@@ -61,7 +61,7 @@ pub(crate) fn rows() -> Vec<Row> {
     rows.into_iter().map(|row| row.turn(Turn::First)).collect()
 }
 
-/// The program's namespace, one that routes, and the controller's.
+/// The namespaces of the program, the router and the controller.
 struct Network {
     program: String,
     router: String,
@@ -72,7 +72,7 @@ impl Network {
     fn new() -> Result<Self, Skipped> {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
         if !Uid::effective().is_root() {
-            return Err(Skipped("it takes root".to_owned()));
+            return Err(Skipped("it needs root".to_owned()));
         }
         for tool in ["ip", "tc"] {
             let help = Command::new(tool).arg("-V").stdout(Stdio::null()).status();
@@ -100,7 +100,7 @@ impl Network {
             run(&format!("ip -n {name} route add default via 10.213.{net}.1"))?;
         }
         run(&format!("ip netns exec {router} sysctl -qw net.ipv4.ip_forward=1"))?;
-        // Who asks for a name asks servers behind the network.
+        // Host names are asked from servers behind this network.
         fs::create_dir_all(self.name_servers())
             .and_then(|()| {
                 let servers = format!("nameserver {CONTROLLER}\n").repeat(3);
@@ -109,12 +109,12 @@ impl Network {
             .map_err(|error| error.to_string())
     }
 
-    /// What `ip netns exec` lays over /etc.
+    /// The folder that `ip netns exec` mounts over /etc.
     fn name_servers(&self) -> PathBuf {
         Path::new("/etc/netns").join(&self.program)
     }
 
-    /// Lets nothing through any more, in either direction, and tells nobody.
+    /// Silently drops all packets from now on, in both directions.
     fn cut(&self) -> Result<(), Skipped> {
         self.at_both_ends("qdisc replace dev", "root pfifo limit 0")
     }
@@ -130,13 +130,13 @@ impl Network {
         Ok(())
     }
 
-    /// Loses 5 packets of 100, by what the kernel has for that.
+    /// Loses 5 packets of 100, with netem or iptables.
     fn lose(&self) -> Result<(), Skipped> {
         self.at_both_ends("qdisc replace dev", "root netem loss 5%").or_else(|_| {
             let rule = "-A FORWARD -m statistic --mode random --probability 0.05 -j DROP";
             run(&format!("ip netns exec {} iptables {rule}", self.router))
                 .map(drop)
-                .map_err(|error| Skipped(format!("neither netem nor iptables loses: {error}")))
+                .map_err(|error| Skipped(format!("neither netem nor iptables works: {error}")))
         })
     }
 
@@ -178,8 +178,8 @@ impl Drop for Network {
     }
 }
 
-/// Removes the networks of this process, which a test that hangs leaves behind, and of those that
-/// were killed.
+/// Removes the networks of this process, which a test that hangs does not remove, and those of
+/// processes that were killed.
 pub(crate) fn clean_up() {
     let shown = run("ip netns list").unwrap_or_default();
     for name in shown.lines().filter_map(|line| line.split_whitespace().next()) {
@@ -192,11 +192,11 @@ pub(crate) fn clean_up() {
             let _ = fs::remove_dir_all(Path::new("/etc/netns").join(name));
         }
     }
-    // Only when it is empty.
+    // This works only when it is empty.
     let _ = fs::remove_dir("/etc/netns");
 }
 
-/// Runs a command; what it says.
+/// Runs a command and returns its output.
 fn run(command: &str) -> Result<String, String> {
     let mut words = command.split_whitespace();
     let output = Command::new(words.next().unwrap_or_default()).args(words).output();
@@ -226,7 +226,7 @@ fn loss() -> Result<Outcome, Skipped> {
     finish(&network, SystemTime::now(), &mut controller, &mut program)
 }
 
-/// Lets the program go on for a while, ends it, and asks what has become of both.
+/// Lets the program go on for a while, ends it, and asks both processes for their result.
 fn finish(
     network: &Network,
     struck: SystemTime,
@@ -240,7 +240,7 @@ fn finish(
     assert!(network.sent_again() > 0, "no packet was lost");
     let since = |when: SystemTime| when.duration_since(struck).ok();
     if ended == "Ok" {
-        // It has ended as the program wanted.
+        // The program has ended the transfer itself.
         assert_eq!(by, "Exchange");
         return Ok(Outcome { seen: Seen::Nothing, soon: None, by: By::GoesOn, stopped: None });
     }
@@ -265,7 +265,7 @@ fn ride_out(length: Duration) -> Result<Outcome, Skipped> {
     network.cut()?;
     thread::sleep(length);
     network.restore()?;
-    // So long may the network take to come back for the program.
+    // The program may notice this late that the network is back.
     thread::sleep(Duration::from_secs(4));
     drop(program.stdin.take());
     let (told, told_at) = program.hear("told");

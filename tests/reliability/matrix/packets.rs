@@ -1,4 +1,4 @@
-//! The packets of a connection, and where in it they stand.
+//! The packets of a connection, and their places in it.
 
 use std::io::{ErrorKind, Read};
 use std::net::TcpStream;
@@ -19,16 +19,16 @@ pub(crate) enum Place {
     StartOnline,
     UpdateConfig,
     FirstExchange,
-    /// One amid others.
+    /// A later one.
     Exchange,
-    /// One amid others that is not compressed.
+    /// A later one that is not compressed.
     SimpleExchange,
-    /// UpdateConfig amid exchanges.
+    /// UpdateConfig between exchanges.
     NewConfig,
     StartCamera,
     /// The one that stops the motors.
     LastExchange,
-    /// StopCameraOnline behind the last exchange.
+    /// StopCameraOnline after the last exchange.
     StopCamera,
     StopOnline,
 }
@@ -38,7 +38,7 @@ impl Place {
         &[Self::QueryStatus, Self::StartOnline, Self::UpdateConfig];
     pub(crate) const RUNNING: &'static [Self] =
         &[Self::FirstExchange, Self::Exchange, Self::NewConfig, Self::StartCamera];
-    /// The same, and one that is not compressed.
+    /// The same, and a simple exchange.
     pub(crate) const RUNNING_EITHER_WAY: &'static [Self] = &[
         Self::FirstExchange,
         Self::Exchange,
@@ -78,7 +78,7 @@ impl Tracker {
         Self { exchanges: 0, expander: Expander::new(), was_on: false }
     }
 
-    /// Where this request stands.
+    /// The place of this request.
     pub(crate) fn place(&mut self, request: &[u8]) -> Option<Place> {
         Some(match command(request)? {
             CommandId::QueryStatus => Place::QueryStatus,
@@ -104,6 +104,7 @@ impl Tracker {
                 self.exchanges += 1;
                 return (self.exchanges >= 5).then_some(Place::SimpleExchange);
             }
+            other => panic!("{other} has no place"),
         })
     }
 
@@ -120,7 +121,7 @@ fn command(request: &[u8]) -> Option<CommandId> {
     request.get(..ID_LEN).and_then(|id| CommandId::from_id(LittleEndian::read_u32(id)))
 }
 
-/// The size of a request of which these bytes are there; more may turn out when there are more.
+/// The size of a request that begins with these bytes. With more bytes it may be larger.
 fn request_size(start: &[u8]) -> usize {
     match command(start) {
         Some(CommandId::StartOnline) => StartOnline::LEN,
@@ -137,7 +138,7 @@ fn compressed_size(start: &[u8]) -> usize {
     CmprHeader::LEN + extra.map_or(0, |size| LittleEndian::read_u32(size) as usize)
 }
 
-/// Reads a request; `None` when there is none any more.
+/// Reads a request, or `None` at the end.
 pub(crate) fn read_request(stream: &mut TcpStream, stops: impl Fn() -> bool) -> Option<Vec<u8>> {
     read(stream, request_size, stops)
 }
@@ -175,7 +176,7 @@ fn read(
     Some(packet)
 }
 
-/// Whether nothing has come in yet.
+/// Whether nothing has arrived yet.
 pub(crate) fn is_waiting(error: &std::io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }

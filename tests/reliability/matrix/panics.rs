@@ -17,15 +17,15 @@ use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
 
 const SECTION: &str = "Panics";
 
-/// How a panic that belongs to a test begins.
+/// The start of the message of a panic that belongs to a test.
 pub(crate) const ON_PURPOSE: &str = "on purpose";
 
-/// Leaves the panics that belong to tests out of what is printed.
+/// Does not print the panics that belong to tests.
 pub(crate) fn be_quiet() {
     let print = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         let text = panic_text(info.payload());
-        // A scope says so of its threads, and the handler of who locks twice.
+        // These are of a scope whose thread has panicked, and of a thread that locks twice.
         let is_ours = text.starts_with(ON_PURPOSE)
             || text == "a scoped thread panicked"
             || text.contains("drop the guard first");
@@ -41,7 +41,7 @@ pub(crate) fn rows() -> Vec<Row> {
     const SEES: &str = "`ProgramPanicked`";
     let row = |place, panic: fn(&TransferAreaComHandler)| {
         Row::new(SECTION, "panic", place)
-            .sees(SEES, "the exchange under way")
+            .sees(SEES, "the current exchange")
             .by(&[By::Exchange])
             .test(move || Ok(run(panic)))
     };
@@ -75,14 +75,14 @@ pub(crate) fn rows() -> Vec<Row> {
             });
         }),
         row("in a listener's thread", |handler| {
-            let events = handler.events(&EventKind::ALL, 10).unwrap();
+            let events = handler.events(EventKind::ALL, 10).unwrap();
             in_thread(move || {
                 let _events = events;
                 panic!("{ON_PURPOSE}");
             });
         }),
         Row::new(SECTION, "panic", "in the thread that owns the handler")
-            .sees(SEES, "the exchange under way")
+            .sees(SEES, "the current exchange")
             .by(&[By::Exchange])
             .test(|| {
                 Ok(in_owner(|handler| {
@@ -104,14 +104,14 @@ pub(crate) fn rows() -> Vec<Row> {
                 }))
             }),
         Row::new(SECTION, "panic", "in a thread that shares a handle by `Arc`, between two guards")
-            .sees("nothing: the thread's end can't be seen", "–")
+            .sees("nothing: the panic is not noticed", "–")
             .test(|| Ok(between_guards())),
         Row::new(SECTION, "panic", "in the transfer thread, by a logger that it calls")
-            .sees("`Thread`", "at once")
+            .sees("`ThreadPanicked`", "immediately")
             .by(&[By::Exchange])
             .test(|| Ok(in_transfer_thread())),
         Row::new(SECTION, "panic", "under a guard while `begin_transfer` is under way")
-            .sees(SEES, "the handshake")
+            .sees(SEES, "the end of the handshake")
             .by(&[By::NeverOn])
             .test(|| Ok(while_beginning())),
         twice("in a `match` on a value of the area", |handler| {
@@ -151,10 +151,10 @@ pub(crate) fn rows() -> Vec<Row> {
     ]
 }
 
-/// A thread that would wait for itself panics instead, and says why.
+/// A thread that would wait for itself panics instead, with the reason.
 fn twice(place: &'static str, lock_twice: fn(&TransferAreaComHandler)) -> Row {
     Row::new(SECTION, "a thread that locks twice", place)
-        .sees("a panic that says so, and `ProgramPanicked`", "the exchange under way")
+        .sees("a panic that says so, and `ProgramPanicked`", "the current exchange")
         .by(&[By::Exchange])
         .test(move || {
             Ok(run(|handler| {
@@ -185,8 +185,8 @@ impl log::Log for PanickingLogger {
     fn flush(&self) {}
 }
 
-/// A panic whose payload panics once more when it is dropped, so that it strikes whoever catches
-/// the first.
+/// A panic whose payload panics again when it is dropped, so the thread that catches the first
+/// panic has a second one.
 struct Mine;
 
 impl Drop for Mine {
@@ -211,7 +211,7 @@ fn start() -> (Controller, TransferAreaComHandler) {
     (controller, handler)
 }
 
-/// What the program sees next: an error within a second, or nothing.
+/// What the program sees next: an error within one second, or nothing.
 fn watch(handler: &TransferAreaComHandler) -> Seen {
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_secs(1) {
@@ -237,7 +237,7 @@ fn run(panic: impl FnOnce(&TransferAreaComHandler)) -> Outcome {
     Outcome { seen, soon: Some(soon), by, stopped }
 }
 
-/// The watchdog expires, of which the transfer thread tells a logger.
+/// The watchdog expires, and the transfer thread calls a logger, which panics.
 fn in_transfer_thread() -> Outcome {
     let controller = Controller::start(txt());
     let handler = controller.handler().watchdog(LOGGED).build().unwrap();
@@ -246,7 +246,7 @@ fn in_transfer_thread() -> Outcome {
     controller.wait_on();
     let struck = Instant::now() + LOGGED;
     let area = handler.transfer_area();
-    // Without a sign of life.
+    // Gives no sign of life.
     while handler.error().is_none() {
         thread::sleep(Duration::from_millis(1));
     }
@@ -257,7 +257,7 @@ fn in_transfer_thread() -> Outcome {
     Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
 }
 
-/// The handler's owner is a thread that panics.
+/// The thread that owns the handler panics.
 fn in_owner(panic: fn(TransferAreaComHandler)) -> Outcome {
     let (controller, handler) = start();
     let area = handler.transfer_area();
@@ -284,7 +284,7 @@ fn between_guards() -> Outcome {
     Outcome { seen, soon: None, by, stopped: None }
 }
 
-/// The handshake takes a while, in which another thread leaves half of what it wants written.
+/// During a slow handshake another thread writes half of its outputs and panics.
 fn while_beginning() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::StartOnline, in_request: false, fault: Fault::SlowDrip };

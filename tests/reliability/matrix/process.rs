@@ -1,4 +1,4 @@
-//! What the system does to the program's process.
+//! What the operating system does to the program's process.
 
 use std::sync::mpsc;
 use std::thread;
@@ -18,8 +18,8 @@ const SECTION: &str = "The process";
 
 pub(crate) fn rows() -> Vec<Row> {
     let killed = |fault, signal| {
-        Row::new(SECTION, fault, "amid exchanges")
-            .sees("nothing: it is gone", "–")
+        Row::new(SECTION, fault, "during the exchanges")
+            .sees("nothing: the process has ended", "–")
             .by(&[By::Close])
             .test(move || Ok(killed_by(signal)))
     };
@@ -36,31 +36,33 @@ pub(crate) fn rows() -> Vec<Row> {
             "stopped (SIGSTOP) and continued",
             "for longer than the idle limit (1 s)",
         )
-        .sees("`ConnectionClosed` or `NoAnswer`", "its continuing")
+        .sees("`ConnectionClosed` or `NoAnswer`", "when it continues")
         .by(&[By::IdleLimit])
         .test(|| Ok(stopped_for_long())),
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "`begin_transfer`")
             .sees("`NoAnswer`", "the read limit (1 s)")
             .by(&[By::NeverOn])
             .test(|| Ok(signalled(Place::QueryStatus))),
-        Row::new(SECTION, "a handled signal every 100 ms, and silence", "amid exchanges")
+        Row::new(SECTION, "a handled signal every 100 ms, and silence", "during the exchanges")
             .sees("`NoAnswer`", "the read limit (1 s) and 0.5 s")
             .by(&[By::IdleLimit])
             .test(|| Ok(signalled(Place::Exchange))),
         Row::new(SECTION, "no descriptor left", "`begin_transfer`")
-            .sees("`ConnectFailed`", "at once")
+            .sees("`ConnectFailed`", "immediately")
             .by(&[By::NeverOn])
             .test(|| Ok(cannot_begin("no-descriptor"))),
-        Row::new(SECTION, "no descriptor left", "`start_camera`, `i2c` amid exchanges")
+        Row::new(SECTION, "no descriptor left", "`start_camera`, `i2c` during the exchanges")
             .sees("`ConnectFailed`", "the start limit")
-            .test(|| Ok(amid("no-descriptor-amid", ["ConnectFailed", "ConnectFailed"]))),
+            .test(|| {
+                Ok(in_transfer("no-descriptor-in-transfer", ["ConnectFailed", "ConnectFailed"]))
+            }),
         Row::new(SECTION, "no thread left", "`begin_transfer`")
-            .sees("`Thread`", "the handshake")
+            .sees("`ThreadNotStarted`", "the end of the handshake")
             .by(&[By::NeverOn])
             .test(|| Ok(cannot_begin("no-thread"))),
-        Row::new(SECTION, "no thread left", "`start_camera` amid exchanges")
-            .sees("`Thread`", "at once")
-            .test(|| Ok(amid("no-thread-amid", ["Thread", "Ok"]))),
+        Row::new(SECTION, "no thread left", "`start_camera` during the exchanges")
+            .sees("`ThreadNotStarted`", "immediately")
+            .test(|| Ok(in_transfer("no-thread-in-transfer", ["ThreadNotStarted", "Ok"]))),
     ]
 }
 
@@ -121,7 +123,7 @@ fn stopped_for_long() -> Outcome {
     Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
 }
 
-/// The controller falls silent, and signals come again and again.
+/// The controller becomes silent, and signals come again and again.
 fn signalled(place: Place) -> Outcome {
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let strike = Strike { place, in_request: false, fault: Fault::Cut };
@@ -156,7 +158,7 @@ fn cannot_begin(role: &str) -> Outcome {
 }
 
 /// The camera and I2C fail like this, and the transfer goes on.
-fn amid(role: &str, [camera, i2c]: [&str; 2]) -> Outcome {
+fn in_transfer(role: &str, [camera, i2c]: [&str; 2]) -> Outcome {
     let controller = Controller::start(txt());
     let mut child = Child::start(&format!("{role} {}", controller.port()));
     let (_, begun) = child.hear("begun");

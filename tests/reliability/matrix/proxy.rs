@@ -1,4 +1,4 @@
-//! A proxy between a program and its controller that commits one fault.
+//! A proxy between a program and its controller that makes faults.
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
@@ -13,13 +13,13 @@ use super::fault::{Fault, Strike};
 use super::packets::{is_waiting, read_request, read_response, Place, Tracker};
 use super::row::DEADLINE;
 
-/// How often a thread looks whether it should end.
+/// How often a thread checks whether it should end.
 const POLL: Duration = Duration::from_millis(20);
 
 /// The time between two bytes that come too slowly.
 const SLOW: Duration = Duration::from_millis(400);
 
-/// Serves programs until it is dropped.
+/// A server for programs, until it is dropped.
 pub(crate) struct Proxy {
     port: u16,
     shared: Arc<Shared>,
@@ -30,7 +30,7 @@ struct Shared {
     controller: AtomicU16,
     /// The faults, in turn; each strikes once.
     strikes: Vec<Strike>,
-    /// When those did that have struck.
+    /// When each fault has struck, as far as they have.
     struck: Mutex<Vec<Instant>>,
     stopping: AtomicBool,
 }
@@ -40,7 +40,7 @@ impl Shared {
         self.stopping.load(Ordering::SeqCst)
     }
 
-    /// The fault that strikes now, when it is the next one's turn at this place.
+    /// The fault that strikes now, if the next one belongs to this place.
     fn strike(&self, place: Option<Place>, in_request: bool) -> Option<Fault> {
         let mut struck = self.struck.lock().unwrap();
         let next = self.strikes.get(struck.len())?;
@@ -61,13 +61,13 @@ impl Proxy {
         let shared = Arc::new(Shared { controller, strikes, struck, stopping });
         let serving = Arc::clone(&shared);
         let thread = thread::spawn(move || {
-            // A connection may stand still while the program makes another.
+            // A connection may still be open while the program makes another.
             thread::scope(|scope| {
                 while let Ok((program, _)) = listener.accept() {
                     if serving.stops() {
                         return;
                     }
-                    // A controller that is not there leaves the program a closed connection.
+                    // Without a controller, the program gets a closed connection.
                     if let Ok(mut link) = Link::new(program, &serving) {
                         scope.spawn(move || link.serve());
                     }
@@ -81,7 +81,7 @@ impl Proxy {
         self.port
     }
 
-    /// Where the next connections lead.
+    /// Sets the controller of the next connections.
     pub(crate) fn lead_to(&self, controller: u16) {
         self.shared.controller.store(controller, Ordering::SeqCst);
     }
@@ -109,7 +109,7 @@ impl Proxy {
 impl Drop for Proxy {
     fn drop(&mut self) {
         self.shared.stopping.store(true, Ordering::SeqCst);
-        // Wakes the thread when it accepts.
+        // Wakes the thread if it waits for a connection.
         drop(TcpStream::connect((Ipv4Addr::LOCALHOST, self.port)));
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
@@ -146,7 +146,7 @@ impl<'a> Link<'a> {
         while matches!(self.relay_packet(&mut tracker), Ok(Next::Packet)) {}
     }
 
-    /// Relays a request and its response, or commits the fault.
+    /// Relays a request and its response, or makes the fault.
     fn relay_packet(&mut self, tracker: &mut Tracker) -> std::io::Result<Next> {
         let shared = self.shared;
         let Some(request) = read_request(&mut self.program, || shared.stops()) else {
@@ -228,12 +228,12 @@ impl<'a> Link<'a> {
         }
     }
 
-    /// Ends both connections in order.
+    /// Closes both connections in the normal way.
     fn close(&mut self) -> std::io::Result<Next> {
         Ok(Next::End)
     }
 
-    /// Ends both connections by a reset.
+    /// Closes both connections by a reset.
     fn reset(&mut self) -> std::io::Result<Next> {
         for stream in [&self.program, &self.controller] {
             SockRef::from(stream).set_linger(Some(Duration::ZERO))?;
@@ -241,7 +241,7 @@ impl<'a> Link<'a> {
         Ok(Next::End)
     }
 
-    /// Neither reads nor sends anything any more, and closes nothing.
+    /// From now on reads nothing, sends nothing and closes nothing.
     fn hold(&mut self) -> std::io::Result<Next> {
         while !self.shared.stops() {
             thread::sleep(POLL);
@@ -249,7 +249,7 @@ impl<'a> Link<'a> {
         Ok(Next::End)
     }
 
-    /// Lets requests through and no response.
+    /// Lets requests through, but no responses.
     fn relay_requests(&mut self) -> std::io::Result<Next> {
         let mut bytes = [0; 4096];
         let mut is_open = true;
@@ -265,7 +265,7 @@ impl<'a> Link<'a> {
                     Err(error) => return Err(error),
                 }
             }
-            // The responses lead nowhere.
+            // The responses are thrown away.
             if matches!(self.controller.read(&mut bytes), Ok(0)) {
                 break;
             }
@@ -273,7 +273,7 @@ impl<'a> Link<'a> {
         Ok(Next::End)
     }
 
-    /// Lets requests through, and sends bytes as long as the program is there.
+    /// Lets requests through, and sends bytes until the program is gone.
     fn send_endlessly(&mut self, response: &[u8]) -> std::io::Result<Next> {
         let mut bytes = response.to_vec();
         bytes.resize(response.len() + 4096, 0xA5);
@@ -292,13 +292,13 @@ impl<'a> Link<'a> {
                 Err(_) => break,
             }
         }
-        // What was sent last is read and answered before the connection ends.
+        // The last requests are read and answered before the connection ends.
         self.controller.shutdown(Shutdown::Write)?;
         while !self.shared.stops() && !matches!(self.controller.read(&mut request), Ok(0)) {}
         Ok(Next::End)
     }
 
-    /// Sends bytes so slowly that the response takes too long, until the program says something.
+    /// Sends bytes so slowly that the response takes too long, until the program sends something.
     fn drip_slowly(&mut self, response: &[u8]) -> std::io::Result<()> {
         for byte in response {
             self.program.write_all(&[*byte])?;

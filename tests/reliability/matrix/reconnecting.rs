@@ -23,7 +23,7 @@ const SECTION: &str = "The main connection, with reconnecting";
 
 const ONCE: &str = "`ConnectionLost` once, and it goes on";
 
-/// How long reconnecting is tried where it is in vain.
+/// How long reconnecting is tried if it can't succeed.
 const LIMIT: Duration = Duration::from_secs(1);
 
 const VERSION: FirmwareVersion = FirmwareVersion::new(4, 1, 6);
@@ -37,13 +37,13 @@ pub(crate) fn rows() -> Vec<Row> {
             row.test_at(format!("{place:?}"), move || Ok(ride_out(strike, sees.0)))
         }));
     }
-    // Only what has begun is made again, and not for the end's sake.
+    // A connection is only made again for a transfer that has begun and does not end.
     for (text, places, by) in [
         ("each packet of the handshake", Place::HANDSHAKE, &[By::NeverOn]),
         ("each packet of the end", Place::END, &[By::Exchange]),
     ] {
         let row = Row::new(SECTION, "FIN instead of the response", text);
-        let row = row.sees("`ConnectionClosed` with the command", "at once").by(by);
+        let row = row.sees("`ConnectionClosed` with the command", "immediately").by(by);
         rows.push(places.iter().fold(row, |row, &place| {
             let strike = response(place, Fault::Fin);
             row.test_at(format!("{place:?}"), move || Ok(run(strike, Some(DEADLINE))))
@@ -51,61 +51,61 @@ pub(crate) fn rows() -> Vec<Row> {
     }
     let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Close]);
     rows.extend([
-        closed("FIN", "amid eight waiters, and beside a handle that is idle")
-            .sees("`ConnectionLost` once each, and it goes on", "at once")
-            .test(|| Ok(amid_waiters(&GAP, 1))),
+        closed("FIN", "with eight waiting threads, and an idle handle")
+            .sees("`ConnectionLost` once for each handle, and it goes on", "immediately")
+            .test(|| Ok(with_waiters(&GAP, 1))),
         closed("several gaps in a row", "FIN, RST, and half a response")
-            .sees("`ConnectionLost` three times each, and it goes on", "at once")
-            .test(|| Ok(amid_waiters(&GAPS, 3))),
-        closed("gaps within the gap", "in each packet of the handshake")
-            .sees("`ConnectionLost` once each, and it goes on", "at once")
-            .test(|| Ok(amid_waiters(&IN_HANDSHAKE, 1))),
-        closed("a gap at the first exchange behind it", "whose outputs may have arrived")
-            .sees("`ConnectionLost` twice each, and it goes on", "at once")
-            .test(|| Ok(amid_waiters(&AT_FIRST_EXCHANGE, 2))),
-        closed("silence at the first exchange behind a gap", "with a duty that was set in the gap")
+            .sees("`ConnectionLost` three times for each handle, and it goes on", "immediately")
+            .test(|| Ok(with_waiters(&GAPS, 3))),
+        closed("more faults in the gap", "in each packet of the handshake")
+            .sees("`ConnectionLost` once for each handle, and it goes on", "immediately")
+            .test(|| Ok(with_waiters(&IN_HANDSHAKE, 1))),
+        closed("a gap at the first exchange after a gap", "whose outputs may have arrived")
+            .sees("`ConnectionLost` twice for each handle, and it goes on", "immediately")
+            .test(|| Ok(with_waiters(&AT_FIRST_EXCHANGE, 2))),
+        closed("silence at the first exchange after a gap", "with a duty that was set in the gap")
             .sees("`ConnectionLost` once more, and it goes on", "the read limit (1 s)")
             .by(&[By::Exchange])
             .test(|| Ok(duty_in_gap())),
-        closed("FIN", "under a guard that is held over the gap, with a duty")
-            .sees(ONCE, "the guard")
+        closed("FIN", "while a guard with a duty is held during the gap")
+            .sees(ONCE, "when the guard is dropped")
             .test(|| Ok(under_guard())),
-        closed("FIN", "while the camera runs").sees(ONCE, "at once").test(|| Ok(with_camera())),
+        closed("FIN", "while the camera runs").sees(ONCE, "immediately").test(|| Ok(with_camera())),
         closed("the controller is restarted", "with newer firmware")
-            .sees("`ConnectionLost` once, then the new version", "at once")
+            .sees("`ConnectionLost` once, then the new version", "immediately")
             .test(|| Ok(restarted(FirmwareVersion::new(4, 7, 0)))),
         closed("the controller is restarted", "with firmware below 4.1.6")
-            .sees("`ConnectionLost`, then `FirmwareTooOld`", "at once")
+            .sees("`ConnectionLost`, then `FirmwareTooOld`", "immediately")
             .test(|| Ok(restarted(FirmwareVersion::new(4, 1, 5)))),
         closed("the controller is gone", "until the limit for reconnecting")
             .sees("`ConnectionLost`, then `ReconnectFailed`", "the limit (1 s)")
             .test(|| {
-                Ok(amid_gap(LIMIT, |handler, area, _| {
+                Ok(in_gap(LIMIT, |handler, area, _| {
                     let error = next_error(area);
                     assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
                     error
                 }))
             }),
-        closed("the controller is gone", "`end_transfer` amid the gap")
-            .sees("`NotStarted` in each wait", "the attempt under way")
+        closed("the controller is gone", "`end_transfer` in the gap")
+            .sees("`NotStarted` in each wait", "the current attempt")
             .test(|| {
-                Ok(amid_gap(DEADLINE, |handler, area, _| {
+                Ok(in_gap(DEADLINE, |handler, area, _| {
                     assert_eq!(handler.end_transfer(), Ok(()));
                     next_error(area)
                 }))
             }),
-        closed("the controller is gone", "drop of the handler amid the gap")
-            .sees("`NotStarted` in each wait", "the attempt under way")
+        closed("the controller is gone", "drop of the handler in the gap")
+            .sees("`NotStarted` in each wait", "the current attempt")
             .test(|| {
-                Ok(amid_gap(DEADLINE, |handler, area, _| {
+                Ok(in_gap(DEADLINE, |handler, area, _| {
                     drop(handler);
                     next_error(area)
                 }))
             }),
-        closed("the controller is gone", "panic under a guard amid the gap")
-            .sees("`ProgramPanicked`", "the attempt under way")
+        closed("the controller is gone", "panic under a guard in the gap")
+            .sees("`ProgramPanicked`", "the current attempt")
             .test(|| {
-                Ok(amid_gap(DEADLINE, |handler, area, _| {
+                Ok(in_gap(DEADLINE, |handler, area, _| {
                     let panicked = catch_unwind(AssertUnwindSafe(|| {
                         let mut guard = handler.lock();
                         guard[LOCAL_IO].output.duty[0] = DUTY;
@@ -117,10 +117,10 @@ pub(crate) fn rows() -> Vec<Row> {
                     error
                 }))
             }),
-        closed("the controller is gone", "`begin_transfer` amid the gap")
-            .sees("`AlreadyStarted`, and it goes on", "at once")
+        closed("the controller is gone", "`begin_transfer` in the gap")
+            .sees("`AlreadyStarted`, and it goes on", "immediately")
             .test(|| {
-                Ok(amid_gap(DEADLINE, |handler, area, proxy| {
+                Ok(in_gap(DEADLINE, |handler, area, proxy| {
                     let error = handler.begin_transfer().unwrap_err();
                     let again = Controller::start(txt());
                     proxy.lead_to(again.port());
@@ -164,7 +164,7 @@ fn next_error(area: &TransferArea) -> Error {
     }
 }
 
-/// The gaps that a handle is told of, and the error that ends its waits.
+/// The gaps that a handle learns of, and the error that ends its waits.
 fn told(area: &TransferArea) -> (Vec<Error>, Error) {
     let mut gaps = Vec::new();
     loop {
@@ -183,7 +183,7 @@ fn waiter(handler: &TransferAreaComHandler) -> JoinHandle<(Vec<Error>, Error)> {
 /// Checks that outputs and inputs are exchanged again, with the motors off.
 fn check_goes_on(area: &TransferArea) {
     for _ in 0..5 {
-        let areas = area.wait_cycle().expect("it is told once");
+        let areas = area.wait_cycle().expect("it gets the error once");
         assert_eq!(areas[LOCAL_IO].output.duty, [0; 8]);
     }
     area.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
@@ -208,7 +208,7 @@ fn ride_out(strike: Strike, cause: &str) -> Outcome {
         }
         match (cycles.next(), place) {
             (Some(5), Place::NewConfig) => area.lock()[LOCAL_IO].raise_config_id(),
-            // It waits until the connection stands again.
+            // This waits until there is a connection again.
             (Some(5), Place::StartCamera) => {
                 frames = Some(handler.start_camera(small_pictures()).unwrap());
             }
@@ -219,7 +219,7 @@ fn ride_out(strike: Strike, cause: &str) -> Outcome {
     check_cause(&error, place, cause);
     check_goes_on(&area);
     assert_eq!(idle.feed_watchdog(), Err(error.clone()));
-    assert_eq!(idle.feed_watchdog(), Ok(()), "it is told once");
+    assert_eq!(idle.feed_watchdog(), Ok(()), "it gets the error once");
     assert_eq!(handler.statistics().gaps, 1);
     drop(frames);
     assert_eq!(handler.end_transfer(), Ok(()));
@@ -236,11 +236,11 @@ fn check_cause(error: &Error, place: Place, told_by: &str) {
     assert!(Seen::Error((**cause).clone()).is_told_by(told_by), "{cause:?}");
 }
 
-/// Each handle is told of each gap.
-fn amid_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
+/// Each handle learns of each gap.
+fn with_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     let controller = Controller::start(txt());
     let proxy = Proxy::start(controller.port(), strikes.iter().copied());
-    let limits = TimeLimits { read: DEADLINE, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(DEADLINE);
     let builder = controller.handler().port(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
@@ -254,7 +254,7 @@ fn amid_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     assert_eq!(errors[0], first);
     assert!(errors.iter().all(|error| matches!(error, Error::ConnectionLost { .. })), "{errors:?}");
     for _ in 0..5 {
-        assert!(idle.wait_cycle().is_ok(), "it is told of each once");
+        assert!(idle.wait_cycle().is_ok(), "it gets each error once");
     }
     assert_eq!(handler.statistics().gaps, gaps as u64);
     assert_eq!(handler.end_transfer(), Ok(()));
@@ -265,13 +265,13 @@ fn amid_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     Outcome { seen: Seen::Error(first), soon: Some(soon), by, stopped }
 }
 
-/// What was set in the gap has gone out, though nobody knows: so it is stopped, and told.
+/// A duty that was set in the gap may have arrived. So the motor is stopped, and the handle gets an error.
 fn duty_in_gap() -> Outcome {
     let controller = Controller::start(txt());
     let strikes =
         [response(Place::Exchange, Fault::Fin), response(Place::FirstExchange, Fault::Silence)];
     let proxy = Proxy::start(controller.port(), strikes);
-    let limits = TimeLimits { read: LIMIT, ..TimeLimits::default() };
+    let limits = TimeLimits::default().with_read(LIMIT);
     let builder = controller.handler().port(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     let (_socket, nobody) = closed_port();
@@ -307,7 +307,7 @@ fn start(limit: Duration) -> (Controller, Proxy, TransferAreaComHandler) {
     (controller, proxy, handler)
 }
 
-/// Loses the connection, and has the next ones lead to this port; what a handle is told, and when.
+/// Loses the connection, and leads the next ones to this port. Returns what a handle sees, and when.
 fn lose(proxy: &Proxy, area: &TransferArea, to: u16) -> (Error, Duration) {
     proxy.lead_to(to);
     area.lock()[LOCAL_IO].raise_config_id();
@@ -316,8 +316,8 @@ fn lose(proxy: &Proxy, area: &TransferArea, to: u16) -> (Error, Duration) {
     (error, proxy.struck().elapsed())
 }
 
-/// Nothing listens in the gap, in which the program does something; the error that comes of it.
-fn amid_gap(
+/// Nothing listens in the gap. The program does something, which gives an error.
+fn in_gap(
     limit: Duration,
     run: fn(TransferAreaComHandler, &TransferArea, &Proxy) -> Error,
 ) -> Outcome {

@@ -8,19 +8,19 @@ use std::time::Duration;
 
 use ft_transfer_area::Error;
 
-/// Longer than anything takes on a busy machine; only a test that fails waits so long.
+/// Longer than anything takes on a busy machine. Only a test that fails waits this long.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
 
 /// How much longer than its limit something may take, because the machine is busy.
 pub(crate) const MARGIN: Duration = Duration::from_secs(3);
 
-/// After so long a test counts as one that hangs.
+/// A test that takes longer than this hangs.
 const HANGS: Duration = Duration::from_secs(75);
 
 /// What a program sees of a fault.
 #[derive(Clone, Debug)]
 pub(crate) enum Seen {
-    /// Nothing: all calls return as without the fault.
+    /// All calls return as without the fault.
     Nothing,
     Error(Error),
     /// The same from a child process: the name of the error.
@@ -34,7 +34,7 @@ impl From<Error> for Seen {
 }
 
 impl Seen {
-    /// Whether it is what the table's text says.
+    /// Whether the table's text says this.
     pub(crate) fn is_told_by(&self, text: &str) -> bool {
         match self {
             Self::Nothing => text.starts_with("nothing"),
@@ -44,10 +44,24 @@ impl Seen {
     }
 }
 
-/// The name of an error's variant.
-pub(crate) fn name_of(error: &Error) -> String {
-    let debug = format!("{error:?}");
-    debug.split(|character: char| !character.is_alphanumeric()).next().unwrap_or("").to_owned()
+/// The name of an error's variant, as in the table.
+macro_rules! names {
+    ($($name:ident)+) => {
+        pub(crate) fn name_of(error: &Error) -> &'static str {
+            match error {
+                $(Error::$name { .. } => stringify!($name),)+
+                other => panic!("no row of the table names this: {other}"),
+            }
+        }
+    };
+}
+
+names! {
+    AlreadyStarted ConnectFailed ConnectTimedOut ConnectionClosed ConnectionLost ConnectionRefused
+    DataEndsEarly FirmwareTooOld FrameSize HookHangs HostNotFound I2cNoDevice LookupTimedOut NoAnswer
+    NotStarted
+    ProgramPanicked ReconnectFailed ThreadNotStarted ThreadPanicked TooLarge WatchdogExpired WrongCrc
+    WrongId WrongSize
 }
 
 /// What made the controller's duties 0.
@@ -60,7 +74,7 @@ pub(crate) enum By {
     StopOnline,
     /// The connection is closed.
     Close,
-    /// It hears nothing any more.
+    /// It receives nothing any more.
     IdleLimit,
     /// Nothing: the motor goes on as the program wants.
     GoesOn,
@@ -102,10 +116,10 @@ pub(crate) type Findings = Arc<Mutex<Vec<Outcome>>>;
 /// When the tests of a row run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Turn {
-    /// First, because they take long.
+    /// First, because they take a long time.
     First,
     WithOthers,
-    /// At the end and without others, which they would disturb.
+    /// At the end and alone, because they would disturb others.
     Alone,
 }
 
@@ -115,10 +129,10 @@ pub(crate) struct Row {
     pub(crate) fault: &'static str,
     pub(crate) place: &'static str,
     pub(crate) sees: &'static str,
-    /// What bounds the time until the program sees it.
+    /// The limit for the time until the program sees it.
     pub(crate) limit: &'static str,
     pub(crate) by: &'static [By],
-    /// The tests, each with what tells it from the row's others.
+    /// The tests, each with the part of its name that differs within the row.
     pub(crate) tests: Vec<(String, Run)>,
     pub(crate) turn: Turn,
     pub(crate) findings: Findings,
@@ -139,7 +153,7 @@ impl Row {
         }
     }
 
-    /// What its tests are called.
+    /// The name of its tests.
     pub(crate) fn name(&self) -> String {
         let Self { section, fault, place, .. } = self;
         [*section, fault, place]
@@ -155,7 +169,7 @@ impl Row {
         self
     }
 
-    /// What stops the motors: one of these.
+    /// One of these stops the motors.
     pub(crate) fn by(mut self, by: &'static [By]) -> Self {
         self.by = by;
         self
@@ -206,14 +220,14 @@ impl From<&Row> for Promise {
 }
 
 impl Promise {
-    /// Runs a test of the row in a thread of its own, so that one that hangs shows.
+    /// Runs a test of the row in its own thread, so that a test that hangs is noticed.
     pub(crate) fn check(&self, run: Run) -> Result<Result<(), Skipped>, String> {
         let (sender, receiver) = mpsc::channel();
         thread::spawn(move || {
             let _ = sender.send(catch_unwind(AssertUnwindSafe(run)));
         });
         let outcome = match receiver.recv_timeout(HANGS) {
-            Err(_) => return Err(format!("it hangs: nothing came of it in {HANGS:?}")),
+            Err(_) => return Err(format!("it hangs: no result after {HANGS:?}")),
             Ok(Err(panic)) => return Err(panic_text(&*panic)),
             Ok(Ok(Err(skipped))) => return Ok(Err(skipped)),
             Ok(Ok(Ok(outcome))) => outcome,
@@ -233,7 +247,7 @@ impl Promise {
     }
 }
 
-/// What a panic says.
+/// The message of a panic.
 pub(crate) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "panic".to_owned())

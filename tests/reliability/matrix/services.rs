@@ -1,4 +1,4 @@
-//! Faults of the camera's and of the I2C connection, beside which the transfer goes on.
+//! Faults of the camera's and of the I2C connection. The transfer goes on.
 
 use std::io::Read;
 use std::time::{Duration, Instant};
@@ -53,20 +53,20 @@ fn camera_rows() -> Vec<Row> {
                 }
             }
         }),
-        ("closed", "within a frame", "`ConnectionClosed`", "at once", |client| {
+        ("closed", "within a frame", "`ConnectionClosed`", "immediately", |client| {
             client.send(&frame()[..SIZE / 2]);
         }),
-        ("garbage", "instead of a frame", "`WrongId`", "at once", |client| {
+        ("garbage", "instead of a frame", "`WrongId`", "immediately", |client| {
             client.send(b"HTTP/1.1 404 Not Found\r\n\r\n");
             client.hold();
         }),
-        ("an implausible size", "of a frame", "`FrameSize`", "at once", |client| {
+        ("an implausible size", "of a frame", "`FrameSize`", "immediately", |client| {
             let mut bytes = Vec::new();
             CameraFrameHeader { size_compressed: i32::MAX, ..header() }.emit(&mut bytes);
             client.send(&bytes);
             client.hold();
         }),
-        ("bytes without end", "behind a frame", "`WrongId`", "at once", |client| {
+        ("endless bytes", "after a frame", "`WrongId`", "immediately", |client| {
             client.send(&frame());
             while client.send(&[0xA5; 4096]) {}
         }),
@@ -77,7 +77,7 @@ fn camera_rows() -> Vec<Row> {
             Ok(camera(fake.port()))
         })
     });
-    let flood = Row::new(SECTION, "frames without end", "faster than they are read")
+    let flood = Row::new(SECTION, "endless frames", "faster than they are read")
         .sees("nothing: the oldest frames are dropped", "–")
         .test(|| Ok(flood()));
     [refused, deaf].into_iter().chain(rows).chain([flood]).collect()
@@ -87,7 +87,7 @@ fn i2c_rows() -> Vec<Row> {
     const SECTION: &str = "I2C";
     const READ: &str = "the read limit (1 s)";
     let refused = Row::new(SECTION, "refused", "connecting")
-        .sees("`ConnectionRefused`", "at once")
+        .sees("`ConnectionRefused`", "immediately")
         .test(|| {
             let (_socket, port) = closed_port();
             Ok(i2c(port))
@@ -105,19 +105,19 @@ fn i2c_rows() -> Vec<Row> {
             client.send(&response()[..7]);
             client.hold();
         }),
-        ("half a response", "then FIN", "`ConnectionClosed`", "at once", |client| {
+        ("half a response", "then FIN", "`ConnectionClosed`", "immediately", |client| {
             read_request(client);
             client.send(&response()[..7]);
         }),
-        ("closed", "instead of a response", "`ConnectionClosed`", "at once", |client| {
+        ("closed", "instead of a response", "`ConnectionClosed`", "immediately", |client| {
             read_request(client);
         }),
-        ("garbage", "instead of a response", "`WrongId`", "at once", |client| {
+        ("garbage", "instead of a response", "`WrongId`", "immediately", |client| {
             read_request(client);
             client.send(b"HTTP/1.1 404 Not Found\r\n\r\n");
             client.hold();
         }),
-        ("bytes without end", "behind a response", "`WrongSize`", "at once", |client| {
+        ("endless bytes", "after a response", "`WrongSize`", "immediately", |client| {
             read_request(client);
             let mut bytes = response();
             bytes.resize(4096, 0xA5);
@@ -130,8 +130,8 @@ fn i2c_rows() -> Vec<Row> {
             Ok(i2c(fake.port()))
         })
     });
-    let no_device = Row::new(SECTION, "no such device", "at its address")
-        .sees("`I2cNoDevice`", "at once")
+    let no_device = Row::new(SECTION, "no device", "at this address")
+        .sees("`I2cNoDevice`", "immediately")
         .test(|| {
             let other = txt().start().unwrap();
             Ok(i2c(other.i2c_port()))
@@ -176,7 +176,7 @@ struct Program {
 impl Program {
     fn start(camera_port: u16, i2c_port: u16) -> Self {
         let controller = Controller::start(txt());
-        let limits = TimeLimits { connect: LIMIT, read: LIMIT, ..TimeLimits::default() };
+        let limits = TimeLimits::default().with_connect(LIMIT).with_read(LIMIT);
         let builder = controller.handler().time_limits(limits);
         let handler = builder.camera_port(camera_port).i2c_port(i2c_port).build().unwrap();
         handler.lock()[0].output.duty[0] = DUTY;
@@ -197,10 +197,10 @@ impl Program {
     }
 }
 
-/// What comes of a camera whose server is at this port.
+/// The outcome of a camera whose server is at this port.
 fn camera(port: u16) -> Outcome {
     let program = Program::start(port, 0);
-    let options = CameraOptions { start_limit: LIMIT, frame_limit: LIMIT, ..Default::default() };
+    let options = CameraOptions::default().with_start_limit(LIMIT).with_frame_limit(LIMIT);
     let begin = Instant::now();
     let frames = program.handler.start_camera(options).unwrap();
     // Until the channel ends.
@@ -215,7 +215,7 @@ fn camera(port: u16) -> Outcome {
 fn flood() -> Outcome {
     let fake = Fake::start(|client| {
         while client.send(&frame()) {
-            // What comes back is not to fill its way.
+            // The acknowledges must not fill the buffers.
             let mut acknowledge = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
             let _ = client.stream.read(&mut acknowledge);
         }
@@ -232,7 +232,7 @@ fn flood() -> Outcome {
     program.finish(None, None)
 }
 
-/// What comes of reading from a device behind this port.
+/// The outcome of reading from a device at this port.
 fn i2c(port: u16) -> Outcome {
     let program = Program::start(0, port);
     let begin = Instant::now();

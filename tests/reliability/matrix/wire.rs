@@ -18,13 +18,13 @@ use super::row::{By, Outcome, Row, Seen, DEADLINE};
 
 const SECTION: &str = "The main connection";
 
-/// The read limit where it is what ends the wait.
+/// The read limit in tests where it ends the wait.
 const READ_LIMIT: Duration = Duration::from_secs(1);
 
 const NO_ANSWER: (&str, &str) = ("`NoAnswer` with the command", "the read limit (1 s)");
-const CLOSED: (&str, &str) = ("`ConnectionClosed` with the command", "at once");
+const CLOSED: (&str, &str) = ("`ConnectionClosed` with the command", "immediately");
 
-const WRONG_SIZE: (&str, &str) = ("`WrongSize` with the packet", "at once");
+const WRONG_SIZE: (&str, &str) = ("`WrongSize` with the packet", "immediately");
 
 /// Faults of a response, what the program sees, and what stops motors that run.
 const RESPONSES: &[(Fault, &str, (&str, &str), By)] = &[
@@ -37,21 +37,29 @@ const RESPONSES: &[(Fault, &str, (&str, &str), By)] = &[
     (Fault::HalfThenFin, "half a response, then FIN", CLOSED, By::Close),
     (Fault::Drip, "a response one byte at a time", ("nothing", "–"), By::Exchange),
     (Fault::SlowDrip, "one byte at a time, too slowly", NO_ANSWER, By::Exchange),
-    (Fault::WrongId, "a wrong id", ("`WrongId` with the packet", "at once"), By::Exchange),
-    (Fault::Surplus, "surplus bytes behind the response", WRONG_SIZE, By::Exchange),
-    (Fault::Endless, "bytes without end behind the response", WRONG_SIZE, By::Exchange),
+    (Fault::WrongId, "a wrong id", ("`WrongId` with the packet", "immediately"), By::Exchange),
+    (Fault::Surplus, "extra bytes after the response", WRONG_SIZE, By::Exchange),
+    (Fault::Endless, "endless bytes after the response", WRONG_SIZE, By::Exchange),
 ];
 
 /// Faults of the response to an exchange.
 const EXCHANGES: &[(Fault, &str, (&str, &str))] = &[
-    (Fault::WrongCrc, "a wrong CRC", ("`WrongCrc`", "at once")),
-    (Fault::TooLarge, "a size beyond any packet's", ("`TooLarge` with the packet", "at once")),
-    (Fault::TooLong, "a size greater than what comes", NO_ANSWER),
-    (Fault::TooShort, "a size smaller than what comes", ("`WrongSize` with the packet", "at once")),
+    (Fault::WrongCrc, "a wrong CRC", ("`WrongCrc`", "immediately")),
+    (
+        Fault::TooLarge,
+        "a size larger than any packet",
+        ("`TooLarge` with the packet", "immediately"),
+    ),
+    (Fault::TooLong, "a size larger than the data", NO_ANSWER),
+    (
+        Fault::TooShort,
+        "a size smaller than the data",
+        ("`WrongSize` with the packet", "immediately"),
+    ),
     (
         Fault::WrongMask,
         "a mask with an extension that is not there",
-        ("`DataEndsEarly`", "at once"),
+        ("`DataEndsEarly`", "immediately"),
     ),
 ];
 
@@ -59,8 +67,8 @@ const EXCHANGES: &[(Fault, &str, (&str, &str))] = &[
 const REQUESTS: &[(Fault, &str, (&str, &str), By)] = &[
     (Fault::Fin, "FIN instead of reading the request", CLOSED, By::Close),
     (Fault::Rst, "RST instead of reading the request", CLOSED, By::Close),
-    (Fault::Cut, "the request is not read, nor anything behind it", NO_ANSWER, By::IdleLimit),
-    (Fault::Half, "half a request arrives, and nothing behind it", NO_ANSWER, By::IdleLimit),
+    (Fault::Cut, "the request is not read, and nothing after it", NO_ANSWER, By::IdleLimit),
+    (Fault::Half, "half a request arrives, and nothing after it", NO_ANSWER, By::IdleLimit),
     (Fault::Drip, "a request that arrives one byte at a time", ("nothing", "–"), By::Exchange),
     (Fault::WrongId, "a request that arrives with a wrong id", CLOSED, By::Close),
 ];
@@ -75,8 +83,7 @@ const HANDSHAKE: Phase = Phase { text: "each packet of the handshake", places: P
 const RUNNING: Phase = Phase { text: "each packet while it runs", places: Place::RUNNING };
 const END: Phase = Phase { text: "each packet of the end", places: Place::END };
 const EXCHANGE: Phase = Phase { text: "each exchange", places: Place::EXCHANGES };
-const SIMPLE: Phase =
-    Phase { text: "an exchange that is not compressed", places: &[Place::SimpleExchange] };
+const SIMPLE: Phase = Phase { text: "a simple exchange", places: &[Place::SimpleExchange] };
 const LAST: Phase = Phase { text: "the last exchange", places: &[Place::LastExchange] };
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -112,7 +119,7 @@ pub(crate) fn rows() -> Vec<Row> {
     rows
 }
 
-/// The first exchange of all is the one that would bring the duty.
+/// If the first exchange fails, no duty has arrived.
 fn never_or(by: By) -> &'static [By] {
     match by {
         By::Close => &[By::Close, By::NeverOn],
@@ -121,7 +128,7 @@ fn never_or(by: By) -> &'static [By] {
     }
 }
 
-/// A way to lose a connection while it runs: as in the rows, and where.
+/// A way to lose a connection while it runs, as in the rows, and its places.
 pub(crate) struct Way {
     pub(crate) in_request: bool,
     pub(crate) fault: Fault,
@@ -173,14 +180,14 @@ fn row(
     )
 }
 
-/// What a fault needs, and settings for a program.
+/// The controller and the proxy for a fault, and settings for a program.
 pub(crate) fn set_up(strike: Strike) -> (Controller, Proxy, TransferAreaComHandlerBuilder) {
     let controller = match strike.cuts() {
         true => Controller::with_idle_limit(txt(), IDLE_LIMIT),
         false => Controller::start(txt()),
     };
     let proxy = Proxy::start(controller.port(), [strike]);
-    // Long where it is not what ends the wait, for the sake of a busy machine.
+    // Long if it does not end the wait, because the machine may be busy.
     let read = if strike.is_silent() { READ_LIMIT } else { DEADLINE };
     let mode = match strike.place {
         Place::SimpleExchange => TransferMode::Simple,
@@ -191,11 +198,11 @@ pub(crate) fn set_up(strike: Strike) -> (Controller, Proxy, TransferAreaComHandl
         .mode(mode)
         .port(proxy.port())
         .camera_port(controller.txt.camera_port())
-        .time_limits(TimeLimits { read, ..TimeLimits::default() });
+        .time_limits(TimeLimits::default().with_read(read));
     (controller, proxy, builder)
 }
 
-/// Runs a program with a motor on until the fault strikes, and on.
+/// Runs a program with a motor on until the fault strikes, and then further.
 pub(crate) fn run(strike: Strike, reconnect: Option<Duration>) -> Outcome {
     let place = strike.place;
     let (controller, proxy, builder) = set_up(strike);
@@ -215,8 +222,8 @@ pub(crate) fn run(strike: Strike, reconnect: Option<Duration>) -> Outcome {
     Outcome { seen: error.map_or(Seen::Nothing, Seen::Error), soon, by, stopped }
 }
 
-/// Begins, drives and ends a transfer; the error that it meets, if it does. Checks what every
-/// error has in common.
+/// Begins, drives and ends a transfer, and returns its error, if there is one. Checks what is the
+/// same for every error.
 fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     let area = handler.transfer_area();
@@ -246,10 +253,10 @@ fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
 }
 
 pub(crate) fn small_pictures() -> CameraOptions {
-    CameraOptions { width: 16, height: 16, ..CameraOptions::default() }
+    CameraOptions::default().with_size(16, 16)
 }
 
-/// Does what brings about the packet at this place, and ends the transfer.
+/// Does what makes the packet at this place appear, and ends the transfer.
 fn drive(handler: &TransferAreaComHandler, place: Place) -> Result<(), Error> {
     let mut frames = None;
     for cycle in 0..30 {
@@ -267,7 +274,7 @@ fn drive(handler: &TransferAreaComHandler, place: Place) -> Result<(), Error> {
     handler.end_transfer()
 }
 
-/// Whether an error names the command or the packet at which it came about, where it names any.
+/// Whether an error names the command or packet at which it happened, if it names any.
 pub(crate) fn names(error: &Error, place: Place) -> bool {
     let command = place.command();
     match error {

@@ -26,7 +26,7 @@ impl Pair {
     }
 
     fn events(&self) -> Vec<Event> {
-        self.events_of(&EventKind::ALL)
+        self.events_of(EventKind::ALL)
     }
 
     fn events_of(&self, kinds: &[EventKind]) -> Vec<Event> {
@@ -95,7 +95,7 @@ fn changed(area: usize, input: Input, pressed: bool) -> Event {
 }
 
 #[test]
-fn changed_digital_inputs_are_told_area_by_area() {
+fn changed_digital_inputs_are_reported_area_by_area() {
     let before = inputs(pressed(&[Input::I1]), &[(2, pressed(&[]))]);
     let now = inputs(pressed(&[Input::I8]), &[(2, pressed(&[Input::I3]))]);
     let pair = Pair::new(before, now);
@@ -110,7 +110,7 @@ fn changed_digital_inputs_are_told_area_by_area() {
 }
 
 #[test]
-fn measured_values_are_no_digital_inputs() {
+fn measured_values_are_not_digital_inputs() {
     let mut pair = Pair::new(inputs(pressed(&[]), &[]), inputs(pressed(&[Input::I1]), &[]));
     pair.configure(LOCAL_IO, Input::I1, UniConfig::analog(InputMode::Voltage));
     pair.configs_before = pair.configs;
@@ -121,7 +121,7 @@ fn measured_values_are_no_digital_inputs() {
 }
 
 #[test]
-fn a_new_configuration_makes_its_inputs_begin_anew_and_no_others() {
+fn an_input_with_a_new_configuration_has_no_event_and_others_do() {
     let both = pressed(&[Input::I1, Input::I2]);
     let mut pair = Pair::new(inputs(pressed(&[]), &[]), inputs(both, &[]));
     for config in [UniConfig::digital(InputMode::Voltage), UniConfig::analog(InputMode::Voltage)] {
@@ -134,11 +134,11 @@ fn a_new_configuration_makes_its_inputs_begin_anew_and_no_others() {
     pair.configs_before = pair.configs;
     pair.sent[0].config.uni[1] = UniConfig::analog(InputMode::Voltage);
     let events = pair.events();
-    assert_eq!(events, [changed(LOCAL_IO, Input::I2, true)], "what was not sent is of no effect");
+    assert_eq!(events, [changed(LOCAL_IO, Input::I2, true)], "what was not sent has no effect");
 }
 
 #[test]
-fn counters_are_told_without_a_sign() {
+fn counters_are_reported_without_a_sign() {
     let response = |counter| Response { counter, ..Response::default() };
     let pair = Pair::new(
         inputs(response([5, 0, 32_767, 9]), &[]),
@@ -152,7 +152,7 @@ fn counters_are_told_without_a_sign() {
 }
 
 #[test]
-fn a_reset_is_told_when_the_id_that_was_sent_comes_back() {
+fn a_reset_is_reported_when_the_id_that_was_sent_comes_back() {
     let response = |id| Response { counter_reset_id: [0, id, 0, 0], ..Response::default() };
     let mut pair = Pair::new(inputs(response(3), &[]), inputs(response(4), &[]));
     assert_eq!(pair.events(), [], "another command was sent");
@@ -160,7 +160,7 @@ fn a_reset_is_told_when_the_id_that_was_sent_comes_back() {
     let told = Event::CounterReset { area: LOCAL_IO, counter: Counter::C2, command_id: 4 };
     assert_eq!(pair.events(), [told]);
     pair.before = pair.now.clone();
-    assert_eq!(pair.events(), [], "it is told once");
+    assert_eq!(pair.events(), [], "it is reported once");
 }
 
 #[test]
@@ -184,11 +184,11 @@ fn a_motor_has_reached_its_position_when_its_own_command_with_a_distance_is_done
     }
     pair.sent[0].output.master[3] = 0;
     pair.sent[0].output.motor_ex_cmd_id[3] = 9;
-    assert_eq!(pair.events_of(&only), [], "a newer command is under way");
+    assert_eq!(pair.events_of(&only), [], "a newer command is not finished");
 }
 
 #[test]
-fn joysticks_are_told_by_remote_and_side() {
+fn joysticks_are_reported_by_remote_and_side() {
     let mut response = Response::default();
     response.ir[1] = IrRemote { left_x: -15, bits: 1, ..IrRemote::default() };
     response.ir[4] = IrRemote { right_x: 3, right_y: 15, ..IrRemote::default() };
@@ -207,18 +207,18 @@ fn joysticks_are_told_by_remote_and_side() {
     pair.before = pair.now.clone();
     response.ir[1].bits = 0;
     pair.now = inputs(response, &[]);
-    assert_eq!(pair.events(), [], "a button is none");
+    assert_eq!(pair.events(), [], "a button is not a joystick");
 }
 
 #[test]
-fn extensions_that_go_keep_their_values_and_are_compared_with_these_when_they_come_back() {
+fn disconnected_extensions_keep_their_values_and_are_compared_with_these_when_they_come_back() {
     let master = Response::default();
     let mut now = inputs(master, &[(1, pressed(&[Input::I1])), (8, master)]);
     let mut pair = Pair::new(now.clone(), now.clone());
     let told = |extension, alive| Event::ExtensionChanged { extension, alive };
     respond(&mut now, master, &[(2, pressed(&[Input::I2]))]);
     pair.now = now.clone();
-    // The second one's first inputs are no change.
+    // The second extension's first inputs are no change.
     assert_eq!(pair.events(), [told(1, false), told(2, true), told(8, false)]);
     pair.before = now.clone();
     respond(&mut now, master, &[(1, pressed(&[])), (2, pressed(&[Input::I2]))]);
@@ -227,7 +227,7 @@ fn extensions_that_go_keep_their_values_and_are_compared_with_these_when_they_co
 }
 
 #[test]
-fn extensions_without_an_area_are_told_and_bits_of_none_are_not() {
+fn extensions_without_an_area_are_reported_and_bits_without_an_extension_are_not() {
     let mut now = Inputs::default();
     now.take_compressed(0xFF80, &[1; 10 * 50], 50);
     let mut pair = Pair::new(inputs(Response::default(), &[]), now);
@@ -237,13 +237,13 @@ fn extensions_without_an_area_are_told_and_bits_of_none_are_not() {
 }
 
 #[test]
-fn a_transfers_first_response_tells_of_commands_that_are_done_and_of_nothing_else() {
+fn a_transfers_first_response_reports_only_commands_that_are_done() {
     let mut response = pressed(&[Input::I1]);
     response.counter = [7; 4];
     response.ir[0].left_x = 1;
     response.counter_reset_id = [1, 0, 0, 0];
     response.motor_command_id = [1, 0, 0, 0];
-    // Before it there was no transfer, or one whose ids had not come so far.
+    // Before it there was no transfer, or one with lower ids.
     for before in [Inputs::default(), inputs(Response::default(), &[])] {
         let mut pair = Pair::new(before, inputs(response, &[(1, response)]));
         pair.first = true;
@@ -266,7 +266,7 @@ fn a_transfers_first_response_tells_of_commands_that_are_done_and_of_nothing_els
 }
 
 #[test]
-fn only_what_is_asked_for_is_told() {
+fn only_kinds_that_are_asked_for_are_reported() {
     let mut response = pressed(&[Input::I1]);
     response.counter = [7; 4];
     response.ir[0].left_x = 1;
@@ -277,11 +277,12 @@ fn only_what_is_asked_for_is_told() {
     pair.sent[0].output.cnt_reset_cmd_id[0] = 1;
     pair.sent[0].output.motor_ex_cmd_id[0] = 1;
     pair.sent[0].output.distance[0] = 7;
-    for kind in EventKind::ALL {
+    for &kind in EventKind::ALL {
         let events = pair.events_of(&[kind]);
         let expected = match kind {
             EventKind::CounterChanged => 4,
-            EventKind::TransferEnded
+            EventKind::MotorStalled
+            | EventKind::TransferEnded
             | EventKind::ConnectionLost
             | EventKind::ConnectionRestored
             | EventKind::WatchdogExpired => 0,

@@ -1,0 +1,34 @@
+//! The camera server, which sends the frames.
+
+use std::net::{SocketAddr, TcpStream};
+use std::time::Duration;
+
+use log::debug;
+
+use crate::client::connect_to;
+
+/// The longest that connecting before the command may take. A host that listens or refuses answers
+/// immediately.
+const EARLY_LIMIT: Duration = Duration::from_millis(300);
+
+/// A camera server, and the connection to it if there is one already.
+#[derive(Debug)]
+pub(crate) struct CameraServer {
+    pub(super) address: SocketAddr,
+    pub(super) early: Option<TcpStream>,
+}
+
+impl CameraServer {
+    /// The server that the next command starts. Connects to it before that command is sent, if it already
+    /// accepts connections. Blocks for 300 ms at most.
+    ///
+    /// A TXT refuses until the command has started its camera server. The server program for the
+    /// TXT 4.0 always listens, but checks for a connection only once: when the command comes.
+    pub(crate) fn before_start(address: SocketAddr) -> Self {
+        let early = connect_to(address, EARLY_LIMIT);
+        if let Err(error) = &early {
+            debug!("the camera at {address} accepts no connection before its start: {error}");
+        }
+        Self { address, early: early.ok() }
+    }
+}

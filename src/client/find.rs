@@ -1,0 +1,248 @@
+//! Finding controllers: several addresses are asked in parallel.
+
+use std::net::IpAddr;
+use std::thread::{self, ScopedJoinHandle};
+use std::time::{Duration, Instant};
+
+use super::address::host_and_port;
+use super::connect::connect;
+use super::connection::{Connection, PacketNames};
+use super::limits::TimeLimits;
+use super::response::response_size;
+use super::PORT;
+use crate::error::Error;
+use crate::found::{ConnectionKind, FoundController, TriedAddress};
+use crate::wire::{CommandId, QueryStatusResponse};
+
+/// The host that means the only controller that is found.
+const AUTO: &str = "auto";
+
+/// How long the search for it may take. A packet that is lost on a WLAN is sent again after a second.
+const AUTO_LIMIT: Duration = Duration::from_millis(1500);
+
+/// The default addresses of a controller.
+#[cfg(not(test))]
+const USUAL_HOSTS: &[&str] = &["192.168.7.2", "192.168.8.2", "192.168.9.2", "127.0.0.1"];
+/// Tests ask no other host.
+#[cfg(test)]
+const USUAL_HOSTS: &[&str] = &["127.0.0.1"];
+
+/// How many addresses are asked in parallel, so that a long list does not take all threads.
+const AT_A_TIME: usize = 64;
+
+/// Finds the controllers at the usual addresses: USB (192.168.7.2), WLAN (192.168.8.2), Bluetooth
+/// (192.168.9.2) and the controller on which the program runs (127.0.0.1), each at
+/// [port 65000](crate::PORT).
+///
+/// Blocks for up to `limit`, and for all of it if one of the addresses does not answer at all; 1 to 2 s is
+/// a good limit. A controller that is connected in two ways is found twice; the one on which the program
+/// runs is found only once.
+///
+/// Each controller is asked for its name and firmware, and the connection is closed. This moves nothing and
+/// does not begin online mode. A controller that another program uses serves only that program, so it is
+/// not found.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// # fn main() -> Result<(), ft_transfer_area::Error> {
+/// for controller in ft_transfer_area::find_controllers(Duration::from_secs(1))? {
+///     println!("{controller}"); // ROBO TXT with firmware 4.6.6 at 192.168.7.2:65000 (USB)
+/// }
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+///
+/// [`Error::NoController`] when none answered, with what happened at each address;
+/// [`Error::ThreadNotStarted`].
+pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> {
+    find_usual(PORT, limit)
+}
+
+/// Finds the controllers at given addresses, such as all those in a classroom. Returns those that answer,
+/// in the order of the addresses.
+///
+/// An address is a host with or without a port, as for
+/// [`builder`](crate::TransferAreaComHandler::builder). Up to 64 addresses are asked in parallel, so this
+/// blocks for up to `limit` per 64 addresses. The lookup of a host name that takes longer goes on in the
+/// background until it ends; numeric addresses need no lookup. The rest is as for [`find_controllers`].
+///
+/// ```
+/// use std::time::Duration;
+/// use ft_transfer_area::find_controllers_at;
+///
+/// # #[cfg(feature = "simulator")]
+/// # fn main() -> Result<(), ft_transfer_area::Error> {
+/// let txt = ft_transfer_area::simulator::SimulatedTxt::builder().start()?;
+/// let addresses = [format!("127.0.0.1:{}", txt.port()), "127.0.0.1:1".to_owned()];
+/// let found = find_controllers_at(&addresses, Duration::from_secs(2))?;
+/// assert_eq!(found.len(), 1);
+/// assert_eq!(found[0].address.to_string(), addresses[0]);
+/// # Ok(())
+/// # }
+/// # #[cfg(not(feature = "simulator"))]
+/// # fn main() {}
+/// ```
+///
+/// # Errors
+///
+/// [`Error::NoController`] when none answered, with what happened at each address;
+/// [`Error::ThreadNotStarted`].
+pub fn find_controllers_at<A>(
+    addresses: &[A],
+    limit: Duration,
+) -> Result<Vec<FoundController>, Error>
+where
+    A: AsRef<str> + Sync,
+{
+    let (mut found, mut tried) = (Vec::new(), Vec::new());
+    for some in addresses.chunks(AT_A_TIME) {
+        for answer in ask_side_by_side(some, limit)? {
+            match answer {
+                Ok(controller) => found.push(controller),
+                Err(address) => tried.push(address),
+            }
+        }
+    }
+    if found.is_empty() {
+        return Err(Error::NoController { tried });
+    }
+    Ok(found)
+}
+
+/// Whether the host is to be found.
+pub(crate) fn is_auto(host: &str) -> bool {
+    host.eq_ignore_ascii_case(AUTO)
+}
+
+/// The host itself, or for `auto` the address of the only controller that is found.
+pub(crate) fn found_host(host: &str, port: u16, limit: Duration) -> Result<String, Error> {
+    if !is_auto(host) {
+        return Ok(host.to_owned());
+    }
+    let controller = only(find_usual(port, limit.min(AUTO_LIMIT))?)?;
+    log::info!("found {controller}");
+    Ok(controller.address.ip().to_string())
+}
+
+/// The only one of the controllers that were found; there is at least one.
+fn only(mut found: Vec<FoundController>) -> Result<FoundController, Error> {
+    match found.pop() {
+        Some(controller) if found.is_empty() => Ok(controller),
+        last => Err(Error::SeveralControllers { found: found.into_iter().chain(last).collect() }),
+    }
+}
+
+fn find_usual(port: u16, limit: Duration) -> Result<Vec<FoundController>, Error> {
+    let addresses: Vec<_> = USUAL_HOSTS.iter().map(|host| format!("{host}:{port}")).collect();
+    Ok(without_doubles(find_controllers_at(&addresses, limit)?))
+}
+
+/// A program on the controller reaches it by each of the controller's addresses.
+fn without_doubles(mut found: Vec<FoundController>) -> Vec<FoundController> {
+    if found.iter().any(|controller| controller.address.ip().is_loopback()) {
+        found.retain(|controller| {
+            controller.connection != ConnectionKind::SameMachine
+                || controller.address.ip().is_loopback()
+        });
+    }
+    found
+}
+
+type Answer = Result<FoundController, TriedAddress>;
+
+fn ask_side_by_side<A>(addresses: &[A], limit: Duration) -> Result<Vec<Answer>, Error>
+where
+    A: AsRef<str> + Sync,
+{
+    // The scope waits for all its threads, even when one could not be started.
+    thread::scope(|scope| {
+        let mut threads = Vec::with_capacity(addresses.len());
+        for address in addresses {
+            let thread = thread::Builder::new()
+                .name("find-controller".to_owned())
+                .spawn_scoped(scope, move || ask(address.as_ref(), limit));
+            threads.push(thread.map_err(Error::not_started)?);
+        }
+        let answers = threads.into_iter().map(ScopedJoinHandle::join);
+        answers.map(|answer| answer.map_err(|panic| Error::from_panic(&*panic))).collect()
+    })
+}
+
+/// Asks the controller at this address for its name. Blocks up to the limit.
+fn ask(address: &str, limit: Duration) -> Answer {
+    query(address, limit).map_err(|error| {
+        let host = host_and_port(address, PORT).map_or(address, |(host, _)| host);
+        TriedAddress {
+            address: address.to_owned(),
+            connection: host.parse().map_or(ConnectionKind::Network, ConnectionKind::of),
+            outcome: outcome(&error, limit),
+        }
+    })
+}
+
+fn query(address: &str, limit: Duration) -> Result<FoundController, Error> {
+    let begin = Instant::now();
+    let (host, port) = host_and_port(address, PORT)?;
+    let stream = connect(host, port, limit)?;
+    let failed = |error: std::io::Error| Error::ConnectFailed {
+        address: address.to_owned(),
+        cause: error.into(),
+    };
+    let (own, peer) = (stream.local_addr().map_err(failed)?, stream.peer_addr().map_err(failed)?);
+    let rest = limit.saturating_sub(begin.elapsed());
+    let limits = TimeLimits { connect: rest, read: rest, write: rest };
+    let mut connection = Connection::over_tcp(stream, limits).map_err(failed)?;
+    let status = query_status(&mut connection)?;
+    Ok(FoundController {
+        address: peer,
+        connection: connection_kind(own.ip(), peer.ip()),
+        name: status.name(),
+        firmware: status.version,
+    })
+}
+
+/// A connection of a machine to itself has the same address on both sides.
+fn connection_kind(own: IpAddr, peer: IpAddr) -> ConnectionKind {
+    if own == peer {
+        ConnectionKind::SameMachine
+    } else {
+        ConnectionKind::of(peer)
+    }
+}
+
+fn query_status(connection: &mut Connection) -> Result<QueryStatusResponse, Error> {
+    let command = CommandId::QueryStatus;
+    let names = PacketNames { request: command.name(), response: command.response().name() };
+    let mut request = Vec::new();
+    command.emit(&mut request);
+    // One more byte, to detect a longer response.
+    let mut response = [0; QueryStatusResponse::LEN + 1];
+    let size = connection
+        .transact(names, &request, &mut response, |start| response_size(command, start))?;
+    QueryStatusResponse::parse(&response[..size])
+}
+
+/// What happened, in a few words. The error for all addresses says what to check.
+fn outcome(error: &Error, limit: Duration) -> String {
+    match error {
+        Error::ConnectionRefused { .. } => "nothing listens there".to_owned(),
+        Error::ConnectTimedOut { .. } => format!("no answer within {limit:?}"),
+        Error::ConnectFailed { cause, .. } => cause.to_string(),
+        Error::HostNotFound { cause, .. } => format!("there is no such host ({cause})"),
+        Error::LookupTimedOut { .. } => format!("its address was not found within {limit:?}"),
+        Error::NoAnswer { .. } => {
+            format!("it accepted the connection but did not answer within {limit:?}, so another program may be using it")
+        }
+        Error::ConnectionClosed { .. } => {
+            "it closed the connection, so another program may be using it".to_owned()
+        }
+        Error::WrongId { .. } | Error::WrongSize { .. } => "what answers is no TXT".to_owned(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,216 @@
+//! Waits for a response: of one thread for one transfer, or for the first of several.
+
+use std::time::Instant;
+
+use super::events::Step;
+use super::shared::{Shared, State};
+use super::sync::{current_thread, wait_until, MutexGuard};
+use super::taken::{Known, Taken};
+use crate::error::Error;
+
+/// A wait for a response that is newer than the last one that the handle has returned.
+#[derive(Debug)]
+pub(super) enum Wait {
+    /// It began when the response of this number was the newest, in the transfer of this number.
+    For { response: u64, transfer: u64 },
+    /// The thread was told of this response and is expected to answer it.
+    Told(u64),
+}
+
+/// The state of a wait.
+enum Progress {
+    Waits,
+    Told(u64),
+    /// The transfer has ended, or there is an error to return.
+    Over,
+}
+
+impl Shared {
+    /// Waits for a response that is newer than the last one that the handle has returned; `None` when the
+    /// deadline comes first.
+    pub(super) fn wait_for_response(
+        &self,
+        state: &mut MutexGuard<'_, State>,
+        known: &mut Known,
+        deadline: Option<Instant>,
+    ) -> Result<Option<u64>, Error> {
+        let (response, transfer) = match self.begin_wait(state, known)? {
+            Wait::Told(response) => return Ok(Some(response)),
+            Wait::For { response, transfer } => (response, transfer),
+        };
+        // In lock-step only responses move the time.
+        let by_clock = deadline.filter(|_| !self.is_lock_step());
+        loop {
+            let timed_out = wait_until(&self.arrived, state, by_clock);
+            match state.progress(known, response, transfer) {
+                Progress::Told(response) if !state.is_too_late(deadline) => {
+                    return Ok(Some(response));
+                }
+                Progress::Waits if !timed_out => continue,
+                _ => {}
+            }
+            self.give_up(state, response);
+            state.check_wait(known, transfer)?;
+            return Ok(None);
+        }
+    }
+
+    /// Begins a wait, unless there is already a response for the handle to return.
+    fn begin_wait(&self, state: &mut State, known: &mut Known) -> Result<Wait, Error> {
+        state.tell_news(known)?;
+        state.check_running(known)?;
+        if state.window.response() > known.returned {
+            if let Some(response) = state.join_window() {
+                return Ok(Wait::Told(response));
+            }
+        }
+        state.window.expect();
+        if self.is_lock_step() {
+            self.attended.notify_one();
+        }
+        Ok(Wait::For { response: state.window.response(), transfer: state.transfer.number() })
+    }
+
+    /// A thread ends its wait that began when `response` was the newest, without an answer.
+    fn give_up(&self, state: &mut State, response: u64) {
+        if state.window.is_open_for(response + 1) {
+            let next = state.area_lock.arrive();
+            self.wake_next(state, next);
+        }
+        state.window.give_up(response);
+        if state.next_may_leave() {
+            self.attended.notify_one();
+        }
+    }
+
+    /// In lock-step: waits for the next response, or for an error, and does not answer it.
+    ///
+    /// # Panics
+    ///
+    /// In lock-step, when the thread has the areas.
+    pub(super) fn step(&self) -> Step {
+        if !self.is_lock_step() {
+            return Step::ByClock;
+        }
+        let mut state = self.state_of_others();
+        if !state.transfer.is_running() {
+            return Step::NoTransfer;
+        }
+        let response = state.window.response();
+        let known = &mut Known {
+            returned: response,
+            shown: response,
+            interruptions: state.interruptions.count(),
+        };
+        if let Ok(Some(_)) = self.wait_for_response(&mut state, known, None) {
+            self.give_up(&mut state, response);
+        }
+        Step::Done
+    }
+
+    // For a thread that waits for the first of several transfers; each of them wakes it.
+
+    /// Panics when this thread has the areas.
+    #[track_caller]
+    pub(super) fn check_free(&self) {
+        drop(self.state_of_others());
+    }
+
+    /// Begins such a wait.
+    pub(super) fn begin_shared_wait(&self, known: &mut Known) -> Result<Wait, Error> {
+        let mut state = self.state();
+        let wait = self.begin_wait(&mut state, known)?;
+        state.wakened.push(current_thread());
+        Ok(wait)
+    }
+
+    /// When the response came in for which the thread waits; `None` when it has not come in yet.
+    ///
+    /// After an error the wait is over.
+    pub(super) fn look_after(
+        &self,
+        wait: &mut Wait,
+        known: &mut Known,
+    ) -> Result<Option<Instant>, Error> {
+        let mut state = self.state();
+        if let Wait::For { response, transfer } = *wait {
+            match state.progress(known, response, transfer) {
+                Progress::Waits => return Ok(None),
+                Progress::Told(response) => *wait = Wait::Told(response),
+                Progress::Over => {
+                    state.forget_waker();
+                    self.give_up(&mut state, response);
+                    state.check_wait(known, transfer)?;
+                }
+            }
+        }
+        Ok(Some(state.arrived))
+    }
+
+    /// The thread has a response of another transfer. If it was told of a response of this one, it comes back
+    /// for it, so the window stays open.
+    pub(super) fn put_off(&self, wait: &Wait) {
+        let mut state = self.state();
+        state.forget_waker();
+        let told = match *wait {
+            Wait::Told(response) => response,
+            Wait::For { response, .. } => response + 1,
+        };
+        if !self.is_lock_step() && state.window.is_open_for(told) {
+            let next = state.area_lock.arrive();
+            self.wake_next(&state, next);
+            return state.window.put_off();
+        }
+        self.give_up(&mut state, told - 1);
+    }
+
+    /// Takes the areas for a response that the thread was told of.
+    pub(super) fn take_after(&self, wait: &Wait, known: Known) -> Taken {
+        let mut state = self.state_of_others();
+        state.forget_waker();
+        let response = match *wait {
+            Wait::Told(response) => response,
+            Wait::For { response, .. } => response + 1,
+        };
+        let taken = self.take(&mut state, known, Some(response));
+        MutexGuard::unlock_fair(state);
+        taken
+    }
+}
+
+impl State {
+    /// The state of a wait that began when `response` was the newest.
+    fn progress(&self, known: &Known, response: u64, transfer: u64) -> Progress {
+        let goes_on = self.transfer.is_running() && self.transfer.number() == transfer;
+        if !goes_on || self.interruptions.has_news(known.interruptions) {
+            Progress::Over
+        } else if self.window.response() != response {
+            Progress::Told(response + 1)
+        } else {
+            Progress::Waits
+        }
+    }
+
+    /// Returns the error for which a wait is over.
+    fn check_wait(&mut self, known: &mut Known, transfer: u64) -> Result<(), Error> {
+        self.tell_news(known)?;
+        self.check_running(known)?;
+        // Another transfer may have begun meanwhile.
+        if self.transfer.number() == transfer {
+            Ok(())
+        } else {
+            Err(Error::NotStarted)
+        }
+    }
+
+    /// Whether the newest response has moved the time beyond a deadline, in lock-step.
+    fn is_too_late(&self, deadline: Option<Instant>) -> bool {
+        self.clock.is_lock_step() && deadline.is_some_and(|deadline| deadline < self.clock.now())
+    }
+
+    /// This thread does not wait for several transfers any more.
+    fn forget_waker(&mut self) {
+        let me = current_thread().id();
+        self.wakened.retain(|thread| thread.id() != me);
+    }
+}

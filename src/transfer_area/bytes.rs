@@ -1,0 +1,200 @@
+//! An area as its 1024 bytes, and back.
+//!
+//! The crate has no unsafe code, so the bytes are written and read field by field, without gaps; the
+//! tests compare the places with `layout.rs`.
+
+use std::array;
+use std::slice;
+
+use super::*;
+
+/// A value in the controller's memory.
+trait Bytes {
+    /// Writes the value to the next bytes.
+    fn write(&self, to: &mut slice::IterMut<'_, u8>);
+
+    /// Reads a value from the next bytes.
+    fn read(from: &mut slice::Iter<'_, u8>) -> Self;
+}
+
+macro_rules! integers {
+    ($($integer:ty)+) => {$(
+        impl Bytes for $integer {
+            fn write(&self, to: &mut slice::IterMut<'_, u8>) {
+                to.zip(self.to_le_bytes()).for_each(|(place, byte)| *place = byte);
+            }
+
+            fn read(from: &mut slice::Iter<'_, u8>) -> Self {
+                Self::from_le_bytes(array::from_fn(|_| from.next().copied().unwrap_or_default()))
+            }
+        }
+    )+};
+}
+
+impl<T: Bytes, const N: usize> Bytes for [T; N] {
+    fn write(&self, to: &mut slice::IterMut<'_, u8>) {
+        self.iter().for_each(|element| element.write(to));
+    }
+
+    fn read(from: &mut slice::Iter<'_, u8>) -> Self {
+        array::from_fn(|_| T::read(from))
+    }
+}
+
+/// Implements [`Bytes`] for structs, by all their fields in the order of their declaration.
+macro_rules! structs {
+    ($($name:ident { $($field:ident)+ })+) => {$(
+        impl Bytes for $name {
+            fn write(&self, to: &mut slice::IterMut<'_, u8>) {
+                // Does not compile when a field is missing.
+                let Self { $($field),+ } = self;
+                $($field.write(to);)+
+            }
+
+            fn read(from: &mut slice::Iter<'_, u8>) -> Self {
+                $(let $field = Bytes::read(from);)+
+                Self { $($field),+ }
+            }
+        }
+    )+};
+}
+
+integers! { u8 i16 u16 u32 }
+
+structs!(
+    FishX1Transfer {
+        info state config input output display status change timer motor input_sim hook_table
+        txt_inputs txt_outputs txt_inputs2 reserved
+    }
+    Info {
+        hostname btaddr dummy shared_memory_start app_area_start app_area_size version
+    }
+    Versions { hardware firmware shm_if fish_x1 }
+    State {
+        init config dummy trace io_mode id info_id config_id io_slave_alive btstatus master_pgm
+        local_pgm
+    }
+    BtStatus { conn_state is_listen is_receive link_quality }
+    ProgramInfo { name state dummy }
+    Config { pgm_state_req old_ft_transfer dummy motor uni cnt motor_config }
+    UniConfig { mode digital dummy }
+    CounterConfig { mode dummy }
+    InputValues {
+        uni cnt_in counter display_button_left display_button_right cnt_resetted motor_ex_reached
+        cnt_reset_cmd_id motor_ex_cmd_id
+    }
+    OutputValues { cnt_reset_cmd_id master duty distance motor_ex_cmd_id }
+    Display { display_msg display_frame }
+    DisplayMessage { id text }
+    DisplayFrame { frame id is_pgm_master_of_display }
+    Status { status iostatus com_err }
+    Change {
+        upd_interface change_status change_uni change_cnt_in change_counter change_timer reserved
+    }
+    Timer { timer_1ms timer_10ms timer_100ms timer_1s timer_10s timer_1min }
+    MotorValues { duty debug }
+    InputSim { sim_buttons }
+    TxtInputs {
+        txt_power txt_temp txt_ref txt_vb ir_input sound_cmd_id sec min hour24 hour12 pm_flag m_day
+        month year w_day
+    }
+    IrInput {
+        joy_left_x joy_left_x_to_left joy_left_x_to_right joy_left_y joy_left_y_to_forward
+        joy_left_y_to_backwards joy_right_x joy_right_x_to_left joy_right_x_to_right joy_right_y
+        joy_right_y_to_forward joy_right_y_to_backwards button_on button_off dip_switch_1
+        dip_switch_2
+    }
+    TxtOutputs { sound_cmd_id sound_index sound_repeat led_color_r led_color_g led_color_b dummy }
+    TxtInputs2 { mic_lin mic_log }
+);
+
+impl FishX1Transfer {
+    /// Its size in bytes, as on the controller.
+    pub const LEN: usize = 1024;
+
+    /// The area as its bytes in the controller's memory, which is little-endian. C programs get them by
+    /// `memcpy`, to store, send or compare them.
+    ///
+    /// ```
+    /// use ft_transfer_area::FishX1Transfer;
+    ///
+    /// let mut area = FishX1Transfer::default();
+    /// area.output.duty[0] = 512;
+    /// let bytes = area.to_bytes();
+    /// assert_eq!(bytes[332..334], [0, 2]); // where the controller has it
+    /// assert_eq!(FishX1Transfer::from_bytes(&bytes), area);
+    /// ```
+    #[doc(alias = "memcpy")]
+    #[must_use]
+    pub fn to_bytes(&self) -> [u8; Self::LEN] {
+        let mut bytes = [0; Self::LEN];
+        self.write(&mut bytes.iter_mut());
+        bytes
+    }
+
+    /// The area that has these bytes in the controller's memory. Every value is allowed for each byte.
+    #[must_use]
+    pub fn from_bytes(bytes: &[u8; Self::LEN]) -> Self {
+        Self::read(&mut bytes.iter())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layout::with_fields;
+    use super::*;
+
+    /// A byte that differs from those of the places around it.
+    fn mark(place: usize) -> u8 {
+        (place % 251 + 1) as u8
+    }
+
+    fn bytes_of(value: &impl Bytes, size: usize) -> Vec<u8> {
+        let mut bytes = vec![0; size];
+        value.write(&mut bytes.iter_mut());
+        bytes
+    }
+
+    /// Checks for each field of the layout that it is read from its place, and from nowhere else.
+    macro_rules! check {
+        ($($($path:ident).+ $([0] $element:ident.$field:ident)?: $offset:literal, $size:literal;)*) => {
+            $({
+                let mut bytes = [0; FishX1Transfer::LEN];
+                let places = $offset..$offset + $size;
+                places.clone().for_each(|place| bytes[place] = mark(place));
+                let area = FishX1Transfer::from_bytes(&bytes);
+                let value = &area.$($path).+ $([0].$field)?;
+                let name = stringify!($($path).+ $($field)?);
+                assert_eq!(bytes_of(value, $size), bytes[places], "{name} is read from elsewhere");
+                assert_eq!(area.to_bytes(), bytes, "{name} is written elsewhere");
+            })*
+        };
+    }
+
+    #[test]
+    fn every_field_lies_where_the_controller_has_it() {
+        with_fields!(check);
+    }
+
+    #[test]
+    fn integers_are_little_endian_and_signed_as_in_c() {
+        let mut bytes = [0; FishX1Transfer::LEN];
+        bytes[36..40].copy_from_slice(&[0x78, 0x56, 0x34, 0x12]);
+        bytes[252..254].copy_from_slice(&[0xFE, 0xFF]);
+        bytes[348..350].copy_from_slice(&[0xFE, 0xFF]);
+        let area = FishX1Transfer::from_bytes(&bytes);
+        assert_eq!(area.info.shared_memory_start, 0x1234_5678);
+        assert_eq!((area.input.uni[0], area.output.distance[0]), (-2, 65_534));
+    }
+
+    #[test]
+    fn every_byte_comes_back() {
+        let bytes = array::from_fn(mark);
+        let area = FishX1Transfer::from_bytes(&bytes);
+        assert_eq!(area.to_bytes(), bytes);
+        assert_eq!(
+            (area.reserved[157], area.hook_table[34]),
+            (mark(1023), { u32::from_le_bytes([660, 661, 662, 663].map(mark)) })
+        );
+    }
+}

@@ -1,0 +1,50 @@
+//! The programs in the documents: each is a file in `programs/`, is built as an example, runs here
+//! with a simulated TXT, and is in its document without changes. `cargo test` builds them, too. For
+//! this test alone, `cargo build -p ft-transfer-area-tests --examples` does.
+//!
+//! `UPDATE_DOCUMENTS=1 cargo test --test documents` writes them into the documents again.
+#![cfg(unix)]
+
+mod camera;
+mod links;
+#[path = "../program/mod.rs"]
+#[allow(dead_code, reason = "the simulated TXT is in this process")]
+mod program;
+
+use std::{env, fs};
+
+const UPDATE: &str = "UPDATE_DOCUMENTS";
+
+/// Programs and their documents. Each comes after the line that names it.
+const PROGRAMS: [(&str, &str); 4] = [
+    ("camera_pictures", "camera.md"),
+    ("camera_file", "camera.md"),
+    ("camera_browser", "camera.md"),
+    ("camera_newest", "camera.md"),
+];
+
+/// The document with this program in it, between the line that names it and the end of its block.
+fn with_program(document: &str, name: &str, program: &str) -> String {
+    let head = format!("<!-- program {name} -->\n```rust,ignore\n");
+    let (before, rest) =
+        document.split_once(&head).unwrap_or_else(|| panic!("no place for {name}"));
+    let (_, after) = rest.split_once("\n```\n").expect("the block has an end");
+    format!("{before}{head}{}\n```\n{after}", program.trim_end())
+}
+
+#[test]
+fn each_program_is_in_its_document_without_changes() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    for (name, document) in PROGRAMS {
+        let program =
+            fs::read_to_string(format!("{root}/tests/documents/programs/{name}.rs")).unwrap();
+        let path = format!("{root}/docs/{document}");
+        let written = fs::read_to_string(&path).unwrap();
+        let expected = with_program(&written, name, &program);
+        if env::var_os(UPDATE).is_some() {
+            fs::write(&path, expected).unwrap();
+        } else {
+            assert!(written == expected, "docs/{document} has another {name}: set {UPDATE}=1");
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! Controllers that answer are found, all addresses are asked at the same time, and no running transfer is
+//! disturbed.
+
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::{
+    find_controllers_at, ConnectionKind, Error, FirmwareVersion, TransferAreaComHandler,
+    TriedAddress,
+};
+
+use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
+
+/// Long enough for an answer on a busy machine; some tests wait this long for an answer that never comes.
+const LIMIT: Duration = Duration::from_secs(2);
+
+/// No program gets this port by chance.
+const REFUSES: &str = "127.0.0.1:1";
+
+fn named(name: &str) -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().device_name(name).firmware(FirmwareVersion::new(4, 6, 6))
+}
+
+fn address(txt: &SimulatedTxt) -> String {
+    format!("127.0.0.1:{}", txt.port())
+}
+
+fn listening() -> (TcpListener, String) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    (listener, address)
+}
+
+/// What happened at these addresses, when no controller has answered.
+fn tried(addresses: &[&str], limit: Duration) -> Vec<TriedAddress> {
+    match find_controllers_at(addresses, limit) {
+        Err(Error::NoController { tried }) => tried,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn controllers_that_answer_are_found_in_order_with_name_and_firmware() {
+    let (first, second) = (named("left").start().unwrap(), named("right").start().unwrap());
+    let (_silent, silence) = listening();
+    let addresses = [address(&second), REFUSES.to_owned(), silence, address(&first)];
+    let found = find_controllers_at(&addresses, LIMIT).unwrap();
+    let names: Vec<_> = found.iter().map(|controller| &*controller.name).collect();
+    assert_eq!(names, ["right", "left"]);
+    for (controller, txt) in found.iter().zip([&second, &first]) {
+        assert_eq!(controller.address.to_string(), address(txt));
+        assert_eq!(controller.connection, ConnectionKind::SameMachine);
+        assert_eq!(controller.firmware, FirmwareVersion::new(4, 6, 6));
+        wait_until(txt, "the end of the question", |machine| !machine.connected());
+        check_client(txt);
+    }
+    let text = format!("left with firmware 4.6.6 at {} (this machine)", address(&first));
+    assert_eq!(found[1].to_string(), text);
+}
+
+#[test]
+fn the_address_of_a_controller_that_was_found_leads_to_it() {
+    let txt = named("here").start().unwrap();
+    let found = find_controllers_at(&[address(&txt)], DEADLINE).unwrap();
+    let handler = TransferAreaComHandler::builder(found[0].address.to_string()).build().unwrap();
+    handler.begin_transfer().unwrap();
+    assert_eq!(handler.device_name().as_deref(), Some("here"));
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn without_a_controller_the_error_says_what_happened_at_each_address() {
+    let (_silent, silence) = listening();
+    let (stranger, strange) = listening();
+    let (leaver, leaving) = listening();
+    thread::scope(|scope| {
+        scope.spawn(move || {
+            let (mut stream, _) = stranger.accept().unwrap();
+            stream.read_exact(&mut [0; 4]).unwrap();
+            stream.write_all(b"HTTP/1.1 400 Bad Request\r\n\r\n").unwrap();
+            // Until the other side has closed.
+            let _ = stream.read(&mut [0]);
+        });
+        scope.spawn(move || {
+            let (mut stream, _) = leaver.accept().unwrap();
+            stream.read_exact(&mut [0; 4]).unwrap();
+        });
+        let addresses = [REFUSES, &*silence, &*strange, &*leaving, "txt:port"];
+        let tried = tried(&addresses, LIMIT);
+        assert_eq!(tried.iter().map(|tried| &*tried.address).collect::<Vec<_>>(), addresses);
+        for (tried, outcome) in tried.iter().zip([
+            "nothing listens there",
+            "did not answer within 2s, so another program may be using it",
+            "what answers is no TXT",
+            "it closed the connection, so another program may be using it",
+            "is no address",
+        ]) {
+            assert!(tried.outcome.contains(outcome), "{tried}");
+        }
+    });
+}
+
+#[test]
+fn all_addresses_are_asked_at_the_same_time() {
+    let silent: Vec<_> = (0..20).map(|_| listening()).collect();
+    let addresses: Vec<_> = silent.iter().map(|(_, address)| &**address).collect();
+    let begin = Instant::now();
+    assert_eq!(tried(&addresses, LIMIT).len(), 20);
+    // One after the other would take 40 s.
+    assert!(begin.elapsed() < 10 * LIMIT, "{:?}", begin.elapsed());
+}
+
+#[test]
+fn a_running_transfer_is_not_disturbed() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    for _ in 0..10 {
+        let address = address(&txt);
+        let tried = tried(&[&*address], DEADLINE);
+        assert!(tried[0].outcome.contains("another program may be using it"), "{}", tried[0]);
+        handler.wait_cycle().unwrap();
+    }
+    txt.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty[0], 512));
+    assert_eq!(handler.statistics().gaps, 0);
+    handler.end_transfer().unwrap();
+    check_client(&txt);
+    assert_eq!(find_controllers_at(&[address(&txt)], DEADLINE).unwrap().len(), 1);
+}
+
+#[test]
+fn without_addresses_no_controller_is_found() {
+    let error = find_controllers_at::<&str>(&[], LIMIT).unwrap_err();
+    assert_eq!(error, Error::NoController { tried: vec![] });
+    assert!(error.to_string().starts_with("no controller was found; check"), "{error}");
+}
