@@ -1,0 +1,2 @@
+/* For programs that include ../Common/FtShmem.h, with this folder on the include path. */
+#include "../FtShmem.h"

@@ -1,0 +1,2 @@
+/* For programs that include ../Common/common.h, with this folder on the include path. */
+#include "../common.h"

@@ -1,0 +1,94 @@
+/* The class of kit 4.1.6. The areas and the loop are the program's, and there is no thread: each
+   DoTransfer... exchanges the areas once and returns with the response, which the controller sends 10 ms after
+   the one before. false is any failure; the reason is written to the standard error.
+   If the environment variable FT_TXT_HOST is set, it replaces the host and the port that the program gives. */
+#ifndef FT_KIT_TRANSFER_AREA_COM_H
+#define FT_KIT_TRANSFER_AREA_COM_H
+
+#ifdef _WIN32
+#include <winsock2.h>
+#else
+#include "../posix/winsock2.h"
+#endif
+
+#include <stddef.h>
+#include <stdio.h>
+
+#include "common.h"
+#include "FtShmem.h"
+
+extern "C" {
+struct ft_kit;
+struct ft_kit *ft_kit_new(FISH_X1_TRANSFER *areas, int count, const char *host, const char *port);
+void ft_kit_free(struct ft_kit *kit);
+UINT32 ft_kit_version(struct ft_kit *kit);
+int ft_kit_begin(struct ft_kit *kit);
+int ft_kit_update_config(struct ft_kit *kit);
+int ft_kit_transfer(struct ft_kit *kit, int compressed);
+void ft_kit_end(struct ft_kit *kit);
+size_t ft_kit_line(const FISH_X1_TRANSFER *area, char *text, size_t size);
+int ft_kit_start_camera(struct ft_kit *kit, int width, int height, int framerate, int power_line,
+                        const char *port);
+void ft_kit_stop_camera(struct ft_kit *kit);
+int ft_kit_frame(struct ft_kit *kit, unsigned char **buffer, size_t *size);
+}
+
+class ftIF2013TransferAreaComHandler
+{
+public:
+    /* Sets the default configuration in the areas, which stay the program's and must outlive the handler:
+       all inputs digital switches, all counters normal, all outputs motors. */
+    ftIF2013TransferAreaComHandler(FISH_X1_TRANSFER *transferarea, int nAreas = 1,
+                                   const char *name = "192.168.7.2", const char *port = "65000")
+        : m_transferarea(transferarea), m_nAreas(nAreas),
+          m_kit(ft_kit_new(transferarea, nAreas, name, port))
+    {
+    }
+
+    ~ftIF2013TransferAreaComHandler() { ft_kit_free(m_kit); }
+
+    /* The firmware's version, such as 0x04060600; 0 when the controller does not answer. */
+    UINT32 GetVersion() { return ft_kit_version(m_kit); }
+
+    /* Connects, and sends the configuration of all areas. */
+    bool BeginTransfer() { return ft_kit_begin(m_kit) != 0; }
+    bool UpdateConfig() { return ft_kit_update_config(m_kit) != 0; }
+    bool DoTransferSimple() { return ft_kit_transfer(m_kit, 0) != 0; }
+    bool DoTransferCompressed() { return ft_kit_transfer(m_kit, 1) != 0; }
+    void EndTransfer() { ft_kit_end(m_kit); }
+
+    void PrintIO(int master_ext)
+    {
+        char line[200];
+        if (m_transferarea != NULL && master_ext >= 0 && master_ext < m_nAreas
+            && ft_kit_line(&m_transferarea[master_ext], line, sizeof line) != 0) {
+            puts(line);
+            fflush(stdout);
+        }
+    }
+
+    bool StartCamera(int width = 320, int height = 240, int framerate = 15, int powerlinefreq = 50,
+                     const char *port = "65001")
+    {
+        return ft_kit_start_camera(m_kit, width, height, framerate, powerlinefreq, port) != 0;
+    }
+    void StopCamera() { ft_kit_stop_camera(m_kit); }
+
+    /* Waits for the next frame. The buffer is the handler's, and valid until the next call. */
+    bool GetCameraFrameJpeg(unsigned char **buffer, size_t *buffersize)
+    {
+        return ft_kit_frame(m_kit, buffer, buffersize) != 0;
+    }
+
+protected:
+    FISH_X1_TRANSFER *m_transferarea;
+    int m_nAreas;
+
+private:
+    ftIF2013TransferAreaComHandler(const ftIF2013TransferAreaComHandler &);
+    ftIF2013TransferAreaComHandler &operator=(const ftIF2013TransferAreaComHandler &);
+
+    struct ft_kit *m_kit;
+};
+
+#endif

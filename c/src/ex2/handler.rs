@@ -1,0 +1,253 @@
+//! FtTxtLib's handler: areas of its own, exchanged by a thread.
+#![allow(unreachable_pub, reason = "the linker exports it")]
+
+use std::ffi::c_void;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::time::Duration;
+
+use ft_transfer_area::channel::Receiver;
+use ft_transfer_area::transfer_area::FishX1Transfer;
+use ft_transfer_area::{
+    CameraFrame, CameraOptions, Error, I2cClient, PowerLine, TimeLimits, TransferMode, TxtClient,
+    PORT,
+};
+use parking_lot::Mutex;
+
+use crate::exit;
+use crate::host;
+use crate::jpeg::Buffer;
+use crate::memory::{AreaArray, AREAS};
+use crate::mirror::{Mirror, DEV_MODE_ONLINE};
+use crate::report;
+use crate::session::{beside_threads, Session, Settings};
+
+/// How long a frame may take, with the camera's start before it.
+const FRAME_LIMIT: Duration = Duration::from_secs(10);
+
+/// The function that is called after each response; it returns 0 to end the transfer.
+#[derive(Clone)]
+pub(super) struct Cycle {
+    function: extern "C" fn(*mut c_void) -> i32,
+    context: *mut c_void,
+    /// Whether the handler was freed, perhaps by the function itself.
+    freed: Arc<AtomicBool>,
+}
+
+// SAFETY: the program promises that the function may be called with the context in another thread.
+unsafe impl Send for Cycle {}
+// SAFETY: as above.
+unsafe impl Sync for Cycle {}
+
+impl Cycle {
+    pub(super) fn new(function: extern "C" fn(*mut c_void) -> i32, context: *mut c_void) -> Self {
+        Self { function, context, freed: Arc::default() }
+    }
+
+    fn call(&self) -> ControlFlow<()> {
+        let goes_on = !self.freed.load(Ordering::Acquire) && (self.function)(self.context) != 0;
+        if goes_on && !self.freed.load(Ordering::Acquire) {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
+    }
+}
+
+/// A handler. All calls may be made from any thread, also from the cycle's function.
+pub struct Ex2 {
+    pub(super) array: Arc<AreaArray<FishX1Transfer>>,
+    count: usize,
+    host: String,
+    is_compressed: AtomicBool,
+    cycle: Cycle,
+    /// That of the last start.
+    session: Mutex<Option<Arc<Session<FishX1Transfer>>>>,
+    i2c: Mutex<Option<I2cClient>>,
+    frames: Mutex<Option<Receiver<CameraFrame>>>,
+    picture: Mutex<Buffer>,
+    /// What was reported last, so that a loop that ignores errors does not fill the terminal.
+    reported: Mutex<Option<Error>>,
+}
+
+impl Ex2 {
+    pub(super) fn new(
+        areas: i32,
+        name: Option<&str>,
+        port: Option<&str>,
+        cycle: Cycle,
+    ) -> Option<Self> {
+        let count = usize::try_from(areas).ok().filter(|count| (1..=AREAS).contains(count))?;
+        let host = host::from_environment().unwrap_or_else(|| host::of_kit(name, port));
+        Some(Self {
+            array: Arc::new(AreaArray::new()),
+            count,
+            host,
+            is_compressed: AtomicBool::new(true),
+            cycle,
+            session: Mutex::default(),
+            i2c: Mutex::default(),
+            frames: Mutex::default(),
+            picture: Mutex::default(),
+            reported: Mutex::default(),
+        })
+    }
+
+    /// Reports an error unless it is the one that was reported last.
+    pub(super) fn report(&self, error: &Error) {
+        let before = self.reported.lock().replace(error.clone());
+        if before.as_ref() != Some(error) {
+            report::failure(error);
+        }
+    }
+
+    pub(super) fn areas(&self) -> *mut FishX1Transfer {
+        self.array.as_ptr()
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    pub(super) fn session(&self) -> Option<Arc<Session<FishX1Transfer>>> {
+        self.session.lock().clone()
+    }
+
+    /// The session, if its transfer runs.
+    fn running(&self) -> Result<Arc<Session<FishX1Transfer>>, Error> {
+        self.session().filter(|session| session.is_running()).ok_or(Error::NotStarted)
+    }
+
+    pub(super) fn start(&self) -> Result<(), Error> {
+        let mut session = self.session.lock();
+        if session.as_ref().is_some_and(|session| session.is_running()) {
+            return Err(Error::AlreadyStarted);
+        }
+        let settings = self.settings();
+        let new = match &*session {
+            Some(before) => {
+                // Its thread may still be at its end.
+                let _ = before.stop();
+                before.again(&settings)?
+            }
+            None => {
+                let mirror = Mirror::new(Arc::clone(&self.array));
+                Session::over(mirror, Arc::clone(&self.array), &settings, None)?
+            }
+        };
+        let cycle = self.cycle.clone();
+        new.set_cycle_call(Some(beside_threads(move || cycle.call())));
+        let new = Arc::new(new);
+        // Before it starts: its first cycle may ask for it.
+        *session = Some(Arc::clone(&new));
+        drop(session);
+        new.start()?;
+        exit::watch(&new);
+        *self.reported.lock() = None;
+        Ok(())
+    }
+
+    fn settings(&self) -> Settings {
+        let mode = if self.is_compressed.load(Ordering::Relaxed) {
+            TransferMode::Compressed
+        } else {
+            TransferMode::Simple
+        };
+        Settings {
+            host: self.host.clone(),
+            dev_mode: DEV_MODE_ONLINE,
+            areas: self.count,
+            mode: host::mode_for(mode),
+        }
+    }
+
+    pub(super) fn stop(&self) -> Result<(), Error> {
+        let session = self.running()?;
+        *self.frames.lock() = None;
+        session.stop()
+    }
+
+    pub(super) fn is_active(&self) -> bool {
+        self.running().is_ok()
+    }
+
+    pub(super) fn set_mode(&self, compressed: bool) {
+        self.is_compressed.store(compressed, Ordering::Relaxed);
+    }
+
+    pub(super) fn version(&self) -> Result<u32, Error> {
+        if let Some(version) = self.session().and_then(|session| session.handler().version()) {
+            return Ok(version.code());
+        }
+        let mut client = TxtClient::connect(&self.host, PORT, TimeLimits::default())?;
+        Ok(client.query_status()?.version.code())
+    }
+
+    pub(super) fn start_i2c(&self) -> Result<(), Error> {
+        let client = self.running()?.handler().i2c()?;
+        *self.i2c.lock() = Some(client);
+        Ok(())
+    }
+
+    pub(super) fn stop_i2c(&self) -> bool {
+        self.i2c.lock().take().is_some()
+    }
+
+    /// `settings`: width, height, frames per second, frequency of the mains.
+    pub(super) fn start_camera(&self, settings: [i32; 4]) -> Result<(), Error> {
+        let [width, height, framerate, power_line] = settings;
+        // 0 is out of range.
+        let [width, height, framerate] =
+            [width, height, framerate].map(|value| u16::try_from(value).unwrap_or(0));
+        let power_line = match power_line {
+            50 => PowerLine::Hz50,
+            60 => PowerLine::Hz60,
+            _ => PowerLine::Auto,
+        };
+        let options = CameraOptions::default()
+            .with_size(width, height)
+            .with_framerate(framerate)
+            .with_power_line(power_line)
+            .with_channel_frames(1);
+        let frames = self.running()?.handler().start_camera(options)?;
+        *self.frames.lock() = Some(frames);
+        Ok(())
+    }
+
+    pub(super) fn stop_camera(&self) -> Result<(), Error> {
+        *self.frames.lock() = None;
+        match self.session() {
+            Some(session) => session.handler().stop_camera(),
+            None => Ok(()),
+        }
+    }
+
+    /// Where the next frame is, and its size.
+    pub(super) fn frame(&self) -> Result<(*mut u8, usize), Error> {
+        let session = self.session().ok_or(Error::NotStarted)?;
+        let frames = self.frames.lock().clone().ok_or(Error::NotStarted)?;
+        let mut picture = self.picture.lock();
+        loop {
+            let Ok(frame) = frames.recv_timeout(FRAME_LIMIT) else {
+                let error = session.handler().camera_error().or(session.handler().error());
+                return Err(error.unwrap_or(Error::NotStarted));
+            };
+            match picture.fill(&frame) {
+                // The next frame is a better one.
+                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
+                filled => return filled,
+            }
+        }
+    }
+}
+
+impl Drop for Ex2 {
+    fn drop(&mut self) {
+        self.cycle.freed.store(true, Ordering::Release);
+        if let Some(session) = self.session() {
+            // There is nobody left to be told.
+            let _ = session.stop();
+        }
+    }
+}

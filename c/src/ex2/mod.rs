@@ -1,0 +1,239 @@
+//! The functions under FtTxtLib's classes, `ftIF2013TransferAreaComHandlerEx2` and what it derives from.
+#![allow(unreachable_pub, reason = "the linker exports it")]
+
+mod calls;
+mod handler;
+
+use std::ffi::{c_char, c_void};
+use std::ptr;
+
+use ft_transfer_area::transfer_area::FishX1Transfer;
+
+use crate::errors::{code_of, FTLIB_ERR_FAILED, FTLIB_ERR_INVALID_PARAM, FTLIB_ERR_SUCCESS};
+use crate::ffi::{guarded, text_of};
+use crate::report;
+use handler::{Cycle, Ex2};
+
+/// Makes a handler and its areas. Nothing is connected yet. Null when there are not 1 to 9 areas.
+///
+/// # Safety
+///
+/// The texts are null or end with 0. `cycle` may be called with `context` in another thread until
+/// [`ft_ex2_free`] has returned, and does not unwind.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_new(
+    areas: i32,
+    host: *const c_char,
+    port: *const c_char,
+    cycle: Option<extern "C" fn(*mut c_void) -> i32>,
+    context: *mut c_void,
+) -> *mut Ex2 {
+    guarded(ptr::null_mut(), || {
+        // SAFETY: as the caller promises.
+        let (host, port) = unsafe { (text_of(host), text_of(port)) };
+        let Some(cycle) = cycle else { return ptr::null_mut() };
+        let cycle = Cycle::new(cycle, context);
+        match Ex2::new(areas, host.as_deref(), port.as_deref(), cycle) {
+            Some(handler) => Box::into_raw(Box::new(handler)),
+            None => {
+                report::failure("a handler has 1 to 9 transfer areas");
+                ptr::null_mut()
+            }
+        }
+    })
+}
+
+/// Ends the transfer, and the handler with its areas. May be called from the cycle's function.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`], and is not used any more.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_free(handler: *mut Ex2) {
+    if !handler.is_null() {
+        // SAFETY: as the caller promises.
+        let handler = unsafe { Box::from_raw(handler) };
+        guarded((), || drop(handler));
+    }
+}
+
+/// Runs a call that returns one of FtTxtLib's codes.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+unsafe fn call(
+    handler: *const Ex2,
+    run: impl FnOnce(&Ex2) -> Result<(), ft_transfer_area::Error>,
+) -> u32 {
+    guarded(FTLIB_ERR_FAILED, || {
+        // SAFETY: as the caller promises.
+        let Some(handler) = (unsafe { handler.as_ref() }) else { return FTLIB_ERR_INVALID_PARAM };
+        match run(handler) {
+            Ok(()) => FTLIB_ERR_SUCCESS,
+            Err(error) => {
+                if !report::is_told_by_code(&error) {
+                    handler.report(&error);
+                }
+                code_of(&error)
+            }
+        }
+    })
+}
+
+/// The areas, which stay where they are until the handler is freed.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_areas(handler: *const Ex2) -> *mut FishX1Transfer {
+    // SAFETY: as the caller promises.
+    unsafe { handler.as_ref() }.map_or(ptr::null_mut(), Ex2::areas)
+}
+
+/// Connects and begins to exchange. Returns after the first response.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_start(handler: *const Ex2) -> u32 {
+    // SAFETY: as the caller promises.
+    unsafe { call(handler, Ex2::start) }
+}
+
+/// Ends the exchange with all outputs off.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_stop(handler: *const Ex2) -> u32 {
+    // SAFETY: as the caller promises.
+    unsafe { call(handler, Ex2::stop) }
+}
+
+/// Whether areas are exchanged.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_is_active(handler: *const Ex2) -> i32 {
+    // SAFETY: as the caller promises.
+    let handler = unsafe { handler.as_ref() };
+    guarded(0, || i32::from(handler.is_some_and(Ex2::is_active)))
+}
+
+/// Chooses the exchange of the next start: 0 simple, else compressed.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_set_mode(handler: *const Ex2, compressed: i32) {
+    // SAFETY: as the caller promises.
+    if let Some(handler) = unsafe { handler.as_ref() } {
+        guarded((), || handler.set_mode(compressed != 0));
+    }
+}
+
+/// The firmware's version, such as 0x04060600; 0 when it is not known.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_version(handler: *const Ex2) -> u32 {
+    let mut version = 0;
+    // SAFETY: as the caller promises.
+    unsafe {
+        call(handler, |handler| {
+            version = handler.version()?;
+            Ok(())
+        })
+    };
+    version
+}
+
+/// Connects to the controller's I2C port. 0 when that fails.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_start_i2c(handler: *const Ex2) -> i32 {
+    // SAFETY: as the caller promises.
+    i32::from(unsafe { call(handler, Ex2::start_i2c) } == FTLIB_ERR_SUCCESS)
+}
+
+/// Closes that connection. 0 when there is none.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_stop_i2c(handler: *const Ex2) -> i32 {
+    // SAFETY: as the caller promises.
+    let handler = unsafe { handler.as_ref() };
+    guarded(0, || i32::from(handler.is_some_and(Ex2::stop_i2c)))
+}
+
+/// Starts the camera. 0 when that fails.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_start_camera(
+    handler: *const Ex2,
+    width: i32,
+    height: i32,
+    framerate: i32,
+    power_line: i32,
+) -> i32 {
+    let settings = [width, height, framerate, power_line];
+    // SAFETY: as the caller promises.
+    i32::from(
+        unsafe { call(handler, |handler| handler.start_camera(settings)) } == FTLIB_ERR_SUCCESS,
+    )
+}
+
+/// Stops the camera.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_stop_camera(handler: *const Ex2) {
+    // SAFETY: as the caller promises.
+    unsafe { call(handler, Ex2::stop_camera) };
+}
+
+/// Waits for the next frame. Its bytes are the handler's, and stay until the next call. 0 when none comes.
+///
+/// # Safety
+///
+/// `handler` is null or comes from [`ft_ex2_new`] and was not freed; the other pointers are null or lead to
+/// places of the program.
+#[no_mangle]
+pub unsafe extern "C" fn ft_ex2_frame(
+    handler: *const Ex2,
+    buffer: *mut *mut u8,
+    size: *mut usize,
+) -> i32 {
+    if buffer.is_null() || size.is_null() {
+        return 0;
+    }
+    // SAFETY: as the caller promises.
+    let result = unsafe {
+        call(handler, |handler| {
+            let (bytes, length) = handler.frame()?;
+            buffer.write(bytes);
+            size.write(length);
+            Ok(())
+        })
+    };
+    i32::from(result == FTLIB_ERR_SUCCESS)
+}

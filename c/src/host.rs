@@ -1,0 +1,98 @@
+//! Which controller a program talks to, without a change in the program.
+
+use ft_transfer_area::{TransferMode, PORT};
+
+/// The environment variable that replaces the host that a program names.
+const VARIABLE: &str = "FT_TXT_HOST";
+/// The environment variable that chooses the exchange: `simple`, or else the one that the program uses.
+const MODE: &str = "FT_TXT_MODE";
+
+/// What the kits' classes talk to when a program names nothing.
+const KITS_HOST: &str = "192.168.7.2";
+
+/// What `FT_TXT_HOST` says; `None` when it is not set.
+pub(crate) fn from_environment() -> Option<String> {
+    variable(VARIABLE)
+}
+
+/// What an environment variable says; `None` when it is empty or not set.
+pub(crate) fn variable(name: &str) -> Option<String> {
+    let value = std::env::var(name).ok()?;
+    Some(value.trim().to_owned()).filter(|value| !value.is_empty())
+}
+
+/// What `FT_TXT_HOST` says, or `auto`: for programs that name no host.
+pub(crate) fn or_auto() -> String {
+    from_environment().unwrap_or_else(|| "auto".to_owned())
+}
+
+/// The host and the port that a program gives a kit's class.
+pub(crate) fn of_kit(host: Option<&str>, port: Option<&str>) -> String {
+    with_port(host.unwrap_or(KITS_HOST), port.unwrap_or_default())
+}
+
+/// The exchange for a program that uses `mode`: the server program for the TXT 4.0 knows the simple one only.
+pub(crate) fn mode_for(mode: TransferMode) -> TransferMode {
+    match variable(MODE) {
+        Some(name) if name.eq_ignore_ascii_case("simple") => TransferMode::Simple,
+        _ => mode,
+    }
+}
+
+/// A host and a port that a program gives as texts, as one text.
+fn with_port(host: &str, port: &str) -> String {
+    let (host, port) = (host.trim(), port.trim());
+    if port.is_empty() || port.parse() == Ok(PORT) || port_of(host).is_some() {
+        host.to_owned()
+    } else if host.contains(':') && !host.starts_with('[') {
+        format!("[{host}]:{port}")
+    } else {
+        format!("{host}:{port}")
+    }
+}
+
+/// The host without its port, for another port of the same controller.
+pub(crate) fn without_port(host: &str) -> &str {
+    let host = match port_of(host) {
+        Some(_) => host.rsplit_once(':').map_or(host, |(host, _)| host),
+        None => host,
+    };
+    host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host)
+}
+
+/// The ports of the camera and of I2C: the two after the port of the main connection.
+pub(crate) fn ports_after(host: &str) -> [u16; 2] {
+    let port = port_of(host).unwrap_or(PORT);
+    [port.saturating_add(1), port.saturating_add(2)]
+}
+
+fn port_of(host: &str) -> Option<u16> {
+    let (name, port) = host.rsplit_once(':')?;
+    // Further colons are those of an IPv6 address, which has brackets when a port follows.
+    let is_one = !name.contains(':') || name.ends_with(']');
+    port.parse().ok().filter(|_| is_one)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_port_follows_its_host() {
+        assert_eq!(with_port("192.168.7.2", "65000"), "192.168.7.2");
+        assert_eq!(with_port("192.168.7.2", "7"), "192.168.7.2:7");
+        assert_eq!(with_port("txt:9", "7"), "txt:9");
+        assert_eq!(with_port("fe80::1", "7"), "[fe80::1]:7");
+        assert_eq!(with_port("txt", "seven"), "txt:seven");
+    }
+
+    #[test]
+    fn the_other_ports_follow_the_main_one() {
+        assert_eq!(ports_after("auto"), [65_001, 65_002]);
+        assert_eq!(ports_after("10.0.0.7:4000"), [4001, 4002]);
+        assert_eq!(ports_after("[::1]:4000"), [4001, 4002]);
+        assert_eq!(ports_after("fe80::1"), [65_001, 65_002]);
+        assert_eq!((without_port("[::1]:4000"), without_port("txt:1")), ("::1", "txt"));
+        assert_eq!((without_port("fe80::1"), without_port("txt")), ("fe80::1", "txt"));
+    }
+}

@@ -1,0 +1,246 @@
+//! The handler of kit 4.1.6: a connection, and exchanges in the program's own thread.
+#![allow(unreachable_pub, reason = "the linker exports it")]
+
+use std::fmt::Display;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
+use ft_transfer_area::wire::StartCameraOnline;
+use ft_transfer_area::{
+    find_controllers, Error, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
+};
+use parking_lot::Mutex;
+
+use super::areas::ProgramAreas;
+use super::camera::Camera;
+use crate::host;
+use crate::jpeg::Buffer;
+use crate::memory::AreaArray;
+use crate::mirror::Mirror;
+use crate::report;
+
+const NO_TRANSFER: &str = "no transfer is running; call BeginTransfer first";
+/// How long a search for the host `auto` takes at most.
+const SEARCH_LIMIT: Duration = Duration::from_millis(1500);
+
+/// A handler. Frames of the camera may be waited for in another thread than the one that exchanges.
+pub struct Kit {
+    areas: ProgramAreas,
+    host: String,
+    /// Whether the host is the one of the environment, not that of the program.
+    is_replaced: bool,
+    transfer: Mutex<Transfer>,
+    camera: Mutex<Option<Arc<Camera>>>,
+    picture: Mutex<Buffer>,
+    /// What was reported last, so that a loop that ignores errors does not fill the terminal.
+    reported: Mutex<Option<Failure>>,
+}
+
+/// What went wrong, as a sentence.
+#[derive(Clone, PartialEq, Eq)]
+pub(super) struct Failure(String);
+
+impl<E: Display> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self(error.to_string())
+    }
+}
+
+struct Transfer {
+    array: Arc<AreaArray<FishX1Transfer>>,
+    mirror: Mirror<FishX1Transfer>,
+    link: Option<Link>,
+}
+
+/// A connection while it is online.
+struct Link {
+    client: TxtClient,
+    /// Its host, without a port.
+    host: String,
+    simple: Exchange,
+    compressed: Exchange,
+    /// The areas as they go over the wire.
+    areas: Vec<FishX1Transfer>,
+    begun: Instant,
+}
+
+impl Kit {
+    pub(super) fn new(areas: ProgramAreas, name: Option<&str>, port: Option<&str>) -> Self {
+        areas.clear();
+        let array = Arc::new(AreaArray::new());
+        let mirror = Mirror::new(Arc::clone(&array));
+        let replaced = host::from_environment();
+        let is_replaced = replaced.is_some();
+        let host = replaced.unwrap_or_else(|| host::of_kit(name, port));
+        Self {
+            areas,
+            host,
+            is_replaced,
+            transfer: Mutex::new(Transfer { array, mirror, link: None }),
+            camera: Mutex::new(None),
+            picture: Mutex::new(Buffer::default()),
+            reported: Mutex::new(None),
+        }
+    }
+
+    /// Reports an error unless it is the one that was reported last. Whether all is well.
+    pub(super) fn report(&self, result: Result<(), Failure>) -> bool {
+        let mut reported = self.reported.lock();
+        let error = result.err();
+        if let Some(Failure(sentence)) = error.as_ref().filter(|_| *reported != error) {
+            report::failure(sentence);
+        }
+        *reported = error;
+        reported.is_none()
+    }
+
+    pub(super) fn version(&self) -> Result<u32, Failure> {
+        let mut transfer = self.transfer.lock();
+        let status = match &mut transfer.link {
+            Some(link) => link.client.query_status()?,
+            None => self.connect()?.query_status()?,
+        };
+        Ok(status.version.code())
+    }
+
+    fn connect(&self) -> Result<TxtClient, Failure> {
+        Ok(TxtClient::connect(&self.host, PORT, TimeLimits::default())?)
+    }
+
+    pub(super) fn begin(&self) -> Result<(), Failure> {
+        self.end()?;
+        let host = self.found_host();
+        let mut client = TxtClient::connect(&host, PORT, TimeLimits::default())?;
+        let firmware = client.query_status()?.version;
+        client.start_online()?;
+        let mut link = Link {
+            client,
+            host: host::without_port(&host).to_owned(),
+            simple: Exchange::new(TransferMode::Simple, firmware),
+            compressed: Exchange::new(TransferMode::Compressed, firmware),
+            areas: vec![FishX1Transfer::default(); self.areas.count()],
+            begun: Instant::now(),
+        };
+        let mut transfer = self.transfer.lock();
+        let Transfer { array, mirror, link: place } = &mut *transfer;
+        self.areas.copy_to(array);
+        mirror.put_out_configs(&mut link.areas);
+        // With all outputs 0: the controller tells which commands it knows of.
+        link.client.do_transfer(&mut link.compressed, &mut link.areas)?;
+        mirror.begin(&link.areas);
+        *place = Some(link);
+        Ok(())
+    }
+
+    /// The only controller that is found, for `auto`, so that its camera is found, too.
+    fn found_host(&self) -> String {
+        if self.host.eq_ignore_ascii_case("auto") {
+            if let Ok([only]) = find_controllers(SEARCH_LIMIT).as_deref() {
+                return only.address.to_string();
+            }
+        }
+        self.host.clone()
+    }
+
+    pub(super) fn update_config(&self) -> Result<(), Failure> {
+        let mut transfer = self.transfer.lock();
+        let Transfer { array, mirror, link } = &mut *transfer;
+        let link = link.as_mut().ok_or(NO_TRANSFER)?;
+        self.areas.copy_to(array);
+        mirror.put_out_configs(&mut link.areas);
+        while let Some(update) = link.compressed.next_update_config(&link.areas) {
+            link.client.update_config(&update)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn transfer(&self, mode: TransferMode) -> Result<(), Failure> {
+        let mut transfer = self.transfer.lock();
+        let Transfer { array, mirror, link } = &mut *transfer;
+        let link = link.as_mut().ok_or(NO_TRANSFER)?;
+        self.areas.copy_to(array);
+        mirror.put_out(&mut link.areas);
+        let exchange = match mode {
+            TransferMode::Simple => &mut link.simple,
+            _ => &mut link.compressed,
+        };
+        link.client.do_transfer(exchange, &mut link.areas)?;
+        mirror.take_in(&link.areas, |_| {});
+        let mut timer = Timer::default();
+        timer.set_elapsed(link.begun.elapsed());
+        self.areas.copy_from(array, timer);
+        Ok(())
+    }
+
+    /// Ends the transfer, if there is one. The controller stops its motors.
+    pub(super) fn end(&self) -> Result<(), Failure> {
+        let stopped = self.stop_camera();
+        let link = self.transfer.lock().link.take();
+        // A connection that is lost has ended already.
+        let _ = stopped;
+        if let Some(mut link) = link {
+            if let Err(error) = link.client.stop_online() {
+                log::debug!("while a transfer is ended: {error}");
+            }
+        }
+        Ok(())
+    }
+
+    /// `settings`: width, height, frames per second, frequency of the mains.
+    pub(super) fn start_camera(
+        &self,
+        settings: [i32; 4],
+        port: Option<&str>,
+    ) -> Result<(), Failure> {
+        let what = ["camera's width", "camera's height", "camera's framerate"];
+        for (what, given) in what.into_iter().zip(settings) {
+            let (least, most) = (1, u16::MAX.into());
+            if !(least..=most).contains(&i64::from(given)) {
+                let given = given.into();
+                return Err(Error::OutOfRange { what, given, least, most }.into());
+            }
+        }
+        let [width, height, framerate, power_line_frequency] = settings.map(|value| value as _);
+        let command = StartCameraOnline { width, height, framerate, power_line_frequency };
+        self.stop_camera()?;
+        let mut transfer = self.transfer.lock();
+        let link = transfer.link.as_mut().ok_or(NO_TRANSFER)?;
+        let [after, _] = host::ports_after(&self.host);
+        let given = port.and_then(|port| port.trim().parse().ok());
+        let port = given.filter(|_| !self.is_replaced).unwrap_or(after);
+        let camera = Camera::before_start(&link.host, port);
+        link.client.start_camera_online(&command)?;
+        *self.camera.lock() = Some(Arc::new(camera.start()?));
+        Ok(())
+    }
+
+    pub(super) fn stop_camera(&self) -> Result<(), Failure> {
+        let Some(camera) = self.camera.lock().take() else { return Ok(()) };
+        camera.stop();
+        match &mut self.transfer.lock().link {
+            Some(link) => Ok(link.client.stop_camera_online()?),
+            None => Ok(()),
+        }
+    }
+
+    /// Where the next frame is, and its size.
+    pub(super) fn frame(&self) -> Result<(*mut u8, usize), Failure> {
+        let camera = self.camera.lock().clone().ok_or("the camera was not started")?;
+        let mut picture = self.picture.lock();
+        loop {
+            match picture.fill(&camera.next()?) {
+                // The next frame is a better one.
+                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
+                Ok(filled) => return Ok(filled),
+            }
+        }
+    }
+}
+
+impl Drop for Kit {
+    fn drop(&mut self) {
+        // It reports nothing.
+        let _ = self.end();
+    }
+}

@@ -1,0 +1,211 @@
+//! The functions under the class of kit 4.1.6, `ftIF2013TransferAreaComHandler`.
+#![allow(unreachable_pub, reason = "the linker exports it")]
+
+mod areas;
+mod camera;
+mod handler;
+
+use std::ffi::c_char;
+
+use ft_transfer_area::transfer_area::FishX1Transfer;
+use ft_transfer_area::TransferMode;
+
+use crate::ffi::{copy_text, guarded, text_of};
+use crate::host;
+use crate::report;
+use areas::ProgramAreas;
+use handler::{Failure, Kit};
+
+/// Makes a handler, and sets the default configuration in the program's areas. Null when there are none, or
+/// not 1 to 9.
+///
+/// # Safety
+///
+/// `areas` is null or points to `count` areas, which stay there until [`ft_kit_free`]. Only the thread that
+/// makes a call uses them during the call. The texts are null or end with 0.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_new(
+    areas: *mut FishX1Transfer,
+    count: i32,
+    host: *const c_char,
+    port: *const c_char,
+) -> *mut Kit {
+    guarded(std::ptr::null_mut(), || {
+        // SAFETY: as the caller promises.
+        let areas = unsafe { ProgramAreas::new(areas, count) };
+        let Some(areas) = areas else {
+            report::failure("a handler needs 1 to 9 transfer areas of the program");
+            return std::ptr::null_mut();
+        };
+        // SAFETY: as the caller promises.
+        let (host, port) = unsafe { (text_of(host), text_of(port)) };
+        Box::into_raw(Box::new(Kit::new(areas, host.as_deref(), port.as_deref())))
+    })
+}
+
+/// Ends the transfer and the camera, and the handler with them.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`], and is not used any more.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_free(kit: *mut Kit) {
+    if !kit.is_null() {
+        // SAFETY: as the caller promises.
+        let kit = unsafe { Box::from_raw(kit) };
+        guarded((), || drop(kit));
+    }
+}
+
+/// Runs a call; an error is reported and becomes 0.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+unsafe fn call(kit: *const Kit, run: impl FnOnce(&Kit) -> Result<(), Failure>) -> i32 {
+    guarded(0, || {
+        // SAFETY: as the caller promises.
+        let Some(kit) = (unsafe { kit.as_ref() }) else { return 0 };
+        i32::from(kit.report(run(kit)))
+    })
+}
+
+/// The firmware's version, such as 0x04060600; 0 when the controller does not answer.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_version(kit: *const Kit) -> u32 {
+    let mut version = 0;
+    // SAFETY: as the caller promises.
+    unsafe {
+        call(kit, |kit| {
+            version = kit.version()?;
+            Ok(())
+        })
+    };
+    version
+}
+
+/// Connects and sends all configurations.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_begin(kit: *const Kit) -> i32 {
+    // SAFETY: as the caller promises.
+    unsafe { call(kit, Kit::begin) }
+}
+
+/// Sends all configurations.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_update_config(kit: *const Kit) -> i32 {
+    // SAFETY: as the caller promises.
+    unsafe { call(kit, Kit::update_config) }
+}
+
+/// Exchanges the areas once.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_transfer(kit: *const Kit, compressed: i32) -> i32 {
+    let mode = if compressed == 0 { TransferMode::Simple } else { TransferMode::Compressed };
+    // SAFETY: as the caller promises.
+    unsafe { call(kit, |kit| kit.transfer(host::mode_for(mode))) }
+}
+
+/// Ends the transfer with all motors off.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_end(kit: *const Kit) {
+    // SAFETY: as the caller promises.
+    unsafe { call(kit, Kit::end) };
+}
+
+/// Starts the camera. Its frames come over a connection of their own.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed; `port` is null or a text that ends with 0.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_start_camera(
+    kit: *const Kit,
+    width: i32,
+    height: i32,
+    framerate: i32,
+    power_line: i32,
+    port: *const c_char,
+) -> i32 {
+    // SAFETY: as the caller promises.
+    unsafe {
+        let port = text_of(port);
+        call(kit, |kit| kit.start_camera([width, height, framerate, power_line], port.as_deref()))
+    }
+}
+
+/// Stops the camera.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_stop_camera(kit: *const Kit) {
+    // SAFETY: as the caller promises.
+    unsafe { call(kit, Kit::stop_camera) };
+}
+
+/// Waits for the next frame. Its bytes are the handler's, and stay until the next call.
+///
+/// # Safety
+///
+/// `kit` is null or comes from [`ft_kit_new`] and was not freed; the other pointers are null or lead to
+/// places of the program.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_frame(
+    kit: *const Kit,
+    buffer: *mut *mut u8,
+    size: *mut usize,
+) -> i32 {
+    if buffer.is_null() || size.is_null() {
+        return 0;
+    }
+    // SAFETY: as the caller promises.
+    unsafe {
+        call(kit, |kit| {
+            let (bytes, length) = kit.frame()?;
+            buffer.write(bytes);
+            size.write(length);
+            Ok(())
+        })
+    }
+}
+
+/// Writes the line that the kit's `PrintIO` prints. Returns its length; 0 without an area or a place.
+///
+/// # Safety
+///
+/// `area` is null or points to an area; `text` is null or has `size` bytes.
+#[no_mangle]
+pub unsafe extern "C" fn ft_kit_line(
+    area: *const FishX1Transfer,
+    text: *mut c_char,
+    size: usize,
+) -> usize {
+    guarded(0, || {
+        // SAFETY: as the caller promises.
+        let Some(area) = (unsafe { ProgramAreas::new(area.cast_mut(), 1) }) else { return 0 };
+        // SAFETY: as the caller promises.
+        unsafe { copy_text(&area.read(0).to_string(), text, size) }
+    })
+}

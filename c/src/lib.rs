@@ -1,0 +1,21 @@
+//! The C libraries that programs for the ROBO TX and the TXT expect, over `ft-transfer-area`.
+#![allow(non_snake_case, reason = "the library has the name of the original")]
+
+mod errors;
+mod ex2;
+mod exit;
+mod ffi;
+mod host;
+mod i2c;
+mod jpeg;
+mod kelib;
+mod kit;
+mod memory;
+mod mirror;
+mod msclib;
+mod ports;
+#[cfg(unix)]
+mod posix;
+mod prg;
+mod report;
+mod session;

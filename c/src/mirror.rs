@@ -1,0 +1,424 @@
+//! Between a program's areas and the handler's: outputs of the program to the controller, inputs of the
+//! controller to the program.
+
+use std::hint;
+use std::sync::Arc;
+use std::time::Instant;
+
+use ft_transfer_area::transfer_area::{
+    Change, Config, FishX1Transfer, InputValues, OutputValues, Timer,
+};
+use ft_transfer_area::FirmwareVersion;
+
+use crate::memory::{Area, AreaArray, AREAS};
+
+/// The program runs on the controller, as far as it knows.
+pub(crate) const DEV_MODE_LOCAL: u8 = 0;
+/// The program runs on a PC.
+pub(crate) const DEV_MODE_ONLINE: u8 = 1;
+
+/// The version of the area, as programs of the TX compare it.
+const TA_VERSION: u32 = 0x0801_0101;
+
+/// What a program may want to be called for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Happened {
+    /// A counter has been reset.
+    CounterReset { area: usize, counter: usize },
+    /// A motor has done its distance.
+    MotorReached { area: usize, motor: usize },
+    /// An extension has come or gone.
+    Extension { area: usize, online: bool },
+}
+
+/// Keeps a program's areas in step with a handler's.
+///
+/// Nothing but what a program may not write is written: inputs, flags that become 1, timers, changes, status
+/// and information about the controllers.
+pub(crate) struct Mirror<A: Area> {
+    array: Arc<AreaArray<A>>,
+    known: [Known; AREAS],
+    begun: Instant,
+}
+
+/// What is known of one area.
+#[derive(Clone, Copy, Default)]
+struct Known {
+    input: InputValues,
+    /// The program's id when the configuration was sent last.
+    config_id: Option<u8>,
+    counters: [Command; 4],
+    motors: [Command; 4],
+    sound: Command,
+    online: bool,
+}
+
+/// The command id of one counter, motor or sound.
+///
+/// A program begins to count where it likes, and a controller remembers the last id of the program before.
+/// So ids on the wire continue from the controller's, and the program sees them as continued from its own.
+#[derive(Clone, Copy, Default)]
+struct Command {
+    /// The program's id when the transfer began, and the controller's id then.
+    first: u16,
+    base: u16,
+    /// The program's id that went out last.
+    sent: u16,
+    /// Not done yet.
+    pending: bool,
+}
+
+impl Command {
+    /// A transfer begins with the controller at `echo`. A command that the program gave before is still to
+    /// be sent.
+    fn begin(&mut self, echo: u16) {
+        *self = Self { first: self.sent, base: echo, sent: self.sent, pending: false };
+    }
+
+    /// Whether this id of the program's is that of a new command.
+    fn is_new(&self, id: u16) -> bool {
+        id != self.sent
+    }
+
+    /// The id to send for the program's; none has been given yet when it is none.
+    fn send(&mut self, id: u16) -> Option<u16> {
+        if self.is_new(id) {
+            (self.sent, self.pending) = (id, true);
+        }
+        (id != self.first || self.pending).then(|| self.wire(id))
+    }
+
+    fn wire(&self, id: u16) -> u16 {
+        id.wrapping_sub(self.first).wrapping_add(self.base)
+    }
+
+    /// The program's view of an id that came back, and whether it is the one that it is waiting for: not
+    /// when it has given a newer one since.
+    fn receive(&mut self, echo: u16, newest: u16) -> (u16, bool) {
+        let id = echo.wrapping_sub(self.base).wrapping_add(self.first);
+        let done = self.pending && id == self.sent;
+        self.pending &= !done;
+        (id, done && id == newest)
+    }
+}
+
+impl<A: Area> Mirror<A> {
+    pub(crate) fn new(array: Arc<AreaArray<A>>) -> Self {
+        Self { array, known: [Known::default(); AREAS], begun: Instant::now() }
+    }
+
+    /// For the same areas and a handler that has not sent their configuration.
+    pub(crate) fn for_other_handler(&self) -> Self {
+        let known = self.known.map(|known| Known { config_id: None, ..known });
+        Self { array: Arc::clone(&self.array), known, begun: self.begun }
+    }
+
+    /// Takes the configurations into the areas that go out, also those whose id is not new.
+    pub(crate) fn put_out_configs(&mut self, areas: &mut [FishX1Transfer]) {
+        for (index, area) in areas.iter_mut().enumerate().take(AREAS) {
+            let places = self.array.places(index);
+            // The id first: the program raises it when the configuration is written.
+            self.known[index].config_id = Some(self.array.load(places.config_id));
+            area.config = sent::<A>(self.array.load(places.config));
+            area.raise_config_id();
+        }
+    }
+
+    /// Writes what stays as it is while a controller is online: its name, its firmware, and one of
+    /// `DEV_MODE_…`.
+    pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion, dev_mode: u8) {
+        for index in 0..AREAS {
+            let places = self.array.places(index);
+            let mut info = self.array.load(places.info);
+            info.version.firmware = firmware.code() >> 8; // 00 04 06 06 for 4.6.6
+            info.version.shm_if = TA_VERSION;
+            if index == 0 {
+                info.hostname.fill(0);
+                let length = info.hostname.len() - 1;
+                info.hostname[..length]
+                    .iter_mut()
+                    .zip(name.bytes())
+                    .for_each(|(to, from)| *to = from);
+            }
+            info.btaddr = *b"00:00:00:00:00:00\0";
+            self.array.store(places.info, info);
+            self.array.store(places.dev_mode, dev_mode);
+            self.array.store(places.id, index as u8);
+        }
+    }
+
+    /// A transfer has begun, and these are the areas with the first response.
+    pub(crate) fn begin(&mut self, areas: &[FishX1Transfer]) {
+        for (known, area) in self.known.iter_mut().zip(areas) {
+            let input = &area.input;
+            known.counters.iter_mut().zip(input.cnt_reset_cmd_id).for_each(|(it, id)| it.begin(id));
+            known.motors.iter_mut().zip(input.motor_ex_cmd_id).for_each(|(it, id)| it.begin(id));
+            known.sound.begin(area.txt_inputs.sound_cmd_id);
+        }
+    }
+
+    /// Writes the inputs of a response into the program's areas, and tells what has happened.
+    pub(crate) fn take_in(&mut self, areas: &[FishX1Transfer], mut told: impl FnMut(Happened)) {
+        self.count_time();
+        self.take_in_extensions(areas, &mut told);
+        for (index, area) in areas.iter().enumerate().take(AREAS) {
+            self.take_in_area(index, area, &mut told);
+        }
+    }
+
+    /// Lets the timers go on.
+    pub(crate) fn count_time(&self) {
+        let mut timer = Timer::default();
+        timer.set_elapsed(self.begun.elapsed());
+        for index in 0..AREAS {
+            self.array.store(self.array.places(index).timer, timer);
+        }
+    }
+
+    fn take_in_extensions(&mut self, areas: &[FishX1Transfer], told: &mut impl FnMut(Happened)) {
+        let Some(master) = areas.first() else { return };
+        let alive = master.state.io_slave_alive;
+        self.array.store(self.array.places(0).extensions, alive);
+        for (index, (known, alive)) in self.known.iter_mut().skip(1).zip(alive).enumerate() {
+            let online = alive != 0;
+            if known.online != online {
+                known.online = online;
+                told(Happened::Extension { area: index + 1, online });
+            }
+        }
+    }
+
+    fn take_in_area(
+        &mut self,
+        index: usize,
+        area: &FishX1Transfer,
+        told: &mut impl FnMut(Happened),
+    ) {
+        let (array, places, known) =
+            (&self.array, self.array.places(index), &mut self.known[index]);
+        let mut input = area.input;
+        let newest = array.load(places.output);
+        let mut done = ([false; 4], [false; 4]);
+        for i in 0..4 {
+            (input.cnt_reset_cmd_id[i], done.0[i]) =
+                known.counters[i].receive(input.cnt_reset_cmd_id[i], newest.cnt_reset_cmd_id[i]);
+            (input.motor_ex_cmd_id[i], done.1[i]) =
+                known.motors[i].receive(input.motor_ex_cmd_id[i], newest.motor_ex_cmd_id[i]);
+        }
+        let mut txt_inputs = area.txt_inputs;
+        let id = txt_inputs.sound_cmd_id;
+        txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
+
+        let fields = InputFields::of(places.input);
+        fields.store(array, &input);
+        array.store(places.txt_inputs, txt_inputs);
+        array.store(places.txt_inputs2, area.txt_inputs2);
+        array.store(places.change, change(&known.input, &input));
+        known.input = input;
+
+        // After the values, so a program that sees a flag also sees them.
+        for i in 0..4 {
+            if done.0[i] {
+                fields.flag(array, fields.cnt_resetted, i, true);
+                told(Happened::CounterReset { area: index, counter: i });
+            }
+            if done.1[i] {
+                fields.flag(array, fields.motor_ex_reached, i, true);
+                told(Happened::MotorReached { area: index, motor: i });
+            }
+        }
+    }
+
+    /// Takes the program's outputs and new configurations into the areas that go out.
+    pub(crate) fn put_out(&mut self, areas: &mut [FishX1Transfer]) {
+        self.put_out_read(areas, settled);
+    }
+
+    /// The same at a moment when the program does not run, so nothing has to settle.
+    pub(crate) fn put_out_whole(&mut self, areas: &mut [FishX1Transfer]) {
+        self.put_out_read(areas, AreaArray::load);
+    }
+
+    fn put_out_read(
+        &mut self,
+        areas: &mut [FishX1Transfer],
+        read: impl Fn(&AreaArray<A>, *mut OutputValues) -> OutputValues,
+    ) {
+        for (index, area) in areas.iter_mut().enumerate().take(AREAS) {
+            let (array, places, known) =
+                (&self.array, self.array.places(index), &mut self.known[index]);
+            // The id first: the program raises it when the configuration is written.
+            let config_id = array.load(places.config_id);
+            if known.config_id != Some(config_id) {
+                known.config_id = Some(config_id);
+                area.config = sent::<A>(array.load(places.config));
+                area.raise_config_id();
+            }
+            let output = read(array, places.output);
+            area.output.duty = output.duty;
+            area.output.master = output.master;
+            area.output.distance = output.distance;
+            let fields = InputFields::of(places.input);
+            for i in 0..4 {
+                let (counter, motor) = (&mut known.counters[i], &mut known.motors[i]);
+                let (counter_id, motor_id) =
+                    (output.cnt_reset_cmd_id[i], output.motor_ex_cmd_id[i]);
+                if !A::FLAGS_STAY && counter.is_new(counter_id) {
+                    fields.flag(array, fields.cnt_resetted, i, false);
+                }
+                if !A::FLAGS_STAY && motor.is_new(motor_id) {
+                    fields.flag(array, fields.motor_ex_reached, i, false);
+                }
+                let to = &mut area.output;
+                to.cnt_reset_cmd_id[i] = counter.send(counter_id).unwrap_or(to.cnt_reset_cmd_id[i]);
+                to.motor_ex_cmd_id[i] = motor.send(motor_id).unwrap_or(to.motor_ex_cmd_id[i]);
+            }
+            let mut txt_outputs = array.load(places.txt_outputs);
+            let id = known.sound.send(txt_outputs.sound_cmd_id);
+            txt_outputs.sound_cmd_id = id.unwrap_or(area.txt_outputs.sound_cmd_id);
+            area.txt_outputs = txt_outputs;
+        }
+    }
+
+    /// Says in each area how the transfer stands: `TA_STATUS_STOP`, `TA_STATUS_RUN` or `TA_STATUS_SYNC`.
+    pub(crate) fn set_status(&self, status: u8) {
+        for index in 0..AREAS {
+            // SAFETY: computes an address within the area only.
+            let at = unsafe { &raw mut (*self.array.places(index).status).status };
+            self.array.store(at, status);
+        }
+    }
+}
+
+/// The fields of the inputs, which do not all belong to the controller: programs of the TX set flags back,
+/// and the display's buttons are not the TXT's.
+struct InputFields {
+    uni: *mut [i16; 8],
+    cnt_in: *mut [i16; 4],
+    counter: *mut [i16; 4],
+    cnt_resetted: *mut [u16; 4],
+    motor_ex_reached: *mut [u16; 4],
+    cnt_reset_cmd_id: *mut [u16; 4],
+    motor_ex_cmd_id: *mut [u16; 4],
+}
+
+impl InputFields {
+    fn of(input: *mut InputValues) -> Self {
+        // SAFETY: computes addresses within the inputs only.
+        unsafe {
+            Self {
+                uni: &raw mut (*input).uni,
+                cnt_in: &raw mut (*input).cnt_in,
+                counter: &raw mut (*input).counter,
+                cnt_resetted: &raw mut (*input).cnt_resetted,
+                motor_ex_reached: &raw mut (*input).motor_ex_reached,
+                cnt_reset_cmd_id: &raw mut (*input).cnt_reset_cmd_id,
+                motor_ex_cmd_id: &raw mut (*input).motor_ex_cmd_id,
+            }
+        }
+    }
+
+    /// Writes all but the flags.
+    fn store<A: Area>(&self, array: &AreaArray<A>, input: &InputValues) {
+        array.store(self.uni, input.uni);
+        array.store(self.cnt_in, input.cnt_in);
+        array.store(self.counter, input.counter);
+        array.store(self.cnt_reset_cmd_id, input.cnt_reset_cmd_id);
+        array.store(self.motor_ex_cmd_id, input.motor_ex_cmd_id);
+    }
+
+    /// Sets one of four flags to 1 or 0.
+    fn flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut [u16; 4], index: usize, is: bool) {
+        array.store(flags.cast::<u16>().wrapping_add(index), u16::from(is));
+    }
+}
+
+/// A program's configuration as a TXT understands it.
+fn sent<A: Area>(mut config: Config) -> Config {
+    if A::COUNTERS_NORMAL_AT_0 {
+        for counter in &mut config.cnt {
+            counter.mode = u8::from(counter.mode == 0);
+        }
+    }
+    config
+}
+
+/// What differs between two responses.
+fn change(before: &InputValues, now: &InputValues) -> Change {
+    let bits = |differ: &mut dyn Iterator<Item = bool>| {
+        differ.enumerate().fold(0, |bits, (index, differs)| bits | u8::from(differs) << index)
+    };
+    let change_uni = bits(&mut before.uni.iter().zip(now.uni).map(|(a, b)| *a != b));
+    let change_cnt_in = bits(&mut before.cnt_in.iter().zip(now.cnt_in).map(|(a, b)| *a != b));
+    let change_counter = bits(&mut before.counter.iter().zip(now.counter).map(|(a, b)| *a != b));
+    let change_status = u8::from(change_uni | change_cnt_in | change_counter != 0);
+    Change { change_status, change_uni, change_cnt_in, change_counter, ..Change::default() }
+}
+
+/// The outputs as they are while the program does not write them. A program without a lock sets a motor's
+/// fields one after another, within nanoseconds; one that never stops writing is not waited for.
+fn settled<A: Area>(array: &AreaArray<A>, output: *mut OutputValues) -> OutputValues {
+    const LOOKS: usize = 4;
+    let mut seen = array.load(output);
+    for _ in 0..LOOKS {
+        (0..50).for_each(|_| hint::spin_loop());
+        let now = array.load(output);
+        if now == seen {
+            break;
+        }
+        seen = now;
+    }
+    seen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
+        let mut command = Command::default();
+        command.begin(7); // What the controller remembers of the program before.
+        assert_eq!(command.send(0), None);
+        assert_eq!(command.send(1), Some(8));
+        assert_eq!(command.receive(7, 1), (0, false));
+        assert_eq!(command.receive(8, 1), (1, true));
+        assert_eq!(command.receive(8, 1), (1, false), "told once");
+        assert_eq!(command.send(2), Some(9));
+        assert_eq!(command.receive(9, 3), (2, false), "the program waits for 3");
+        assert_eq!(command.send(3), Some(10));
+        assert_eq!(command.receive(10, 3), (3, true));
+    }
+
+    fn outputs_go_out_and_inputs_come_in<A: Area>() {
+        let array = Arc::new(AreaArray::<A>::new());
+        let mut mirror = Mirror::new(Arc::clone(&array));
+        let mut areas = vec![FishX1Transfer::default(); AREAS];
+        mirror.introduce("TX2013", FirmwareVersion::OLDEST_SUPPORTED, 0);
+        mirror.begin(&areas);
+        let places = array.places(AREAS - 1);
+        let mut output = array.load(places.output);
+        (output.duty[7], output.motor_ex_cmd_id[3], output.distance[3]) = (512, 1, 40);
+        array.store(places.output, output);
+        mirror.put_out(&mut areas);
+        assert_eq!(areas[AREAS - 1].output, output);
+
+        areas[AREAS - 1].input.uni[2] = 77;
+        areas[AREAS - 1].input.motor_ex_cmd_id[3] = 1;
+        areas[0].state.io_slave_alive[7] = 1;
+        let mut happened = Vec::new();
+        mirror.take_in(&areas, |it| happened.push(it));
+        let (online, area) = (true, AREAS - 1);
+        let expected =
+            [Happened::Extension { area, online }, Happened::MotorReached { area, motor: 3 }];
+        assert_eq!(happened, expected);
+        assert_eq!(array.load(places.input).uni[2], 77);
+        assert_eq!(array.load(places.change).change_uni, 1 << 2);
+    }
+
+    #[test]
+    fn outputs_go_out_and_inputs_come_in_for_both_kinds_of_areas() {
+        outputs_go_out_and_inputs_come_in::<crate::memory::Ta>();
+        outputs_go_out_and_inputs_come_in::<FishX1Transfer>();
+    }
+}

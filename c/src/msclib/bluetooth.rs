@@ -1,0 +1,211 @@
+//! Bluetooth messages between controllers, which a TXT online hasn't got: each call is answered by its
+//! callback with `BT_SWITCHED_OFF`.
+
+use std::sync::Arc;
+
+use super::arguments::{Bytes, Handle, Out};
+use super::device::Device;
+use super::with_device;
+use crate::errors::{FTLIB_BT_INVALID_CONIDX, FTLIB_ERR_INVALID_PARAM};
+use crate::ffi::guarded;
+use ft_transfer_area::transfer_area::BtStatus;
+
+/// `BT_SWITCHED_OFF`.
+const SWITCHED_OFF: u16 = 3;
+/// `BT_INQUIRY_SCAN_NOT_POSSIBLE`: among the statuses of a scan, 3 means something else.
+const SCAN_NOT_POSSIBLE: u16 = 0;
+/// The longest message.
+const MESSAGE_MAX: u32 = 16;
+
+/// `BT_CB`.
+#[repr(C)]
+#[derive(Clone, Copy)]
+pub(crate) struct BtResult {
+    channel: u16,
+    status: u16,
+}
+
+/// `BT_RECV_CB`.
+#[repr(C)]
+pub(crate) struct BtReceived {
+    result: BtResult,
+    length: u16,
+    message: [u8; MESSAGE_MAX as usize],
+}
+
+/// `BT_SCAN_STATUS`.
+#[repr(C)]
+pub(crate) struct BtScan {
+    status: u16,
+    address: [u8; 6],
+    dummy_1: [u8; 2],
+    name: [u8; 17],
+    dummy_2: [u8; 3],
+}
+
+const _: () = assert!(size_of::<BtReceived>() == 22 && size_of::<BtScan>() == 30);
+
+/// A callback for a result, which is there during the call only.
+type Callback<T> = Option<unsafe extern "system" fn(*mut T)>;
+
+/// Has a callback called.
+fn call_back<T>(
+    device: &Arc<Device>,
+    callback: Callback<T>,
+    result: impl FnOnce() -> T + Send + 'static,
+) -> Result<(), u32>
+where
+    T: 'static,
+{
+    let callback = callback.ok_or(FTLIB_ERR_INVALID_PARAM)?;
+    device.call_back(move || {
+        let mut result = result();
+        // SAFETY: the program has given it as a function of this kind.
+        unsafe { callback(&mut result) };
+    });
+    Ok(())
+}
+
+fn channel(given: u32) -> Result<u16, u32> {
+    match given {
+        1..=8 => Ok(given as u16),
+        _ => Err(FTLIB_BT_INVALID_CONIDX),
+    }
+}
+
+/// Answers a call for one channel.
+fn switched_off(handle: Handle, given: u32, callback: Callback<BtResult>) -> u32 {
+    with_device(handle, |device| {
+        let channel = channel(given)?;
+        call_back(device, callback, move || BtResult { channel, status: SWITCHED_OFF })
+    })
+}
+
+/// Answers a call for one channel, after a check of the bytes that come with it.
+fn switched_off_with(
+    handle: Handle,
+    given: u32,
+    bytes: Bytes,
+    callback: Callback<BtResult>,
+) -> u32 {
+    with_device(handle, |device| {
+        let channel = channel(given)?;
+        bytes.check()?;
+        call_back(device, callback, move || BtResult { channel, status: SWITCHED_OFF })
+    })
+}
+
+/// Looks for controllers: the callback says that it is not possible.
+#[no_mangle]
+pub(crate) extern "C" fn StartScanBtDevice(handle: Handle, callback: Callback<BtScan>) -> u32 {
+    with_device(handle, |device| {
+        call_back(device, callback, || BtScan {
+            status: SCAN_NOT_POSSIBLE,
+            address: [0; 6],
+            dummy_1: [0; 2],
+            name: [0; 17],
+            dummy_2: [0; 3],
+        })
+    })
+}
+
+/// Ends the search. None is running.
+#[no_mangle]
+pub(crate) extern "C" fn CancelScanBtDevice(handle: Handle) -> u32 {
+    with_device(handle, |_| Ok(()))
+}
+
+/// Connects to another controller.
+#[no_mangle]
+pub(crate) extern "C" fn ConnectBtAddress(
+    handle: Handle,
+    channel: u32,
+    address: Bytes,
+    callback: Callback<BtResult>,
+) -> u32 {
+    switched_off_with(handle, channel, address, callback)
+}
+
+/// Ends a connection.
+#[no_mangle]
+pub(crate) extern "C" fn DisconnectBt(
+    handle: Handle,
+    channel: u32,
+    callback: Callback<BtResult>,
+) -> u32 {
+    switched_off(handle, channel, callback)
+}
+
+/// Sends a message.
+#[no_mangle]
+pub(crate) extern "C" fn SendBtMessage(
+    handle: Handle,
+    channel: u32,
+    size: u32,
+    message: Bytes,
+    callback: Callback<BtResult>,
+) -> u32 {
+    if size > MESSAGE_MAX {
+        return with_device(handle, |_| Err(FTLIB_ERR_INVALID_PARAM));
+    }
+    switched_off_with(handle, channel, message, callback)
+}
+
+/// Waits for a connection.
+#[no_mangle]
+pub(crate) extern "C" fn BtListenConOn(
+    handle: Handle,
+    channel: u32,
+    address: Bytes,
+    callback: Callback<BtResult>,
+) -> u32 {
+    switched_off_with(handle, channel, address, callback)
+}
+
+/// Stops to wait for a connection.
+#[no_mangle]
+pub(crate) extern "C" fn BtListenConOff(
+    handle: Handle,
+    channel: u32,
+    callback: Callback<BtResult>,
+) -> u32 {
+    switched_off(handle, channel, callback)
+}
+
+/// Waits for messages.
+#[no_mangle]
+pub(crate) extern "C" fn BtReadMsgOn(
+    handle: Handle,
+    given: u32,
+    callback: Callback<BtReceived>,
+) -> u32 {
+    with_device(handle, |device| {
+        let result = BtResult { channel: channel(given)?, status: SWITCHED_OFF };
+        call_back(device, callback, move || BtReceived { result, length: 0, message: [0; 16] })
+    })
+}
+
+/// Stops to wait for messages.
+#[no_mangle]
+pub(crate) extern "C" fn BtReadMsgOff(
+    handle: Handle,
+    channel: u32,
+    callback: Callback<BtResult>,
+) -> u32 {
+    switched_off(handle, channel, callback)
+}
+
+/// The state of a channel: idle.
+#[no_mangle]
+pub(crate) extern "C" fn StatusBtConnection(_channel: u32, status: Out<BtStatus>) {
+    guarded((), || {
+        // There is no answer to give for a null pointer.
+        let _ = status.put(BtStatus::default());
+    });
+}
+
+/// The state of Bluetooth: idle.
+#[no_mangle]
+pub(crate) extern "C" fn GetRoboTxBtStatus(handle: Handle, status: Out<BtStatus>) -> u32 {
+    with_device(handle, |_| status.put(BtStatus::default()))
+}

@@ -1,0 +1,197 @@
+//! One open device.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Weak};
+
+use ft_transfer_area::{FoundController, Statistics, TransferMode};
+use parking_lot::Mutex;
+
+use super::callbacks::{Callbacks, Event};
+use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
+use crate::host;
+use crate::i2c::{Done, I2cThread, Request};
+use crate::memory::{AreaArray, Ta, AREAS};
+use crate::mirror::{Happened, DEV_MODE_ONLINE};
+use crate::report;
+use crate::session::{Session, Settings};
+
+/// A device between `ftxOpenComDevice` and `ftxCloseDevice`, and as long as a call uses it.
+pub(super) struct Device {
+    handle: usize,
+    /// The host as it was given or configured.
+    host: String,
+    controller: FoundController,
+    session: Session<Ta>,
+    i2c: Mutex<Option<I2cThread>>,
+    callbacks: Arc<Callbacks>,
+    /// The statistics at the last `ResetTrapStatistic`.
+    forgotten: Mutex<Statistics>,
+    closed: AtomicBool,
+}
+
+impl Device {
+    /// A device for a controller that has answered. Nothing is connected.
+    pub(super) fn new(
+        handle: usize,
+        host: String,
+        controller: FoundController,
+        callbacks: Arc<Callbacks>,
+    ) -> Result<Arc<Self>, u32> {
+        let settings = Settings {
+            host: controller.address.to_string(),
+            dev_mode: DEV_MODE_ONLINE,
+            areas: AREAS,
+            mode: host::mode_for(TransferMode::Compressed),
+        };
+        let session = Session::new(&settings, None).map_err(|error| code_of(&error))?;
+        session.introduce(&controller.name, controller.firmware);
+        let device = Arc::new(Self {
+            handle,
+            host,
+            controller,
+            session,
+            i2c: Mutex::default(),
+            callbacks,
+            forgotten: Mutex::default(),
+            closed: AtomicBool::new(false),
+        });
+        let own = Arc::downgrade(&device);
+        let callbacks = Arc::clone(&device.callbacks);
+        let listener = move |happened| tell(&own, &callbacks, happened);
+        device.session.set_listener(Some(Box::new(listener)));
+        Ok(device)
+    }
+
+    pub(super) fn handle(&self) -> usize {
+        self.handle
+    }
+
+    /// Whether it is the device at this host.
+    pub(super) fn is_at(&self, host: &str) -> bool {
+        self.host.eq_ignore_ascii_case(host)
+    }
+
+    pub(super) fn controller(&self) -> &FoundController {
+        &self.controller
+    }
+
+    pub(super) fn array(&self) -> &AreaArray<Ta> {
+        self.session.array()
+    }
+
+    pub(super) fn session(&self) -> &Session<Ta> {
+        &self.session
+    }
+
+    pub(super) fn is_open(&self) -> bool {
+        !self.closed.load(Ordering::Acquire)
+    }
+
+    /// Begins the transfer, and returns after the first response.
+    pub(super) fn start(&self) -> Result<(), u32> {
+        let started = self.session.start();
+        if !self.is_open() {
+            // Closed meanwhile, perhaps before the transfer began.
+            let _ = self.session.stop();
+            return Err(FTLIB_ERR_DEVICE_NOT_OPEN);
+        }
+        *self.forgotten.lock() = Statistics::default();
+        started.map_err(|error| {
+            if !report::is_told_by_code(&error) {
+                log::error!("{}: {error}", self.host);
+            }
+            code_of(&error)
+        })
+    }
+
+    /// Ends the transfer, with all outputs off.
+    pub(super) fn stop(&self) -> Result<(), u32> {
+        let was_running = self.session.is_running();
+        // How it ended is in the log, and there is nothing left that could go on.
+        let _ = self.session.stop();
+        if was_running {
+            Ok(())
+        } else {
+            Err(FTLIB_ERR_THREAD_NOT_RUNNING)
+        }
+    }
+
+    /// Has an I2C request carried out; `done` is called in a thread that is not the callbacks'.
+    pub(super) fn i2c(self: &Arc<Self>, request: Request, done: Done) -> Result<(), u32> {
+        let mut i2c = self.i2c.lock();
+        // Under the lock, so nothing starts after it was closed.
+        if !self.is_open() {
+            return Err(FTLIB_ERR_DEVICE_NOT_OPEN);
+        }
+        let thread = match &mut *i2c {
+            Some(thread) => thread,
+            none => {
+                let device = Arc::downgrade(self);
+                let gone = || ft_transfer_area::Error::NotStarted;
+                let connect = move || device.upgrade().ok_or_else(gone)?.session.handler().i2c();
+                none.insert(I2cThread::start(connect)?)
+            }
+        };
+        thread.request(request, done)
+    }
+
+    /// Calls the program back from the callbacks' thread, unless the device is closed before.
+    pub(super) fn call_back(self: &Arc<Self>, call: impl FnOnce() + Send + 'static) {
+        self.callbacks.once(&Arc::downgrade(self), call);
+    }
+
+    /// What calls back, for threads that must not keep the device open.
+    pub(super) fn callbacks(&self) -> Arc<Callbacks> {
+        Arc::clone(&self.callbacks)
+    }
+
+    /// The statistics of the transfer since its begin, and what of it was reset.
+    pub(super) fn statistics(&self) -> (Statistics, Statistics) {
+        (self.session.handler().statistics(), *self.forgotten.lock())
+    }
+
+    pub(super) fn reset_statistics(&self) {
+        *self.forgotten.lock() = self.session.handler().statistics();
+    }
+
+    /// Ends the transfer, with all outputs off, and all else that belongs to the device. Returns whether it
+    /// was this call that closed it; otherwise another thread does the same.
+    pub(super) fn close(&self) -> bool {
+        let was_open = !self.closed.swap(true, Ordering::AcqRel);
+        // A transfer that could not be ended well is in the log; the connection is closed anyway.
+        let _ = self.session.stop();
+        let i2c = self.i2c.lock().take();
+        drop(i2c);
+        was_open
+    }
+
+    /// Waits until no callback for the closed device is running, but not for the one in which this is called,
+    /// and not for ever.
+    pub(super) fn settle(&self) {
+        self.callbacks.settle_device(self);
+    }
+}
+
+/// Tells the program what a response brought.
+fn tell(device: &Weak<Device>, callbacks: &Callbacks, happened: Happened) {
+    match happened {
+        Happened::CounterReset { area, counter } => {
+            callbacks.event(device, Event::CounterResetted, area, counter as u32);
+        }
+        Happened::MotorReached { area, motor } => {
+            // The end of the extended mode is a command, too, and one without a distance is done immediately.
+            if device.upgrade().is_some_and(|device| device.has_distance(area, motor)) {
+                callbacks.event(device, Event::MotorExReached, area, motor as u32);
+            }
+        }
+        Happened::Extension { area, online } => {
+            callbacks.event(device, Event::RoboExtState, area, online.into());
+        }
+    }
+}
+
+impl Device {
+    fn has_distance(&self, area: usize, motor: usize) -> bool {
+        self.array().load(self.array().places(area).output).distance[motor] != 0
+    }
+}

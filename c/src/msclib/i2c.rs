@@ -1,0 +1,65 @@
+//! The I2C calls.
+
+use super::arguments::Handle;
+use super::with_device;
+use crate::errors::FTLIB_ERR_INVALID_PARAM;
+use crate::i2c::{Access, Request};
+
+/// `I2C_CB`.
+#[repr(C)]
+pub(crate) struct I2cResult {
+    value: u16,
+    status: u16,
+}
+
+/// A callback for the result, which is there during the call only.
+type Callback = unsafe extern "system" fn(*mut I2cResult);
+
+/// Reads a value from a device at the controller's I2C. Returns at once; the callback gets the value.
+#[no_mangle]
+pub(crate) extern "C" fn ftxI2cRead(
+    handle: Handle,
+    device: u8,
+    offset: u32,
+    protocol: u8,
+    callback: Option<Callback>,
+) -> u32 {
+    if callback.is_none() {
+        return with_device(handle, |_| Err(FTLIB_ERR_INVALID_PARAM));
+    }
+    request(handle, || Request::new(device, offset, protocol, Access::Read), callback)
+}
+
+/// Writes a value to a device at the controller's I2C. Returns at once; the callback, if there is one, gets
+/// the status.
+#[no_mangle]
+pub(crate) extern "C" fn ftxI2cWrite(
+    handle: Handle,
+    device: u8,
+    offset: u32,
+    data: u16,
+    protocol: u8,
+    callback: Option<Callback>,
+) -> u32 {
+    request(handle, || Request::new(device, offset, protocol, Access::Write(data)), callback)
+}
+
+fn request(
+    handle: Handle,
+    request: impl FnOnce() -> Result<Request, u32>,
+    callback: Option<Callback>,
+) -> u32 {
+    with_device(handle, |device| {
+        let request = request()?;
+        let (own, callbacks) = (std::sync::Arc::downgrade(device), device.callbacks());
+        let done = move |value, status| {
+            let Some(callback) = callback else { return };
+            callbacks.once(&own, move || {
+                let mut result = I2cResult { value, status };
+                // SAFETY: the program has given it as a function of this kind.
+                unsafe { callback(&mut result) };
+            });
+        };
+        device.i2c(request, Box::new(done))
+    })
+}

@@ -1,0 +1,71 @@
+//! Values of inputs and counters.
+
+use std::ffi::c_int;
+
+use ft_transfer_area::transfer_area::{InputMode, R2_OVR, R_OVR, ULTRASONIC_OVR, U_OVR};
+
+use super::arguments::{Handle, Out};
+use super::configuration::{COUNTERS, INPUTS};
+use super::{index, with_area};
+
+/// The value of a universal input, and whether it is an overrun: of what its mode measures, and never for a
+/// digital one.
+#[no_mangle]
+pub(crate) extern "C" fn GetInIOValue(
+    handle: Handle,
+    controller: c_int,
+    input: c_int,
+    value: Out<i16>,
+    overrun: Out<u32>,
+) -> u32 {
+    with_area(handle, controller, |device, places| {
+        let input = index(input, INPUTS)?;
+        value.check()?;
+        let measured = device.array().load(places.input).uni[input];
+        let config = device.array().load(places.config).uni[input];
+        let limit = match InputMode::try_from(config.mode) {
+            Ok(InputMode::Voltage) => U_OVR,
+            Ok(InputMode::Resistance) => R_OVR,
+            Ok(InputMode::Resistance15k) => R2_OVR,
+            Ok(InputMode::Ultrasonic) => ULTRASONIC_OVR,
+            _ => i16::MAX,
+        };
+        overrun.put((config.digital == 0 && measured >= limit).into())?;
+        value.put(measured)
+    })
+}
+
+/// The count of a counter, and the level of its input.
+#[no_mangle]
+pub(crate) extern "C" fn GetInCounterValue(
+    handle: Handle,
+    controller: c_int,
+    counter: c_int,
+    count: Out<i16>,
+    level: Out<i16>,
+) -> u32 {
+    with_area(handle, controller, |device, places| {
+        let counter = index(counter, COUNTERS)?;
+        let input = device.array().load(places.input);
+        count.check()?;
+        level.put(input.cnt_in[counter])?;
+        count.put(input.counter[counter])
+    })
+}
+
+/// For how long the display's two buttons have been pressed, in milliseconds. A TXT does not tell online, so
+/// this is 0 unless the program writes something else there.
+#[no_mangle]
+pub(crate) extern "C" fn GetInDisplayButtonValue(
+    handle: Handle,
+    controller: c_int,
+    left: Out<i16>,
+    right: Out<i16>,
+) -> u32 {
+    with_area(handle, controller, |device, places| {
+        let input = device.array().load(places.input);
+        left.check()?;
+        right.put(input.display_button_right)?;
+        left.put(input.display_button_left)
+    })
+}

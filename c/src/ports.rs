@@ -1,0 +1,262 @@
+//! COM ports: which controller a program means by `COM4`.
+//!
+//! | what | which controller |
+//! |---|---|
+//! | `FT_TXT_PORTS="COM4=192.168.7.2, COM5=10.0.0.7:65000"` | those, first of all |
+//! | the same lines in a file `ft_txt_ports`, in the current folder or in the user's configuration folder | those, next |
+//! | `FT_TXT_HOST`: a host, `HOST:PORT` or `auto` | for every other COM port |
+//! | nothing of these | `COM1` USB, `COM2` WLAN, `COM3` Bluetooth, `COM4` the controller on this machine |
+//!
+//! So a controller's number depends on how it is connected, and on nothing else: it is the same at each start,
+//! whichever controllers answer.
+
+use std::env;
+use std::fs;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ft_transfer_area::{find_controllers, ConnectionKind};
+
+use crate::host;
+
+/// The file with COM ports.
+const FILE: &str = "ft_txt_ports";
+/// How long a search for controllers may take.
+pub(crate) const SEARCH_LIMIT: Duration = Duration::from_secs(1);
+
+/// The COM ports of controllers at the usual addresses.
+const USUAL: [(ConnectionKind, &str); 4] = [
+    (ConnectionKind::Usb, "192.168.7.2"),
+    (ConnectionKind::Wlan, "192.168.8.2"),
+    (ConnectionKind::Bluetooth, "192.168.9.2"),
+    (ConnectionKind::SameMachine, "127.0.0.1"),
+];
+
+/// Which ports a program wants to see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Selection {
+    /// `ALL_PORTS`.
+    All,
+    /// `USB_ONLY`: controllers found over USB, and the named ones except those over Bluetooth. A program that
+    /// only knows USB so finds what its user has named.
+    Usb,
+    /// `BT_ONLY`.
+    Bluetooth,
+}
+
+/// The configured COM ports.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(crate) struct Ports {
+    /// Number and host; the first entry of a number counts.
+    named: Vec<(u32, String)>,
+    /// The host of all others.
+    others: Option<String>,
+}
+
+impl Ports {
+    /// What the environment and the files say now.
+    pub(crate) fn configured() -> Self {
+        let mut ports = Self { named: Vec::new(), others: host::from_environment() };
+        if let Some(text) = host::variable("FT_TXT_PORTS") {
+            ports.add("FT_TXT_PORTS", &text);
+        }
+        for file in files() {
+            match fs::read_to_string(&file) {
+                Ok(text) => ports.add(&file.display().to_string(), &text),
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
+                Err(error) => log::warn!("{} can't be read: {error}", file.display()),
+            }
+        }
+        ports
+    }
+
+    /// Adds the entries of a text. One that is wrong is told about, and left out.
+    fn add(&mut self, origin: &str, text: &str) {
+        let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
+        let entries = lines.flat_map(|line| line.split([',', ';'])).map(str::trim);
+        for entry in entries.filter(|entry| !entry.is_empty()) {
+            let parts = entry.split_once('=').map(|(name, host)| (number_of(name), host.trim()));
+            match parts {
+                Some((Some(number), host)) if !host.is_empty() => self.add_port(number, host),
+                _ => log::warn!("{origin}: \"{entry}\" is not like COM4=192.168.7.2"),
+            }
+        }
+    }
+
+    fn add_port(&mut self, number: u32, host: &str) {
+        if self.named.iter().all(|(named, _)| *named != number) {
+            self.named.push((number, host.to_owned()));
+        }
+    }
+
+    /// The host of a port by its number.
+    pub(crate) fn host(&self, number: u32) -> Option<String> {
+        let named = self.named.iter().find(|(named, _)| *named == number);
+        let usual =
+            || USUAL.get(number.checked_sub(1)? as usize).map(|(_, host)| (*host).to_owned());
+        named.map(|(_, host)| host.clone()).or_else(|| self.others.clone()).or_else(usual)
+    }
+
+    /// The host that a program means, by `COM4`, by a text of [`list`](Self::list), or by the host itself.
+    pub(crate) fn host_of(&self, name: &str) -> Option<String> {
+        let name = name.trim();
+        match number_of(name) {
+            Some(number) => self.host(number),
+            None => Some(name.to_owned()),
+        }
+    }
+
+    /// The ports as texts like `COM1 (ROBO TXT, USB)`. Named ones are listed whether they answer or not, and
+    /// controllers are searched for only when no host is set for all others.
+    pub(crate) fn list(&self, selection: Selection) -> Vec<String> {
+        let found = match self.others {
+            Some(_) => Vec::new(),
+            None => found(),
+        };
+        self.list_with(selection, &found)
+    }
+
+    fn list_with(&self, selection: Selection, found: &[(ConnectionKind, String)]) -> Vec<String> {
+        let is_free = |number: &u32| self.named.iter().all(|(named, _)| named != number);
+        let other =
+            self.others.as_ref().and_then(|host| Some(((1..).find(is_free)?, host.clone())));
+        let mut ports: Vec<_> = self
+            .named
+            .iter()
+            .cloned()
+            .chain(other)
+            .filter(|(_, host)| match selection {
+                Selection::All => true,
+                Selection::Usb => !is_bluetooth(host),
+                Selection::Bluetooth => is_bluetooth(host),
+            })
+            .collect();
+        for (connection, name) in found {
+            let usual = USUAL.iter().zip(1..).find(|((kind, _), _)| kind == connection);
+            let Some((&(_, host), number)) = usual else { continue };
+            let is_selected = match selection {
+                Selection::All => true,
+                Selection::Usb => *connection == ConnectionKind::Usb,
+                Selection::Bluetooth => *connection == ConnectionKind::Bluetooth,
+            };
+            let is_named = self.named.iter().any(|(_, named)| named == host);
+            if is_selected && !is_named && is_free(&number) {
+                ports.push((number, format!("{name}, {connection}")));
+            }
+        }
+        ports.sort_unstable();
+        ports.into_iter().map(|(number, text)| format!("COM{number} ({text})")).collect()
+    }
+}
+
+/// The controllers at the usual addresses: how they are connected, and their names.
+fn found() -> Vec<(ConnectionKind, String)> {
+    match find_controllers(SEARCH_LIMIT) {
+        Ok(found) => found.into_iter().map(|it| (it.connection, it.name)).collect(),
+        Err(error) => {
+            log::info!("{error}");
+            Vec::new()
+        }
+    }
+}
+
+fn is_bluetooth(host: &str) -> bool {
+    let address = host.split(':').next();
+    USUAL.iter().any(|(kind, usual)| *kind == ConnectionKind::Bluetooth && address == Some(usual))
+}
+
+/// 4 for `COM4`, `com4`, `\\.\COM4` and `COM4 (ROBO TXT, USB)`.
+fn number_of(name: &str) -> Option<u32> {
+    let name = name.trim();
+    let name = name.strip_prefix(r"\\.\").unwrap_or(name);
+    let (kind, behind) = name.split_at_checked(3)?;
+    let digits = behind.find(|c: char| !c.is_ascii_digit()).unwrap_or(behind.len());
+    let (number, rest) = behind.split_at(digits);
+    let ends = rest.is_empty() || rest == ":" || rest.starts_with([' ', '(']);
+    let is_port = kind.eq_ignore_ascii_case("COM") && ends;
+    number.parse().ok().filter(|number| is_port && *number > 0)
+}
+
+/// Where the file may be.
+fn files() -> Vec<PathBuf> {
+    let home = || env::var_os("HOME").map(PathBuf::from);
+    let user = if cfg!(windows) {
+        env::var_os("APPDATA").map(PathBuf::from)
+    } else if cfg!(target_os = "macos") {
+        home().map(|home| home.join("Library/Application Support"))
+    } else {
+        let folder = env::var_os("XDG_CONFIG_HOME").filter(|folder| !folder.is_empty());
+        folder.map(PathBuf::from).or_else(|| home().map(|home| home.join(".config")))
+    };
+    [Some(PathBuf::new()), user].into_iter().flatten().map(|folder| folder.join(FILE)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ports(text: &str) -> Ports {
+        let mut ports = Ports::default();
+        ports.add("a test", text);
+        ports
+    }
+
+    #[test]
+    fn ports_are_named_in_entries_of_a_variable_or_lines_of_a_file() {
+        let text = "COM4=192.168.7.2, com5 = 10.0.0.7:65000 # the sorter\n\n# COM6=no\nCOM4=other\nCOM7\nCOMA=1\nX=1";
+        let ports = ports(text);
+        let named = [(4, "192.168.7.2".to_owned()), (5, "10.0.0.7:65000".to_owned())];
+        assert_eq!(ports.named, named);
+    }
+
+    #[test]
+    fn a_port_is_meant_by_its_number_or_its_text_and_all_else_is_a_host() {
+        for name in ["COM12", " com12 ", r"\\.\COM12", "COM12 (ROBO TXT, USB)", "COM12:"] {
+            assert_eq!(number_of(name), Some(12), "{name}");
+        }
+        for name in [
+            "COM",
+            "COM0",
+            "COMx",
+            "COM1x",
+            "COM-1",
+            "COM99999999999",
+            "C",
+            "",
+            "comöö",
+            "192.168.7.2",
+        ] {
+            assert_eq!(number_of(name), None, "{name}");
+        }
+        assert_eq!(ports("").host_of("txt:65000"), Some("txt:65000".to_owned()));
+    }
+
+    #[test]
+    fn a_named_port_goes_before_the_host_for_all_and_this_before_the_usual_ones() {
+        let mut ports = ports("COM2=sorter");
+        assert_eq!(ports.host(1).as_deref(), Some("192.168.7.2"));
+        assert_eq!(ports.host(2).as_deref(), Some("sorter"));
+        assert_eq!((ports.host(5), ports.host(0)), (None, None));
+        ports.others = Some("127.0.0.1:4000".to_owned());
+        assert_eq!(ports.host(1).as_deref(), Some("127.0.0.1:4000"));
+        assert_eq!(ports.host_of("COM2").as_deref(), Some("sorter"));
+        assert_eq!(ports.list(Selection::All), ["COM1 (127.0.0.1:4000)", "COM2 (sorter)"]);
+    }
+
+    #[test]
+    fn found_controllers_are_listed_under_the_number_of_their_connection() {
+        let kinds = [ConnectionKind::Usb, ConnectionKind::Wlan, ConnectionKind::Bluetooth];
+        let found = kinds.map(|kind| (kind, "TXT".to_owned()));
+        let list = |text, selection| ports(text).list_with(selection, &found);
+        let all = ["COM1 (TXT, USB)", "COM2 (TXT, WLAN)", "COM3 (TXT, Bluetooth)"];
+        assert_eq!(list("", Selection::All), all);
+        assert_eq!(list("", Selection::Usb), all[..1]);
+        assert_eq!(list("", Selection::Bluetooth), all[2..]);
+        // The number is taken, and the controller is named.
+        let named = ["COM1 (sorter)", "COM3 (TXT, Bluetooth)", "COM9 (192.168.8.2)"];
+        assert_eq!(list("COM1=sorter,COM9=192.168.8.2", Selection::All), named);
+        assert_eq!(list("COM9=sorter", Selection::Usb), ["COM1 (TXT, USB)", "COM9 (sorter)"]);
+        let bluetooth = list("COM9=192.168.9.2:65000", Selection::Bluetooth);
+        assert_eq!(bluetooth, ["COM3 (TXT, Bluetooth)", "COM9 (192.168.9.2:65000)"]);
+    }
+}

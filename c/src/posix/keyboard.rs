@@ -1,0 +1,271 @@
+//! The keyboard, key by key.
+
+use std::collections::VecDeque;
+use std::ffi::{c_char, c_int};
+use std::io::{self, Write};
+use std::sync::OnceLock;
+
+use parking_lot::Mutex;
+
+use crate::ffi::{guarded, text_of};
+
+/// What `_getch` returns when there are no keys any more.
+const NO_KEYS: c_int = -1;
+/// How long the rest of a key's sequence may take.
+const REST_OF_KEY_MS: c_int = 20;
+const ESCAPE: u8 = 27;
+const INPUT: c_int = libc::STDIN_FILENO;
+
+/// What was read and not yet taken.
+static KEYS: Mutex<VecDeque<u8>> = Mutex::new(VecDeque::new());
+/// How the terminal was before the first key.
+static BEFORE: OnceLock<libc::termios> = OnceLock::new();
+
+/// Lets keys through one by one, without showing them, until [`lines_again`]. Ctrl-C still ends the program.
+fn single_keys() {
+    // SAFETY: plain questions to the system.
+    let is_ours = unsafe { libc::isatty(INPUT) == 1 && libc::tcgetpgrp(INPUT) == libc::getpgrp() };
+    // A program in the background would be stopped for changing the terminal.
+    if !is_ours {
+        return;
+    }
+    // SAFETY: all bits 0 are such a struct, and it is there.
+    let now = unsafe {
+        let mut now: libc::termios = std::mem::zeroed();
+        if libc::tcgetattr(INPUT, &mut now) != 0 {
+            return;
+        }
+        now
+    };
+    BEFORE.get_or_init(|| {
+        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT] {
+            restore_at(signal);
+        }
+        // SAFETY: the function stays; it is called when the program ends.
+        unsafe { libc::atexit(lines_again) };
+        now
+    });
+    let mut keys = now;
+    keys.c_lflag &= !(libc::ICANON | libc::ECHO);
+    // SAFETY: a struct that the system has filled.
+    unsafe { libc::tcsetattr(INPUT, libc::TCSANOW, &keys) };
+}
+
+/// Makes the terminal as it was. Used in signals: it does nothing that is not allowed there.
+extern "C" fn lines_again() {
+    if let Some(before) = BEFORE.get() {
+        // SAFETY: a struct that the system has filled.
+        unsafe { libc::tcsetattr(INPUT, libc::TCSANOW, before) };
+    }
+}
+
+/// Has the terminal made as it was before a signal ends the program. A program's own handler stays.
+fn restore_at(signal: c_int) {
+    extern "C" fn end(signal: c_int) {
+        lines_again();
+        // SAFETY: both are allowed in a signal. The signal now does what it did before.
+        unsafe {
+            libc::signal(signal, libc::SIG_DFL);
+            libc::raise(signal);
+        }
+    }
+    let handler: extern "C" fn(c_int) = end;
+    // SAFETY: the structs are there, and the handler does only what is allowed in a signal.
+    unsafe {
+        let mut present: libc::sigaction = std::mem::zeroed();
+        let known = libc::sigaction(signal, std::ptr::null(), &mut present) == 0;
+        if known && present.sa_sigaction == libc::SIG_DFL {
+            libc::signal(signal, handler as libc::sighandler_t);
+        }
+    }
+}
+
+/// Reads what has come, waiting for so long at most; -1 waits until something comes. False when nothing did.
+fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> bool {
+    let mut input = libc::pollfd { fd: INPUT, events: libc::POLLIN, revents: 0 };
+    let mut bytes = [0; 64];
+    // SAFETY: the struct and the bytes are there.
+    let count = unsafe {
+        if libc::poll(&mut input, 1, wait_ms) != 1 {
+            return false;
+        }
+        libc::read(INPUT, bytes.as_mut_ptr().cast(), bytes.len())
+    };
+    let Ok(count) = usize::try_from(count) else { return false };
+    keys.extend(&bytes[..count]);
+    count > 0
+}
+
+/// The second code of a key without a character, after 224.
+fn code_of(sequence: &[u8]) -> Option<u8> {
+    Some(match sequence {
+        b"[A" | b"OA" => 72,
+        b"[B" | b"OB" => 80,
+        b"[C" | b"OC" => 77,
+        b"[D" | b"OD" => 75,
+        b"[H" | b"OH" | b"[1~" => 71,
+        b"[F" | b"OF" | b"[4~" => 79,
+        b"[2~" => 82,
+        b"[3~" => 83,
+        b"[5~" => 73,
+        b"[6~" => 81,
+        _ => return None,
+    })
+}
+
+/// Takes a key from what was read, as Windows tells it.
+fn take(keys: &mut VecDeque<u8>) -> Option<c_int> {
+    let key = keys.pop_front()?;
+    if key == ESCAPE {
+        for length in 2..=3 {
+            let sequence: Vec<_> = keys.iter().take(length).copied().collect();
+            if let Some(code) = code_of(&sequence) {
+                keys.drain(..length);
+                keys.push_front(code);
+                return Some(224);
+            }
+        }
+    }
+    Some(
+        match key {
+            b'\n' => b'\r',
+            127 => 8,
+            other => other,
+        }
+        .into(),
+    )
+}
+
+fn key_waits() -> bool {
+    let mut keys = KEYS.lock();
+    if keys.is_empty() {
+        // It stays so until a key is taken, so that no key is shown between two questions.
+        single_keys();
+        read_keys(&mut keys, 0);
+    }
+    !keys.is_empty()
+}
+
+fn next_key() -> c_int {
+    let mut keys = KEYS.lock();
+    if keys.is_empty() {
+        single_keys();
+        while keys.is_empty() {
+            if !read_keys(&mut keys, -1)
+                && io::Error::last_os_error().kind() != io::ErrorKind::Interrupted
+            {
+                break;
+            }
+        }
+    }
+    if keys.len() == 1 && keys[0] == ESCAPE {
+        read_keys(&mut keys, REST_OF_KEY_MS);
+    }
+    lines_again();
+    take(&mut keys).unwrap_or(NO_KEYS)
+}
+
+fn show(bytes: &[u8]) {
+    let mut output = io::stdout();
+    // A program can't be told that its terminal is gone.
+    let _ = output.write_all(bytes).and_then(|()| output.flush());
+}
+
+/// Whether a key waits.
+#[no_mangle]
+pub extern "C" fn _kbhit() -> c_int {
+    guarded(0, || key_waits().into())
+}
+
+/// Whether a key waits.
+#[no_mangle]
+pub extern "C" fn kbhit() -> c_int {
+    _kbhit()
+}
+
+/// The next key.
+#[no_mangle]
+pub extern "C" fn _getch() -> c_int {
+    guarded(NO_KEYS, next_key)
+}
+
+/// The next key.
+#[no_mangle]
+pub extern "C" fn getch() -> c_int {
+    _getch()
+}
+
+/// The next key, which is shown.
+#[no_mangle]
+pub extern "C" fn _getche() -> c_int {
+    let key = _getch();
+    if key != NO_KEYS {
+        _putch(key);
+    }
+    key
+}
+
+/// The next key, which is shown.
+#[no_mangle]
+pub extern "C" fn getche() -> c_int {
+    _getche()
+}
+
+/// Shows a character and returns it.
+#[no_mangle]
+pub extern "C" fn _putch(character: c_int) -> c_int {
+    guarded(NO_KEYS, || {
+        show(&[character as u8]);
+        character
+    })
+}
+
+/// Shows a character and returns it.
+#[no_mangle]
+pub extern "C" fn putch(character: c_int) -> c_int {
+    _putch(character)
+}
+
+/// Shows a text; 0 when that went well.
+///
+/// # Safety
+///
+/// `text` is null or a text that ends with 0 and does not change during the call.
+#[no_mangle]
+pub unsafe extern "C" fn _cputs(text: *const c_char) -> c_int {
+    guarded(NO_KEYS, || {
+        // SAFETY: as the caller promises.
+        let Some(text) = (unsafe { text_of(text) }) else { return NO_KEYS };
+        show(text.as_bytes());
+        0
+    })
+}
+
+/// As [`_cputs`].
+///
+/// # Safety
+///
+/// As for [`_cputs`].
+#[no_mangle]
+pub unsafe extern "C" fn cputs(text: *const c_char) -> c_int {
+    // SAFETY: as the caller promises.
+    unsafe { _cputs(text) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn taken(bytes: &[u8]) -> Vec<c_int> {
+        let mut keys: VecDeque<u8> = bytes.iter().copied().collect();
+        std::iter::from_fn(|| take(&mut keys)).collect()
+    }
+
+    #[test]
+    fn keys_are_told_as_windows_tells_them() {
+        assert_eq!(taken(b"q\n\x7f"), [b'q'.into(), 13, 8]);
+        assert_eq!(taken(b"\x1b[A\x1bOB"), [224, 72, 224, 80]);
+        assert_eq!(taken(b"\x1b[3~x"), [224, 83, b'x'.into()]);
+        assert_eq!(taken(b"\x1b"), [27]);
+    }
+}

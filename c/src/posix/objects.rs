@@ -1,0 +1,351 @@
+//! Events, locks and threads, and waiting for them.
+
+use std::collections::HashMap;
+use std::ffi::{c_char, c_void};
+use std::ptr;
+use std::sync::LazyLock;
+use std::thread::{self, ThreadId};
+use std::time::{Duration, Instant};
+
+use parking_lot::{Condvar, Mutex};
+
+use crate::ffi::guarded;
+
+pub(super) type Handle = *mut c_void;
+
+const TRUE: i32 = 1;
+const FALSE: i32 = 0;
+const INFINITE: u32 = u32::MAX;
+const WAIT_OBJECT_0: u32 = 0;
+const WAIT_TIMEOUT: u32 = 258;
+const WAIT_FAILED: u32 = u32::MAX;
+/// No wait is for more.
+const MOST_OBJECTS: usize = 64;
+const STILL_ACTIVE: u32 = 259;
+
+/// What a handle leads to.
+pub(super) enum Object {
+    Event { manual: bool, set: bool },
+    Mutex { owner: Option<ThreadId>, times: u32 },
+    Thread { code: Option<u32> },
+}
+
+impl Object {
+    fn is_ready(&self) -> bool {
+        match self {
+            Self::Event { set, .. } => *set,
+            Self::Mutex { owner, .. } => owner.is_none_or(|owner| owner == thread::current().id()),
+            Self::Thread { code } => code.is_some(),
+        }
+    }
+
+    /// What a wait that has ended does.
+    fn take(&mut self) {
+        match self {
+            Self::Event { manual, set } => *set = *manual,
+            Self::Mutex { owner, times } => {
+                *owner = Some(thread::current().id());
+                *times += 1;
+            }
+            Self::Thread { .. } => {}
+        }
+    }
+}
+
+#[derive(Default)]
+struct Objects {
+    all: HashMap<usize, Object>,
+    made: usize,
+}
+
+static OBJECTS: LazyLock<Mutex<Objects>> = LazyLock::new(Mutex::default);
+/// Something has become ready or is closed.
+static CHANGED: Condvar = Condvar::new();
+
+/// Makes a handle. No number comes twice, so that a closed handle is none for ever.
+pub(super) fn add(object: Object) -> Handle {
+    let mut objects = OBJECTS.lock();
+    objects.made += 1;
+    // Programs take neither null nor small numbers for handles.
+    let handle = objects.made * 4 + 0x5000_0000;
+    objects.all.insert(handle, object);
+    ptr::without_provenance_mut(handle)
+}
+
+/// Changes what a handle leads to. `None` when that is nothing.
+pub(super) fn change<R>(
+    handle: Handle,
+    change: impl FnOnce(&mut Object) -> Option<R>,
+) -> Option<R> {
+    let answer = OBJECTS.lock().all.get_mut(&handle.addr()).and_then(change);
+    CHANGED.notify_all();
+    answer
+}
+
+fn truth(done: Option<()>) -> i32 {
+    done.map_or(FALSE, |()| TRUE)
+}
+
+pub(super) fn close(handle: Handle) -> bool {
+    let closed = OBJECTS.lock().all.remove(&handle.addr()).is_some();
+    CHANGED.notify_all();
+    closed
+}
+
+fn wait(handles: &[usize], all: bool, milliseconds: u32) -> u32 {
+    let end = (milliseconds != INFINITE)
+        .then(|| Instant::now() + Duration::from_millis(milliseconds.into()));
+    let mut objects = OBJECTS.lock();
+    loop {
+        let mut ready = Vec::new();
+        for (index, handle) in handles.iter().enumerate() {
+            match objects.all.get(handle) {
+                None => return WAIT_FAILED,
+                Some(object) if object.is_ready() => ready.push(index),
+                Some(_) => {}
+            }
+        }
+        if !all {
+            ready.truncate(1);
+        }
+        if !ready.is_empty() && (!all || ready.len() == handles.len()) {
+            for index in &ready {
+                if let Some(object) = objects.all.get_mut(&handles[*index]) {
+                    object.take();
+                }
+            }
+            return WAIT_OBJECT_0 + if all { 0 } else { ready[0] as u32 };
+        }
+        match end {
+            None => CHANGED.wait(&mut objects),
+            Some(end) if Instant::now() >= end => return WAIT_TIMEOUT,
+            Some(end) => {
+                CHANGED.wait_until(&mut objects, end);
+            }
+        }
+    }
+}
+
+/// Makes an event.
+#[no_mangle]
+pub extern "C" fn CreateEventA(
+    _security: *mut c_void,
+    manual: i32,
+    set: i32,
+    _name: *const c_char,
+) -> Handle {
+    guarded(ptr::null_mut(), || add(Object::Event { manual: manual != FALSE, set: set != FALSE }))
+}
+
+/// Makes an event.
+#[no_mangle]
+pub extern "C" fn CreateEventW(
+    security: *mut c_void,
+    manual: i32,
+    set: i32,
+    _name: *const libc::wchar_t,
+) -> Handle {
+    CreateEventA(security, manual, set, ptr::null())
+}
+
+fn set_event(handle: Handle, to: bool) -> i32 {
+    guarded(FALSE, || {
+        truth(change(handle, |object| match object {
+            Object::Event { set, .. } => {
+                *set = to;
+                Some(())
+            }
+            _ => None,
+        }))
+    })
+}
+
+/// Sets an event.
+#[no_mangle]
+pub extern "C" fn SetEvent(event: Handle) -> i32 {
+    set_event(event, true)
+}
+
+/// Takes an event back.
+#[no_mangle]
+pub extern "C" fn ResetEvent(event: Handle) -> i32 {
+    set_event(event, false)
+}
+
+/// Makes a lock.
+#[no_mangle]
+pub extern "C" fn CreateMutexA(_security: *mut c_void, owned: i32, _name: *const c_char) -> Handle {
+    guarded(ptr::null_mut(), || {
+        let mut mutex = Object::Mutex { owner: None, times: 0 };
+        if owned != FALSE {
+            mutex.take();
+        }
+        add(mutex)
+    })
+}
+
+/// Makes a lock.
+#[no_mangle]
+pub extern "C" fn CreateMutexW(
+    security: *mut c_void,
+    owned: i32,
+    _name: *const libc::wchar_t,
+) -> Handle {
+    CreateMutexA(security, owned, ptr::null())
+}
+
+/// Gives a lock back, which only its owner can.
+#[no_mangle]
+pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
+    guarded(FALSE, || {
+        truth(change(mutex, |object| match object {
+            Object::Mutex { owner, times } if *owner == Some(thread::current().id()) => {
+                *times -= 1;
+                if *times == 0 {
+                    *owner = None;
+                }
+                Some(())
+            }
+            _ => None,
+        }))
+    })
+}
+
+/// Waits for one object.
+#[no_mangle]
+pub extern "C" fn WaitForSingleObject(object: Handle, milliseconds: u32) -> u32 {
+    guarded(WAIT_FAILED, || wait(&[object.addr()], false, milliseconds))
+}
+
+/// Waits for one of several objects, or for all of them.
+///
+/// # Safety
+///
+/// `objects` is null or points to `count` handles that do not change during the call.
+#[no_mangle]
+pub unsafe extern "C" fn WaitForMultipleObjects(
+    count: u32,
+    objects: *const Handle,
+    all: i32,
+    milliseconds: u32,
+) -> u32 {
+    guarded(WAIT_FAILED, || {
+        let count = count as usize;
+        if objects.is_null() || count == 0 || count > MOST_OBJECTS {
+            return WAIT_FAILED;
+        }
+        // SAFETY: as the caller promises.
+        let handles: Vec<_> = (0..count).map(|at| unsafe { *objects.add(at) }.addr()).collect();
+        wait(&handles, all != FALSE, milliseconds)
+    })
+}
+
+/// Closes a handle. Who waits for it is told that the wait has failed; a thread goes on.
+#[no_mangle]
+pub extern "C" fn CloseHandle(object: Handle) -> i32 {
+    guarded(FALSE, || truth(close(object).then_some(())))
+}
+
+/// Tells the code with which a thread has ended.
+///
+/// # Safety
+///
+/// `code` is null or points to an integer that this call alone uses.
+#[no_mangle]
+pub unsafe extern "C" fn GetExitCodeThread(thread: Handle, code: *mut u32) -> i32 {
+    guarded(FALSE, || {
+        let ended = change(thread, |object| match object {
+            Object::Thread { code } => Some(code.unwrap_or(STILL_ACTIVE)),
+            _ => None,
+        });
+        match ended {
+            Some(ended) if !code.is_null() => {
+                // SAFETY: as the caller promises.
+                unsafe { *code = ended };
+                TRUE
+            }
+            _ => FALSE,
+        }
+    })
+}
+
+/// A lock in the program's memory.
+#[repr(C)]
+pub struct CriticalSection {
+    mutex: Handle,
+}
+
+/// # Safety
+///
+/// `section` is null or points to a section that was initialized.
+unsafe fn mutex_of(section: *const CriticalSection) -> Handle {
+    if section.is_null() {
+        return ptr::null_mut();
+    }
+    // SAFETY: as the caller promises; only making and deleting the section writes it.
+    unsafe { (*section).mutex }
+}
+
+/// Makes a lock.
+///
+/// # Safety
+///
+/// `section` is null or points to a section that this call alone uses.
+#[no_mangle]
+pub unsafe extern "C" fn InitializeCriticalSection(section: *mut CriticalSection) {
+    if section.is_null() {
+        return;
+    }
+    let mutex = CreateMutexA(ptr::null_mut(), FALSE, ptr::null());
+    // SAFETY: as the caller promises.
+    unsafe { (*section).mutex = mutex };
+}
+
+/// Waits for a lock and takes it.
+///
+/// # Safety
+///
+/// `section` is null or points to a section that was initialized.
+#[no_mangle]
+pub unsafe extern "C" fn EnterCriticalSection(section: *mut CriticalSection) {
+    // SAFETY: as the caller promises.
+    WaitForSingleObject(unsafe { mutex_of(section) }, INFINITE);
+}
+
+/// Takes a lock if it is free.
+///
+/// # Safety
+///
+/// `section` is null or points to a section that was initialized.
+#[no_mangle]
+pub unsafe extern "C" fn TryEnterCriticalSection(section: *mut CriticalSection) -> i32 {
+    // SAFETY: as the caller promises.
+    let taken = WaitForSingleObject(unsafe { mutex_of(section) }, 0) == WAIT_OBJECT_0;
+    if taken {
+        TRUE
+    } else {
+        FALSE
+    }
+}
+
+/// Gives a lock back.
+///
+/// # Safety
+///
+/// `section` is null or points to a section that was initialized.
+#[no_mangle]
+pub unsafe extern "C" fn LeaveCriticalSection(section: *mut CriticalSection) {
+    // SAFETY: as the caller promises.
+    ReleaseMutex(unsafe { mutex_of(section) });
+}
+
+/// Takes a lock away.
+///
+/// # Safety
+///
+/// `section` is null or points to a section that was initialized and that this call alone uses.
+#[no_mangle]
+pub unsafe extern "C" fn DeleteCriticalSection(section: *mut CriticalSection) {
+    // SAFETY: as the caller promises.
+    CloseHandle(unsafe { mutex_of(section) });
+}

@@ -1,0 +1,192 @@
+//! Who ends a program that does not come back: after a crash, when it hangs, and when it does not end although
+//! it was asked to.
+
+use std::io;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle, Thread};
+use std::time::Duration;
+
+use ft_transfer_area::TransferAreaComHandler;
+
+use super::{keyboard, signals, system, words, FAILED};
+
+/// How often the program is looked at.
+const LOOK: Duration = Duration::from_millis(2);
+/// How many looks a call into the program may last. Looks are counted, and not time, so a program that is
+/// stopped by a debugger does not hang.
+const CALL_LOOKS: u32 = 250;
+/// How many looks a program that is asked to end has for its call to return.
+const END_LOOKS: u32 = 5;
+/// How many looks the last exchange may last. Without it the connection closes, which stops the outputs too.
+const LAST_EXCHANGE_LOOKS: u32 = 250;
+
+/// Whether a program is watched, and whether it has called `exit` then.
+static WATCHES: AtomicBool = AtomicBool::new(false);
+static EXITS: AtomicBool = AtomicBool::new(false);
+
+/// The program has called `exit`, or has ended well. What is to be done at its end runs in its thread, which
+/// may be in the middle of a call, so the watcher does the rest.
+extern "C" fn on_exit() {
+    if WATCHES.load(Ordering::Acquire) {
+        // SAFETY: a null pointer means all files.
+        unsafe { libc::fflush(std::ptr::null_mut()) };
+        EXITS.store(true, Ordering::Release);
+        thread::sleep(Duration::from_secs(5));
+    }
+}
+
+/// Where the program is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Place {
+    Outside,
+    Init,
+    Tic,
+    Callback,
+}
+
+impl Place {
+    const ALL: [Self; 4] = [Self::Outside, Self::Init, Self::Tic, Self::Callback];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Outside => "the runtime",
+            Self::Init => "PrgInit",
+            Self::Tic => "PrgTic",
+            Self::Callback => "a callback",
+        }
+    }
+}
+
+/// What the threads here and the program's share.
+#[derive(Default)]
+struct Shared {
+    place: AtomicU8,
+    /// Counts calls into the program.
+    calls: AtomicU32,
+    /// The program has ended well; nobody is to be watched any more.
+    over: AtomicBool,
+    /// The transfer is to end, and has ended.
+    end: AtomicBool,
+    ended: AtomicBool,
+}
+
+impl Shared {
+    fn place(&self) -> Place {
+        Place::ALL[usize::from(self.place.load(Ordering::Acquire)) % Place::ALL.len()]
+    }
+}
+
+/// Watches the program from other threads, while it lives. They were made before they are needed, and the one
+/// that ends the process does not allocate: the program may have crashed with the memory's lock in its hands.
+pub(super) struct Watch {
+    shared: Arc<Shared>,
+    ender: JoinHandle<()>,
+    watcher: JoinHandle<()>,
+}
+
+impl Watch {
+    pub(super) fn new(handler: Arc<TransferAreaComHandler>) -> io::Result<Self> {
+        words::program_name();
+        let shared = Arc::new(Shared::default());
+        let for_ender = Arc::clone(&shared);
+        let ender = thread::Builder::new().name("ender".into()).spawn(move || {
+            while !for_ender.end.load(Ordering::Acquire) {
+                if for_ender.over.load(Ordering::Acquire) {
+                    return;
+                }
+                thread::park();
+            }
+            // What went wrong with the end is no news after what made it necessary.
+            let _ = handler.end_transfer();
+            for_ender.ended.store(true, Ordering::Release);
+        })?;
+        let for_watcher = Arc::clone(&shared);
+        let to_wake = ender.thread().clone();
+        let watcher = thread::Builder::new()
+            .name("watcher".into())
+            .spawn(move || watch(&for_watcher, &to_wake))?;
+        if !WATCHES.swap(true, Ordering::AcqRel) {
+            // SAFETY: the function lives as long as this library, and does not unwind.
+            unsafe { libc::atexit(on_exit) };
+        }
+        Ok(Self { shared, ender, watcher })
+    }
+
+    /// Makes a call into the program.
+    pub(super) fn call<R>(&self, place: Place, call: impl FnOnce() -> R) -> R {
+        self.shared.calls.fetch_add(1, Ordering::Relaxed);
+        self.shared.place.store(place as u8, Ordering::Release);
+        let result = call();
+        self.shared.place.store(Place::Outside as u8, Ordering::Release);
+        result
+    }
+
+    /// Watches no more.
+    pub(super) fn end(self) {
+        WATCHES.store(false, Ordering::Release);
+        self.shared.over.store(true, Ordering::Release);
+        self.ender.thread().unpark();
+        for thread in [self.ender, self.watcher] {
+            // They do not panic.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The watcher's thread.
+fn watch(shared: &Shared, ender: &Thread) {
+    signals::watch_from_here();
+    let (mut call, mut looks, mut end_looks) = (0, 0, 0);
+    while !shared.over.load(Ordering::Acquire) {
+        thread::sleep(LOOK);
+        if let Some(crash) = signals::crash() {
+            end(shared, ender, &["crashed in ", shared.place().name(), " with ", crash]);
+        }
+        let place = shared.place();
+        if EXITS.load(Ordering::Acquire) {
+            end(shared, ender, &["exit was called in ", place.name()]);
+        }
+        let now = shared.calls.load(Ordering::Relaxed);
+        looks = if place == Place::Outside || now != call { 0 } else { looks + 1 };
+        call = now;
+        if looks > CALL_LOOKS {
+            end(shared, ender, &[place.name(), " has not returned for half a second"]);
+        }
+        if let Some(reason) = system::stop_reason() {
+            end_looks += 1;
+            if end_looks > END_LOOKS && looks > END_LOOKS {
+                let name = signals::end_name(reason);
+                end(
+                    shared,
+                    ender,
+                    &["ended by ", name, ", while ", place.name(), " had not returned"],
+                );
+            }
+        }
+    }
+}
+
+/// Ends the transfer and the process, with a sentence of these parts. Does not allocate.
+fn end(shared: &Shared, ender: &Thread, what: &[&str]) -> ! {
+    shared.end.store(true, Ordering::Release);
+    ender.unpark();
+    for _ in 0..LAST_EXCHANGE_LOOKS {
+        if shared.ended.load(Ordering::Acquire) {
+            break;
+        }
+        thread::sleep(LOOK);
+    }
+    keyboard::restore();
+    let outputs = if shared.ended.load(Ordering::Acquire) {
+        "; all outputs are off\n"
+    } else {
+        "; the connection is closed, which switches all outputs off\n"
+    };
+    signals::write_last_word(words::program_name());
+    signals::write_last_word(": ");
+    what.iter().for_each(|part| signals::write_last_word(part));
+    signals::write_last_word(outputs);
+    signals::exit(FAILED)
+}

@@ -1,0 +1,72 @@
+//! The program as a child of this process: a crash of it does not take the simulated TXT with it.
+
+use std::env;
+use std::ffi::OsString;
+use std::process::{Command, ExitCode, ExitStatus};
+
+use crate::compiler::Program;
+use crate::signals;
+use crate::symbols::Entry;
+use crate::target::Target;
+use crate::Sentence;
+
+/// The environment variable that names the controller.
+const HOST: &str = "FT_TXT_HOST";
+
+/// Runs the program, and returns with its exit status.
+pub(crate) fn run(
+    program: &Program,
+    target: &Target,
+    arguments: &[OsString],
+) -> Result<ExitCode, Sentence> {
+    let mut command = Command::new(&program.path);
+    command.args(arguments).env(HOST, target.host());
+    if cfg!(windows) {
+        let before = env::var_os("PATH").unwrap_or_default();
+        let own = std::iter::once(program.library_folder.clone());
+        command.env("PATH", env::join_paths(own.chain(env::split_paths(&before)))?);
+    }
+    end_with_this_process(&mut command);
+    let mut child = command.spawn()?;
+    signals::pass_on_to(&child);
+    let status = child.wait()?;
+    signals::pass_on_to_nobody();
+    let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
+    Ok(tell(&name, program.entry, status))
+}
+
+/// Has the program ended when nobody is left who would: `tx_run` was killed. Other systems than Linux have
+/// no such request.
+#[cfg(target_os = "linux")]
+fn end_with_this_process(command: &mut Command) {
+    use std::os::unix::process::CommandExt;
+    // SAFETY: between fork and exec it makes one system call, which takes no pointers.
+    unsafe {
+        command.pre_exec(|| {
+            libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGTERM);
+            Ok(())
+        });
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn end_with_this_process(_: &mut Command) {}
+
+/// Says how the program has ended, unless it has said so itself.
+fn tell(name: &str, entry: Entry, status: ExitStatus) -> ExitCode {
+    match status.code() {
+        Some(0) => ExitCode::SUCCESS,
+        Some(code) => {
+            // The runtime ends a program with PrgTic with 1, and has said why. Other codes are from _exit.
+            if entry == Entry::Main || code != 1 {
+                eprintln!("tx_run: {name} has ended with the exit status {code}");
+            }
+            // A status may have more bits, but is not 0.
+            ExitCode::from(u8::try_from(code).ok().filter(|code| *code != 0).unwrap_or(1))
+        }
+        None => {
+            eprintln!("tx_run: {name} was ended by {}", signals::name_in(status));
+            ExitCode::FAILURE
+        }
+    }
+}

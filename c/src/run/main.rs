@@ -1,0 +1,54 @@
+//! Compiles and runs C and C++ programs that were written for the ROBO TX or the TXT.
+//!
+//! ```text
+//! tx_run StopGo.c                             # on a simulated TXT
+//! tx_run StopGo.c bt.c --world slide          # with another world
+//! tx_run StopGo.c --host 192.168.7.2          # on a TXT
+//! tx_run main.cpp --host auto -- an argument  # a program with a main, and its arguments
+//! ```
+
+mod child;
+mod compiler;
+mod headers;
+mod kind;
+mod options;
+mod signals;
+mod sources;
+mod symbols;
+mod target;
+
+use std::env;
+use std::error::Error;
+use std::process::ExitCode;
+
+use options::{Options, HELP};
+
+/// An error that is a sentence.
+type Sentence = Box<dyn Error>;
+
+fn main() -> ExitCode {
+    match Options::parse(env::args_os()) {
+        Ok(None) => {
+            print!("{HELP}");
+            ExitCode::SUCCESS
+        }
+        Ok(Some(options)) => run(&options).unwrap_or_else(|error| {
+            eprintln!("tx_run: {error}");
+            ExitCode::FAILURE
+        }),
+        Err(error) => {
+            eprintln!("tx_run: {error}; --help tells how it is used");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<ExitCode, Sentence> {
+    signals::take_up()?;
+    let build = tempfile::Builder::new().prefix("tx_run").tempdir()?;
+    let program = compiler::compile(&options.sources, build.path())?;
+    let target = target::Target::new(options)?;
+    let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    eprintln!("tx_run: {name}, {}, runs on {}", program.kind, target.describe());
+    child::run(&program, &target, &options.arguments)
+}

@@ -1,0 +1,65 @@
+//! The controller that the program gets: one that is named, or a simulated TXT in this process.
+
+use std::ffi::OsStr;
+use std::path::Path;
+
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+
+use crate::options::Options;
+use crate::Sentence;
+
+/// Where the program runs.
+pub(crate) enum Target {
+    Host(String),
+    Simulated { txt: SimulatedTxt, world: String },
+}
+
+impl Target {
+    pub(crate) fn new(options: &Options) -> Result<Self, Sentence> {
+        if let Some(host) = &options.host {
+            return Ok(Self::Host(host.clone()));
+        }
+        let name = options.world.as_deref().unwrap_or(OsStr::new("default"));
+        let builder = SimulatedTxt::builder();
+        let builder = match read_world(name)? {
+            Some(world) => builder.world(world),
+            None => builder,
+        };
+        Ok(Self::Simulated { txt: builder.start()?, world: name.to_string_lossy().into_owned() })
+    }
+
+    /// As `FT_TXT_HOST` names it.
+    pub(crate) fn host(&self) -> String {
+        match self {
+            Self::Host(host) => host.clone(),
+            Self::Simulated { txt, .. } => txt.address().to_string(),
+        }
+    }
+
+    /// For people.
+    pub(crate) fn describe(&self) -> String {
+        match self {
+            Self::Host(host) if host == "auto" => "the only TXT that is found".into(),
+            Self::Host(host) => format!("the TXT at {host}"),
+            Self::Simulated { txt, world } => {
+                format!("a simulated TXT at {} with the world {world}", txt.address())
+            }
+        }
+    }
+}
+
+/// The world with this name, or in this file.
+fn read_world(name: &OsStr) -> Result<Option<World>, Sentence> {
+    let path = Path::new(name);
+    let is_file = path.extension().is_some() || path.components().count() > 1;
+    match name.to_str() {
+        Some("none") => Ok(None),
+        Some(shipped) if !is_file => World::shipped(shipped).map(Some).map_err(|error| {
+            format!("{error}; or use none for no world, or the path of a .toml file").into()
+        }),
+        _ => World::load(path)
+            .map(Some)
+            .map_err(|error| format!("{}: {error}", path.display()).into()),
+    }
+}

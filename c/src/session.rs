@@ -1,0 +1,425 @@
+//! A program's areas kept in step with one controller, by a thread of this library.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::{
+    Error, FirmwareVersion, FishX1Transfer, TransferArea, TransferAreaComHandler, TransferMode,
+};
+use parking_lot::Mutex;
+
+use crate::host::ports_after;
+use crate::memory::{Area, AreaArray, AREAS};
+use crate::mirror::{Happened, Mirror};
+use crate::report;
+
+/// How long after a response the program's outputs are taken. A program that polls every millisecond so
+/// answers in the same cycle. The controller waits for 10 ms after a response, so nothing gets slower.
+const TIME_TO_ANSWER: Duration = Duration::from_millis(3);
+/// A callback in the library's thread that takes longer than this stops the motors.
+const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
+/// How long the end of a transfer waits for a callback that does not return.
+const END_LIMIT: Duration = Duration::from_secs(2);
+
+/// `TA_STATUS_STOP`.
+pub(crate) const STATUS_STOP: u8 = 0;
+/// `TA_STATUS_RUN`.
+pub(crate) const STATUS_RUN: u8 = 1;
+/// `TA_STATUS_SYNC`.
+pub(crate) const STATUS_SYNC: u8 = 2;
+
+/// What a program has done in the library's thread after each response. It may read and write its areas, and
+/// what it writes goes out in the same cycle. `Break` stops the transfer.
+pub(crate) type CycleCall = Box<dyn FnMut() -> ControlFlow<()> + Send>;
+/// A cycle call that leaves other threads of the program the time to answer a response, too.
+pub(crate) fn beside_threads(
+    mut call: impl FnMut() -> ControlFlow<()> + Send + 'static,
+) -> CycleCall {
+    Box::new(move || {
+        let begun = Instant::now();
+        let flow = call();
+        if flow.is_continue() {
+            thread::sleep((begun + TIME_TO_ANSWER).saturating_duration_since(Instant::now()));
+        }
+        flow
+    })
+}
+
+/// Who is told of what has happened, in the library's thread: it must be quick.
+pub(crate) type Listener = Box<dyn FnMut(Happened) + Send>;
+
+/// Settings of a session.
+pub(crate) struct Settings {
+    /// `HOST`, `HOST:PORT` or `auto`.
+    pub(crate) host: String,
+    /// `DEV_MODE_LOCAL` for a program on the controller, `DEV_MODE_ONLINE` for one on a PC.
+    pub(crate) dev_mode: u8,
+    /// How many areas are exchanged.
+    pub(crate) areas: usize,
+    pub(crate) mode: TransferMode,
+}
+
+/// The areas of one device, and the transfer while it runs.
+pub(crate) struct Session<A: Area> {
+    shared: Arc<Shared<A>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
+    dev_mode: u8,
+}
+
+struct Shared<A: Area> {
+    handler: TransferAreaComHandler,
+    array: Arc<AreaArray<A>>,
+    mirror: Mutex<Mirror<A>>,
+    /// Held while the outputs are taken, and by calls that write several of them.
+    outputs: Mutex<()>,
+    cycle_call: Mutex<Option<CycleCall>>,
+    listener: Mutex<Option<Listener>>,
+    /// One of `STATUS_…`; the program may overwrite the one in its areas.
+    status: AtomicU8,
+}
+
+impl<A: Area> Session<A> {
+    /// Makes the areas. Nothing is connected yet.
+    pub(crate) fn new(settings: &Settings, listener: Option<Listener>) -> Result<Self, Error> {
+        let array = Arc::new(AreaArray::new());
+        Self::over(Mirror::new(Arc::clone(&array)), array, settings, listener)
+    }
+
+    /// The same areas with other settings, after a transfer with the old ones.
+    pub(crate) fn again(&self, settings: &Settings) -> Result<Self, Error> {
+        let mirror = self.shared.mirror.lock().for_other_handler();
+        Self::over(mirror, Arc::clone(&self.shared.array), settings, None)
+    }
+
+    /// A session for areas that are there already. Their mirror is none of another running session.
+    pub(crate) fn over(
+        mirror: Mirror<A>,
+        array: Arc<AreaArray<A>>,
+        settings: &Settings,
+        listener: Option<Listener>,
+    ) -> Result<Self, Error> {
+        let [camera_port, i2c_port] = ports_after(&settings.host);
+        let handler = TransferAreaComHandler::builder(settings.host.as_str())
+            .camera_port(camera_port)
+            .i2c_port(i2c_port)
+            .areas(settings.areas)
+            .mode(settings.mode)
+            .watchdog(CALLBACK_LIMIT)
+            .build()?;
+        let shared = Shared {
+            handler,
+            mirror: Mutex::new(mirror),
+            array,
+            outputs: Mutex::new(()),
+            cycle_call: Mutex::new(None),
+            listener: Mutex::new(listener),
+            status: AtomicU8::new(STATUS_STOP),
+        };
+        let (shared, thread, dev_mode) = (Arc::new(shared), Mutex::new(None), settings.dev_mode);
+        Ok(Self { shared, thread, dev_mode })
+    }
+
+    /// The areas that the program reads and writes.
+    pub(crate) fn array(&self) -> &AreaArray<A> {
+        &self.shared.array
+    }
+
+    /// Tells this of what happens from now on; nobody with `None`.
+    pub(crate) fn set_listener(&self, listener: Option<Listener>) {
+        *self.shared.listener.lock() = listener;
+    }
+
+    /// Writes what is known of the controller into the areas, before a transfer does.
+    pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion) {
+        self.shared.mirror.lock().introduce(name, firmware, self.dev_mode);
+    }
+
+    /// The handler, for what does not go through the areas.
+    pub(crate) fn handler(&self) -> &TransferAreaComHandler {
+        &self.shared.handler
+    }
+
+    /// Has this done after each response from now on; nothing with `None`. Returns when a call that is
+    /// running has returned, so it must not be made from the call itself.
+    pub(crate) fn set_cycle_call(&self, call: Option<CycleCall>) {
+        *self.shared.cycle_call.lock() = call;
+    }
+
+    /// Runs `write` while no outputs are taken: what it writes goes out whole.
+    pub(crate) fn write_whole<R>(&self, write: impl FnOnce(&AreaArray<A>) -> R) -> R {
+        let _outputs = self.shared.outputs.lock();
+        write(&self.shared.array)
+    }
+
+    /// Connects, and begins to exchange. Returns after the first response.
+    pub(crate) fn start(&self) -> Result<(), Error> {
+        let mut thread = self.thread.lock();
+        if self.is_running() {
+            return Err(Error::AlreadyStarted);
+        }
+        if let Some(ended) = thread.take() {
+            join(ended);
+        }
+        report::start();
+        self.shared.set_status(STATUS_SYNC);
+        let handler = &self.shared.handler;
+        // The controller has the program's configurations from the first response on.
+        self.shared.mirror.lock().put_out_configs(&mut handler.lock());
+        let begun =
+            handler.begin_transfer().and_then(|()| self.begin()).and_then(|()| self.spawn());
+        match begun {
+            Ok(started) => *thread = Some(started),
+            Err(error) => {
+                // The first error says more than one of ending.
+                let _ = handler.end_transfer();
+                self.shared.set_status(STATUS_STOP);
+                return Err(error);
+            }
+        }
+        Ok(())
+    }
+
+    fn begin(&self) -> Result<(), Error> {
+        let name = self.shared.handler.device_name().unwrap_or_default();
+        let firmware = self.shared.handler.version().unwrap_or(FirmwareVersion::OLDEST_SUPPORTED);
+        self.introduce(&name, firmware);
+        let mut areas = self.shared.handler.wait_cycle()?;
+        self.shared.mirror.lock().begin(&areas);
+        self.shared.take_in(&areas);
+        self.shared.put_out(&mut areas);
+        drop(areas);
+        self.shared.set_status(STATUS_RUN);
+        Ok(())
+    }
+
+    fn spawn(&self) -> Result<JoinHandle<()>, Error> {
+        let shared = Arc::clone(&self.shared);
+        let thread = thread::Builder::new().name("transfer area of C".into());
+        thread
+            .spawn(move || shared.run())
+            .map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
+    }
+
+    /// Whether areas are exchanged.
+    pub(crate) fn is_running(&self) -> bool {
+        self.status() == STATUS_RUN
+    }
+
+    /// How the transfer stands: one of `STATUS_…`.
+    pub(crate) fn status(&self) -> u8 {
+        self.shared.status.load(Ordering::Acquire)
+    }
+
+    /// Ends the exchange with all outputs off. From a cycle call it returns at once, and the exchange ends
+    /// when the call has returned.
+    pub(crate) fn stop(&self) -> Result<(), Error> {
+        // Ends a start in another thread, which keeps the lock.
+        let _ = self.shared.handler.end_transfer();
+        let mut running = self.thread.lock();
+        // Another thread may have started it again.
+        let result = self.shared.handler.end_transfer();
+        let thread = running.take();
+        drop(running);
+        if let Some(thread) = thread {
+            join(thread);
+        }
+        result
+    }
+}
+
+/// Waits for the end of a thread, unless it is this one, or a callback in it does not return.
+fn join(thread: JoinHandle<()>) {
+    if thread.thread().id() == thread::current().id() {
+        return;
+    }
+    let limit = Instant::now() + END_LIMIT;
+    while !thread.is_finished() {
+        if Instant::now() >= limit {
+            report::failure("a callback of the program does not return");
+            return;
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    if thread.join().is_err() {
+        report::failure("the thread of a transfer area panicked");
+    }
+}
+
+impl<A: Area> Drop for Session<A> {
+    fn drop(&mut self) {
+        if let Err(error) = self.stop() {
+            log::debug!("while a device is closed: {error}");
+        }
+    }
+}
+
+impl<A: Area> Shared<A> {
+    fn run(&self) {
+        let area = self.handler.transfer_area();
+        let ended = loop {
+            match self.cycle(&area) {
+                Ok(ControlFlow::Continue(())) => {}
+                Ok(ControlFlow::Break(())) => break self.handler.end_transfer().err(),
+                Err(error) => {
+                    // It goes on after a callback that took too long. The first error says more.
+                    let _ = self.handler.end_transfer();
+                    break Some(error);
+                }
+            }
+        };
+        match ended {
+            Some(error @ Error::WatchdogExpired { .. }) => {
+                report::failure(format_args!("a callback took too long: {error}"));
+            }
+            // The handler has logged what else can end it.
+            _ => log::debug!("the transfer area has ended"),
+        }
+        self.stop_outputs();
+        self.set_status(STATUS_STOP);
+    }
+
+    fn set_status(&self, status: u8) {
+        self.mirror.lock().set_status(status);
+        self.status.store(status, Ordering::Release);
+    }
+
+    fn cycle(&self, area: &TransferArea) -> Result<ControlFlow<()>, Error> {
+        let mut areas = area.wait_cycle()?;
+        self.take_in(&areas);
+        let mut flow = ControlFlow::Continue(());
+        if let Some(call) = &mut *self.cycle_call.lock() {
+            flow = call();
+        } else {
+            // The program answers from threads of its own.
+            thread::sleep(
+                (areas.arrived() + TIME_TO_ANSWER).saturating_duration_since(Instant::now()),
+            );
+        }
+        self.put_out(&mut areas);
+        Ok(flow)
+    }
+
+    fn take_in(&self, areas: &[FishX1Transfer]) {
+        let mut happened = Vec::new();
+        // Not between the new id of a command and the flag that the same call sets back.
+        let outputs = self.outputs.lock();
+        self.mirror.lock().take_in(areas, |it| happened.push(it));
+        drop(outputs);
+        if let Some(listener) = &mut *self.listener.lock() {
+            happened.into_iter().for_each(listener);
+        }
+    }
+
+    fn put_out(&self, areas: &mut [FishX1Transfer]) {
+        let _outputs = self.outputs.lock();
+        self.mirror.lock().put_out(areas);
+    }
+
+    /// What a program finds in its outputs after the end is what the controller has: nothing moves, and
+    /// nothing does when the transfer begins again.
+    fn stop_outputs(&self) {
+        let _outputs = self.outputs.lock();
+        for index in 0..AREAS {
+            let places = self.array.places(index);
+            let mut output = self.array.load(places.output);
+            (output.duty, output.distance, output.master) = ([0; 8], [0; 4], [0; 4]);
+            self.array.store(places.output, output);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+    use ft_transfer_area::wire::CommandId;
+    use ft_transfer_area::TransferMode;
+
+    use super::*;
+    use crate::memory::Ta;
+
+    fn session<A: Area>(txt: &SimulatedTxt) -> Session<A> {
+        let host = txt.address().to_string();
+        let settings = Settings { host, dev_mode: 1, areas: 1, mode: TransferMode::Compressed };
+        Session::new(&settings, None).expect("valid settings")
+    }
+
+    fn duty<A: Area>(session: &Session<A>) -> *mut i16 {
+        session.array().places(0).output.cast::<u8>().wrapping_add(12).cast()
+    }
+
+    fn drives_a_motor_and_stops<A: Area>() {
+        let txt = SimulatedTxt::builder().start().expect("a free port");
+        let session = session::<A>(&txt);
+        session.start().expect("it answers");
+        assert!(session.is_running());
+        session.array().store(duty(&session), 300);
+        let limit = Duration::from_secs(10);
+        assert!(txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == 300));
+        session.stop().expect("it runs");
+        assert!(txt.wait_until(limit, |machine| !machine.online()));
+        assert_eq!(session.array().load(duty(&session)), 0);
+    }
+
+    #[test]
+    fn the_areas_of_a_tx_and_of_a_txt_drive_a_motor_and_stop() {
+        drives_a_motor_and_stops::<Ta>();
+        drives_a_motor_and_stops::<FishX1Transfer>();
+    }
+
+    #[test]
+    fn the_first_inputs_are_those_of_the_programs_configuration() {
+        let txt = SimulatedTxt::builder().start().expect("a free port");
+        let session = session::<Ta>(&txt);
+        let uni = session.array().places(0).config.cast::<u8>().wrapping_add(8);
+        session.array().store(uni, 3);
+        session.start().expect("it answers");
+        session.stop().expect("it runs");
+        let configurations = |machine: &Machine| {
+            let all = machine.commands();
+            all.filter(|command| *command == CommandId::UpdateConfig).count()
+        };
+        assert_eq!(txt.with_machine(|machine| configurations(machine)), 1);
+        assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.uni[0].mode), 3);
+    }
+
+    #[test]
+    fn what_is_written_whole_goes_out_whole() {
+        let txt = SimulatedTxt::builder().start().expect("a free port");
+        let session = session::<Ta>(&txt);
+        session.start().expect("it answers");
+        let limit = Duration::from_secs(10);
+        session.write_whole(|array| {
+            array.store(duty(&session), 300);
+            let now = txt.with_machine(|machine| machine.exchanges());
+            assert!(txt.wait_until(limit, |machine| machine.exchanges() > now + 5));
+            assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
+            array.store(duty(&session).wrapping_add(2), 200);
+        });
+        assert!(txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == 300));
+        assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[2]), 200);
+    }
+
+    #[test]
+    fn a_callback_that_takes_too_long_ends_the_transfer_which_can_begin_again() {
+        let txt = SimulatedTxt::builder().start().expect("a free port");
+        let session = session::<FishX1Transfer>(&txt);
+        session.set_cycle_call(Some(Box::new(|| {
+            thread::sleep(2 * CALLBACK_LIMIT);
+            ControlFlow::Continue(())
+        })));
+        session.start().expect("it answers");
+        let limit = Duration::from_secs(10);
+        assert!(txt.wait_until(limit, |machine| machine.connections() == 1 && !machine.online()));
+        session.set_cycle_call(None);
+        while session.is_running() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        session.start().expect("it answers again");
+        session.stop().expect("it runs");
+    }
+}

@@ -1,0 +1,71 @@
+//! The library has every function that the headers declare.
+#![cfg(unix)]
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use super::compilers::{self, Language};
+use super::tables::{lines, FUNCTIONS};
+
+/// What the headers for other systems than Windows declare.
+const WINDOWS_NAMES: &str = include_str!("windows_names.csv");
+
+/// The folder of the library, which lies beside the tests.
+pub(crate) fn folder() -> PathBuf {
+    let mut folder = std::env::current_exe().unwrap();
+    folder.pop();
+    folder
+}
+
+/// The functions that the library has not.
+fn missing(names: &[&str]) -> Option<Vec<String>> {
+    let compiler = compilers::for_c().next()?;
+    let mut source = String::new();
+    for name in names {
+        writeln!(source, "extern void {name}(void);").unwrap();
+    }
+    source += "int main(void) {\n    void (*all[])(void) = {\n";
+    for name in names {
+        writeln!(source, "        {name},").unwrap();
+    }
+    source += "    };\n    return all[0] == 0;\n}\n";
+    let file = compilers::write(&source, Language::C);
+    let said = compiler
+        .command()
+        .args(["-fno-builtin", "-w"])
+        .arg(&file)
+        .arg(format!("-L{}", folder().display()))
+        .args(["-lftMscLib", "-o"])
+        .arg(file.with_extension("exe"))
+        .output()
+        .unwrap();
+    if said.status.success() {
+        return Some(Vec::new());
+    }
+    let text = String::from_utf8_lossy(&said.stderr);
+    let is_missing = |name: &&&str| {
+        // The linker of macOS sets an underscore before a name.
+        text.contains(&format!("`{name}'")) || text.contains(&format!("\"_{name}\""))
+    };
+    let missing: Vec<_> = names.iter().filter(is_missing).map(ToString::to_string).collect();
+    assert!(!missing.is_empty(), "{text}");
+    Some(missing)
+}
+
+#[test]
+fn the_library_has_all_functions() {
+    let names: Vec<_> = lines::<3>(FUNCTIONS).map(|[name, ..]| name).collect();
+    assert_eq!(missing(&names).unwrap_or_default(), Vec::<String>::new());
+}
+
+#[test]
+fn the_library_has_what_the_headers_for_other_systems_declare() {
+    let names: Vec<_> = lines::<1>(WINDOWS_NAMES).map(|[name]| name).collect();
+    assert_eq!(missing(&names).unwrap_or_default(), Vec::<String>::new());
+}
+
+#[test]
+fn a_missing_function_is_seen() {
+    let Some(missing) = missing(&["ftxInitLibrary"]) else { return };
+    assert_eq!(missing, ["ftxInitLibrary"]);
+}

@@ -1,0 +1,12 @@
+//! The headers in `include`, compiled as programs compile them: with every compiler that is here, from C89 on
+//! and as C++. A compiler or a standard that is missing is told, not failed.
+
+mod alone;
+mod compilers;
+mod exports;
+mod layout;
+mod programs;
+mod running;
+mod tables;
+mod together;
+mod values;

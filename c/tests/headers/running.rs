@@ -1,0 +1,133 @@
+//! What the headers for other systems than Windows declare does what it does there.
+#![cfg(unix)]
+
+use std::io::Write;
+use std::process::{Command, Stdio};
+
+use super::compilers::{self, Language};
+use super::exports::folder;
+
+/// Ends with the line that found a mistake, or with 0.
+const THREADS: &str = r#"
+#include <windows.h>
+#include <process.h>
+#define EXPECT(condition) if (!(condition)) return __LINE__
+static HANDLE begin, done;
+static CRITICAL_SECTION section;
+static int sum;
+static void add(void *argument)
+{
+    int round;
+    for (round = 0; round < 1000; round++) {
+        EnterCriticalSection(&section);
+        EnterCriticalSection(&section);
+        sum += *(int *) argument;
+        LeaveCriticalSection(&section);
+        LeaveCriticalSection(&section);
+    }
+}
+static void once(void *argument)
+{
+    WaitForSingleObject(begin, INFINITE);
+    add(argument);
+    SetEvent(done);
+}
+static DWORD __stdcall with_code(LPVOID argument)
+{
+    add(argument);
+    return 7;
+}
+int main(void)
+{
+    int one = 1;
+    DWORD code = 0, id = 0;
+    LARGE_INTEGER before, after, per_second;
+    HANDLE thread, all[2];
+    HMODULE library;
+    DWORD ticks = GetTickCount();
+    begin = CreateEvent(NULL, TRUE, FALSE, TEXT("begin"));
+    done = CreateEvent(NULL, FALSE, FALSE, NULL);
+    InitializeCriticalSection(&section);
+    EXPECT(begin && done && begin != done);
+    EXPECT(WaitForSingleObject(done, 0) == WAIT_TIMEOUT);
+    EXPECT(_beginthread(once, 0, &one) != (uintptr_t) -1);
+    thread = CreateThread(NULL, 0, with_code, &one, 0, &id);
+    EXPECT(thread && id && id != GetCurrentThreadId());
+    EXPECT(SetEvent(begin));
+    all[0] = thread;
+    all[1] = done;
+    EXPECT(WaitForMultipleObjects(2, all, TRUE, INFINITE) == WAIT_OBJECT_0);
+    EXPECT(sum == 2000);
+    EXPECT(GetExitCodeThread(thread, &code) && code == 7);
+    EXPECT(WaitForMultipleObjects(2, all, FALSE, 0) == WAIT_OBJECT_0);
+    EXPECT(WaitForSingleObject(done, 0) == WAIT_TIMEOUT);
+    EXPECT(WaitForSingleObject(begin, 0) == WAIT_OBJECT_0);
+    EXPECT(ResetEvent(begin) && WaitForSingleObject(begin, 1) == WAIT_TIMEOUT);
+    EXPECT(CloseHandle(begin) && !CloseHandle(begin) && !SetEvent(begin));
+    EXPECT(WaitForSingleObject(begin, INFINITE) == WAIT_FAILED);
+    EXPECT(!CloseHandle(NULL) && !ReleaseMutex(done));
+    EXPECT(CreateThread(NULL, 0, NULL, NULL, 0, NULL) == NULL);
+    EXPECT(QueryPerformanceFrequency(&per_second) && QueryPerformanceCounter(&before));
+    Sleep(20);
+    EXPECT(QueryPerformanceCounter(&after) && !QueryPerformanceCounter(NULL));
+    EXPECT((after.QuadPart - before.QuadPart) * 1000 / per_second.QuadPart >= 20);
+    EXPECT(GetTickCount() - ticks >= 20);
+    library = LoadLibrary(TEXT("ftMscLib.dll"));
+    EXPECT(library && GetProcAddress(library, "Sleep") && !GetProcAddress(library, "Slept"));
+    EXPECT(FreeLibrary(library) && !FreeLibrary(NULL) && !LoadLibrary(TEXT("none.dll")));
+    return 0;
+}
+"#;
+
+const KEYS: &str = r#"
+#include <stdio.h>
+#include <conio.h>
+int main(void)
+{
+    int key;
+    while ((key = _getch()) != -1)
+        printf("%d %d\n", key, _kbhit() != 0);
+    return 0;
+}
+"#;
+
+/// Compiles and links a program.
+fn built(source: &str) -> Option<Command> {
+    let compiler = compilers::for_c().next()?;
+    let file = compilers::write(source, Language::C);
+    let program = file.with_extension("exe");
+    let said = compiler
+        .command()
+        .args(compilers::includes())
+        .arg(&file)
+        .arg(format!("-L{}", folder().display()))
+        .arg("-lftMscLib")
+        .arg(format!("-Wl,-rpath,{}", folder().display()))
+        .arg("-o")
+        .arg(&program)
+        .output()
+        .unwrap();
+    assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
+    let mut program = Command::new(program);
+    // Where tests run it leads to a library that may be older.
+    program.env_remove("LD_LIBRARY_PATH");
+    Some(program)
+}
+
+#[test]
+fn threads_events_and_locks_work() {
+    let Some(mut program) = built(THREADS) else { return };
+    let ended = program.status().unwrap();
+    assert!(ended.success(), "the check in line {:?} has failed", ended.code());
+}
+
+/// Keys also come from a file or another program; without any, none waits.
+#[test]
+fn keys_come_one_by_one() {
+    let Some(mut program) = built(KEYS) else { return };
+    let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    // Dropped, and so closed, at the end of the line.
+    child.stdin.take().unwrap().write_all(b"q\n\x1b[A").unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "113 1\n13 1\n224 1\n72 0\n");
+}

@@ -1,0 +1,93 @@
+//! The headers of the kits and of `KeLibTxtDl.h`, in every standard and with every compiler.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::Command;
+
+use crate::support::{compilers, include};
+
+const FIELDS: &str = include_str!("../../../tests/porting/transfer_area.csv");
+
+/// Whether a source compiles without a warning.
+fn check(program: &str, folder: &str, standard: &str, source: &str, name: &str) {
+    let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("kits");
+    std::fs::create_dir_all(&build).unwrap();
+    let file = build.join(name);
+    std::fs::write(&file, source).unwrap();
+    let mut command = Command::new(program);
+    command.arg(format!("-std={standard}")).args(["-Wall", "-Wextra", "-Werror", "-fsyntax-only"]);
+    command.arg("-I").arg(include(folder)).arg("-I").arg(include(folder).join("Common"));
+    let output = command.arg(&file).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{program} -std={standard} {folder}: {said}");
+}
+
+#[test]
+fn every_field_is_where_the_controller_has_it() {
+    let mut checks = String::new();
+    for line in FIELDS.lines().skip(1) {
+        let mut values = line.split(',');
+        let mut next = || values.next().unwrap();
+        let (field, offset, size) = (next(), next(), next());
+        if field == "FISH_X1_TRANSFER" {
+            writeln!(checks, "CHECK(sizeof(FISH_X1_TRANSFER) == {size});").unwrap();
+        } else {
+            writeln!(checks, "CHECK(offsetof(FISH_X1_TRANSFER, {field}) == {offset});").unwrap();
+            writeln!(checks, "CHECK(sizeof(((FISH_X1_TRANSFER *)0)->{field}) == {size});").unwrap();
+        }
+    }
+    assert!(checks.lines().count() > 200);
+    for (folder, header) in
+        [("txt", "FtShmem.h"), ("kit", "FtShmem.h"), ("fttxtlib", "FtShmemTxt.h")]
+    {
+        let source = format!(
+            "#include <stddef.h>\n#include \"{header}\"\n#define CHECK(what) static_assert(what, #what)\n\
+             {checks}"
+        );
+        for compiler in compilers() {
+            check(compiler, folder, "c++11", &source, &format!("layout_{folder}_{compiler}.cpp"));
+        }
+    }
+}
+
+#[test]
+fn the_headers_compile_in_every_standard() {
+    let kit = "#include <iostream>\n#include \"../Common/ftProInterface2013TransferAreaCom.h\"\n\
+               #include \"ftProInterface2013JpegDecode.h\"\nusing namespace std;\nSOCKET s;\n";
+    let kelib = "#include <stdint.h>\n#include \"KeLibTxtDl.h\"\n#include \"FtShmem.h\"\n\
+                 #include <stdint.h>\nuint32_t a; INT16 b; BOOL32 c; struct shm_if_s *area;\n";
+    let ex2 = "#include \"FtTxtLib.h\"\n#include <iostream>\n#include <windows.h>\nusing namespace std;\n";
+    for compiler in compilers() {
+        for standard in ["c++98", "c++11", "c++17", "c++20"] {
+            check(compiler, "kit", standard, kit, &format!("kit_{compiler}_{standard}.cpp"));
+            check(compiler, "txt", standard, kelib, &format!("txt_{compiler}_{standard}.cpp"));
+        }
+        let programs = [
+            ("kit", "c++98", include_str!("programs/kit.cpp")),
+            ("txt", "c++11", include_str!("programs/kelib.cpp")),
+            ("fttxtlib", "c++11", include_str!("programs/ex2.cpp")),
+        ];
+        for (folder, standard, source) in programs {
+            check(compiler, folder, standard, source, &format!("program_{folder}_{compiler}.cpp"));
+        }
+        for standard in ["c++11", "c++14", "c++17", "c++20"] {
+            let source = ex2.replace("<windows.h>", "\"../posix/windows.h\"");
+            check(
+                compiler,
+                "fttxtlib",
+                standard,
+                &source,
+                &format!("ex2_{compiler}_{standard}.cpp"),
+            );
+        }
+    }
+    for compiler in ["gcc", "clang"] {
+        if Command::new(compiler).arg("--version").output().is_err() {
+            eprintln!("skipped: {compiler} is not here");
+            continue;
+        }
+        for standard in ["c99", "c11"] {
+            check(compiler, "txt", standard, kelib, &format!("txt_{compiler}_{standard}.c"));
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Programs with `KeLibTxtDl.h`.
+
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+
+use crate::support::{compile, set_input, simulated, wait_duty, wait_offline, Running};
+
+fn program() -> Option<&'static PathBuf> {
+    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let source = include_str!("programs/kelib.cpp");
+    PROGRAM.get_or_init(|| compile("txt", "c++11", source, "kelib")).as_ref()
+}
+
+/// Starts the program with what it should do, and waits until its motor turns.
+fn started(txt: &SimulatedTxt, what: &str) -> Option<Running> {
+    let mut running = Running::with(program()?, txt, &[what]);
+    running.expect("started");
+    Some(running)
+}
+
+#[test]
+fn a_callback_answers_each_change_until_it_is_taken_away() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "follow") else { return };
+    for _ in 0..3 {
+        set_input(&txt, 0, 1);
+        wait_duty(&txt, 0, 512);
+        set_input(&txt, 0, 0);
+        wait_duty(&txt, 0, 0);
+    }
+    set_input(&txt, 7, 1);
+    wait_duty(&txt, 1, 77);
+    set_input(&txt, 0, 1);
+    set_input(&txt, 7, 0);
+    running.end().well();
+    wait_offline(&txt);
+}
+
+#[test]
+fn a_motor_does_its_distance_and_a_sound_is_played() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["motor"]);
+    running.expect("1");
+    let counter = txt.with_machine(|machine| machine.controllers[0].counter[0]);
+    assert!((100..110).contains(&counter), "{counter}");
+    running.expect("sound");
+    running.end().well();
+    wait_offline(&txt);
+}
+
+#[test]
+fn however_a_program_ends_its_motors_stop() {
+    for what in ["return", "crash"] {
+        let txt = simulated().start().unwrap();
+        let Some(mut running) = started(&txt, what) else { return };
+        wait_duty(&txt, 0, 300);
+        set_input(&txt, 0, 1);
+        running.expect("input");
+        let ended = running.end();
+        assert_eq!(ended.code, (what == "return").then_some(0), "{}", ended.err);
+        wait_offline(&txt);
+    }
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "exit") else { return };
+    assert_eq!(running.end().code, Some(3));
+    wait_offline(&txt);
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "wait") else { return };
+    wait_duty(&txt, 0, 300);
+    running.kill();
+    wait_offline(&txt);
+}
+
+#[test]
+fn a_callback_ends_the_transfer_by_false_and_by_the_call() {
+    for what in ["stop", "end"] {
+        let txt = simulated().start().unwrap();
+        let Some(mut running) = started(&txt, what) else { return };
+        running.expect("ended");
+        wait_offline(&txt);
+        running.end().well();
+    }
+}
+
+#[test]
+fn a_callback_takes_itself_away() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "away") else { return };
+    wait_duty(&txt, 2, 1);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    assert!(txt.wait_until(crate::support::DEADLINE, |machine| machine.exchanges() > before + 10));
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[2]), 1);
+    set_input(&txt, 0, 1);
+    running.expect("input");
+    running.end().well();
+}
+
+#[test]
+fn a_callback_that_does_not_return_stops_the_motors_but_not_the_end() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "hang") else { return };
+    wait_duty(&txt, 0, 300);
+    set_input(&txt, 1, 1);
+    wait_duty(&txt, 0, 0);
+    assert!(txt.with_machine(|machine| machine.online()), "the program still runs");
+    let ended = running.end();
+    ended.well();
+    assert!(ended.err.contains("a callback of the program does not return"), "{}", ended.err);
+    wait_offline(&txt);
+}
+
+#[test]
+fn i2c_devices_are_read_and_written() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[0x10] = 7);
+    let running = Running::with(program, &txt, &["i2c"]);
+    let ended = running.end();
+    ended.well();
+    let lines: Vec<_> = ended.out.lines().collect();
+    assert_eq!(lines, ["0", "0", "0 55", "1704", "1705", "170E", "1050", "1702"], "{}", ended.err);
+}
+
+#[test]
+fn a_controller_that_is_not_there_is_an_error() {
+    let Some(program) = program() else { return };
+    for host in ["127.0.0.1:1", "127.0.0.1:no", "nowhere.invalid"] {
+        let ended = Running::start(program, host, &[]).end();
+        ended.well();
+        assert_eq!(ended.out, "1C04\n");
+        assert!(ended.err.starts_with("ft-transfer-area: "), "{}", ended.err);
+    }
+}
+
+#[test]
+fn a_controller_that_goes_away_ends_the_transfer() {
+    let txt =
+        simulated().fault(Fault::at_response(60, FaultKind::Close { after: 0 })).start().unwrap();
+    let Some(mut running) = started(&txt, "wait") else { return };
+    running.expect("ended");
+    let ended = running.end();
+    ended.well();
+    assert!(ended.err.contains("the transfer has ended"), "{}", ended.err);
+}

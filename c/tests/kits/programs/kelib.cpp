@@ -1,0 +1,141 @@
+// A program for the TXT itself. The first argument says what it does.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "KeLibTxtDl.h"
+#include "FtShmem.h"
+
+unsigned int DebugFlags;
+FILE *DebugFile;
+
+bool Follow(struct shm_if_s *areas, int count);
+bool Stop(FISH_X1_TRANSFER *, int) { return false; }
+bool TakeAway(FISH_X1_TRANSFER *areas, int)
+{
+    areas[0].ftX1out.duty[2]++;
+    SetTransferAreaCompleteCallback(NULL);
+    return true;
+}
+bool Exit(FISH_X1_TRANSFER *, int)
+{
+    exit(3);
+    return true;
+}
+bool End(FISH_X1_TRANSFER *, int)
+{
+    StopTxtDownloadProg();
+    return true;
+}
+bool Hang(FISH_X1_TRANSFER *, int)
+{
+    for (;;) {
+        sleep(1);
+    }
+    return true;
+}
+
+static void say(const char *line)
+{
+    puts(line);
+    fflush(stdout);
+}
+
+static int transfer_i2c()
+{
+    uint8_t write[2] = {0x10, 0x55}, read[2] = {0, 0};
+    printf("%X\n", (unsigned)InitI2C());
+    printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 2, write, 0, NULL, I2C_SPEED_400_KHZ));
+    printf("%X", (unsigned)KeLibI2cTransfer(0x18, 1, write, 1, read, I2C_SPEED_100_KHZ));
+    printf(" %X\n", read[0]);
+    printf("%X\n", (unsigned)KeLibI2cTransfer(0x19, 1, write, 0, NULL, 0));
+    printf("%X\n", (unsigned)KeLibI2cTransfer(0x19, 1, write, 1, read, 0));
+    printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 0, NULL, 0, NULL, 0));
+    printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 1, NULL, 0, NULL, 0));
+    printf("%X\n", (unsigned)KeLibI2cTransfer(0xF0, 1, write, 0, NULL, 0));
+    return 0;
+}
+
+int main(int argc, char *argv[])
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    if (GetKeLibTransferAreaMainAddress() != NULL || MotorIOLib_ThreadIsRunning()) {
+        return 2;
+    }
+    uint32_t error = StartTxtDownloadProg();
+    if (error != KELIB_ERROR_NONE) {
+        printf("%X\n", (unsigned)error);
+        return GetKeLibTransferAreaMainAddress() == NULL ? 0 : 1;
+    }
+    FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
+    if (area == NULL || StartTxtDownloadProg() != KELIB_ERROR_DLC_TXT_BUSY) {
+        return 1;
+    }
+    if (strcmp(what, "i2c") == 0) {
+        return transfer_i2c();
+    }
+    if (strcmp(what, "motor") == 0) {
+        area->ftX1config.uni[0].mode = MODE_R;
+        area->ftX1config.uni[0].digital = 1;
+        area->ftX1state.config_id++;
+        area->ftX1out.distance[0] = 100;
+        area->ftX1out.motor_ex_cmd_id[0]++;
+        area->ftX1out.duty[0] = 512;
+        while (area->ftX1in.motor_ex_cmd_id[0] < area->ftX1out.motor_ex_cmd_id[0]) {
+            usleep(1000);
+        }
+        printf("%d\n", area->ftX1in.motor_ex_reached[0]);
+        area->sTxtOutputs.u16SoundIndex = 3;
+        area->sTxtOutputs.u16SoundRepeat = 1;
+        area->sTxtOutputs.u16SoundCmdId++;
+        while (area->sTxtInputs.u16SoundCmdId != area->sTxtOutputs.u16SoundCmdId) {
+            usleep(1000);
+        }
+        say("sound");
+        StopTxtDownloadProg();
+        return MotorIOLib_ThreadIsRunning() || area->ftX1out.duty[0] != 0;
+    }
+    area->ftX1out.duty[0] = 300;
+    say("started");
+    if (strcmp(what, "follow") == 0) {
+        SetTransferAreaCompleteCallback(Follow);
+        while (!area->ftX1in.uni[7]) {
+            usleep(5000);
+        }
+        SetTransferAreaCompleteCallback(NULL);
+        area->ftX1out.duty[0] = 0;
+        area->ftX1out.duty[1] = 77;
+        while (area->ftX1in.uni[7]) {
+            usleep(5000);
+        }
+        return StopTxtDownloadProg();
+    }
+    while (strcmp(what, "hang") == 0 && !area->ftX1in.uni[1]) {
+        usleep(2000);
+    }
+    SetTransferAreaCompleteCallback(strcmp(what, "stop") == 0   ? Stop
+                                    : strcmp(what, "away") == 0 ? TakeAway
+                                    : strcmp(what, "end") == 0  ? End
+                                    : strcmp(what, "hang") == 0 ? Hang
+                                    : strcmp(what, "exit") == 0 ? Exit
+                                                                : NULL);
+    if (strcmp(what, "hang") == 0) {
+        sleep(1);
+        return 0;
+    }
+    while (!area->ftX1in.uni[0] && MotorIOLib_ThreadIsRunning()) {
+        usleep(2000);
+    }
+    say(MotorIOLib_ThreadIsRunning() ? "input" : "ended");
+    if (strcmp(what, "crash") == 0) {
+        abort();
+    }
+    return 0;
+}
+
+bool Follow(FISH_X1_TRANSFER *areas, int count)
+{
+    areas[0].ftX1out.duty[0] = areas[0].ftX1in.uni[0] ? 512 : 0;
+    return count == 9;
+}

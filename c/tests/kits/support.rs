@@ -1,0 +1,186 @@
+//! Compilers, and programs that run.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{channel, Receiver};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+
+/// Longer than any wait on a busy machine; only a test that fails waits this long.
+pub(crate) const DEADLINE: Duration = Duration::from_secs(30);
+
+/// The C++ compilers that are here.
+pub(crate) fn compilers() -> &'static [&'static str] {
+    static COMPILERS: OnceLock<Vec<&str>> = OnceLock::new();
+    COMPILERS.get_or_init(|| {
+        let is_here = |name: &&str| Command::new(name).arg("--version").output().is_ok();
+        let here: Vec<_> = ["g++", "clang++"].into_iter().filter(is_here).collect();
+        if here.is_empty() || cfg!(windows) {
+            eprintln!("skipped: programs of the kits need g++ or clang++, and no Windows");
+            return Vec::new();
+        }
+        here
+    })
+}
+
+pub(crate) fn include(folder: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("include").join(folder)
+}
+
+/// The folder with the library that belongs to this test.
+fn library() -> PathBuf {
+    let test = std::env::current_exe().unwrap();
+    test.parent().unwrap().to_owned()
+}
+
+/// Compiles a program of `programs`. `None` without a compiler, and the first one is taken.
+pub(crate) fn compile(folder: &str, standard: &str, source: &str, name: &str) -> Option<PathBuf> {
+    let compiler = compilers().first()?;
+    let build = Path::new(env!("CARGO_TARGET_TMPDIR")).join("kits");
+    std::fs::create_dir_all(&build).unwrap();
+    let (file, program) = (build.join(format!("{name}.cpp")), build.join(name));
+    std::fs::write(&file, source).unwrap();
+    let mut command = Command::new(compiler);
+    command.arg(format!("-std={standard}")).args(["-Wall", "-Wextra", "-Werror", "-pthread"]);
+    command.arg("-I").arg(include(folder)).arg("-I").arg(include("posix"));
+    // For sanitizers: KITS_CXXFLAGS="-g -fsanitize=address,undefined".
+    let options = std::env::var("KITS_CXXFLAGS").unwrap_or_default();
+    command.args(options.split_whitespace());
+    command.arg(&file).arg("-o").arg(&program).arg("-L").arg(library()).arg("-lftMscLib");
+    let output = command.arg(format!("-Wl,-rpath,{}", library().display())).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(program)
+}
+
+/// A program that runs.
+pub(crate) struct Running {
+    child: Child,
+    /// What it prints, line by line.
+    lines: Receiver<String>,
+}
+
+/// How a program has ended.
+pub(crate) struct Ended {
+    /// `None` when a signal ended it.
+    pub(crate) code: Option<i32>,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+impl Running {
+    pub(crate) fn start(program: &Path, host: &str, arguments: &[&str]) -> Self {
+        let mut command = Command::new(program);
+        command.args(arguments).env("FT_TXT_HOST", host).env_remove("FT_TXT_LOG");
+        command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let stdout = BufReader::new(child.stdout.take().unwrap());
+        let (sender, lines) = channel();
+        thread::spawn(move || {
+            stdout.lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
+        });
+        Self { child, lines }
+    }
+
+    pub(crate) fn with(program: &Path, txt: &SimulatedTxt, arguments: &[&str]) -> Self {
+        Self::start(program, &txt.address().to_string(), arguments)
+    }
+
+    /// The next line that it prints.
+    pub(crate) fn line(&mut self) -> String {
+        self.lines.recv_timeout(DEADLINE).unwrap_or_else(|_| self.fail("no line comes"))
+    }
+
+    pub(crate) fn expect(&mut self, line: &str) {
+        let got = self.line();
+        if got != line {
+            self.fail(&format!("{got:?} instead of {line:?}"));
+        }
+    }
+
+    /// The same for the kits' line, whatever the counters are: motors have turned.
+    pub(crate) fn expect_area(&mut self, inputs: &str, outputs: &str) {
+        let got = self.line();
+        let counters = got.strip_prefix(inputs).and_then(|rest| rest.strip_suffix(outputs));
+        let is_number = |text: &str| text.parse::<i16>().is_ok();
+        let is_four = |text: &str| text.split(' ').filter(|text| is_number(text)).count() == 4;
+        if !counters.is_some_and(is_four) {
+            self.fail(&format!("{got:?} instead of {inputs:?}…{outputs:?}"));
+        }
+    }
+
+    fn fail(&mut self, what: &str) -> ! {
+        let _ = self.child.kill();
+        panic!("{what}: {}", self.errors());
+    }
+
+    /// What it has written to the standard error, until its end.
+    fn errors(&mut self) -> String {
+        let mut text = String::new();
+        self.child.stderr.take().unwrap().read_to_string(&mut text).unwrap();
+        text
+    }
+
+    pub(crate) fn kill(&mut self) {
+        self.child.kill().unwrap();
+    }
+
+    /// Waits for its end; one that does not come fails the test.
+    pub(crate) fn end(mut self) -> Ended {
+        let begun = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            if begun.elapsed() > DEADLINE {
+                self.fail("the program does not end");
+            }
+            thread::sleep(Duration::from_millis(5));
+        };
+        let out = self.lines.iter().map(|line| line + "\n").collect();
+        let err = self.errors();
+        Ended { code: status.code(), out, err }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Nothing is left behind by a test that has failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Ended {
+    pub(crate) fn well(&self) {
+        assert_eq!(self.code, Some(0), "{}{}", self.out, self.err);
+    }
+}
+
+pub(crate) fn simulated() -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().camera_start_up(Duration::ZERO)
+}
+
+pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
+    assert!(txt.wait_until(DEADLINE, condition), "{what} did not happen");
+}
+
+/// Waits for a duty of the master.
+pub(crate) fn wait_duty(txt: &SimulatedTxt, output: usize, duty: i16) {
+    let what = format!("duty {duty} of output {output}");
+    wait_until(txt, &what, |machine| machine.controllers[0].outputs.duty[output] == duty);
+}
+
+/// Waits until the controller is offline, which stops its motors.
+pub(crate) fn wait_offline(txt: &SimulatedTxt) {
+    wait_until(txt, "the end of online mode", |machine| {
+        !machine.online() && machine.controllers[0].outputs.duty == [0; 8]
+    });
+}
+
+pub(crate) fn set_input(txt: &SimulatedTxt, input: usize, value: i16) {
+    txt.with_machine(|machine| machine.controllers[0].uni[input] = value);
+}

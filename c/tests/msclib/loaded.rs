@@ -1,0 +1,70 @@
+//! The built libraries, loaded by their files as other languages do.
+
+use std::env;
+use std::path::PathBuf;
+use std::process::Command;
+
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+use libloading::library_filename;
+
+use super::api::NAMES;
+use super::bench::{stands, start};
+
+/// The built library, beside this test.
+fn library() -> PathBuf {
+    let folder = env::current_exe().expect("this test has a file").with_file_name("");
+    folder.join(library_filename("ftMscLib"))
+}
+
+#[test]
+fn the_library_exports_all_76_functions() {
+    // SAFETY: loading it runs nothing.
+    let library =
+        unsafe { libloading::Library::new(library()) }.expect("it was built with this test");
+    assert_eq!(NAMES.len(), 76);
+    for name in NAMES {
+        // SAFETY: it is not called.
+        let function = unsafe { library.get::<unsafe extern "C" fn()>(name.as_bytes()) };
+        assert!(function.is_ok(), "{name} is not exported");
+    }
+}
+
+/// A Python, unless there is none.
+fn python() -> Option<Command> {
+    let is_there = |name: &&str| {
+        Command::new(name).arg("--version").output().is_ok_and(|it| it.status.success())
+    };
+    let name = ["python3", "python"].into_iter().find(is_there);
+    if name.is_none() {
+        eprintln!("SKIPPED: there is no Python, so programs in Python are not run");
+    }
+    name.map(Command::new)
+}
+
+#[test]
+fn the_sample_in_python_drives_a_motor_in_both_exchanges() {
+    for mode in ["compressed", "simple"] {
+        let Some(mut python) = python() else { return };
+        let world: World = World::default();
+        let txt = start(SimulatedTxt::builder().world(world));
+        let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/python/motor_distance.py");
+        let output = python
+            .args([sample, "COM4"])
+            .env("FTMSCLIB", library())
+            .env("FT_TXT_MODE", mode)
+            .env("FT_TXT_HOST", "127.0.0.1:1")
+            .env("FT_TXT_PORTS", format!("COM4={}", txt.address()))
+            .output()
+            .expect("Python runs");
+        let (text, errors) =
+            (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{mode}: {text}{errors}");
+        for part in ["COM4", "firmware V 04.06", "M1 has arrived", "all motors off"] {
+            assert!(text.contains(part), "{mode}: no \"{part}\" in {text}{errors}");
+        }
+        stands(&txt);
+        let pulses = txt.with_machine(|it| it.controllers[0].counter[0]);
+        assert!(pulses >= 100, "{mode}: {pulses} pulses");
+    }
+}

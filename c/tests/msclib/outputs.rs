@@ -1,0 +1,91 @@
+//! Motors, outputs, counters and their configuration.
+
+use super::api::*;
+use super::bench::*;
+
+#[test]
+fn duties_go_to_the_outputs_in_both_exchanges() {
+    let library = initialized();
+    library.in_both_exchanges(|txt, device| {
+        assert_eq!(SetOutMotorValues(device.0, 0, 1, 0, 512), SUCCESS);
+        assert_eq!(SetOutPwmValues(device.0, 0, 7, 100), SUCCESS);
+        device.set_duty(0, 0, 33);
+        machine(txt, "the duties", |it| {
+            it.controllers[0].outputs.duty == [33, 0, 0, 512, 0, 0, 0, 100]
+        });
+        assert_eq!(ftxStopTransferArea(device.0), SUCCESS);
+        stands(txt);
+        assert_eq!(device.output(0).duty, [0; 8]);
+    });
+}
+
+#[test]
+fn a_distance_is_driven_by_two_motors_and_reported() {
+    let library = initialized();
+    library.in_both_exchanges(|txt, device| {
+        assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 0, 1, 1, 50), SUCCESS);
+        let output = device.output(0);
+        assert_eq!((output.duty, output.distance), ([512, 0, 0, 512, 0, 0, 0, 0], [50, 50, 0, 0]));
+        assert_eq!((output.master, output.motor_ex_cmd_id), ([0, 1, 0, 0], [1, 1, 0, 0]));
+        wait("the distance", || device.input(0).motor_ex_reached == [1, 1, 0, 0]);
+        assert!(device.input(0).counter[0] >= 50);
+        // Another one begins with its flag set back.
+        assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 1, 0, 0, 60_000), SUCCESS);
+        assert_eq!(device.input(0).motor_ex_reached, [0, 1, 0, 0]);
+        machine(txt, "the other way", |it| it.controllers[0].outputs.duty[1] == 512);
+        assert_eq!(StopMotorExCmd(device.0, 0, 0), SUCCESS);
+        machine(txt, "the stop", |it| it.controllers[0].outputs.duty[..2] == [0, 0]);
+        assert_eq!(StopAllMotorExCmd(device.0, 0), SUCCESS);
+        machine(txt, "the end of the mode", |it| it.controllers[0].outputs.master == [0; 4]);
+    });
+}
+
+#[test]
+fn without_pulses_a_motor_turns_until_it_is_stopped() {
+    let library = initialized();
+    library.in_both_exchanges(|txt, device| {
+        assert_eq!(StartMotorExCmd(device.0, 0, 2, 400, 0, -1, 7, 0), SUCCESS);
+        machine(txt, "the motor", |it| it.controllers[0].outputs.duty[4] == 400);
+        assert_eq!(device.output(0).distance, [0; 4]);
+        wait("pulses", || device.input(0).counter[2] > 20);
+        assert_eq!(StartCounterReset(device.0, 0, 2), SUCCESS);
+        wait("the reset", || device.input(0).cnt_resetted[2] == 1);
+    });
+}
+
+#[test]
+fn configurations_are_sent() {
+    let library = initialized();
+    library.in_both_exchanges(|txt, device| {
+        assert_eq!(SetFtUniConfig(device.0, 0, 3, 3, false), SUCCESS);
+        assert_eq!(SetFtUniConfig(device.0, 0, 4, 0, true), SUCCESS);
+        assert_eq!(SetFtCntConfig(device.0, 0, 1, 1), SUCCESS);
+        assert_eq!(SetFtMotorConfig(device.0, 0, 3, false), SUCCESS);
+        machine(txt, "the configuration", |it| {
+            let config = it.controllers[0].config;
+            let (uni, cnt) = (config.uni, config.cnt);
+            (uni[3].mode, uni[3].digital, uni[4].mode, uni[4].digital) == (3, 0, 0, 1)
+                && [cnt[0].mode, cnt[1].mode] == [1, 0]
+                && config.motor == [1, 1, 1, 0]
+        });
+    });
+}
+
+#[test]
+fn an_extension_has_outputs_and_inputs_of_its_own() {
+    let _library = initialized();
+    let txt = start(ft_transfer_area::simulator::SimulatedTxt::builder().extensions(2));
+    let device = Device::open(&txt);
+    device.start();
+    let (mut bits, mut alive) = (0, 7);
+    assert_eq!((GetRoboTxSlaveState(device.0, &mut bits), bits), (SUCCESS, 0b11));
+    assert_eq!((GetRoboTxSlaveAlive(device.0, 2, &mut alive), alive), (SUCCESS, 1));
+    assert_eq!((GetRoboTxSlaveAlive(device.0, 3, &mut alive), alive), (SUCCESS, 0));
+    for wrong in [0, 9, -1] {
+        assert_eq!(GetRoboTxSlaveAlive(device.0, wrong, &mut alive), INVALID_PARAM);
+    }
+    assert_eq!(SetOutMotorValues(device.0, 2, 3, 200, 0), SUCCESS);
+    machine(&txt, "the extension's motor", |it| it.controllers[2].outputs.duty[6] == 200);
+    txt.with_machine(|it| it.controllers[2].uni[4] = 1234);
+    wait("the extension's input", || device.input(2).uni[4] == 1234);
+}

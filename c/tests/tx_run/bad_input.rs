@@ -1,0 +1,99 @@
+//! What can't be run is answered with a sentence.
+
+use std::fs;
+
+use crate::support::{has_compiler, program, tx_run, Run};
+
+const TIC: &str = "#include \"ROBO_TX_PRG.h\"\nint PrgTic(TA *p, int n) { return 0; }\n";
+const INIT: &str = "#include \"ROBO_TX_PRG.h\"\nvoid PrgInit(TA *p, int n) { }\n";
+const MAIN: &str = "int main(void) { return 3; }\n";
+
+/// Runs sources with these texts.
+fn run(texts: &[&str]) -> crate::support::Ended {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = tx_run(&[]);
+    for (index, text) in texts.iter().enumerate() {
+        let path = folder.path().join(format!("part{index}.c"));
+        fs::write(&path, text).unwrap();
+        command.arg(path);
+    }
+    Run::start(&mut command).end()
+}
+
+#[test]
+fn a_program_has_one_beginning() {
+    if !has_compiler() {
+        return;
+    }
+    run(&["int a;"]).badly("neither PrgTic nor main");
+    run(&[INIT]).badly("there is no PrgTic");
+    run(&[TIC]).badly("there is no PrgInit");
+    run(&[TIC, TIC, INIT]).badly("more than one PrgTic");
+    run(&[TIC, INIT, MAIN]).badly("a program begins with one of them");
+    let ended = run(&[MAIN]);
+    ended.badly("ended with the exit status 3");
+    assert_eq!(ended.status, Some(3));
+    run(&[TIC, INIT]).well();
+}
+
+#[test]
+fn a_name_in_capital_letters_is_c() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("STOPGO.C");
+    fs::write(&path, "int main(void) { int class = 0; return class; }\n").unwrap();
+    Run::start(tx_run(&[]).arg(path)).end().well();
+}
+
+#[test]
+fn messages_of_the_compiler_are_passed_on() {
+    if !has_compiler() {
+        return;
+    }
+    let ended = run(&["int main(void) { return nonsense; }\n"]);
+    ended.badly("part0.c does not compile");
+    assert!(ended.err.contains("part0.c:1:") && ended.err.contains("nonsense"), "{}", ended.err);
+    run(&["int f(void);\nint main(void) { return f(); }\n"]).badly("can't be linked");
+}
+
+#[test]
+fn without_a_compiler_there_is_a_sentence() {
+    let mut command = tx_run(&[]);
+    Run::start(command.arg(program("motor.c")).env("PATH", "").env_remove("CC"))
+        .end()
+        .badly("no C compiler is found: neither cc nor gcc nor clang");
+    let mut command = tx_run(&[]);
+    Run::start(command.arg(program("motor.c")).env("CC", "/none/cc -m32"))
+        .end()
+        .badly("the compiler /none/cc can't be started");
+}
+
+#[test]
+fn sources_hosts_and_worlds_that_are_not_there_are_named() {
+    Run::start(&mut tx_run(&["/none/a.c"])).end().badly("/none/a.c can't be read");
+    Run::start(&mut tx_run(&["a.txt"])).end().badly("a.txt is no source");
+    Run::start(&mut tx_run(&[])).end().badly("no source");
+    if !has_compiler() {
+        return;
+    }
+    let motor = program("motor.c");
+    let motor = motor.to_str().unwrap();
+    Run::start(&mut tx_run(&[motor, "--world", "mars"])).end().badly("mars");
+    let ended = Run::start(&mut tx_run(&[motor, "--host", "127.0.0.1:1"])).end();
+    ended.badly("no controller at 127.0.0.1:1");
+    assert_eq!(ended.status, Some(1));
+    Run::start(&mut tx_run(&[motor, "--host", "a:b:c:d"])).end().badly("a:b:c:d");
+}
+
+#[test]
+fn a_crash_before_the_program_begins_is_named() {
+    if !has_compiler() {
+        return;
+    }
+    let crash = "__attribute__((constructor)) static void f(void) { *(volatile int *)8 = 1; }\n";
+    run(&[TIC, INIT, crash]).badly("was ended by SIGSEGV");
+    let crash = INIT.replace("{ }", "{ *(volatile int *)8 = 1; }");
+    run(&[TIC, &crash]).badly("crashed in PrgInit with SIGSEGV");
+}

@@ -1,0 +1,169 @@
+//! How programs end, and what they leave behind.
+
+use ft_transfer_area::simulator::SimulatedTxt;
+
+use crate::support::{has_compiler, run_on, txt, wait_for, Ended, Run};
+
+/// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
+fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "ends.c", &format!("-w -D{kind}"));
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    then(&txt, &run);
+    wait_for(&txt, "the motor is off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
+    wait_for(&txt, "the connection is closed", |machine| !machine.connected());
+    run.end()
+}
+
+fn press(txt: &SimulatedTxt, _: &Run) {
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+}
+
+#[track_caller]
+fn ends(kind: &str, sentence: &str) {
+    if !has_compiler() {
+        return;
+    }
+    let ended = with_a_motor(kind, press);
+    ended.badly(sentence);
+    assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert!(ended.err.contains("all outputs are off"), "{}", ended.err);
+}
+
+#[test]
+fn an_error_code_is_printed() {
+    ends("CODE=42", "PrgTic has returned the error 42");
+    ends("CODE=-1", "PrgTic has returned the error -1");
+}
+
+#[test]
+fn a_wrong_pointer_is_named() {
+    ends("POINTER", "crashed in PrgTic with SIGSEGV");
+}
+
+#[test]
+fn a_division_by_zero_is_named() {
+    // Some processors know no such error.
+    if cfg!(target_arch = "x86_64") {
+        ends("DIVISION", "crashed in PrgTic with SIGFPE: a division by zero");
+    }
+}
+
+#[test]
+fn abort_is_named() {
+    ends("ABORT", "crashed in PrgTic with SIGABRT: abort");
+}
+
+#[test]
+fn exit_is_named() {
+    ends("EXIT", "exit was called in PrgTic");
+}
+
+#[test]
+fn an_end_past_the_runtime_is_named() {
+    if !has_compiler() {
+        return;
+    }
+    let ended = with_a_motor("QUICK", press);
+    ended.badly("tx_run: ends has ended with the exit status 4");
+    assert_eq!(ended.status, Some(4), "{ended:?}");
+}
+
+#[test]
+fn what_a_program_does_after_its_end_can_crash_and_hang() {
+    if !has_compiler() {
+        return;
+    }
+    with_a_motor("AFTER_CRASH", press).badly("ends was ended by SIGSEGV");
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "ends.c", "-w -DAFTER_HANG");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    press(&txt, &run);
+    wait_for(&txt, "the connection is closed", |machine| !machine.connected());
+    // The first one may come before the last word.
+    let ended = run.end_by(libc::SIGTERM);
+    ended.badly("ends was ended by SIGTERM");
+}
+
+#[test]
+fn a_full_stack_is_named() {
+    ends("STACK", "crashed in PrgTic with SIG");
+}
+
+#[test]
+fn a_tic_that_never_returns_is_ended() {
+    ends("HANG", "PrgTic has not returned for half a second");
+}
+
+#[test]
+fn a_crash_in_a_callback_is_named() {
+    ends("CALLBACK", "crashed in a callback with SIGSEGV");
+}
+
+#[test]
+fn a_crash_while_memory_is_locked_ends_the_program() {
+    if !has_compiler() {
+        return;
+    }
+    // Whether the last exchange still comes about depends on the C library.
+    with_a_motor("HEAP", press).badly("crashed in PrgTic with SIG");
+}
+
+#[test]
+fn signals_end_the_program() {
+    if !has_compiler() {
+        return;
+    }
+    for (signal, name) in
+        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "SIGHUP")]
+    {
+        let ended = with_a_motor("CODE=0", |_, run| run.signal(signal));
+        ended.badly(&format!("ended by {name}; all outputs are off"));
+        let ended = with_a_motor("HANG", |txt, run| {
+            press(txt, run);
+            // Some exchanges later the program is in its loop.
+            let before = txt.with_machine(|machine| machine.exchanges());
+            wait_for(txt, "more exchanges", |machine| machine.exchanges() > before + 3);
+            run.signal(signal);
+        });
+        // On a busy machine the limit for a call may be over first.
+        let hangs = "PrgTic has not returned for half a second".to_owned();
+        let asked = format!("ended by {name}, while PrgTic had not returned");
+        assert!([asked, hangs].iter().any(|word| ended.err.contains(word)), "{}", ended.err);
+        assert!(ended.err.contains("all outputs are off"), "{}", ended.err);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn nothing_is_left_running_when_the_command_is_killed() {
+    if !has_compiler() {
+        return;
+    }
+    let ended = with_a_motor("CODE=0", |_, run| run.signal(libc::SIGKILL));
+    ended.badly("ended by SIGTERM; all outputs are off");
+}
+
+#[test]
+fn the_program_sees_that_it_is_to_end() {
+    if !has_compiler() {
+        return;
+    }
+    let ended = with_a_motor("ALLOWED", |txt, run| {
+        press(txt, run);
+        run.signal(libc::SIGINT);
+    });
+    ended.badly("ended by Ctrl-C");
+}
+
+#[test]
+fn a_controller_that_goes_away_ends_the_program() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "ends.c", "-w -DCODE=0");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    drop(txt);
+    run.end().badly("the exchange has ended: ");
+}

@@ -1,0 +1,99 @@
+//! What a program does with the machine.
+
+use crate::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
+
+#[test]
+fn a_motor_turns_until_an_input_is_pressed() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "motor.c", "");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 400);
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    let ended = run.end();
+    ended.well();
+    assert!(
+        ended.err.contains("PrgTic has returned 0") && ended.err.contains("tics in"),
+        "{}",
+        ended.err
+    );
+    txt.with_machine(|machine| {
+        assert_eq!(machine.controllers[0].outputs.duty, [0; 8]);
+        assert!(!machine.online());
+    });
+}
+
+#[test]
+fn a_configuration_reaches_the_controller() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "config.c", "");
+    wait_for(&txt, "the configuration", |machine| {
+        let config = &machine.controllers[0].config;
+        config.motor == [1, 1, 0, 1]
+            && config.uni[1].mode == 0
+            && config.uni[1].digital == 0
+            && config.cnt[2].mode == 0
+    });
+    txt.with_machine(|machine| machine.controllers[0].uni[1] = 4711);
+    run.end().well();
+}
+
+#[test]
+fn a_counter_is_reset_and_the_flag_says_when() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    txt.with_machine(|machine| machine.controllers[0].counter = [7, 8, 9, 10]);
+    run_on(&txt, "counter.c", "").end().well();
+    txt.with_machine(|machine| assert_eq!(machine.controllers[0].counter, [7, 0, 9, 10]));
+}
+
+#[test]
+fn two_motors_do_their_distance_and_the_flags_say_when() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ended = run_on(&txt, "distance.c", "").end();
+    ended.well();
+    let counters = txt.with_machine(|machine| machine.controllers[0].counter);
+    assert_eq!(counters[..2], [100, 100], "each command begins at 0");
+}
+
+#[test]
+fn the_variable_chooses_the_simple_exchange() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().extensions(1).start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    let run = Run::start(command.arg(program("extension.c")).env("FT_TXT_MODE", "simple"));
+    wait_for(&txt, "the master's lamp", |machine| machine.controllers[0].outputs.duty[7] == 512);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 20);
+    txt.with_machine(|machine| assert_eq!(machine.controllers[1].outputs.duty[0], 0));
+    drop(txt);
+    run.end().badly("the exchange has ended: ");
+}
+
+#[test]
+fn an_extension_comes_and_goes() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().extensions(1).start().unwrap();
+    txt.with_machine(|machine| machine.alive[0] = false);
+    let run = run_on(&txt, "extension.c", "");
+    wait_for(&txt, "the master's lamp", |machine| machine.controllers[0].outputs.duty[7] == 512);
+    txt.with_machine(|machine| machine.alive[0] = true);
+    wait_for(&txt, "the extension's motor", |machine| {
+        machine.controllers[1].outputs.duty[0] == 300
+    });
+    txt.with_machine(|machine| machine.alive[0] = false);
+    run.end().well();
+}

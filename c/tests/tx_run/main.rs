@@ -1,0 +1,11 @@
+//! C programs as users run them: through `tx_run`, against the simulated TXT of the test.
+
+#![cfg(unix)]
+
+mod bad_input;
+mod ends;
+mod hooks;
+mod machine;
+mod sources;
+mod support;
+mod tics;

@@ -1,0 +1,158 @@
+//! Programs as they are found: with old headers, other spellings, in several files, in C++.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{has_compiler, tx_run, txt, wait_for, Ended, Run};
+
+fn write(folder: &Path, name: &str, text: &str) {
+    let path = folder.join(name);
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, text).unwrap();
+}
+
+/// Runs these files, the names of which are relative to the folder in which `tx_run` is started.
+fn run(files: &[(&str, &str)], arguments: &[&str]) -> Ended {
+    let folder = tempfile::tempdir().unwrap();
+    files.iter().for_each(|(name, text)| write(folder.path(), name, text));
+    Run::start(tx_run(arguments).current_dir(folder.path())).end()
+}
+
+const REST: &str = "void PrgInit(TA *p, int n) { other(); }\nint PrgTic(TA *p, int n) { return sizeof(UINT32) - 4; }\n";
+
+#[test]
+fn headers_may_be_spelled_in_many_ways() {
+    if !has_compiler() {
+        return;
+    }
+    let own = "#include \"ROBO_TX_FW.h\"\nvoid other(void);\n";
+    let other = "#include \"..\\inc\\own.h\"\nvoid other(void) {}\n";
+    for spelling in [
+        "\"ROBO_TX_PRG.H\"",
+        "<robo_tx_prg.h>",
+        "\"../../Common/ROBO_TX_PRG.h\"",
+        "\"..\\ROBO_TX_PRG.h\"",
+    ] {
+        let main = format!("#include {spelling}\n#include \"../inc/own.h\"\n{REST}");
+        let files = [("src/a.c", &*main), ("src/b.c", other), ("inc/own.h", own)];
+        run(&files, &["src/a.c", "src/b.c"]).well();
+    }
+}
+
+#[test]
+fn headers_of_that_time_beside_the_program_are_not_used() {
+    if !has_compiler() {
+        return;
+    }
+    let main = format!("#include \"../inc/ROBO_TX_PRG.h\"\n#include \"own.h\"\n{REST}");
+    let files = [
+        ("src/a.c", &*main),
+        ("src/own.h", "#include \"../inc/ROBO_TX_FW.h\"\nstatic void other(void) {}\n"),
+        ("inc/ROBO_TX_PRG.h", "#include \"ROBO_TX_FW.h\"\n#error old\n"),
+        ("inc/ROBO_TX_FW.h", "typedef unsigned long UINT32;\n"),
+    ];
+    run(&files, &["src/a.c"]).well();
+    // Messages still name the file as it was given.
+    let wrong = format!("{main}\nint f(void) {{ return nonsense; }}\n");
+    let files = [("src/a.c", &*wrong), files[1], files[2], files[3]];
+    let ended = run(&files, &["src/a.c"]);
+    ended.badly("src/a.c does not compile");
+    assert!(ended.err.contains("src/a.c:6:"), "{}", ended.err);
+}
+
+#[test]
+fn a_program_may_be_cpp() {
+    if !has_compiler() {
+        return;
+    }
+    let source = "#include <string>\n#include \"ROBO_TX_PRG.h\"\nstatic std::string text;\n\
+                  extern \"C\" void PrgInit(TA *p, int n) { text = \"abc\"; }\n\
+                  extern \"C\" int PrgTic(TA *p, int n) { return text.size() - 3; }\n";
+    run(&[("a.cpp", source)], &["a.cpp"]).well();
+}
+
+#[test]
+fn a_program_with_main_gets_its_arguments_and_the_host() {
+    if !has_compiler() {
+        return;
+    }
+    let source = "#include <stdio.h>\n#include <stdlib.h>\nint main(int n, char **arguments) {\n\
+                  printf(\"%d %s %d\\n\", n, arguments[1], getenv(\"FT_TXT_HOST\") != NULL);\nreturn 0; }\n";
+    let ended = run(&[("a.c", source)], &["a.c", "--world", "slide", "--", "--host"]);
+    ended.well();
+    assert_eq!(ended.out, "2 --host 1\n");
+    assert!(ended.err.contains("on a simulated TXT at 127.0.0.1:"), "{}", ended.err);
+    assert!(ended.err.contains("with the world slide"), "{}", ended.err);
+}
+
+/// Runs a program with a `main` that turns M1 until I1 is pressed.
+fn drives(name: &str, source: &str) {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), name, source);
+    let run = Run::start(
+        tx_run(&[name, "--host", &txt.address().to_string()]).current_dir(folder.path()),
+    );
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    txt.with_machine(|machine| machine.controllers[0].uni[0] = 1);
+    run.end().well();
+    wait_for(&txt, "the motor is off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
+}
+
+#[test]
+fn a_program_for_the_txt_itself_runs() {
+    drives(
+        "main.cpp",
+        "#include <stdio.h>\n#include <unistd.h>\n#include \"KeLibTxtDl.h\"\n#include \"FtShmem.h\"\n\
+         unsigned int DebugFlags;\nFILE *DebugFile;\n\
+         int main(void) {\nif (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;\n\
+         FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();\n\
+         area->ftX1out.duty[0] = 300;\n\
+         while (!area->ftX1in.uni[0]) usleep(1000);\n\
+         StopTxtDownloadProg();\nreturn 0;\n}\n",
+    );
+}
+
+#[test]
+fn a_program_of_kit_4_1_6_runs() {
+    drives(
+        "main.cpp",
+        "#include \"../Common/ftProInterface2013TransferAreaCom.h\"\n\
+         int main() {\nFISH_X1_TRANSFER *area = new FISH_X1_TRANSFER[IF08_MAX];\n\
+         ftIF2013TransferAreaComHandler com(area, 1, \"192.168.7.2\");\n\
+         if (!com.BeginTransfer()) return 1;\n\
+         do { area[LOCAL_IO].ftX1out.duty[0] = 300;\n\
+         if (!com.DoTransferCompressed()) return 2; } while (!area[LOCAL_IO].ftX1in.uni[0]);\n\
+         com.EndTransfer();\ndelete[] area;\nreturn 0;\n}\n",
+    );
+}
+
+#[test]
+fn a_program_for_ft_txt_lib_runs() {
+    drives(
+        "main.cpp",
+        "#include \"FtTxtLib.h\"\n#include <windows.h>\nusing namespace fischertechnik::txt::remote::api;\n\
+         int main() {\nftIF2013TransferAreaComHandlerEx2 com(1, \"192.168.7.2\");\n\
+         if (com.ftxStartTransferArea() != FtErrors::FTLIB_ERR_SUCCESS) return 1;\n\
+         com.SetOutMotorValues(LOCAL_IO, Motor::M1, 300, Direction::CW);\n\
+         while (!com.GetTransferAreasArrayAddr()[0].ftX1in.uni[0]) Sleep(1);\n\
+         com.ftxStopTransferArea();\nreturn 0;\n}\n",
+    );
+}
+
+#[test]
+fn a_pc_program_runs() {
+    drives(
+        "pc.c",
+        "#include <windows.h>\n#include \"common.h\"\n#include \"ROBO_TX_FW.h\"\n#include \"ftMscLib.h\"\n\
+         #include \"ftErrCode.h\"\nint main(void) {\nDWORD error;\nHANDLE h;\nTA_ARRAY volatile *areas;\n\
+         ftxInitLib();\nh = ftxOpenComDevice(\"COM4\", 38400, &error);\nif (!h) return 1;\n\
+         areas = GetTransferAreasArrayAddr(h);\nif (ftxStartTransferArea(h)) return 2;\n\
+         SetOutMotorValues(h, TA_LOCAL, 0, 300, 0);\n\
+         while (!areas->ftxTransferArea[0].input.uni[0]) Sleep(1);\n\
+         ftxStopTransferArea(h);\nftxCloseDevice(h);\nftxCloseLib();\nreturn 0;\n}\n",
+    );
+}

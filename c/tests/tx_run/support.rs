@@ -1,0 +1,143 @@
+//! Runs `tx_run`, and reads what it says.
+
+use std::io::Read;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+
+/// Far more than anything here takes.
+pub(crate) const LIMIT: Duration = Duration::from_secs(60);
+
+/// Whether there is a compiler; a test without one says so.
+pub(crate) fn has_compiler() -> bool {
+    static FOUND: OnceLock<bool> = OnceLock::new();
+    let found = *FOUND.get_or_init(|| {
+        let starts = |name| Command::new(name).arg("--version").output().is_ok();
+        ["cc", "gcc", "clang"].into_iter().any(starts)
+    });
+    if !found {
+        eprintln!("SKIPPED: there is no C compiler");
+    }
+    found
+}
+
+/// A simulated TXT without a world: the test sets the inputs.
+pub(crate) fn txt() -> SimulatedTxtBuilder {
+    SimulatedTxt::builder()
+}
+
+/// Waits until the machine is as expected.
+#[track_caller]
+pub(crate) fn wait_for(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
+    assert!(txt.wait_until(LIMIT, condition), "never: {what}");
+}
+
+/// A program of the folder `programs`.
+pub(crate) fn program(name: &str) -> PathBuf {
+    [env!("CARGO_MANIFEST_DIR"), "tests", "tx_run", "programs", name].iter().collect()
+}
+
+/// How a run has ended.
+#[derive(Debug)]
+pub(crate) struct Ended {
+    pub(crate) status: Option<i32>,
+    pub(crate) out: String,
+    pub(crate) err: String,
+}
+
+impl Ended {
+    /// The program has ended well.
+    #[track_caller]
+    pub(crate) fn well(&self) {
+        assert_eq!(self.status, Some(0), "{}{}", self.out, self.err);
+    }
+
+    /// The run has failed, and says why.
+    #[track_caller]
+    pub(crate) fn badly(&self, sentence: &str) {
+        assert!(self.status != Some(0) && self.err.contains(sentence), "{self:#?}");
+    }
+}
+
+/// `tx_run` while it runs.
+pub(crate) struct Run {
+    child: Child,
+    out: Arc<Mutex<String>>,
+    threads: Vec<JoinHandle<()>>,
+    err: Arc<Mutex<String>>,
+}
+
+/// A command line of `tx_run`.
+pub(crate) fn tx_run(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tx_run"));
+    command.args(arguments).env_remove("FT_TXT_HOST");
+    command
+}
+
+/// `tx_run` with a program of the folder, on this simulated TXT.
+pub(crate) fn run_on(txt: &SimulatedTxt, name: &str, flags: &str) -> Run {
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    command.arg(program(name)).env("CFLAGS", flags);
+    Run::start(&mut command)
+}
+
+fn read(mut from: impl Read, to: &Mutex<String>) {
+    let mut text = Vec::new();
+    let _ = from.read_to_end(&mut text);
+    *to.lock().unwrap() = String::from_utf8_lossy(&text).into_owned();
+}
+
+impl Run {
+    pub(crate) fn start(command: &mut Command) -> Self {
+        let command = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
+        let (out, err) = (Arc::<Mutex<String>>::default(), Arc::<Mutex<String>>::default());
+        let (stdout, stderr) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
+        let (for_out, for_err) = (Arc::clone(&out), Arc::clone(&err));
+        let threads = vec![
+            thread::spawn(move || read(stdout, &for_out)),
+            thread::spawn(move || read(stderr, &for_err)),
+        ];
+        Self { child, out, threads, err }
+    }
+
+    /// Sends a signal to `tx_run`.
+    pub(crate) fn signal(&self, signal: i32) {
+        // SAFETY: a call without pointers, for a child that was not waited for.
+        assert_eq!(unsafe { libc::kill(self.child.id() as libc::pid_t, signal) }, 0);
+    }
+
+    /// Sends a signal until `tx_run` has ended.
+    #[track_caller]
+    pub(crate) fn end_by(mut self, signal: i32) -> Ended {
+        let deadline = Instant::now() + LIMIT;
+        while self.child.try_wait().unwrap().is_none() && Instant::now() < deadline {
+            self.signal(signal);
+            thread::sleep(Duration::from_millis(20));
+        }
+        self.end()
+    }
+
+    /// Waits for the end.
+    #[track_caller]
+    pub(crate) fn end(mut self) -> Ended {
+        let deadline = Instant::now() + LIMIT;
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            if Instant::now() > deadline {
+                self.child.kill().unwrap();
+                panic!("the program does not end: {}", self.out.lock().unwrap());
+            }
+            thread::sleep(Duration::from_millis(5));
+        };
+        self.threads.drain(..).for_each(|thread| thread.join().unwrap());
+        let text = |text: &Mutex<String>| text.lock().unwrap().clone();
+        Ended { status: status.code(), out: text(&self.out), err: text(&self.err) }
+    }
+}
