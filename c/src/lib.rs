@@ -18,4 +18,5 @@ mod ports;
 mod posix;
 mod prg;
 mod report;
+mod results;
 mod session;

@@ -5,8 +5,7 @@ use std::ptr::NonNull;
 
 use ft_transfer_area::transfer_area::{
     Change, Config, FishX1Transfer, Info, InputValues, OutputValues, Status, Timer, TxtInputs,
-    TxtInputs2, TxtOutputs,
-    MAX_AREAS,
+    TxtInputs2, TxtOutputs, MAX_AREAS,
 };
 
 use super::cells::Cell;

@@ -8,31 +8,11 @@ use super::device::Device;
 use super::with_device;
 use crate::errors::{FTLIB_BT_INVALID_CONIDX, FTLIB_ERR_INVALID_PARAM};
 use crate::ffi::guarded;
+use crate::results::{BtReceived, BtResult, BT_MESSAGE_MAX};
 use ft_transfer_area::transfer_area::BtStatus;
 
-/// `BT_SWITCHED_OFF`.
-const SWITCHED_OFF: u16 = 3;
 /// `BT_INQUIRY_SCAN_NOT_POSSIBLE`: among the statuses of a scan, 3 means something else.
 const SCAN_NOT_POSSIBLE: u16 = 0;
-/// The longest message.
-const MESSAGE_MAX: u32 = 16;
-
-/// `BT_CB`.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub(crate) struct BtResult {
-    channel: u16,
-    status: u16,
-}
-
-/// `BT_RECV_CB`.
-#[repr(C)]
-pub(crate) struct BtReceived {
-    result: BtResult,
-    length: u16,
-    message: [u8; MESSAGE_MAX as usize],
-}
-
 /// `BT_SCAN_STATUS`.
 #[repr(C)]
 pub(crate) struct BtScan {
@@ -43,7 +23,7 @@ pub(crate) struct BtScan {
     dummy_2: [u8; 3],
 }
 
-const _: () = assert!(size_of::<BtReceived>() == 22 && size_of::<BtScan>() == 30);
+const _: () = assert!(size_of::<BtScan>() == 30);
 
 /// A callback for a result, which is there during the call only.
 type Callback<T> = Option<unsafe extern "system" fn(*mut T)>;
@@ -77,7 +57,7 @@ fn channel(given: u32) -> Result<u16, u32> {
 fn switched_off(handle: Handle, given: u32, callback: Callback<BtResult>) -> u32 {
     with_device(handle, |device| {
         let channel = channel(given)?;
-        call_back(device, callback, move || BtResult { channel, status: SWITCHED_OFF })
+        call_back(device, callback, move || BtResult::off(channel))
     })
 }
 
@@ -91,7 +71,7 @@ fn switched_off_with(
     with_device(handle, |device| {
         let channel = channel(given)?;
         bytes.check()?;
-        call_back(device, callback, move || BtResult { channel, status: SWITCHED_OFF })
+        call_back(device, callback, move || BtResult::off(channel))
     })
 }
 
@@ -145,7 +125,7 @@ pub(crate) extern "C" fn SendBtMessage(
     message: Bytes,
     callback: Callback<BtResult>,
 ) -> u32 {
-    if size > MESSAGE_MAX {
+    if size as usize > BT_MESSAGE_MAX {
         return with_device(handle, |_| Err(FTLIB_ERR_INVALID_PARAM));
     }
     switched_off_with(handle, channel, message, callback)
@@ -180,8 +160,8 @@ pub(crate) extern "C" fn BtReadMsgOn(
     callback: Callback<BtReceived>,
 ) -> u32 {
     with_device(handle, |device| {
-        let result = BtResult { channel: channel(given)?, status: SWITCHED_OFF };
-        call_back(device, callback, move || BtReceived { result, length: 0, message: [0; 16] })
+        let channel = channel(given)?;
+        call_back(device, callback, move || BtReceived::off(channel))
     })
 }
 

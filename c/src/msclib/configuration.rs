@@ -2,16 +2,14 @@
 
 use std::ffi::c_int;
 
-use ft_transfer_area::transfer_area::{CounterConfig, UniConfig};
+use ft_transfer_area::transfer_area::{
+    CounterConfig, UniConfig, IZ_COUNTER, IZ_MOTOR, IZ_UNI_INPUT,
+};
 
 use super::arguments::{Bool, Handle};
 use super::{index, number, with_area};
 use crate::memory::{AreaArray, Places, Ta};
 
-/// How many universal inputs a controller has.
-pub(super) const INPUTS: usize = 8;
-/// How many counters, and how many motors.
-pub(super) const COUNTERS: usize = 4;
 /// `MODE_ULTRASONIC`. A TXT knows all modes up to it; 2 is its resistance up to 15 kΩ.
 const MODE_MAX: u16 = 3;
 
@@ -41,7 +39,7 @@ pub(crate) extern "C" fn SetFtUniConfig(
     digital: Bool,
 ) -> u32 {
     with_config(handle, controller, |array, places| {
-        let (input, mode) = (index(input, INPUTS)?, number(mode, MODE_MAX)? as u8);
+        let (input, mode) = (index(input, IZ_UNI_INPUT)?, number(mode, MODE_MAX)? as u8);
         // SAFETY: computes an address within the configuration only.
         let configs = unsafe { &raw mut (*places.config).uni }.cast::<UniConfig>();
         let config = UniConfig { mode, digital: digital.get().into(), dummy: [0; 2] };
@@ -59,7 +57,7 @@ pub(crate) extern "C" fn SetFtCntConfig(
     mode: c_int,
 ) -> u32 {
     with_config(handle, controller, |array, places| {
-        let (counter, mode) = (index(counter, COUNTERS)?, number(mode, 1)? as u8);
+        let (counter, mode) = (index(counter, IZ_COUNTER)?, number(mode, 1)? as u8);
         // SAFETY: computes an address within the configuration only.
         let configs = unsafe { &raw mut (*places.config).cnt }.cast::<CounterConfig>();
         array.store(configs.wrapping_add(counter), CounterConfig { mode, dummy: [0; 3] });
@@ -76,7 +74,7 @@ pub(crate) extern "C" fn SetFtMotorConfig(
     is_motor: Bool,
 ) -> u32 {
     with_config(handle, controller, |array, places| {
-        let motor = index(motor, COUNTERS)?;
+        let motor = index(motor, IZ_MOTOR)?;
         // SAFETY: computes an address within the configuration only.
         let configs = unsafe { &raw mut (*places.config).motor }.cast::<u8>();
         array.store(configs.wrapping_add(motor), is_motor.get().into());

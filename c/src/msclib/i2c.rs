@@ -4,13 +4,7 @@ use super::arguments::Handle;
 use super::with_device;
 use crate::errors::FTLIB_ERR_INVALID_PARAM;
 use crate::i2c::{Access, Request};
-
-/// `I2C_CB`.
-#[repr(C)]
-pub(crate) struct I2cResult {
-    value: u16,
-    status: u16,
-}
+use crate::results::I2cResult;
 
 /// A callback for the result, which is there during the call only.
 type Callback = unsafe extern "system" fn(*mut I2cResult);

@@ -2,10 +2,11 @@
 
 use std::ffi::c_int;
 
-use ft_transfer_area::transfer_area::{InputMode, R2_OVR, R_OVR, ULTRASONIC_OVR, U_OVR};
+use ft_transfer_area::transfer_area::{
+    InputMode, IZ_COUNTER, IZ_UNI_INPUT, R2_OVR, R_OVR, ULTRASONIC_OVR, U_OVR,
+};
 
 use super::arguments::{Handle, Out};
-use super::configuration::{COUNTERS, INPUTS};
 use super::{index, with_area};
 
 /// The value of a universal input, and whether it is an overrun: of what its mode measures, and never for a
@@ -19,7 +20,7 @@ pub(crate) extern "C" fn GetInIOValue(
     overrun: Out<u32>,
 ) -> u32 {
     with_area(handle, controller, |device, places| {
-        let input = index(input, INPUTS)?;
+        let input = index(input, IZ_UNI_INPUT)?;
         value.check()?;
         let measured = device.array().load(places.input).uni[input];
         let config = device.array().load(places.config).uni[input];
@@ -45,7 +46,7 @@ pub(crate) extern "C" fn GetInCounterValue(
     level: Out<i16>,
 ) -> u32 {
     with_area(handle, controller, |device, places| {
-        let counter = index(counter, COUNTERS)?;
+        let counter = index(counter, IZ_COUNTER)?;
         let input = device.array().load(places.input);
         count.check()?;
         level.put(input.cnt_in[counter])?;

@@ -113,7 +113,8 @@ pub(crate) extern "C" fn SetOutMotorValues(
 ) -> u32 {
     with_outputs(handle, controller, |outputs| {
         let motor = index(motor, IZ_MOTOR)?;
-        let (plus, minus) = (number(duty_plus, DUTY_MAX as u16)?, number(duty_minus, DUTY_MAX as u16)?);
+        let (plus, minus) =
+            (number(duty_plus, DUTY_MAX as u16)?, number(duty_minus, DUTY_MAX as u16)?);
         outputs.set_duty(2 * motor, plus);
         outputs.set_duty(2 * motor + 1, minus);
         Ok(())

@@ -1,6 +1,7 @@
 //! When PrgTic is called.
 
-use std::sync::{Arc, Mutex};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Arc;
 
 use ft_transfer_area::simulator::Machine;
 
@@ -19,30 +20,29 @@ fn there_is_a_tic_every_millisecond_and_the_program_sees_what_the_facts_say() {
     assert!((995.0..=1005.0).contains(&tics) || ended.err.contains("skipped"), "{ended:#?}");
 }
 
-/// How many changes of an input are answered.
-const CHANGES: usize = 300;
+/// How many changes in a row are answered in the very next request. A program that answers later never has two.
+const IN_A_ROW: u32 = 50;
 
 #[test]
 fn an_input_is_answered_in_the_next_request() {
     if !has_compiler() {
         return;
     }
-    let answers = Arc::new(Mutex::new(Vec::new()));
-    let noted = Arc::clone(&answers);
-    let mut asked = 0;
+    let longest = Arc::new(AtomicU32::new(0));
+    let noted = Arc::clone(&longest);
+    let (mut asked, mut in_a_row) = (0, 0);
     let txt = txt().on_exchange(move |machine: &mut Machine| {
         let controller = &mut machine.controllers[0];
-        noted.lock().unwrap().push((asked, controller.outputs.duty[0]));
+        let answered = asked != 0 && asked == controller.outputs.duty[0];
+        in_a_row = if answered { in_a_row + 1 } else { 0 };
+        noted.fetch_max(in_a_row, Ordering::Relaxed);
         asked = asked % 500 + 1;
         controller.uni[0] = asked;
     });
     let txt = txt.start().unwrap();
     let run = run_on(&txt, "echo.c", "");
-    wait_for(&txt, "all changes", |machine| machine.exchanges() > CHANGES as u64 + 10);
+    // A busy machine makes a program late now and then, but not for ever.
+    wait_for(&txt, "answers in a row", |_| longest.load(Ordering::Relaxed) >= IN_A_ROW);
     run.signal(libc::SIGTERM);
-    run.end();
-    // The first requests come before PrgInit has returned.
-    let answers = answers.lock().unwrap()[10..10 + CHANGES].to_vec();
-    let answered = answers.iter().filter(|(asked, answer)| asked == answer).count();
-    assert!(answered * 100 >= CHANGES * 99, "{answered} of {CHANGES}: {answers:?}");
+    run.end().well();
 }
