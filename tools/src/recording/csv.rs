@@ -1,0 +1,9 @@
+//! `txt csv`.
+
+/// Write a recording as CSV
+#[derive(clap::Args)]
+pub(crate) struct Args {}
+
+pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
+    anyhow::bail!("not built yet")
+}

@@ -1,0 +1,9 @@
+//! `txt info`.
+
+/// Tell what is in a recording
+#[derive(clap::Args)]
+pub(crate) struct Args {}
+
+pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
+    anyhow::bail!("not built yet")
+}

@@ -1,0 +1,7 @@
+//! Recordings: written, read, drawn, replayed.
+
+pub(crate) mod csv;
+pub(crate) mod info;
+pub(crate) mod plot;
+pub(crate) mod record;
+pub(crate) mod replay;
