@@ -129,7 +129,10 @@ pub mod tx;
 pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, Picture, PowerLine};
-pub use client::{find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT};
+pub use client::{
+    ask_controllers_at, find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT,
+    USUAL_HOSTS,
+};
 pub use error::{Error, IoError};
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
