@@ -14,7 +14,7 @@
 //! ```
 //!
 //! To lose the connection to a real TXT, leave the room with the PC, or switch the TXT off and on
-//! again. With the program simulated_txt, end it and start it again. Ctrl-C stops the motor and ends
+//! again. With `txt simulate`, end it and start it again. Ctrl-C stops the motor and ends
 //! the sample, also in a gap.
 
 use std::env;

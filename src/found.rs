@@ -51,6 +51,9 @@ impl fmt::Display for ConnectionKind {
 
 /// A controller that answered, see [`find_controllers`](crate::find_controllers).
 ///
+/// One that answers serves no other program at that moment. A controller does not tell whether a camera is
+/// plugged in: it answers the camera's start in the same way, and then no picture comes.
+///
 /// Its `address` as text is what [`builder`](crate::TransferAreaComHandler::builder) takes. It prints as
 /// `ROBO TXT with firmware 4.6.6 at 192.168.7.2:65000 (USB)`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,6 +88,9 @@ pub struct TriedAddress {
     pub connection: ConnectionKind,
     /// What happened, as text.
     pub outcome: String,
+    /// Whether something accepted the connection, but did not answer or closed it. A controller that another
+    /// program uses does this; so may any other server.
+    pub perhaps_in_use: bool,
 }
 
 impl fmt::Display for TriedAddress {

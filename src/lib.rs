@@ -36,6 +36,7 @@
 //! | port the calls of the TX library or of FtTxtLib | [`tx`] |
 //! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and the other waits |
 //! | be told of changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
+//! | record every cycle | [`TransferAreaComHandler::cycle_log`] |
 //! | be told when a motor is blocked | [`TransferAreaComHandler::set_stall_limit`] |
 //! | measure the time between two responses, and count missed ones | [`TransferAreaGuard::arrived`] and [`cycle`](TransferAreaGuard::cycle) |
 //! | control several controllers in one loop | [`TransferArea::wait_any`] |
@@ -129,14 +130,18 @@ pub mod tx;
 pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, Picture, PowerLine};
-pub use client::{find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT};
+pub use client::{
+    ask_controllers_at, find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT,
+    USUAL_HOSTS,
+};
 pub use error::{Error, IoError};
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use found::{ConnectionKind, FoundController, TriedAddress};
 pub use handler::{
-    Event, EventKind, Events, Joystick, Statistics, TimedEvent, TransferArea,
-    TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferAreaGuard,
+    CycleLog, Event, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning, LoggedCycle,
+    Statistics, TimedEvent, TransferArea, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+    TransferAreaGuard,
 };
 pub use i2c::I2cClient;
 pub use transfer_area::FishX1Transfer;

@@ -7,7 +7,7 @@ use ft_transfer_area::simulator::{Fault, FaultKind, FaultPlace, Machine};
 use super::everything;
 
 #[allow(dead_code, reason = "the help is for the program")]
-#[path = "../../examples/simulated_txt/typed.rs"]
+#[path = "../../tools/src/simulate/typed.rs"]
 mod typed;
 
 /// Types lines for the simulated TXT, with a world and without one. A refused line must change

@@ -20,12 +20,12 @@ const AUTO: &str = "auto";
 /// How long the search for it may take. A packet that is lost on a WLAN is sent again after a second.
 const AUTO_LIMIT: Duration = Duration::from_millis(1500);
 
-/// The default addresses of a controller.
+/// The default addresses of a controller: by USB, by its own WLAN, by Bluetooth, and on the same machine.
 #[cfg(not(test))]
-const USUAL_HOSTS: &[&str] = &["192.168.7.2", "192.168.8.2", "192.168.9.2", "127.0.0.1"];
+pub const USUAL_HOSTS: &[&str] = &["192.168.7.2", "192.168.8.2", "192.168.9.2", "127.0.0.1"];
 /// Tests ask no other host.
 #[cfg(test)]
-const USUAL_HOSTS: &[&str] = &["127.0.0.1"];
+pub const USUAL_HOSTS: &[&str] = &["127.0.0.1"];
 
 /// How many addresses are asked in parallel, so that a long list does not take all threads.
 const AT_A_TIME: usize = 64;
@@ -98,18 +98,52 @@ where
     A: AsRef<str> + Sync,
 {
     let (mut found, mut tried) = (Vec::new(), Vec::new());
-    for some in addresses.chunks(AT_A_TIME) {
-        for answer in ask_side_by_side(some, limit)? {
-            match answer {
-                Ok(controller) => found.push(controller),
-                Err(address) => tried.push(address),
-            }
+    for answer in ask_controllers_at(addresses, limit)? {
+        match answer {
+            Ok(controller) => found.push(controller),
+            Err(address) => tried.push(address),
         }
     }
     if found.is_empty() {
         return Err(Error::NoController { tried });
     }
     Ok(found)
+}
+
+/// Asks the controllers at given addresses, such as the [usual ones](USUAL_HOSTS), and returns what happened
+/// at each, in their order. For a list that also shows where a controller may be [in
+/// use](TriedAddress::perhaps_in_use); the rest is as for [`find_controllers_at`].
+///
+/// ```
+/// use std::time::Duration;
+/// use ft_transfer_area::ask_controllers_at;
+///
+/// # fn main() -> Result<(), ft_transfer_area::Error> {
+/// for answer in ask_controllers_at(&["127.0.0.1:1"], Duration::from_secs(2))? {
+///     match answer {
+///         Ok(controller) => println!("{controller}"),
+///         Err(tried) => println!("{tried}"), // 127.0.0.1:1 (this machine): nothing listens there
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+///
+/// [`Error::ThreadNotStarted`].
+pub fn ask_controllers_at<A>(
+    addresses: &[A],
+    limit: Duration,
+) -> Result<Vec<Result<FoundController, TriedAddress>>, Error>
+where
+    A: AsRef<str> + Sync,
+{
+    let mut answers = Vec::with_capacity(addresses.len());
+    for some in addresses.chunks(AT_A_TIME) {
+        answers.extend(ask_side_by_side(some, limit)?);
+    }
+    Ok(answers)
 }
 
 /// Whether the host is to be found.
@@ -179,6 +213,10 @@ fn ask(address: &str, limit: Duration) -> Answer {
             address: address.to_owned(),
             connection: host.parse().map_or(ConnectionKind::Network, ConnectionKind::of),
             outcome: outcome(&error, limit),
+            perhaps_in_use: matches!(
+                error,
+                Error::NoAnswer { .. } | Error::ConnectionClosed { .. }
+            ),
         }
     })
 }

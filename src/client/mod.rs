@@ -22,7 +22,7 @@ use std::net::IpAddr;
 pub(crate) use address::host_and_port;
 pub(crate) use connect::{connect_error, connect_to};
 pub(crate) use connection::{Connection, PacketNames};
-pub use find::{find_controllers, find_controllers_at};
+pub use find::{ask_controllers_at, find_controllers, find_controllers_at, USUAL_HOSTS};
 pub(crate) use find::{found_host, is_auto};
 pub use limits::TimeLimits;
 

@@ -101,7 +101,11 @@ impl Cycle {
         self.configs_changed = config_updates > 0;
         let inputs = client.exchange(exchange, &self.areas)?;
         let (before, now) = (&mut self.inputs_before, &mut self.inputs);
-        Ok(self.shared.deliver(inputs, config_updates, before, now))
+        let delivered = self.shared.deliver(inputs, config_updates, before, now);
+        if delivered.logged {
+            self.shared.log(&delivered, &self.areas, inputs);
+        }
+        Ok(delivered)
     }
 
     /// Tells the program of a response: first the threads that wait for it, then the listeners.

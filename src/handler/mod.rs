@@ -41,6 +41,9 @@ mod window;
 pub use area::TransferArea;
 pub use builder::TransferAreaComHandlerBuilder;
 pub use com_handler::TransferAreaComHandler;
-pub use events::{Event, EventKind, Events, Joystick, TimedEvent};
+pub use events::{
+    CycleLog, Event, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning, LoggedCycle,
+    TimedEvent,
+};
 pub use guard::TransferAreaGuard;
 pub use statistics::Statistics;

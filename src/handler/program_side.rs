@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use super::area_lock::{Holder, Waiter};
 use super::clock::Clock;
 use super::command::Command;
+use super::events::Subscription;
 use super::shared::{Shared, State};
 use super::state::Stop;
 use super::sync::{thread_id, MutexGuard};
@@ -109,6 +110,14 @@ impl Shared {
         }
         // Otherwise a thread that locks again immediately would keep all others out.
         MutexGuard::unlock_fair(state);
+    }
+
+    /// Adds a log of all cycles.
+    pub(super) fn add_log(&self, capacity: usize) -> Subscription {
+        // Locked meanwhile, so that no beginning and no response comes between.
+        let mut listeners = self.listeners.lock();
+        let running = self.state().beginning();
+        listeners.add_log(capacity, running)
     }
 
     /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it

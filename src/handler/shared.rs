@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 use super::area_lock::{AreaLock, Waiter};
 use super::clock::Clock;
 use super::command::Command;
-use super::events::{Event, Listeners, TimedEvent};
+use super::events::{Event, Listeners, LoggedBeginning, TimedEvent};
 use super::hand_over::HandOver;
 use super::hook_slot::HookSlot;
 use super::interruptions::Interruptions;
@@ -28,6 +28,7 @@ use super::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
 use super::watchdog::Watchdog;
 use super::window::Window;
 use crate::camera::CameraControl;
+use crate::firmware::FirmwareVersion;
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::QueryStatusResponse;
 
@@ -171,6 +172,20 @@ impl State {
     /// For how long the transfer has been running, or was running when it ended.
     pub(super) fn elapsed(&self) -> Duration {
         self.transfer.elapsed(self.clock.now())
+    }
+
+    /// The beginning of the transfer, while it is running, for a log.
+    pub(super) fn beginning(&self) -> Option<LoggedBeginning> {
+        let at = self.transfer.began()?;
+        let controller = self.controller.as_ref();
+        let status = controller.map(|controller| &controller.status);
+        Some(LoggedBeginning {
+            at,
+            device_name: status.map(QueryStatusResponse::name).unwrap_or_default(),
+            firmware: status.map_or(FirmwareVersion::OLDEST_SUPPORTED, |status| status.version),
+            address: controller.and_then(|controller| controller.address),
+            areas: self.hand_over.outgoing().len(),
+        })
     }
 
     /// An event that does not come with a response, with the current time.

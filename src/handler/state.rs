@@ -155,6 +155,11 @@ impl Transfer {
         }
     }
 
+    /// When the transfer began, while it is running.
+    pub(super) fn began(&self) -> Option<Instant> {
+        self.began
+    }
+
     /// How long the transfer has been running, or how long the last one ran.
     pub(super) fn elapsed(&self, now: Instant) -> Duration {
         self.began.map_or(self.lasted, |began| now.saturating_duration_since(began))

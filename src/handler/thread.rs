@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_with_listeners_allocates_nothing() {
+    fn a_cycle_with_listeners_and_logs_allocates_nothing() {
         let txt = SimulatedTxt::builder().pace(Duration::ZERO).extensions(1);
         let mut number = 0;
         let txt = txt.on_exchange(move |machine| {
@@ -147,6 +147,8 @@ mod tests {
         let area = handler.transfer_area();
         let all = handler.events(EventKind::ALL, 10_000).unwrap();
         let slow = handler.events(EventKind::ALL, 1).unwrap();
+        let log = handler.cycle_log(1000).unwrap();
+        let slow_log = handler.cycle_log(1).unwrap();
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
         let mut work = work(&txt, area.shared(), 2);
@@ -161,6 +163,8 @@ mod tests {
         assert_eq!(allocations.count_total, 0);
         assert!(all.receiver().len() > before + 100, "there were no events");
         assert!(slow.lost() > 100, "there was nothing to lose");
+        assert!(log.receiver().len() > 100, "there was no log");
+        assert!(slow_log.lost() > 100, "there was nothing to lose");
         area.shared().finish(None);
     }
 

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::command::Command;
-use super::events::{Event, KindSet};
+use super::events::{Event, KindSet, Logged, LoggedCycle};
 use super::shared::{Controller, Shared, State};
 use super::state::Stop;
 use super::statistics::Statistics;
@@ -27,6 +27,8 @@ pub(super) struct Delivered {
     pub(super) first: bool,
     /// The events that have listeners.
     pub(super) listened: KindSet,
+    /// Whether there are logs of all cycles.
+    pub(super) logged: bool,
     /// Whether the waiting threads are told later, after the hook, or in lock-step after the events.
     pub(super) opens_later: bool,
 }
@@ -50,6 +52,7 @@ impl Shared {
     /// Begins a transfer for which this number of configurations was sent; returns an error when it was
     /// stopped meanwhile.
     pub(super) fn run(&self, config_updates: u64) -> Result<(), Stop> {
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let now = state.clock.now();
         state.transfer.run(now)?;
@@ -58,6 +61,9 @@ impl Shared {
         state.command = None;
         state.watchdog.start();
         state.statistics = Statistics { config_updates, ..Statistics::default() };
+        if let Some(beginning) = state.beginning().filter(|_| !listeners.logs().is_empty()) {
+            listeners.logs().note(&Logged::Began(beginning));
+        }
         Ok(())
     }
 
@@ -77,6 +83,7 @@ impl Shared {
         let state = &mut *locked;
         state.delivered += 1;
         let listened = listeners.note_response(state.delivered);
+        let logged = !listeners.logs().is_empty();
         drop(listeners);
         if !listened.is_empty() {
             before.clone_from(state.hand_over.incoming());
@@ -92,7 +99,8 @@ impl Shared {
         state.statistics.count_response(previous, arrived);
         state.statistics.config_updates += config_updates;
         let lock_step = state.clock.is_lock_step();
-        let opens_later = state.hook.is_set() || lock_step && !listened.is_empty();
+        let tells = logged || !listened.is_empty();
+        let opens_later = state.hook.is_set() || lock_step && tells;
         if !opens_later {
             self.open(state);
         }
@@ -102,8 +110,17 @@ impl Shared {
             arrived,
             first: previous.is_none(),
             listened,
+            logged,
             opens_later,
         }
+    }
+
+    /// Logs a response that was delivered, with the areas of its request.
+    pub(super) fn log(&self, delivered: &Delivered, sent: &[FishX1Transfer], inputs: &Inputs) {
+        let Delivered { cycle, arrived, first, .. } = *delivered;
+        let statistics = self.statistics();
+        let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
+        self.listeners.lock().logs().note_cycle(&cycle);
     }
 
     /// Opens the window for reactions to the last response, and wakes all threads that wait for it.
@@ -272,7 +289,7 @@ impl Shared {
     /// Ends the transfer.
     pub(super) fn finish(&self, error: Option<Error>) {
         // Locked until the listeners are told, so that later ones do not get this end.
-        let listeners = self.listeners.lock();
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
         self.close_window(&mut state);
         state.command = None;
@@ -289,11 +306,17 @@ impl Shared {
 
     /// Stores why a transfer could not begin.
     pub(super) fn fail(&self, error: Error) {
-        // A transfer that another thread has ended is no failure.
+        let mut listeners = self.listeners.lock();
         let mut state = self.state();
-        let now = state.clock.now();
-        state.transfer.end(now, Some(error).filter(|error| *error != Error::NotStarted));
+        let at = state.clock.now();
+        // A transfer that another thread has ended is no failure.
+        let error = Some(error).filter(|error| *error != Error::NotStarted);
+        state.transfer.end(at, error.clone());
         self.wake_waiting(&state);
+        drop(state);
+        if let Some(error) = error {
+            listeners.logs().note(&Logged::Failed { at, error });
+        }
     }
 }
 

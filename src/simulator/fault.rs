@@ -15,7 +15,7 @@ pub(super) const DELAYS: RangeInclusive<i64> = 0..=3_600_000;
 /// exchange](FaultPlace::EachExchange). Of several faults for the same response, the first strikes
 /// the first connection that gets to this response, the second the next one, and so on.
 ///
-/// A fault can be written as text, `WHAT@WHERE`, as for the program `simulated_txt`:
+/// A fault can be written as text, `WHAT@WHERE`, as for the command `txt simulate`:
 ///
 /// ```
 /// use ft_transfer_area::simulator::{Fault, FaultKind};

@@ -1,4 +1,4 @@
-//! The samples: what they print on their own simulated TXT and with the program `simulated_txt`, what
+//! The samples: what they print on their own simulated TXT and with `txt simulate`, what
 //! they do with a controller on Ctrl-C, and what they say when something is missing.
 
 use std::sync::{Arc, Mutex};

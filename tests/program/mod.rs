@@ -1,4 +1,4 @@
-//! The examples as child processes.
+//! The examples and `txt simulate` as child processes.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
@@ -13,9 +13,21 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
 /// An example, built with the tests.
 pub(crate) fn example(name: &str) -> Command {
+    built(&format!("examples/{name}"), "cargo build --examples")
+}
+
+/// The command `txt simulate`, built with the tests of all packages.
+pub(crate) fn simulate() -> Command {
+    let mut txt = built("txt", "cargo build --package txt-tools");
+    txt.arg("simulate");
+    txt
+}
+
+/// A program beside the tests, in the folder `target/debug`.
+fn built(name: &str, how: &str) -> Command {
     let tests: PathBuf = std::env::current_exe().unwrap();
-    let path = tests.ancestors().nth(2).unwrap().join("examples").join(name);
-    assert!(path.exists(), "{path:?} is not built: cargo build --examples");
+    let path = tests.ancestors().nth(2).unwrap().join(name);
+    assert!(path.exists(), "{path:?} is not built: {how}");
     Command::new(path)
 }
 
@@ -40,7 +52,7 @@ pub(crate) struct Program {
 
 impl Program {
     pub(crate) fn start(options: &[&str]) -> Self {
-        let mut child = example("simulated_txt")
+        let mut child = simulate()
             .args(["--port", "0"])
             .args(options)
             .env("RUST_LOG", "info")

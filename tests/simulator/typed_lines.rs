@@ -1,4 +1,4 @@
-//! The lines that are typed while the program `simulated_txt` runs.
+//! The lines that are typed while `txt simulate` runs.
 
 use std::time::Duration;
 
@@ -9,7 +9,7 @@ use ft_transfer_area::wire::IrRemote;
 
 use typed::carry_out;
 
-#[path = "../../examples/simulated_txt/typed.rs"]
+#[path = "../../tools/src/simulate/typed.rs"]
 mod typed;
 
 /// The world `everything`, on a master with an extension.

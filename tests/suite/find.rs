@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{
-    find_controllers_at, ConnectionKind, Error, FirmwareVersion, TransferAreaComHandler,
-    TriedAddress,
+    ask_controllers_at, find_controllers_at, ConnectionKind, Error, FirmwareVersion,
+    TransferAreaComHandler, TriedAddress,
 };
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
@@ -92,14 +92,15 @@ fn without_a_controller_the_error_says_what_happened_at_each_address() {
         let addresses = [REFUSES, &*silence, &*strange, &*leaving, "txt:port"];
         let tried = tried(&addresses, LIMIT);
         assert_eq!(tried.iter().map(|tried| &*tried.address).collect::<Vec<_>>(), addresses);
-        for (tried, outcome) in tried.iter().zip([
-            "nothing listens there",
-            "did not answer within 2s, so another program may be using it",
-            "what answers is no TXT",
-            "it closed the connection, so another program may be using it",
-            "is no address",
+        for (tried, (outcome, perhaps_in_use)) in tried.iter().zip([
+            ("nothing listens there", false),
+            ("did not answer within 2s, so another program may be using it", true),
+            ("what answers is no TXT", false),
+            ("it closed the connection, so another program may be using it", true),
+            ("is no address", false),
         ]) {
             assert!(tried.outcome.contains(outcome), "{tried}");
+            assert_eq!(tried.perhaps_in_use, perhaps_in_use, "{tried}");
         }
     });
 }
@@ -131,6 +132,21 @@ fn a_running_transfer_is_not_disturbed() {
     handler.end_transfer().unwrap();
     check_client(&txt);
     assert_eq!(find_controllers_at(&[address(&txt)], DEADLINE).unwrap().len(), 1);
+}
+
+#[test]
+fn what_happened_is_told_for_each_address_in_order() {
+    let (free, used) = (named("free").start().unwrap(), unpaced().start().unwrap());
+    let handler = handler_for(&used).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let addresses = [address(&used), REFUSES.to_owned(), address(&free)];
+    let answers = ask_controllers_at(&addresses, DEADLINE).unwrap();
+    let [Err(in_use), Err(refused), Ok(found)] = &answers[..] else { panic!("{answers:?}") };
+    assert_eq!((&in_use.address, in_use.perhaps_in_use), (&addresses[0], true));
+    assert_eq!((&refused.address, refused.perhaps_in_use), (&addresses[1], false));
+    assert_eq!(found.name, "free");
+    handler.end_transfer().unwrap();
+    assert_eq!(ask_controllers_at::<&str>(&[], LIMIT), Ok(vec![]));
 }
 
 #[test]

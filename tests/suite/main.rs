@@ -9,6 +9,7 @@ mod camera_early;
 mod client;
 mod codec;
 mod configuration;
+mod cycle_log;
 mod cycles;
 mod events;
 mod find;

@@ -1,9 +1,187 @@
 //! `txt find`.
 
+use std::thread;
+use std::time::Duration;
+
+use ft_transfer_area::{
+    ask_controllers_at, CameraOptions, Error, FoundController, TransferAreaComHandler,
+    TriedAddress, USUAL_HOSTS,
+};
+use indicatif::ProgressBar;
+use serde_json::{json, Value};
+
+const AFTER: &str = "\
+It asks at 192.168.7.2 (USB), 192.168.8.2 (WLAN), 192.168.9.2 (Bluetooth), 127.0.0.1 and at the
+addresses that you give, all at the same time. This moves nothing. A controller on which somebody is
+online does not answer others, and is not disturbed: it is listed without its name.
+
+A controller does not tell whether it has a camera. With --try-camera, each one that answers goes
+online and starts its camera for up to 8 seconds. This stops a program that runs on it.
+
+The exit status is 1 when no controller has answered.
+
+Example: txt find 192.168.1.17 127.0.0.1:65010";
+
+/// A packet that is lost on a WLAN is sent again after a second.
+const LIMIT: Duration = Duration::from_millis(1500);
+
+/// How long the first picture may take: a camera needs 2 s, a connection that is refused is tried for 5 s.
+const PICTURE: Duration = Duration::from_secs(8);
+
+const UNKNOWN: &str = "unknown";
+
 /// List the controllers that answer
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+#[command(after_help = AFTER)]
+pub(crate) struct Args {
+    /// Further addresses, with or without a port
+    addresses: Vec<String>,
+    /// Ask only at the given addresses
+    #[arg(long, requires = "addresses")]
+    only: bool,
+    /// Start each camera to see whether there is one
+    #[arg(long)]
+    try_camera: bool,
+    /// Print JSON, for scripts
+    #[arg(long)]
+    json: bool,
+}
 
-pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
-    anyhow::bail!("not built yet")
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let usual = if args.only { &[] } else { USUAL_HOSTS };
+    let addresses: Vec<&str> =
+        usual.iter().copied().chain(args.addresses.iter().map(String::as_str)).collect();
+    let progress = ProgressBar::new_spinner().with_message("asking for controllers");
+    progress.enable_steady_tick(Duration::from_millis(100));
+    let mut all = Findings::default();
+    for answer in ask_controllers_at(&addresses, LIMIT)? {
+        match answer {
+            Ok(controller) => all.found.push(Found { controller, camera: None }),
+            Err(tried) => all.tried.push(tried),
+        }
+    }
+    if args.try_camera {
+        progress.set_message("starting the cameras");
+        all.try_cameras();
+    }
+    progress.finish_and_clear();
+    if args.json {
+        println!("{:#}", all.json());
+    } else {
+        print!("{}", all.table());
+        let silent = all.tried.iter().filter(|tried| !tried.perhaps_in_use);
+        let asked_for = silent.filter(|tried| args.addresses.contains(&tried.address));
+        asked_for.for_each(|tried| eprintln!("{tried}"));
+    }
+    if all.found.is_empty() {
+        return Err(Error::NoController { tried: all.tried }.into());
+    }
+    Ok(())
+}
+
+struct Found {
+    controller: FoundController,
+    /// `None` when nobody knows.
+    camera: Option<bool>,
+}
+
+#[derive(Default)]
+struct Findings {
+    found: Vec<Found>,
+    tried: Vec<TriedAddress>,
+}
+
+impl Findings {
+    /// Starts the cameras of all that answered, at the same time.
+    fn try_cameras(&mut self) {
+        thread::scope(|scope| {
+            for Found { controller, camera } in &mut self.found {
+                scope.spawn(move || {
+                    *camera = has_camera(&controller.address.to_string()).unwrap_or_else(|error| {
+                        log::warn!("{}: {error}", controller.address);
+                        None
+                    });
+                });
+            }
+        });
+    }
+
+    fn table(&self) -> String {
+        let head = ["ADDRESS", "WAY", "NAME", "FIRMWARE", "CAMERA", "ONLINE"].map(String::from);
+        let found = self.found.iter().map(|Found { controller, camera }| {
+            [
+                controller.address.to_string(),
+                controller.connection.to_string(),
+                printable(&controller.name),
+                controller.firmware.to_string(),
+                String::from(camera.map_or(UNKNOWN, |there| if there { "yes" } else { "no" })),
+                String::from("nobody"),
+            ]
+        });
+        let in_use = self.tried.iter().filter(|tried| tried.perhaps_in_use).map(|tried| {
+            let [name, firmware, camera] = [(); 3].map(|()| String::from(UNKNOWN));
+            let online = format!("perhaps: {}", tried.outcome);
+            [tried.address.clone(), tried.connection.to_string(), name, firmware, camera, online]
+        });
+        let rows: Vec<_> = found.chain(in_use).collect();
+        if rows.is_empty() {
+            return String::new();
+        }
+        lines(&[vec![head], rows].concat())
+    }
+
+    fn json(&self) -> Value {
+        let controllers = self.found.iter().map(|Found { controller, camera }| {
+            json!({
+                "address": controller.address.to_string(),
+                "way": controller.connection.to_string(),
+                "name": controller.name,
+                "firmware": controller.firmware.to_string(),
+                "camera": camera,
+                "online": false,
+            })
+        });
+        let others = self.tried.iter().map(|tried| {
+            json!({
+                "address": tried.address,
+                "way": tried.connection.to_string(),
+                "perhaps_in_use": tried.perhaps_in_use,
+                "outcome": tried.outcome,
+            })
+        });
+        json!({ "controllers": Value::from_iter(controllers), "others": Value::from_iter(others) })
+    }
+}
+
+/// Whether a picture comes; `None` when something else has gone wrong.
+fn has_camera(address: &str) -> Result<Option<bool>, Error> {
+    let handler = TransferAreaComHandler::builder(address).build()?;
+    handler.begin_transfer()?;
+    let frames = handler.start_camera(CameraOptions::default())?;
+    let frame = frames.recv_timeout(PICTURE);
+    let error = handler.camera_error();
+    handler.end_transfer()?;
+    match (frame, error) {
+        (Ok(_), _) => Ok(Some(true)),
+        (_, None | Some(Error::ConnectionRefused { .. } | Error::NoAnswer { .. })) => {
+            Ok(Some(false))
+        }
+        (_, Some(error)) => Err(error),
+    }
+}
+
+/// A name from a controller. In a terminal, some characters are commands.
+fn printable(name: &str) -> String {
+    name.replace(char::is_control, "\u{FFFD}")
+}
+
+/// The rows as lines with aligned columns.
+fn lines(rows: &[[String; 6]]) -> String {
+    let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max();
+    let widths: [usize; 6] = std::array::from_fn(|column| widest(column).unwrap_or(0));
+    let line = |row: &[String; 6]| {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}  "));
+        format!("{}\n", cells.collect::<String>().trim_end())
+    };
+    rows.iter().map(line).collect()
 }

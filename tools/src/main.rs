@@ -4,6 +4,7 @@ mod bridge;
 mod camera;
 mod find;
 mod interrupt;
+mod mjpeg;
 mod panel;
 mod recording;
 mod simulate;
@@ -35,8 +36,12 @@ enum Command {
     Simulate(simulate::Args),
 }
 
+/// What is logged unless `RUST_LOG` says more. The errors of a transfer and of a camera are returned to the
+/// commands, which tell them.
+const LOG: &str = "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off";
+
 fn main() -> ExitCode {
-    env_logger::Builder::from_env(Env::default().default_filter_or("warn")).init();
+    env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
     let done = match Cli::parse().command {
         Command::Find(args) => find::run(args),
         Command::Panel(args) => panel::run(args),

@@ -57,6 +57,7 @@ fn auto_without_a_controller_lists_the_addresses_and_what_to_check() {
         address: "127.0.0.1:1".to_owned(),
         connection: ConnectionKind::SameMachine,
         outcome: "nothing listens there".to_owned(),
+        perhaps_in_use: false,
     };
     assert_eq!(error, Error::NoController { tried: vec![tried] });
     let sentence = error.to_string();

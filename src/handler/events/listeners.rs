@@ -7,12 +7,13 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{bounded, Receiver, Sender};
 
 use super::event::{EventKind, KindSet, TimedEvent};
+use super::log::{Logged, LoggedBeginning, Logs, Subscription};
 use super::stall::Stalls;
 use super::watch::Comparison;
 use crate::handler::sync::{Mutex, MutexGuard};
 use crate::terminals::Motor;
 
-/// All listeners. One lock is enough: the transfer thread sends, and the program's threads subscribe and
+/// All listeners and logs. One lock is enough: the transfer thread sends, and the program's threads subscribe and
 /// unsubscribe.
 #[derive(Debug, Default)]
 pub(in crate::handler) struct Listeners(Mutex<List>);
@@ -26,6 +27,7 @@ pub(in crate::handler) struct List {
     /// Whether the handler was dropped.
     ended: bool,
     stalls: Stalls,
+    logs: Logs,
 }
 
 #[derive(Debug)]
@@ -45,9 +47,12 @@ impl Listeners {
         self.0.lock()
     }
 
-    /// Sends an event that comes from no response to all listeners for its kind. Does not block.
+    /// Sends an event that comes from no response to all listeners for its kind, and to all logs. Does not
+    /// block.
     pub(in crate::handler) fn tell_all(&self, event: &TimedEvent) {
-        tell(&self.lock().listeners, event, u64::MAX);
+        let mut list = self.lock();
+        tell(&list.listeners, event, u64::MAX);
+        list.logs.note(&Logged::Event(event.clone()));
     }
 
     /// Adds a listener; returns its channel and the count of its lost events.
@@ -76,6 +81,7 @@ impl Listeners {
         let mut list = self.lock();
         list.ended = true;
         list.listeners.clear();
+        list.logs.clear();
     }
 }
 
@@ -84,6 +90,23 @@ impl List {
     pub(in crate::handler) fn note_response(&mut self, number: u64) -> KindSet {
         self.response = number;
         self.kinds()
+    }
+
+    /// The logs of all cycles.
+    pub(in crate::handler) fn logs(&mut self) -> &mut Logs {
+        &mut self.logs
+    }
+
+    /// Adds a log. If a transfer runs already, its first entry is this beginning.
+    pub(in crate::handler) fn add_log(
+        &mut self,
+        capacity: usize,
+        running: Option<LoggedBeginning>,
+    ) -> Subscription {
+        if self.ended {
+            return Logs::default().add(capacity, None);
+        }
+        self.logs.add(capacity, running)
     }
 
     /// Sets the limit after which a motor's standstill is an event; `None` for never.
@@ -113,8 +136,9 @@ impl List {
         }
     }
 
-    /// Sends the end of a transfer to all listeners, whatever they listen for. Does not block.
-    pub(in crate::handler) fn tell_end(&self, event: &TimedEvent) {
+    /// Sends the end of a transfer to all listeners, whatever they listen for, and to all logs. Does not block.
+    pub(in crate::handler) fn tell_end(&mut self, event: &TimedEvent) {
+        self.logs.note(&Logged::Event(event.clone()));
         for listener in &self.listeners {
             listener.put(event.clone(), listener.capacity + 1);
         }

@@ -1,8 +1,9 @@
-//! Events from responses and from the state of the transfer, on channels.
+//! Events from responses and from the state of the transfer, and a log of all cycles, on channels.
 
 mod channel;
 mod event;
 mod listeners;
+mod log;
 mod stall;
 mod watch;
 
@@ -11,4 +12,6 @@ pub(super) use channel::{Source, Step};
 pub(super) use event::KindSet;
 pub use event::{Event, EventKind, Joystick, TimedEvent};
 pub(super) use listeners::Listeners;
+pub(super) use log::Subscription;
+pub use log::{CycleLog, LogEntry, Logged, LoggedBeginning, LoggedCycle};
 pub(super) use watch::Comparison;

@@ -1,9 +1,42 @@
-//! `txt simulate`.
+//! `txt simulate`: a simulated TXT for clients in any language.
 
-/// Simulate a controller, for clients in any language
-#[derive(clap::Args)]
-pub(crate) struct Args {}
+mod options;
+mod typed;
 
-pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
-    anyhow::bail!("not built yet")
+use std::io;
+use std::sync::{Arc, Weak};
+use std::thread;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+
+use crate::interrupt;
+
+pub(crate) use options::Args;
+
+/// Serves clients until Ctrl-C.
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let interrupted = interrupt::receiver()?;
+    let txt = Arc::new(args.builder().start()?);
+    println!("main 127.0.0.1:{}", txt.port());
+    println!("camera 127.0.0.1:{}", txt.camera_port());
+    println!("i2c 127.0.0.1:{}", txt.i2c_port());
+
+    let typed = Arc::downgrade(&txt);
+    thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;
+    // Clients are served while this waits. The sender lives as long as the program.
+    let _ = interrupted.recv();
+    Ok(())
+}
+
+/// Carries out typed lines. Without a keyboard, or at the end of the input, the program just goes on.
+fn read_lines(txt: &Weak<SimulatedTxt>) {
+    for line in io::stdin().lines() {
+        let (Ok(line), Some(txt)) = (line, txt.upgrade()) else { return };
+        if line.trim().is_empty() {
+            continue;
+        }
+        if let Err(sentence) = txt.with_machine(|machine| typed::carry_out(&line, machine)) {
+            eprintln!("{sentence}\n{}", typed::HELP);
+        }
+    }
 }

@@ -1,0 +1,169 @@
+//! Values by the names of their terminals, for tables and plots.
+
+use std::fmt;
+use std::str::FromStr;
+
+use ft_transfer_area::transfer_area::{InputMode, MAX_AREAS};
+use ft_transfer_area::tx::{Counter, Input, Motor, Output};
+use ft_transfer_area::FishX1Transfer;
+
+use crate::error::Error;
+
+/// A value of a cycle, by the name of its terminal: `I1` to `I8`, `C1` to `C4`, `M1` to `M4`, `O1` to `O8`, and
+/// `E1.I1` for an extension.
+///
+/// ```
+/// use ft_transfer_area::FishX1Transfer;
+/// use ft_transfer_area_recorder::Column;
+///
+/// # fn main() -> Result<(), ft_transfer_area_recorder::Error> {
+/// let column: Column = "M1".parse()?;
+/// let mut areas = [FishX1Transfer::default()];
+/// areas[0].output.duty[1] = 512;
+/// assert_eq!(column.value(&areas), Some(-512));
+/// assert_eq!("e1.c2".parse::<Column>()?.to_string(), "E1.C2");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Column {
+    area: usize,
+    terminal: Terminal,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Terminal {
+    Input(Input),
+    Counter(Counter),
+    Motor(Motor),
+    Output(Output),
+}
+
+impl Column {
+    /// The inputs, counters and motors of this many areas, in the order of a table.
+    pub fn of_areas(areas: usize) -> Vec<Self> {
+        let of_area = |area| {
+            let inputs = Input::ALL.map(Terminal::Input).into_iter();
+            let counters = Counter::ALL.map(Terminal::Counter);
+            let motors = Motor::ALL.map(Terminal::Motor);
+            let terminals = inputs.chain(counters).chain(motors);
+            terminals.map(move |terminal| Self { area, terminal })
+        };
+        (0..areas.min(MAX_AREAS)).flat_map(of_area).collect()
+    }
+
+    /// Its value in the areas of a cycle; `None` if the area is not there. Motors are −512..=512, negative for
+    /// backwards; counters are 0..=65535.
+    pub fn value(&self, areas: &[FishX1Transfer]) -> Option<i32> {
+        let area = areas.get(self.area)?;
+        let duty = |index: usize| i32::from(area.output.duty[index]);
+        Some(match self.terminal {
+            Terminal::Input(input) => area.input.uni[input.index()].into(),
+            // It is negative beyond 32767.
+            Terminal::Counter(counter) => i32::from(area.input.counter[counter.index()] as u16),
+            Terminal::Motor(motor) => duty(2 * motor.index()) - duty(2 * motor.index() + 1),
+            Terminal::Output(output) => duty(output.index()),
+        })
+    }
+
+    /// The unit of its value with the configuration of a cycle: `mV`, `Ω`, `cm`, `pulses`, `duty`, or nothing for
+    /// an input that reports 0 or 1.
+    pub fn unit(&self, areas: &[FishX1Transfer]) -> &'static str {
+        match self.terminal {
+            Terminal::Input(input) => {
+                let config = areas.get(self.area).map(|area| area.config.uni[input.index()]);
+                let Some(analog) = config.filter(|config| config.digital == 0) else { return "" };
+                match InputMode::try_from(analog.mode) {
+                    Ok(InputMode::Voltage) => "mV",
+                    Ok(InputMode::Resistance | InputMode::Resistance15k) => "Ω",
+                    Ok(InputMode::Ultrasonic) => "cm",
+                    _ => "",
+                }
+            }
+            Terminal::Counter(_) => "pulses",
+            Terminal::Motor(_) | Terminal::Output(_) => "duty",
+        }
+    }
+
+    /// The index of its area: 0 the master, 1 the first extension.
+    pub fn area(&self) -> usize {
+        self.area
+    }
+}
+
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.area > 0 {
+            write!(f, "E{}.", self.area)?;
+        }
+        match self.terminal {
+            Terminal::Input(input) => input.fmt(f),
+            Terminal::Counter(counter) => counter.fmt(f),
+            Terminal::Motor(motor) => motor.fmt(f),
+            Terminal::Output(output) => output.fmt(f),
+        }
+    }
+}
+
+impl FromStr for Column {
+    type Err = Error;
+
+    fn from_str(given: &str) -> Result<Self, Error> {
+        let name = given.to_uppercase();
+        let (area, terminal) = match name.split_once('.') {
+            Some(("TXT", terminal)) => (Some(0), terminal),
+            Some((area, terminal)) => (area.strip_prefix('E').and_then(extension), terminal),
+            None => (Some(0), &*name),
+        };
+        let terminal = terminal_of(terminal);
+        let column = area.zip(terminal).map(|(area, terminal)| Self { area, terminal });
+        column.ok_or_else(|| Error::NoColumn { name: given.to_owned() })
+    }
+}
+
+fn extension(number: &str) -> Option<usize> {
+    number.parse().ok().filter(|number| (1..MAX_AREAS).contains(number))
+}
+
+fn terminal_of(name: &str) -> Option<Terminal> {
+    let inputs = Input::ALL.map(Terminal::Input).into_iter();
+    let others = Counter::ALL.map(Terminal::Counter);
+    let outputs = Output::ALL.map(Terminal::Output);
+    let motors = Motor::ALL.map(Terminal::Motor);
+    let mut all = inputs.chain(others).chain(outputs).chain(motors);
+    all.find(|terminal| Column { area: 0, terminal: *terminal }.to_string() == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_column_has_its_name() {
+        let columns = Column::of_areas(2);
+        assert_eq!(columns.len(), 32);
+        for column in columns {
+            assert_eq!(column.to_string().parse::<Column>().unwrap(), column);
+        }
+        assert_eq!("txt.o8".parse::<Column>().unwrap().to_string(), "O8");
+        for wrong in
+            ["", "I0", "I9", "C5", "M5", "O9", "E0.I1", "E9.I1", "E1", "E1.", "X1.I1", "I1.E1"]
+        {
+            assert!(wrong.parse::<Column>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_unit_is_that_of_the_mode() {
+        let mut areas = [FishX1Transfer::default()];
+        let units = |areas: &[FishX1Transfer]| {
+            ["I1", "C1", "M1", "E1.I1"].map(|name| name.parse::<Column>().unwrap().unit(areas))
+        };
+        assert_eq!(units(&areas), ["", "pulses", "duty", ""]);
+        areas[0].config.uni[0].digital = 0;
+        for (mode, unit) in ["mV", "Ω", "Ω", "cm", ""].into_iter().enumerate() {
+            areas[0].config.uni[0].mode = mode as u8;
+            assert_eq!(units(&areas)[0], unit);
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! What is in a file: its head, its topics and its messages.
+
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{json, Value};
+
+/// The newest version of the format. It changes when an older reader would read something wrong.
+pub(crate) const FORMAT: u32 = 1;
+/// The MCAP profile of a recording.
+pub(crate) const PROFILE: &str = "ft-transfer-area";
+/// The name of the metadata record, which is the first record after the header.
+pub(crate) const HEAD: &str = "recording";
+pub(crate) const HEAD_FORMAT: &str = "format";
+/// When it was started, in nanoseconds since 1970.
+pub(crate) const HEAD_STARTED: &str = "started_ns";
+
+pub(crate) const CYCLE: &str = "/cycle";
+pub(crate) const TRANSFER: &str = "/transfer";
+pub(crate) const EVENTS: &str = "/events";
+pub(crate) const STATISTICS: &str = "/statistics";
+pub(crate) const LOG: &str = "/log";
+pub(crate) const CAMERA: &str = "/camera";
+
+/// The name of the controller with this index: `TXT`, `E1` to `E8`.
+pub(crate) fn controller(area: usize) -> String {
+    if area == 0 {
+        "TXT".to_owned()
+    } else {
+        format!("E{area}")
+    }
+}
+
+/// The topic of a part of a controller.
+pub(crate) fn topic(area: usize, part: &str) -> String {
+    format!("/{}/{part}", controller(area))
+}
+
+/// One cycle. It follows the parts of all its areas.
+#[derive(Debug, Deserialize, Serialize)]
+pub(crate) struct CycleMessage {
+    pub(crate) cycle: u64,
+    /// The time since the last response of this connection; 0 for its first.
+    pub(crate) cycle_ms: f64,
+    /// 1 for the first of its connection.
+    pub(crate) first: u8,
+    pub(crate) areas: usize,
+    /// The extensions that took part, bit 0 the first.
+    pub(crate) extensions: u16,
+    /// Entries that were lost directly before.
+    pub(crate) lost: u64,
+}
+
+/// What has happened to a transfer.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(tag = "what", rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Transfer {
+    /// It has begun, or was running when the recording was started.
+    Began {
+        /// The name of the controller.
+        device_name: String,
+        /// The version of its firmware, as `4.6.6`.
+        firmware: String,
+        /// Its address; empty if it is not known.
+        address: String,
+        /// How many areas the handler has.
+        areas: usize,
+    },
+    /// It could not begin.
+    Failed(Failure),
+    /// The connection was lost and is being made again.
+    Lost(Failure),
+    /// The connection was made again.
+    Restored {
+        /// After this time in ms.
+        after_ms: u64,
+    },
+    /// The watchdog has stopped the motors.
+    WatchdogExpired {
+        /// Its limit in ms.
+        limit_ms: u64,
+    },
+    /// It was ended by the program.
+    Ended,
+    /// It was ended by an error.
+    EndedBy(Failure),
+}
+
+/// An error of a transfer.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+pub struct Failure {
+    /// What kind of error it is.
+    pub kind: FailureKind,
+    /// What it says.
+    pub error: String,
+}
+
+/// Kinds of errors, by what the controller did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FailureKind {
+    /// It did not answer in time.
+    NoAnswer,
+    /// It sent something wrong.
+    WrongData,
+    /// The connection has ended.
+    Closed,
+    /// Anything else, such as a panic of the program.
+    #[serde(other)]
+    Other,
+}
+
+impl From<&ft_transfer_area::Error> for Failure {
+    fn from(error: &ft_transfer_area::Error) -> Self {
+        use ft_transfer_area::Error::*;
+
+        let kind = match error {
+            NoAnswer { .. } => FailureKind::NoAnswer,
+            WrongId { .. }
+            | WrongSize { .. }
+            | TooLarge { .. }
+            | DataEndsEarly { .. }
+            | WrongCrc { .. } => FailureKind::WrongData,
+            ConnectionClosed { .. } | Io { .. } | ReconnectFailed { .. } => FailureKind::Closed,
+            _ => FailureKind::Other,
+        };
+        Self { kind, error: error.to_string() }
+    }
+}
+
+/// An event, as it was told to listeners.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[non_exhaustive]
+pub struct RecordedEvent {
+    /// Its kind, as `InputChanged`.
+    pub event: String,
+    /// `TXT`, `E1` to `E8`.
+    pub controller: String,
+    /// What has changed, as `I1`; empty for an extension.
+    pub terminal: String,
+    /// Its new value, its position, or the id of its command.
+    pub value: i64,
+    /// The cycle of its response.
+    pub cycle: u64,
+}
+
+#[derive(Debug, Serialize)]
+pub(crate) struct StatisticsMessage {
+    pub(crate) cycles: u64,
+    pub(crate) late_reactions: u64,
+    pub(crate) gaps: u64,
+    pub(crate) config_updates: u64,
+    pub(crate) shortest_cycle_ms: f64,
+    pub(crate) longest_cycle_ms: f64,
+    pub(crate) lost_entries: u64,
+    pub(crate) lost_events: u64,
+    pub(crate) lost_frames: u64,
+}
+
+#[derive(Debug, Deserialize, Serialize)]
+pub(crate) struct Timestamp {
+    sec: u64,
+    nsec: u32,
+}
+
+impl Timestamp {
+    pub(crate) fn new(ns: u64) -> Self {
+        let time = Duration::from_nanos(ns);
+        Self { sec: time.as_secs(), nsec: time.subsec_nanos() }
+    }
+}
+
+/// A `foxglove.Log`.
+#[derive(Debug, Serialize)]
+pub(crate) struct LogMessage<'a> {
+    pub(crate) timestamp: Timestamp,
+    pub(crate) level: u8,
+    pub(crate) message: String,
+    pub(crate) name: &'a str,
+    pub(crate) file: &'a str,
+    pub(crate) line: u32,
+}
+
+/// Levels of a `foxglove.Log`.
+pub(crate) const INFO: u8 = 2;
+pub(crate) const WARNING: u8 = 3;
+pub(crate) const ERROR: u8 = 4;
+
+/// A `foxglove.CompressedImage`.
+#[derive(Debug, Deserialize, Serialize)]
+pub(crate) struct ImageMessage {
+    pub(crate) timestamp: Timestamp,
+    pub(crate) frame_id: String,
+    /// In base64.
+    pub(crate) data: String,
+    pub(crate) format: String,
+}
+
+/// The topics that no controller has: name of the schema, and the schema.
+pub(crate) fn schema_of(topic: &str) -> (&'static str, Value) {
+    let integer = || json!({ "type": "integer" });
+    let number = || json!({ "type": "number" });
+    let string = || json!({ "type": "string" });
+    let time = || {
+        json!({ "type": "object", "title": "time",
+        "properties": { "sec": integer(), "nsec": integer() } })
+    };
+    let object = |properties: Value| json!({ "type": "object", "properties": properties });
+    match topic {
+        CYCLE => (
+            "ft.Cycle",
+            object(json!({ "cycle": integer(), "cycle_ms": number(), "first": integer(),
+                "areas": integer(), "extensions": integer(), "lost": integer() })),
+        ),
+        TRANSFER => (
+            "ft.Transfer",
+            object(json!({ "what": string(), "device_name": string(), "firmware": string(),
+                "address": string(), "areas": integer(), "kind": string(), "error": string(),
+                "after_ms": integer(), "limit_ms": integer() })),
+        ),
+        EVENTS => (
+            "ft.Event",
+            object(json!({ "event": string(), "controller": string(), "terminal": string(),
+                "value": integer(), "cycle": integer() })),
+        ),
+        STATISTICS => (
+            "ft.Statistics",
+            object(json!({ "cycles": integer(), "late_reactions": integer(), "gaps": integer(),
+                "config_updates": integer(), "shortest_cycle_ms": number(),
+                "longest_cycle_ms": number(), "lost_entries": integer(),
+                "lost_events": integer(), "lost_frames": integer() })),
+        ),
+        LOG => (
+            "foxglove.Log",
+            object(json!({ "timestamp": time(), "level": integer(), "message": string(),
+                "name": string(), "file": string(), "line": integer() })),
+        ),
+        _ => (
+            "foxglove.CompressedImage",
+            object(json!({ "timestamp": time(), "frame_id": string(), "format": string(),
+                "data": { "type": "string", "contentEncoding": "base64" } })),
+        ),
+    }
+}

@@ -1,0 +1,25 @@
+//! A flight recorder for [`ft_transfer_area`]: every cycle of a handler into an MCAP file, and back.
+//!
+//! MCAP is the container that Foxglove, Lichtblick and PlotJuggler open. The values have schemas, so they can be
+//! plotted without any set-up. `docs/recording.md` in the repository lists the channels.
+//!
+//! | task | use |
+//! |---|---|
+//! | record what a program does | [`Recorder`] |
+//! | read a recording | [`Recording`] |
+//! | make tables and plots of it | [`Column`] |
+
+mod column;
+mod error;
+mod event;
+mod format;
+mod part;
+mod reader;
+mod recorder;
+mod writer;
+
+pub use column::Column;
+pub use error::Error;
+pub use format::{Failure, FailureKind, RecordedEvent, Transfer};
+pub use reader::{Cycle, Entry, Recorded, Recording};
+pub use recorder::{FrameSink, Options, Recorder, Totals};

@@ -1,0 +1,309 @@
+//! Reads recordings.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use base64::prelude::{Engine, BASE64_STANDARD};
+use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
+use ft_transfer_area::FishX1Transfer;
+use mcap::records::{op, Record};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::McapError;
+use serde::de::DeserializeOwned;
+
+use crate::error::Error;
+use crate::format::{
+    topic, CycleMessage, ImageMessage, RecordedEvent, Transfer, CAMERA, CYCLE, EVENTS, FORMAT,
+    HEAD, HEAD_FORMAT, HEAD_STARTED, PROFILE, TRANSFER,
+};
+use crate::part::{parts, Part};
+
+/// No record of a recording is longer. A chunk holds half a second, with a picture of 1280×720 in each frame.
+const LONGEST_RECORD: usize = 64 << 20;
+
+/// A recording, read from its beginning to its end.
+///
+/// It is an iterator over its entries, in the order in which they were recorded, and needs little memory however
+/// long the recording is. A file that is cut off gives what was written before, as
+/// [`is_cut_off`](Self::is_cut_off) says afterwards.
+///
+/// ```no_run
+/// use ft_transfer_area_recorder::{Error, Recorded, Recording};
+///
+/// fn print(path: &str) -> Result<(), Error> {
+///     for entry in Recording::open(path)? {
+///         let entry = entry?;
+///         if let Recorded::Cycle(cycle) = entry.what {
+///             println!("{:.3} s: I1 is {}", entry.at.as_secs_f64(), cycle.areas[0].input.uni[0]);
+///         }
+///     }
+///     Ok(())
+/// }
+/// ```
+pub struct Recording {
+    path: PathBuf,
+    file: BufReader<File>,
+    records: LinearReader,
+    started: u64,
+    parts: Vec<Part>,
+    /// By the id of the channel.
+    channels: HashMap<u16, Channel>,
+    /// The areas as of the parts that were read last.
+    areas: Vec<FishX1Transfer>,
+    has_cut_off: bool,
+    at_end: bool,
+}
+
+/// An entry of a recording.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Entry {
+    /// The time since the recording was started. 0 for what was before.
+    pub at: Duration,
+    /// What has happened.
+    pub what: Recorded,
+}
+
+/// What an [`Entry`] tells.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Recorded {
+    /// A request was sent, and its response came in.
+    Cycle(Cycle),
+    /// What has happened to the transfer.
+    Transfer(Transfer),
+    /// An event.
+    Event(RecordedEvent),
+    /// A picture of the camera: JPEG.
+    Picture(Vec<u8>),
+}
+
+/// One cycle.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Cycle {
+    /// Its number in its transfer, from 1.
+    pub number: u64,
+    /// Whether it is the first of its connection.
+    pub first: bool,
+    /// How many entries were lost directly before it.
+    pub lost: u64,
+    /// The time since the response before, on the same connection; 0 for the first.
+    pub since_last: Duration,
+    /// The outputs that were sent, and the inputs that came in. What is not recorded is as in a new area.
+    pub areas: Vec<FishX1Transfer>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Channel {
+    Part {
+        area: usize,
+        part: usize,
+    },
+    Cycle,
+    Transfer,
+    Events,
+    Camera,
+    /// For people, or of a newer version.
+    Other,
+}
+
+impl Recording {
+    /// Opens a recording and reads its head.
+    ///
+    /// # Errors
+    ///
+    /// The file can't be read, is empty, or is something else.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
+        let path = path.as_ref().to_owned();
+        let file = File::open(&path).map_err(|cause| Error::Read { path: path.clone(), cause })?;
+        let options = LinearReaderOptions::default()
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(LONGEST_RECORD);
+        let mut recording = Self {
+            path,
+            file: BufReader::new(file),
+            records: LinearReader::new_with_options(options),
+            started: 0,
+            parts: parts(),
+            channels: HashMap::new(),
+            areas: vec![FishX1Transfer::default(); MAX_AREAS],
+            has_cut_off: false,
+            at_end: false,
+        };
+        recording.read_head()?;
+        Ok(recording)
+    }
+
+    /// When it was started.
+    pub fn started(&self) -> SystemTime {
+        SystemTime::UNIX_EPOCH + Duration::from_nanos(self.started)
+    }
+
+    /// Whether the file ended early, as after the end of a program that was killed. Known when the iterator has
+    /// ended.
+    pub fn is_cut_off(&self) -> bool {
+        self.has_cut_off
+    }
+
+    fn read_head(&mut self) -> Result<(), Error> {
+        let path = self.path.clone();
+        loop {
+            let record = match self.next_record() {
+                Ok(Some((opcode, data))) => {
+                    mcap::parse_record(opcode, &data).map(Record::into_owned)
+                }
+                Ok(None) => return Err(Error::Empty { path }),
+                Err(Error::Damaged { .. }) => return Err(Error::NotMcap { path }),
+                Err(error) => return Err(error),
+            };
+            match record {
+                Ok(Record::Header(header)) if header.profile != PROFILE => {
+                    return Err(Error::OtherMcap { path, library: header.library });
+                }
+                Ok(Record::Header(_)) => {}
+                Ok(Record::Metadata(head)) if head.name == HEAD => {
+                    let value = |name| head.metadata.get(name).map_or("", String::as_str);
+                    let format = value(HEAD_FORMAT);
+                    if !format.parse().is_ok_and(|format: u32| format <= FORMAT) {
+                        return Err(Error::Newer { path, format: format.to_owned() });
+                    }
+                    self.started = value(HEAD_STARTED).parse().unwrap_or(0);
+                    return Ok(());
+                }
+                _ => return Err(Error::Damaged { path, cause: "it has no head".to_owned() }),
+            }
+        }
+    }
+
+    /// The next record; `None` at the end or where the file is cut off.
+    fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Error> {
+        loop {
+            let wanted = match self.records.next_event() {
+                None => return Ok(None),
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    return Ok(Some((opcode, data.to_vec())));
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => wanted,
+                Some(Err(McapError::UnexpectedEof)) => {
+                    self.has_cut_off = true;
+                    return Ok(None);
+                }
+                Some(Err(error)) => return Err(self.damaged(error)),
+            };
+            let read = read_some(&mut self.file, self.records.insert(wanted));
+            let count = read.map_err(|cause| Error::Read { path: self.path.clone(), cause })?;
+            self.records.notify_read(count);
+        }
+    }
+
+    fn damaged(&self, cause: impl ToString) -> Error {
+        Error::Damaged { path: self.path.clone(), cause: cause.to_string() }
+    }
+
+    fn next_entry(&mut self) -> Result<Option<Entry>, Error> {
+        while let Some((opcode, data)) = self.next_record()? {
+            if !matches!(opcode, op::CHANNEL | op::MESSAGE) {
+                continue;
+            }
+            match mcap::parse_record(opcode, &data).map_err(|error| self.damaged(error))? {
+                Record::Channel(channel) => {
+                    let meaning = self.meaning(&channel.topic);
+                    self.channels.insert(channel.id, meaning);
+                }
+                Record::Message { header, data } => {
+                    let channel = self.channels.get(&header.channel_id).copied();
+                    if let Some(what) = self.message(channel.unwrap_or(Channel::Other), &data)? {
+                        let at = Duration::from_nanos(header.log_time.saturating_sub(self.started));
+                        return Ok(Some(Entry { at, what }));
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(None)
+    }
+
+    fn meaning(&self, name: &str) -> Channel {
+        match name {
+            CYCLE => Channel::Cycle,
+            TRANSFER => Channel::Transfer,
+            EVENTS => Channel::Events,
+            CAMERA => Channel::Camera,
+            _ => {
+                let all = (0..MAX_AREAS)
+                    .flat_map(|area| (0..self.parts.len()).map(move |part| (area, part)));
+                let mut found =
+                    all.filter(|(area, part)| topic(*area, self.parts[*part].name) == name);
+                found.next().map_or(Channel::Other, |(area, part)| Channel::Part { area, part })
+            }
+        }
+    }
+
+    /// Takes in a message; `None` when the entry is not complete yet, or is not for programs.
+    fn message(&mut self, channel: Channel, data: &[u8]) -> Result<Option<Recorded>, Error> {
+        Ok(match channel {
+            Channel::Part { area, part } => {
+                let part = &self.parts[part];
+                let numbers = part.decode(data).map_err(|error| self.damaged(error))?;
+                part.write(&numbers, &mut self.areas[area]);
+                None
+            }
+            Channel::Cycle => Some(Recorded::Cycle(self.as_cycle(&self.parse(data)?))),
+            Channel::Transfer => Some(Recorded::Transfer(self.parse(data)?)),
+            Channel::Events => Some(Recorded::Event(self.parse(data)?)),
+            Channel::Camera => {
+                let image: ImageMessage = self.parse(data)?;
+                let jpeg =
+                    BASE64_STANDARD.decode(image.data).map_err(|error| self.damaged(error))?;
+                Some(Recorded::Picture(jpeg))
+            }
+            Channel::Other => None,
+        })
+    }
+
+    fn parse<T: DeserializeOwned>(&self, data: &[u8]) -> Result<T, Error> {
+        serde_json::from_slice(data).map_err(|error| self.damaged(error))
+    }
+
+    fn as_cycle(&self, message: &CycleMessage) -> Cycle {
+        let mut areas = self.areas[..message.areas.clamp(1, MAX_AREAS)].to_vec();
+        for (id, area) in (0..).zip(&mut areas) {
+            area.state.id = id;
+        }
+        for extension in 0..MAX_EXTENSIONS {
+            let alive = message.extensions >> extension & 1;
+            areas[0].state.io_slave_alive[extension] = u8::from(alive != 0);
+        }
+        let since_last = Duration::try_from_secs_f64(message.cycle_ms / 1e3).unwrap_or_default();
+        let CycleMessage { cycle: number, first, lost, .. } = *message;
+        Cycle { number, first: first != 0, lost, since_last, areas }
+    }
+}
+
+impl Iterator for Recording {
+    type Item = Result<Entry, Error>;
+
+    fn next(&mut self) -> Option<Result<Entry, Error>> {
+        if self.at_end {
+            return None;
+        }
+        let entry = self.next_entry().transpose();
+        // After an error nothing can be read.
+        self.at_end = !matches!(entry, Some(Ok(_)));
+        entry
+    }
+}
+
+/// Reads at least a byte unless the file has ended.
+fn read_some(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match file.read(buffer) {
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            done => return done,
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! Attaches a recording to a handler.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{bounded, never, select, Receiver, Sender};
+use ft_transfer_area::{
+    CameraFrame, CycleLog, EventKind, Events, LogEntry, Logged, TimedEvent, TransferAreaComHandler,
+};
+use mcap::McapResult;
+
+use crate::error::Error;
+use crate::writer::{Losses, Writer};
+
+/// How often everything is handed to the operating system, and the statistics are written.
+const FLUSH: Duration = Duration::from_millis(500);
+const STATISTICS: Duration = Duration::from_secs(1);
+
+/// How many pictures wait for the disk.
+const FRAMES: usize = 32;
+
+/// How a recording is made.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Options {
+    /// How many cycles wait for a slow disk before the next ones are lost; the default 500 is about five seconds,
+    /// and takes 5 MB.
+    pub capacity: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { capacity: 500 }
+    }
+}
+
+impl Options {
+    /// With this number of cycles that wait for a slow disk, 1..=[`CycleLog::MAX_CAPACITY`].
+    #[must_use]
+    pub fn with_capacity(self, capacity: usize) -> Self {
+        Self { capacity, ..self }
+    }
+}
+
+/// What a recording has so far, or in all.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Totals {
+    /// Cycles in the file.
+    pub cycles: u64,
+    /// Entries, most of them cycles, that were lost because the disk was too slow.
+    pub lost: u64,
+    /// Pictures of the camera in the file.
+    pub frames: u64,
+    /// Pictures that were lost because the disk was too slow.
+    pub lost_frames: u64,
+}
+
+/// Records a handler into a file, in a thread of its own.
+///
+/// It records from now on, through the beginnings and ends of transfers, until [`finish`](Self::finish) or the
+/// end of the handler. A transfer never waits for it. Dropping it finishes the file, too, and only logs an error.
+///
+/// ```
+/// use ft_transfer_area::simulator::SimulatedTxt;
+/// use ft_transfer_area::TransferAreaComHandler;
+/// use ft_transfer_area_recorder::{Options, Recorder};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("run.mcap");
+/// let txt = SimulatedTxt::builder().start()?;
+/// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
+/// let recorder = Recorder::start(&handler, &path, Options::default())?;
+/// handler.begin_transfer()?;
+/// handler.wait_cycle()?[0].output.duty[0] = 512;
+/// handler.end_transfer()?;
+/// let recorded = recorder.finish()?;
+/// assert!(recorded.cycles >= 2);
+/// assert_eq!(recorded.lost, 0);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Recorder {
+    path: PathBuf,
+    state: Arc<State>,
+    /// Dropped to end the thread.
+    stop: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+    frames: FrameSink,
+}
+
+/// Takes the camera's pictures into a recording. Cheap to clone, for the thread that gets them.
+#[derive(Clone, Debug)]
+pub struct FrameSink {
+    sender: Sender<CameraFrame>,
+    state: Arc<State>,
+}
+
+/// What the recorder's thread and the program share.
+#[derive(Debug, Default)]
+struct State {
+    recorded: Mutex<Totals>,
+    lost_frames: AtomicU64,
+    failure: Mutex<Option<String>>,
+}
+
+impl State {
+    fn recorded(&self) -> Totals {
+        let recorded = *self.recorded.lock().unwrap_or_else(PoisonError::into_inner);
+        Totals { lost_frames: self.lost_frames.load(Ordering::Relaxed), ..recorded }
+    }
+
+    fn failure(&self) -> Option<String> {
+        self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+impl FrameSink {
+    /// Records a picture. Does not wait: if the disk is too slow, the picture is lost and counted.
+    pub fn record(&self, frame: &CameraFrame) {
+        if self.sender.try_send(frame.clone()).is_err() {
+            self.state.lost_frames.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Recorder {
+    /// Begins to record, into a new file in place of an earlier one. To have all of a transfer, call it before
+    /// `begin_transfer`.
+    ///
+    /// # Errors
+    ///
+    /// The file can't be created, the capacity is out of range, or the operating system has no more threads.
+    pub fn start(
+        handler: &TransferAreaComHandler,
+        path: impl AsRef<Path>,
+        options: Options,
+    ) -> Result<Self, Error> {
+        let path = path.as_ref().to_owned();
+        let not_started = |cause: String| Error::NotStarted { cause };
+        let log =
+            handler.cycle_log(options.capacity).map_err(|error| not_started(error.to_string()))?;
+        let kinds = EventKind::ALL.iter().copied().filter(is_of_response);
+        let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
+        let events = handler
+            .events(&kinds.collect::<Vec<_>>(), capacity)
+            .map_err(|error| not_started(error.to_string()))?;
+        let writer = Writer::create(&path).map_err(|error| Error::Write {
+            path: path.clone(),
+            cause: cause(&error),
+            cycles: 0,
+        })?;
+        let (sender, frames) = bounded(FRAMES);
+        let (stop, stopped) = bounded(0);
+        let state = Arc::new(State::default());
+        let now = Instant::now();
+        let worker = Worker {
+            writer,
+            log,
+            events,
+            frames,
+            stopped,
+            state: Arc::clone(&state),
+            flushed: now,
+            told: now,
+        };
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn({
+                let path = path.clone();
+                move || worker.run(&path)
+            })
+            .map_err(|error| not_started(error.to_string()))?;
+        let frames = FrameSink { sender, state: Arc::clone(&state) };
+        Ok(Self { path, state, stop: Some(stop), thread: Some(thread), frames })
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was recorded so far.
+    pub fn recorded(&self) -> Totals {
+        self.state.recorded()
+    }
+
+    /// Where to hand in the camera's pictures.
+    pub fn frames(&self) -> FrameSink {
+        self.frames.clone()
+    }
+
+    /// Why nothing more is recorded, as on a full disk; `None` while all is well.
+    pub fn error(&self) -> Option<Error> {
+        let cause = self.state.failure()?;
+        Some(Error::Write { path: self.path.clone(), cause, cycles: self.state.recorded().cycles })
+    }
+
+    /// Writes what has come in so far, ends the file, and says what is in it.
+    ///
+    /// # Errors
+    ///
+    /// A write has failed, now or before. What was written before can be read.
+    pub fn finish(mut self) -> Result<Totals, Error> {
+        self.end();
+        self.error().map_or_else(|| Ok(self.state.recorded()), Err)
+    }
+
+    fn end(&mut self) {
+        self.stop = None;
+        if let Some(thread) = self.thread.take() {
+            if thread.join().is_err() {
+                let mut failure = self.state.failure.lock().unwrap_or_else(PoisonError::into_inner);
+                failure.get_or_insert_with(|| "the recorder panicked".to_owned());
+            }
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// The log has the others.
+fn is_of_response(kind: &EventKind) -> bool {
+    use EventKind::{ConnectionLost, ConnectionRestored, TransferEnded, WatchdogExpired};
+
+    !matches!(kind, ConnectionLost | ConnectionRestored | TransferEnded | WatchdogExpired)
+}
+
+/// What went wrong, in the words of the operating system if it was that.
+fn cause(error: &mcap::McapError) -> String {
+    match error {
+        mcap::McapError::Io(error) => error.to_string(),
+        other => other.to_string(),
+    }
+}
+
+/// The recorder's thread.
+struct Worker {
+    writer: Writer,
+    log: CycleLog,
+    events: Events,
+    frames: Receiver<CameraFrame>,
+    /// Ends with the recorder.
+    stopped: Receiver<()>,
+    state: Arc<State>,
+    flushed: Instant,
+    /// When the statistics were written last.
+    told: Instant,
+}
+
+impl Worker {
+    fn run(mut self, path: &Path) {
+        let done = self.record_until_stopped().and_then(|()| self.writer.finish());
+        if let Err(error) = done {
+            let cause = cause(&error);
+            log::error!("nothing more is recorded into {}: {cause}", path.display());
+            *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
+        }
+    }
+
+    /// Records until the recorder or the handler ends, then what has come in until then.
+    fn record_until_stopped(&mut self) -> McapResult<()> {
+        let (log, stopped) = (self.log.receiver().clone(), self.stopped.clone());
+        let mut events = self.events.receiver().clone();
+        let frames = self.frames.clone();
+        loop {
+            let due = self.flushed + FLUSH;
+            select! {
+                recv(log) -> entry => match entry {
+                    Ok(entry) => self.entry(&entry)?,
+                    Err(_) => break,
+                },
+                recv(events) -> told => match told {
+                    Ok(told) => self.writer.event(&told)?,
+                    Err(_) => events = never(),
+                },
+                recv(frames) -> frame => if let Ok(frame) = frame {
+                    self.frame(&frame)?;
+                },
+                recv(stopped) -> _ => break,
+                default(due.saturating_duration_since(Instant::now())) => {}
+            }
+            if Instant::now() >= due {
+                self.writer.flush()?;
+                self.flushed = Instant::now();
+            }
+        }
+        self.rest()
+    }
+
+    /// What has come in already.
+    fn rest(&mut self) -> McapResult<()> {
+        let entries: Vec<LogEntry> = self.log.receiver().try_iter().collect();
+        entries.iter().try_for_each(|entry| self.entry(entry))?;
+        let events: Vec<TimedEvent> = self.events.receiver().try_iter().collect();
+        events.iter().try_for_each(|told| self.writer.event(told))?;
+        let frames: Vec<CameraFrame> = self.frames.try_iter().collect();
+        frames.iter().try_for_each(|frame| self.frame(frame))
+    }
+
+    fn entry(&mut self, entry: &LogEntry) -> McapResult<()> {
+        match &entry.what {
+            Logged::Cycle(cycle) => {
+                self.writer.cycle(cycle, entry.lost)?;
+                if self.told.elapsed() >= STATISTICS {
+                    self.told = Instant::now();
+                    let lost = self.lost();
+                    self.writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
+                }
+            }
+            Logged::Began(began) => self.writer.began(began)?,
+            Logged::Event(told) => self.writer.state(told)?,
+            Logged::Failed { at, error, .. } => self.writer.failed(*at, error)?,
+            _ => {}
+        }
+        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
+        recorded.cycles += u64::from(matches!(entry.what, Logged::Cycle(_)));
+        recorded.lost += entry.lost;
+        Ok(())
+    }
+
+    fn frame(&mut self, frame: &CameraFrame) -> McapResult<()> {
+        self.writer.frame(frame)?;
+        self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner).frames += 1;
+        Ok(())
+    }
+
+    fn lost(&self) -> Losses {
+        Losses {
+            entries: self.log.lost(),
+            events: self.events.lost(),
+            frames: self.state.lost_frames.load(Ordering::Relaxed),
+        }
+    }
+}

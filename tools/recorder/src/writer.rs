@@ -1,0 +1,335 @@
+//! Writes recordings.
+
+use std::collections::{BTreeMap, HashMap};
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::time::{Duration, Instant, SystemTime};
+
+use base64::prelude::{Engine, BASE64_STANDARD};
+use ft_transfer_area::{CameraFrame, Event, LoggedBeginning, LoggedCycle, Statistics, TimedEvent};
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Compression, McapError, McapResult, WriteOptions};
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::event::recorded;
+use crate::format::{
+    controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage,
+    StatisticsMessage, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
+    HEAD_FORMAT, HEAD_STARTED, INFO, LOG, PROFILE, STATISTICS, TRANSFER, WARNING,
+};
+use crate::part::{parts, Part};
+
+type Mcap = mcap::Writer<NoSeek<BufWriter<File>>>;
+
+/// A file that is being written.
+pub(crate) struct Writer {
+    mcap: Mcap,
+    clock: WallClock,
+    parts: Vec<Part>,
+    /// By area, and by part in its order.
+    channels: Vec<Vec<PartChannel>>,
+    /// By topic.
+    others: HashMap<&'static str, u16>,
+    sequence: u32,
+    /// Kept, so that a cycle needs no new memory.
+    numbers: Vec<i32>,
+    message: Vec<u8>,
+    /// Whether something was written since the last flush.
+    has_news: bool,
+}
+
+/// The channel of a part of an area.
+struct PartChannel {
+    id: u16,
+    /// What was written last.
+    last: Vec<i32>,
+}
+
+/// Turns the program's times into those of the file.
+struct WallClock {
+    began: Instant,
+    began_ns: u64,
+}
+
+impl WallClock {
+    fn now() -> Self {
+        let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+        Self { began: Instant::now(), began_ns: nanos(since_1970) }
+    }
+
+    fn ns(&self, time: Instant) -> u64 {
+        // One of the two differences is 0.
+        let before = nanos(self.began.saturating_duration_since(time));
+        let after = nanos(time.saturating_duration_since(self.began));
+        self.began_ns.saturating_sub(before).saturating_add(after)
+    }
+}
+
+fn nanos(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
+}
+
+fn millis(time: Duration) -> f64 {
+    time.as_micros() as f64 / 1e3
+}
+
+impl Writer {
+    /// Creates the file with its head, in place of an earlier one.
+    pub(crate) fn create(path: &Path) -> McapResult<Self> {
+        let clock = WallClock::now();
+        let library = concat!(env!("CARGO_PKG_NAME"), " ", env!("CARGO_PKG_VERSION"));
+        // Without seeking, so that each chunk gets into the file as a whole or not at all.
+        let options = WriteOptions::new()
+            .profile(PROFILE)
+            .library(library)
+            .compression(Some(Compression::Lz4))
+            .disable_seeking(true);
+        let mut mcap = options.create(NoSeek::new(BufWriter::new(File::create(path)?)))?;
+        let head = [
+            (HEAD_FORMAT.to_owned(), FORMAT.to_string()),
+            (HEAD_STARTED.to_owned(), clock.began_ns.to_string()),
+        ];
+        mcap.write_metadata(&Metadata { name: HEAD.to_owned(), metadata: head.into() })?;
+        let mut writer = Self {
+            mcap,
+            clock,
+            parts: parts(),
+            channels: Vec::new(),
+            others: HashMap::new(),
+            sequence: 0,
+            numbers: Vec::new(),
+            message: Vec::new(),
+            has_news: false,
+        };
+        for topic in [CYCLE, TRANSFER, EVENTS, STATISTICS, LOG] {
+            writer.add_topic(topic)?;
+        }
+        writer.has_news = true;
+        writer.flush()?;
+        Ok(writer)
+    }
+
+    fn add_channel(&mut self, topic: &str, schema: (&str, Value)) -> McapResult<u16> {
+        let (name, schema) = schema;
+        let schema = self.mcap.add_schema(name, "jsonschema", schema.to_string().as_bytes())?;
+        self.mcap.add_channel(schema, topic, "json", &BTreeMap::new())
+    }
+
+    fn add_topic(&mut self, topic: &'static str) -> McapResult<u16> {
+        let id = self.add_channel(topic, schema_of(topic))?;
+        self.others.insert(topic, id);
+        Ok(id)
+    }
+
+    fn add_area(&mut self) -> McapResult<()> {
+        let area = self.channels.len();
+        let mut channels = Vec::new();
+        for index in 0..self.parts.len() {
+            let part = &self.parts[index];
+            let (name, schema) = (format!("ft.{}", part.name), part.schema());
+            let id = self.add_channel(&topic(area, self.parts[index].name), (&name, schema))?;
+            channels.push(PartChannel { id, last: Vec::new() });
+        }
+        self.channels.push(channels);
+        Ok(())
+    }
+
+    /// Writes `self.message`.
+    fn put(&mut self, channel_id: u16, ns: u64) -> McapResult<()> {
+        self.sequence = self.sequence.wrapping_add(1);
+        self.has_news = true;
+        let sequence = self.sequence;
+        let header = MessageHeader { channel_id, sequence, log_time: ns, publish_time: ns };
+        self.mcap.write_to_known_channel(&header, &self.message)
+    }
+
+    fn put_json(
+        &mut self,
+        topic: &'static str,
+        at: Instant,
+        message: &impl Serialize,
+    ) -> McapResult<()> {
+        let id = match self.others.get(topic) {
+            Some(id) => *id,
+            None => self.add_topic(topic)?,
+        };
+        self.message.clear();
+        serde_json::to_writer(&mut self.message, message)
+            .map_err(|error| McapError::Io(error.into()))?;
+        self.put(id, self.clock.ns(at))
+    }
+
+    fn put_log(&mut self, at: Instant, level: u8, message: String) -> McapResult<()> {
+        let timestamp = Timestamp::new(self.clock.ns(at));
+        let log = LogMessage { timestamp, level, message, name: "transfer", file: "", line: 0 };
+        self.put_json(LOG, at, &log)
+    }
+
+    /// A cycle, before which this number of entries was lost.
+    pub(crate) fn cycle(&mut self, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+        let ns = self.clock.ns(cycle.arrived);
+        if lost > 0 {
+            let message = format!("{lost} entries before this are missing: the disk was too slow");
+            self.put_log(cycle.arrived, WARNING, message)?;
+        }
+        let areas = cycle.areas();
+        while self.channels.len() < areas.len() {
+            self.add_area()?;
+        }
+        for (area, values) in areas.iter().enumerate() {
+            for part in 0..self.parts.len() {
+                let kind = &self.parts[part];
+                kind.read(values, &mut self.numbers);
+                let channel = &mut self.channels[area][part];
+                if !kind.each_cycle && channel.last == self.numbers {
+                    continue;
+                }
+                channel.last.clone_from(&self.numbers);
+                let id = channel.id;
+                kind.encode(&self.numbers, &mut self.message);
+                self.put(id, ns)?;
+            }
+        }
+        let alive = areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
+        let extensions =
+            (0..).zip(alive).fold(0, |mask, (index, alive)| mask | u16::from(alive != 0) << index);
+        let since_last = if cycle.first { Duration::ZERO } else { cycle.statistics.last_cycle };
+        let message = CycleMessage {
+            cycle: cycle.number,
+            cycle_ms: millis(since_last),
+            first: cycle.first.into(),
+            areas: areas.len(),
+            extensions,
+            lost,
+        };
+        self.put_json(CYCLE, cycle.arrived, &message)
+    }
+
+    pub(crate) fn began(&mut self, began: &LoggedBeginning) -> McapResult<()> {
+        let message = Transfer::Began {
+            device_name: began.device_name.clone(),
+            firmware: began.firmware.to_string(),
+            address: began.address.map(|address| address.to_string()).unwrap_or_default(),
+            areas: began.areas,
+        };
+        // A time before the file began would confuse those who look for its beginning.
+        let at = began.at.max(self.clock.began);
+        self.put_json(TRANSFER, at, &message)?;
+        let text = format!("the transfer with {} begins", began.device_name);
+        self.put_log(at, INFO, text)
+    }
+
+    pub(crate) fn failed(
+        &mut self,
+        at: Instant,
+        error: &ft_transfer_area::Error,
+    ) -> McapResult<()> {
+        self.put_json(TRANSFER, at, &Transfer::Failed(Failure::from(error)))?;
+        self.put_log(at, ERROR, format!("a transfer could not begin: {error}"))
+    }
+
+    /// An event that comes from no response.
+    pub(crate) fn state(&mut self, told: &TimedEvent) -> McapResult<()> {
+        let (message, level, text) = match &told.event {
+            Event::ConnectionLost { error, .. } => (
+                Transfer::Lost(Failure::from(error)),
+                WARNING,
+                format!("the connection is lost: {error}"),
+            ),
+            Event::ConnectionRestored { after, .. } => (
+                Transfer::Restored { after_ms: nanos(*after) / 1_000_000 },
+                INFO,
+                format!("the connection was made again after {:.2} s", after.as_secs_f64()),
+            ),
+            Event::WatchdogExpired { limit, .. } => (
+                Transfer::WatchdogExpired { limit_ms: nanos(*limit) / 1_000_000 },
+                ERROR,
+                format!("the watchdog has stopped the motors after {} s", limit.as_secs_f64()),
+            ),
+            Event::TransferEnded { error: Some(error), .. } => (
+                Transfer::EndedBy(Failure::from(error)),
+                ERROR,
+                format!("the transfer has ended: {error}"),
+            ),
+            Event::TransferEnded { .. } => {
+                (Transfer::Ended, INFO, "the transfer has ended".to_owned())
+            }
+            _ => return Ok(()),
+        };
+        self.put_json(TRANSFER, told.arrived, &message)?;
+        self.put_log(told.arrived, level, text)
+    }
+
+    /// An event of a response.
+    pub(crate) fn event(&mut self, told: &TimedEvent) -> McapResult<()> {
+        match recorded(told, controller) {
+            Some(event) => self.put_json(EVENTS, told.arrived, &event),
+            None => Ok(()),
+        }
+    }
+
+    pub(crate) fn statistics(
+        &mut self,
+        at: Instant,
+        statistics: &Statistics,
+        lost: Losses,
+    ) -> McapResult<()> {
+        let message = StatisticsMessage {
+            cycles: statistics.cycles,
+            late_reactions: statistics.late_reactions,
+            gaps: statistics.gaps,
+            config_updates: statistics.config_updates,
+            shortest_cycle_ms: millis(statistics.shortest_cycle),
+            longest_cycle_ms: millis(statistics.longest_cycle),
+            lost_entries: lost.entries,
+            lost_events: lost.events,
+            lost_frames: lost.frames,
+        };
+        self.put_json(STATISTICS, at, &message)
+    }
+
+    pub(crate) fn frame(&mut self, frame: &CameraFrame) -> McapResult<()> {
+        let jpeg = match frame.jpeg() {
+            Ok(jpeg) => jpeg,
+            Err(error) => {
+                let text = format!("a picture of the camera is damaged: {error}");
+                return self.put_log(frame.arrived, WARNING, text);
+            }
+        };
+        let image = ImageMessage {
+            timestamp: Timestamp::new(self.clock.ns(frame.arrived)),
+            frame_id: "camera".to_owned(),
+            data: BASE64_STANDARD.encode(jpeg),
+            format: "jpeg".to_owned(),
+        };
+        self.put_json(CAMERA, frame.arrived, &image)
+    }
+
+    /// Hands everything to the operating system.
+    pub(crate) fn flush(&mut self) -> McapResult<()> {
+        if std::mem::take(&mut self.has_news) {
+            self.mcap.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes the index at the end of the file.
+    pub(crate) fn finish(mut self) -> McapResult<()> {
+        self.mcap.finish()?;
+        // The index, too.
+        let mut file = self.mcap.into_inner().into_inner();
+        std::io::Write::flush(&mut file)?;
+        Ok(())
+    }
+}
+
+/// What was lost so far because the disk was too slow.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Losses {
+    pub(crate) entries: u64,
+    pub(crate) events: u64,
+    pub(crate) frames: u64,
+}

@@ -1,0 +1,359 @@
+//! What a recorder writes, a recording gives back, whatever has happened to the file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
+use ft_transfer_area::tx::Input;
+use ft_transfer_area::{
+    CameraFrame, FishX1Transfer, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+};
+use ft_transfer_area_recorder::{
+    Cycle, Entry, Error, FailureKind, Options, Recorded, Recorder, Recording, Transfer,
+};
+use tempfile::TempDir;
+
+/// Room for all cycles of a test, however slow the disk is.
+fn roomy() -> Options {
+    Options::default().with_capacity(5_000)
+}
+
+fn unpaced() -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().pace(Duration::ZERO)
+}
+
+fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
+    TransferAreaComHandler::builder(txt.address().to_string())
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("there is a folder for temporary files")
+}
+
+/// The entries of a file and whether it is cut off.
+fn read(path: &Path) -> Result<(Vec<Entry>, bool), Error> {
+    let mut recording = Recording::open(path)?;
+    let entries = recording.by_ref().collect::<Result<_, _>>()?;
+    Ok((entries, recording.is_cut_off()))
+}
+
+fn cycles(entries: &[Entry]) -> Vec<&Cycle> {
+    let cycle = |entry| match entry {
+        &Entry { what: Recorded::Cycle(ref cycle), .. } => Some(cycle),
+        _ => None,
+    };
+    entries.iter().filter_map(cycle).collect()
+}
+
+fn transfers(entries: &[Entry]) -> Vec<&Transfer> {
+    let transfer = |entry| match entry {
+        &Entry { what: Recorded::Transfer(ref transfer), .. } => Some(transfer),
+        _ => None,
+    };
+    entries.iter().filter_map(transfer).collect()
+}
+
+/// Records a program that writes I1 + 1 to O2, over this many responses.
+fn record(path: &Path, cycles: usize) {
+    let mut number = 0;
+    let txt = unpaced().on_exchange(move |machine| {
+        number += 1;
+        machine.controllers[0].uni[0] = number % 500;
+    });
+    let txt = txt.start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let recorder = Recorder::start(&handler, path, roomy()).unwrap();
+    handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
+    handler.begin_transfer().unwrap();
+    for _ in 0..cycles {
+        let mut areas = handler.wait_cycle().unwrap();
+        areas[LOCAL_IO].output.duty[1] = areas[LOCAL_IO].input.uni[0] + 1;
+    }
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+}
+
+/// The parts of areas that are recorded, with the inputs that the simulated TXT gave.
+#[test]
+fn every_cycle_comes_back_with_its_outputs_inputs_and_configuration() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let seen = Arc::new(Mutex::new(Vec::new()));
+    let exchanged = Arc::clone(&seen);
+    let mut number = 0;
+    let txt = unpaced().extensions(1).on_exchange(move |machine| {
+        number += 1;
+        for (index, controller) in (1..).zip(&mut machine.controllers) {
+            controller.uni = [number * index; 8];
+            controller.ir[2].right_x = (number % 16) as i8;
+            controller.mic_log = number as u16;
+        }
+        machine.alive[0] = number < 40;
+        let master = &machine.controllers[0];
+        exchanged.lock().unwrap().push((master.outputs, master.uni, master.counter));
+    });
+    let txt = txt.start().unwrap();
+    let handler = handler_for(&txt).areas(2).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
+    handler.lock()[REMOTE_IO_1].set_ft_uni_config(Input::I3, InputMode::Ultrasonic, false);
+    handler.begin_transfer().unwrap();
+    for cycle in 0..60 {
+        let mut areas = handler.wait_cycle().unwrap();
+        areas[LOCAL_IO].output.duty[0] = 5 * cycle;
+        areas[LOCAL_IO].output.distance[0] = 1000;
+        if cycle % 10 == 0 {
+            areas[LOCAL_IO].raise_motor_ex_cmd_id(ft_transfer_area::tx::Motor::M1);
+        }
+    }
+    handler.end_transfer().unwrap();
+    let totals = recorder.finish().unwrap();
+
+    let (entries, cut_off) = read(&path).unwrap();
+    assert!(!cut_off);
+    let cycles = cycles(&entries);
+    let seen = seen.lock().unwrap();
+    assert_eq!((totals.cycles, totals.lost), (seen.len() as u64, 0));
+    assert_eq!(cycles.len(), seen.len());
+    for ((number, cycle), (outputs, uni, counter)) in (1..).zip(&cycles).zip(&*seen) {
+        let master = &cycle.areas[LOCAL_IO];
+        assert_eq!((cycle.number, cycle.first, cycle.lost), (number, number == 1, 0));
+        assert_eq!((master.input.uni, master.input.counter), (*uni, *counter));
+        assert_eq!(master.output.duty, outputs.duty, "cycle {number}");
+        assert_eq!(master.output.distance, outputs.distance);
+        assert_eq!(master.output.motor_ex_cmd_id, outputs.motor_command_id);
+        assert_eq!(master.txt_inputs2.mic_log, number as u16);
+        assert_eq!(i64::from(master.txt_inputs.ir_input[2].joy_right_x), number as i64 % 16);
+        assert_eq!(master.slaves_alive(), usize::from(number < 40));
+        let extension = &cycle.areas[REMOTE_IO_1];
+        assert_eq!(extension.input.uni[0], 2 * number.min(39) as i16);
+        assert_eq!(extension.config.uni[2], UniConfig::analog(InputMode::Ultrasonic));
+    }
+    let transfers = transfers(&entries);
+    assert!(
+        matches!(transfers[..], [Transfer::Began { areas: 2, .. }, Transfer::Ended]),
+        "{transfers:?}"
+    );
+    let events = entries.iter().filter(|entry| {
+        matches!(&entry.what,
+        Recorded::Event(event) if event.event == "ExtensionChanged" && event.controller == "E1")
+    });
+    assert_eq!(events.count(), 1);
+}
+
+#[test]
+fn gaps_and_errors_are_in_the_file() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let txt = unpaced().fault(Fault::at_exchange(10, FaultKind::WrongCrc)).start().unwrap();
+    let handler = handler_for(&txt).reconnect(Duration::from_secs(30)).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
+    handler.begin_transfer().unwrap();
+    assert!(txt.wait_until(Duration::from_secs(30), |machine| machine.exchanges() > 30));
+    handler.end_transfer().unwrap();
+    drop(handler);
+    recorder.finish().unwrap();
+    let (entries, _) = read(&path).unwrap();
+    match transfers(&entries)[..] {
+        [Transfer::Began { device_name, .. }, Transfer::Lost(lost), Transfer::Restored { .. }, Transfer::Ended] =>
+        {
+            assert_eq!((&**device_name, lost.kind), ("TX2013", FailureKind::WrongData));
+        }
+        ref other => panic!("{other:?}"),
+    }
+    let firsts = cycles(&entries).into_iter().filter(|cycle| cycle.first);
+    assert_eq!(firsts.map(|cycle| cycle.number).collect::<Vec<_>>(), [1, 11]);
+}
+
+#[test]
+fn pictures_come_back_as_jpeg() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+    let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
+    let picture = include_bytes!("../../../tests/camera/clean_48x32_420.jpg");
+    let sink = recorder.frames();
+    sink.record(&CameraFrame::new(picture.to_vec()));
+    sink.record(&CameraFrame::new(b"no picture".to_vec()));
+    let totals = recorder.finish().unwrap();
+    assert_eq!((totals.frames, totals.lost_frames), (2, 0));
+    let (entries, _) = read(&path).unwrap();
+    let pictures: Vec<_> = entries
+        .iter()
+        .filter_map(|entry| match &entry.what {
+            Recorded::Picture(jpeg) => Some(jpeg),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(pictures.len(), 1, "the damaged one is in the log");
+    assert!(pictures[0].starts_with(b"\xFF\xD8") && pictures[0].ends_with(b"\xFF\xD9"));
+}
+
+/// Wherever the file ends, its entries are the first ones of the whole file.
+#[test]
+fn a_file_that_is_cut_off_anywhere_is_readable_up_to_there() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    record(&path, 300);
+    let whole = fs::read(&path).unwrap();
+    let (entries, cut_off) = read(&path).unwrap();
+    assert!(!cut_off && cycles(&entries).len() >= 300);
+    let inputs = |entries: &[Entry]| -> Vec<i16> {
+        cycles(entries).iter().map(|cycle| cycle.areas[0].input.uni[0]).collect()
+    };
+    let all = inputs(&entries);
+    let cut = folder.path().join("cut.mcap");
+    let (mut most, mut opened) = (0, 0);
+    let step = (whole.len() / 90).max(1);
+    for length in (0..whole.len()).step_by(step).chain([whole.len() - 1]) {
+        fs::write(&cut, &whole[..length]).unwrap();
+        match read(&cut) {
+            Err(Error::Empty { .. }) => assert_eq!(opened, 0, "{length}"),
+            Err(error) => panic!("{length}: {error}"),
+            Ok((entries, cut_off)) => {
+                let found = inputs(&entries);
+                assert!(cut_off, "{length} of {}", whole.len());
+                assert!(found.len() >= most && found == all[..found.len()], "{length}");
+                (most, opened) = (found.len(), opened + 1);
+            }
+        }
+    }
+    assert!(opened > 60);
+    assert_eq!(most, all.len(), "only the index is missing");
+}
+
+#[test]
+fn what_is_no_recording_is_told_in_a_sentence() {
+    let folder = folder();
+    let write = |name: &str, bytes: &[u8]| -> PathBuf {
+        let path = folder.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    };
+    let sentence = |path: &Path| read(path).unwrap_err().to_string();
+
+    assert!(sentence(&folder.path().join("none")).starts_with("can't read "));
+    assert!(sentence(folder.path()).starts_with("can't read "));
+    assert!(sentence(&write("empty", b"")).ends_with("is empty, or cut off before its first entry"));
+    let text = write("text", b"I1;I2;I3\n0;1;0\n and so on, line for line");
+    assert!(sentence(&text).ends_with("is no MCAP file"), "{}", sentence(&text));
+
+    let mut other = mcap::WriteOptions::new().library("other 1.0").profile("ros1");
+    other = other.compression(None);
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    other.create(&mut bytes).unwrap().finish().unwrap();
+    let other = sentence(&write("other", bytes.get_ref()));
+    assert!(other.ends_with("no recording of a TXT: it was written by other 1.0"), "{other}");
+
+    let path = folder.path().join("run.mcap");
+    record(&path, 10);
+    let whole = fs::read(&path).unwrap();
+    let at = whole.windows(6).position(|bytes| bytes == b"format").unwrap();
+    let mut newer = whole.clone();
+    // The value follows its length.
+    newer[at + 10] = b'2';
+    let newer = sentence(&write("newer", &newer));
+    assert!(newer.contains("has format 2, and this program knows formats up to 1"), "{newer}");
+
+    // A byte in the middle of the data.
+    let mut damaged = whole.clone();
+    damaged[whole.len() / 2] ^= 0x55;
+    let found = read(&write("damaged", &damaged));
+    assert!(!matches!(found, Err(Error::Read { .. })), "{found:?}");
+}
+
+/// Whatever a file says, reading it ends, without a panic.
+#[test]
+fn no_damage_is_more_than_an_error() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    record(&path, 30);
+    let whole = fs::read(&path).unwrap();
+    let damaged = folder.path().join("damaged.mcap");
+    let mut errors = 0;
+    for place in 0..150 {
+        let mut bytes = whole.clone();
+        let at = place * whole.len() / 150;
+        bytes[at] = bytes[at].wrapping_add(1 | place as u8);
+        fs::write(&damaged, &bytes).unwrap();
+        errors += usize::from(read(&damaged).is_err());
+    }
+    assert!(errors > 40, "{errors}");
+}
+
+/// A pipe that nobody reads is a disk that is too slow.
+#[cfg(unix)]
+#[test]
+fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {
+    use std::io::Read;
+
+    let folder = folder();
+    let pipe = folder.path().join("pipe");
+    nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+    let opening = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || fs::File::open(pipe).unwrap()
+    });
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let recorder = Recorder::start(&handler, &pipe, Options::default().with_capacity(20)).unwrap();
+    let mut file = opening.join().unwrap();
+    handler.begin_transfer().unwrap();
+    let mut noise = 0_u32;
+    for _ in 0..3_000 {
+        // Something that does not get small.
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let duty = std::array::from_fn(|output| (noise >> (2 * output) & 511) as i16);
+        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
+    }
+    handler.end_transfer().unwrap();
+    let total = handler.statistics().cycles;
+    // The disk works again.
+    let copied = std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map(|_| bytes)
+    });
+    let totals = recorder.finish().unwrap();
+    let path = folder.path().join("run.mcap");
+    fs::write(&path, copied.join().unwrap().unwrap()).unwrap();
+    let (entries, cut_off) = read(&path).unwrap();
+    assert!(!cut_off);
+    let cycles = cycles(&entries);
+    let lost: u64 = cycles.iter().map(|cycle| cycle.lost).sum();
+    assert!(totals.lost > 0, "there was nothing to lose");
+    assert_eq!(cycles.len() as u64 + totals.lost, total);
+    assert!(lost <= totals.lost);
+    for pair in cycles.windows(2) {
+        assert_eq!(pair[1].number, pair[0].number + pair[1].lost + 1, "the loss is where it was");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told_in_a_sentence() {
+    let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+    let full = Recorder::start(&handler, "/dev/full", roomy()).unwrap_err().to_string();
+    assert!(full.starts_with("can't write /dev/full: No space left on device"), "{full}");
+    let missing = Recorder::start(&handler, "/no/such/folder/run.mcap", roomy()).unwrap_err();
+    assert!(missing.to_string().starts_with("can't write /no/such/folder/run.mcap: "), "{missing}");
+}
+
+#[test]
+fn a_recorder_of_a_handler_that_is_gone_has_finished_its_file() {
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().map(drop).unwrap();
+    drop(handler);
+    drop(recorder);
+    let (entries, cut_off) = read(&path).unwrap();
+    assert!(!cut_off && !cycles(&entries).is_empty());
+    let new = FishX1Transfer::default();
+    let last = cycles(&entries).last().unwrap().areas[0].output.duty;
+    assert_eq!(last, new.output.duty, "motors off");
+}

@@ -1,0 +1,147 @@
+//! Pictures in files.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::{bail, Context};
+use crossbeam_channel::Receiver;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::source::{Next, Source};
+
+/// How many pictures are saved, and when.
+pub(super) struct Plan {
+    /// `None` until Ctrl-C.
+    pub(super) count: Option<u64>,
+    /// `None` for all.
+    pub(super) every: Option<Duration>,
+}
+
+/// Saves pictures until the plan is fulfilled, or until Ctrl-C if it has no end.
+pub(super) fn save(
+    source: &Source,
+    target: &mut Target,
+    plan: Plan,
+    interrupted: &Receiver<()>,
+) -> anyhow::Result<()> {
+    let progress = progress(plan.count);
+    let mut last: Option<Instant> = None;
+    let (mut saved, mut damaged) = (0, 0);
+    while plan.count.is_none_or(|count| saved < count) {
+        match source.next(interrupted).with_context(|| told(saved, target))? {
+            Next::Picture(jpeg) => {
+                let too_early =
+                    plan.every.zip(last).is_some_and(|(every, last)| last.elapsed() < every);
+                if !too_early {
+                    last = Some(Instant::now());
+                    target.add(&jpeg).with_context(|| told(saved, target))?;
+                    saved += 1;
+                    progress.set_position(saved);
+                }
+            }
+            Next::Damaged => damaged += 1,
+            Next::Interrupted => break,
+        }
+    }
+    progress.finish_and_clear();
+    println!("{}", told(saved, target));
+    // Between pictures that are not wanted, nothing is lost.
+    let lost = if plan.every.is_none() { source.dropped() } else { 0 };
+    if lost + damaged > 0 {
+        println!("{lost} more came too fast to be saved, {damaged} were damaged");
+    }
+    source.end()?;
+    match plan.count {
+        Some(count) if saved < count => bail!("stopped before all {count} pictures had come"),
+        _ => Ok(()),
+    }
+}
+
+fn told(saved: u64, target: &Target) -> String {
+    format!("{saved} picture(s) saved in {}", target.path().display())
+}
+
+fn progress(count: Option<u64>) -> ProgressBar {
+    let bar = match count {
+        Some(count) => ProgressBar::new(count).with_style(
+            ProgressStyle::with_template("{wide_bar} {pos}/{len} pictures")
+                .unwrap_or_else(|_| ProgressStyle::default_bar()),
+        ),
+        None => ProgressBar::new_spinner().with_style(
+            ProgressStyle::with_template("{spinner} {pos} pictures, Ctrl-C ends")
+                .unwrap_or_else(|_| ProgressStyle::default_spinner()),
+        ),
+    };
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+/// Where pictures are saved.
+pub(super) enum Target {
+    /// Files with numbers.
+    Folder { folder: PathBuf, number: u64, force: bool },
+    /// All in one file.
+    Film { path: PathBuf, file: File, size: u64 },
+}
+
+impl Target {
+    /// A film if the name ends with `.mjpeg`, or a folder, which is made.
+    pub(super) fn new(path: &Path, force: bool) -> anyhow::Result<Self> {
+        let is_film =
+            ["mjpeg", "mjpg"].map(OsStr::new).iter().any(|end| path.extension() == Some(end));
+        if is_film {
+            let file = open(path, force)?;
+            return Ok(Self::Film { path: path.to_owned(), file, size: 0 });
+        }
+        fs::create_dir_all(path).with_context(|| path.display().to_string())?;
+        Ok(Self::Folder { folder: path.to_owned(), number: 0, force })
+    }
+
+    fn path(&self) -> &Path {
+        match self {
+            Self::Folder { folder: path, .. } | Self::Film { path, .. } => path,
+        }
+    }
+
+    /// Saves a picture. If that fails, no part of it is left.
+    fn add(&mut self, jpeg: &[u8]) -> anyhow::Result<()> {
+        match self {
+            Self::Folder { folder, number, force } => {
+                *number += 1;
+                let path = folder.join(format!("{number:05}.jpg"));
+                let written = open(&path, *force)?.write_all(jpeg);
+                if written.is_err() {
+                    let _ = fs::remove_file(&path);
+                }
+                written.with_context(|| path.display().to_string())
+            }
+            Self::Film { path, file, size } => {
+                if let Err(error) = file.write_all(jpeg) {
+                    let _ = file.set_len(*size);
+                    return Err(error).with_context(|| path.display().to_string());
+                }
+                *size += jpeg.len() as u64;
+                Ok(())
+            }
+        }
+    }
+}
+
+/// Opens a new file, or overwrites one if that is wanted.
+fn open(path: &Path, force: bool) -> anyhow::Result<File> {
+    let mut options = OpenOptions::new();
+    if force {
+        options.write(true).create(true).truncate(true);
+    } else {
+        options.write(true).create_new(true);
+    }
+    options.open(path).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => {
+            anyhow::anyhow!("{} is there already; --force overwrites it", path.display())
+        }
+        _ => anyhow::Error::new(error).context(path.display().to_string()),
+    })
+}

@@ -1,0 +1,22 @@
+//! What `--help` shows.
+
+use std::process::Command;
+
+const COMMANDS: [&str; 3] = ["camera", "find", "simulate"];
+
+#[test]
+fn the_help_of_each_command_fits_on_a_screen_and_ends_with_an_example() {
+    for command in COMMANDS {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_txt")).args([command, "--help"]).output().unwrap();
+        assert!(output.status.success(), "{command}");
+        let help = String::from_utf8(output.stdout).unwrap();
+        assert!(help.lines().count() <= 42, "{command}: {} lines", help.lines().count());
+        for line in help.lines() {
+            assert!(line.chars().count() <= 100, "{command}: {line:?} is too long");
+        }
+        let end = help.trim_end().rsplit("\n\n").next().unwrap();
+        assert!(end.starts_with("Example"), "{command}: {end:?} is no example");
+        assert!(end.contains(&format!("txt {command} ")), "{command}: {end:?}");
+    }
+}
