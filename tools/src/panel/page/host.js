@@ -26,7 +26,7 @@ export class HostView {
     const open = this.chosen === "all" ? areas : [this.chosen];
     this.boards = open.map((area) => new Board(host, area, send));
     this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
-    this.cards = [new Link(host), new Remotes(), new Sound(host, send), new Camera(host, send), new I2c(host, ask)];
+    this.cards = [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)];
     this.chips = new Map();
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
     this.element = h("div", { class: "host", "data-many": open.length > 1 },

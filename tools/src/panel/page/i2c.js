@@ -17,7 +17,7 @@ export class I2c {
   constructor(host, ask) {
     this.ask = (command) => ask({ ...command, host: host.id });
     const field = (label, value, size) => h("input", { type: "text", value, size, "aria-label": label, autocomplete: "off", spellcheck: "false" });
-    const labelled = (label, input) => h("label", {}, h("span", {}, label), input);
+    const labelled = (label, input, name) => h("label", { class: name }, h("span", {}, label), input);
     this.address = field(t("device"), "0x18", 5);
     this.register = field(t("register"), "0x00", 5);
     this.count = field(t("count"), "1", 3);
@@ -26,7 +26,7 @@ export class I2c {
     this.controls = h("fieldset", {},
       h("div", { class: "row" }, labelled(t("device"), this.address), labelled(t("register"), this.register), button(t("scan"), () => this.run(() => this.scan()), { class: "primary" })),
       h("div", { class: "row" }, labelled(t("count"), this.count), button(t("read"), () => this.run(() => this.read())),
-        labelled(t("values"), this.values), button(t("write"), () => this.run(() => this.write()))));
+        labelled(t("values"), this.values, "wide"), button(t("write"), () => this.run(() => this.write()))));
     this.element = card("i2c", t("i2c"), this.controls, this.result);
   }
 

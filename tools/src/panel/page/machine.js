@@ -55,7 +55,7 @@ export class MotorView {
     this.carriage = svg("g", { class: "carriage" }, svg("rect", { x: -22, y: 8, width: 44, height: 26, rx: 4 }),
       svg("circle", { cx: -12, cy: 36, r: 4 }), svg("circle", { cx: 12, cy: 36, r: 4 }), svg("path", { d: "M-8 21H8M4 17L8 21L4 25M-4 17L-8 21L-4 25" }));
     this.ends = [22, 298].map((x, end) => ({ input: ends[end] ?? null, mark: svg("g", { class: "end" },
-      svg("rect", { x: x - 6, y: 2, width: 12, height: 10, rx: 2 }), svg("text", { x, y: 60, "text-anchor": "middle" }, ends[end] === undefined ? "" : `I${ends[end] + 1}`)) }));
+      svg("rect", { x: x - 6, y: 2, width: 12, height: 10, rx: 2 }), svg("text", { x, y: 63, "text-anchor": "middle" }, ends[end] === undefined ? "" : `I${ends[end] + 1}`)) }));
     const ticks = Array.from({ length: 21 }, (_, tick) => svg("path", { class: "tick", d: `M${40 + tick * 12} 44v${tick % 5 ? 3 : 6}` }));
     this.track = svg("svg", { class: "rail", viewBox: "0 0 320 64", role: "img" },
       svg("rect", { class: "bed", x: 10, y: 38, width: 300, height: 6, rx: 3 }), ticks, this.ends.map(({ mark }) => mark), this.carriage);

@@ -1,7 +1,7 @@
 // All controllers at once: a card for each, with what it does at a glance.
 
 import { h, setAttribute, setStyle, setText } from "./dom.js";
-import { t } from "./words.js";
+import { sentence, t } from "./words.js";
 
 class Tile {
   constructor(host, open) {
@@ -28,8 +28,9 @@ class Tile {
     setAttribute(this.phase, "data-phase", phase);
     setText(this.phase, t(phase));
     if (!state) return setText(this.facts, address);
-    const { link, areas, driver } = state;
-    setText(this.facts, link.error ? link.error.text : [address, link.firmware, `${link.cycle_ms.toFixed(1)} ms`, areas.length > 1 ? `+${areas.filter((area) => area.alive).length - 1}` : ""].filter(Boolean).join(" · "));
+    const { link, areas, driver, you_drive } = state;
+    const facts = [address, link.firmware, `${link.cycle_ms.toFixed(1)} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
+    setText(this.facts, link.error ? sentence(link.error) : facts.filter(Boolean).join(" · "));
     setAttribute(this.facts, "data-error", Boolean(link.error));
     areas[0].inputs.forEach((input, index) => setAttribute(this.inputs[index], "data-on", input.digital && input.value !== 0));
     areas[0].motors.forEach(({ duty: [forward, backwards] }, index) => {
@@ -37,7 +38,7 @@ class Tile {
       setStyle(bar, "transform", `scaleX(${(forward - backwards) / 512})`);
       setAttribute(bar, "data-backwards", backwards > forward);
     });
-    setText(this.driver, driver === null ? t("nobody") : t("somebody", { page: driver }));
+    setText(this.driver, you_drive ? t("driving") : driver === null ? t("nobody") : t("somebody", { page: driver }));
   }
 }
 

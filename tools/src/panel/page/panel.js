@@ -58,6 +58,7 @@ function rebuild() {
   setAttribute($("language"), "aria-label", t("languageLabel"));
   setAttribute($("stop"), "aria-label", `STOP. ${t("stopHint")}`);
   setAttribute($("stop"), "title", t("stopHint"));
+  setText($("stop-hint"), t("space"));
   setText($("lost-title"), t("lostTitle"));
   setText($("lost-text"), t("lostText"));
   makeTabs();
@@ -69,7 +70,7 @@ function makeTabs() {
   const list = [...hosts.values()].map((host) => [host.id, host.address]);
   if (list.length > 1) list.push(["all", t("all")]);
   const one = ([id, text]) => {
-    const tab = h("button", { type: "button", role: "tab", "aria-controls": "main", onclick: () => choose(id) }, h("i", { class: "dot" }), h("span", {}, text));
+    const tab = h("button", { type: "button", role: "tab", "aria-controls": "main", onclick: () => choose(id) }, id === "all" ? null : h("i", { class: "dot" }), h("span", {}, text));
     tabs.set(id, tab);
     return tab;
   };

@@ -3,7 +3,7 @@
 const ENGLISH = {
   title: "txt panel",
   stopHint: "Stop all motors and lamps (space bar)",
-  stopDone: "Stopped", stopFailed: "No answer!",
+  space: "space",
   language: "Deutsch", languageLabel: "Seite auf Deutsch zeigen",
   hosts: "Controllers", all: "All", areas: "Master and extensions", master: "TXT", extension: "Extension",
   driving: "You drive", looking: "Looking only",
@@ -49,7 +49,7 @@ const ENGLISH = {
 const GERMAN = {
   title: "txt panel",
   stopHint: "Alle Motoren und Lampen aus (Leertaste)",
-  stopDone: "Gestoppt", stopFailed: "Keine Antwort!",
+  space: "Leertaste",
   language: "English", languageLabel: "Show the page in English",
   hosts: "Controller", all: "Alle", areas: "Master und Erweiterungen", master: "TXT", extension: "Erweiterung",
   driving: "Du steuerst", looking: "Nur ansehen",

@@ -138,6 +138,11 @@ class RemoteView {
   }
 }
 
+/** A list of parts, if there are any. */
+function list(name, parts) {
+  return parts.length ? h("ul", { class: name }, parts.map((part) => part.element)) : null;
+}
+
 /** The world on one controller, and at the master the remotes. */
 export class World {
   constructor(host, area, state, send) {
@@ -152,9 +157,9 @@ export class World {
     this.lamps = board.lamps.map((lamp) => new LampView(lamp));
     this.remotes = area ? [] : state.world.remotes.map((_, index) => new RemoteView(index, commands));
     this.controls = h("fieldset", { class: "scene" },
-      h("ul", { class: "hands" }, this.sensors.map((sensor) => sensor.element)),
-      h("ul", { class: "moves" }, this.motors.map((motor) => motor.element), this.lamps.map((lamp) => lamp.element)),
-      this.remotes.length ? h("ul", { class: "held" }, this.remotes.map((remote) => remote.element)) : null);
+      list("hands", this.sensors),
+      h("div", { class: "moves" }, list("motors", this.motors), list("lamps", this.lamps)),
+      list("held", this.remotes));
     const name = state.areas[area].name;
     this.plug = area ? button("", () => commands({ do: "plug", alive: !this.alive }), { class: "small", "aria-label": t("plug", { name }) }) : null;
     this.title = area ? `${t("world")} · ${name}` : t("world");
