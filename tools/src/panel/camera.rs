@@ -1,6 +1,7 @@
 //! The camera's pictures. The newest one wins: a page that is slow misses some.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use crossbeam_channel::{bounded, never, select, Receiver, Sender};
 use ft_transfer_area::{CameraFrame, CameraOptions, Error, TransferAreaComHandler};
@@ -14,6 +15,8 @@ use super::wish::CameraWish;
 
 /// How many orders may wait.
 const WAITING: usize = 4;
+/// How long the next picture may take.
+const FRAME_LIMIT: Duration = Duration::from_secs(3);
 
 /// What the camera's thread tells all others.
 #[derive(Debug)]
@@ -125,5 +128,6 @@ fn switch(
     let (width, height) =
         (wish.width.unwrap_or(options.width), wish.height.unwrap_or(options.height));
     let framerate = wish.fps.unwrap_or(options.framerate);
-    handler.start_camera(options.with_size(width, height).with_framerate(framerate))
+    let options = options.with_size(width, height).with_framerate(framerate);
+    handler.start_camera(options.with_frame_limit(FRAME_LIMIT))
 }

@@ -38,6 +38,9 @@ files!(
     "world.js",
     "machine.js",
     "overview.js",
+    "distance.js",
+    "host.js",
+    "wheel.js",
     "icon.svg",
 );
 

@@ -47,26 +47,28 @@ const END_LIMIT: Duration = Duration::from_secs(5);
 /// Show and drive controllers on a page in the browser
 #[derive(clap::Args)]
 #[command(after_help = "\
-The page shows inputs, counters, motors, lamps, sounds, remotes, the camera and I2C devices. All motors
-stop when it closes, when it is silent for a second, and at Ctrl-C. The space bar stops them, too.
+The page shows inputs, counters, motors, lamps, sounds, remotes, the camera and I2C devices. All
+motors stop when it closes, when it is silent for a second, and at Ctrl-C. The space bar stops
+them, too.
 
 Examples:
   txt panel                               a simulated TXT, to try it out
   txt panel 192.168.7.2 192.168.8.2       two controllers, by USB and by WLAN
   txt panel --world car --extensions 2    another simulated machine")]
 pub(crate) struct Args {
-    /// Controllers, such as 192.168.7.2, 192.168.7.2:65000, auto, or simulated [default: simulated]
+    /// Controllers: 192.168.7.2, txt:65000, auto, or simulated [default: simulated]
+    #[arg(value_name = "HOST")]
     hosts: Vec<String>,
     /// Port of the page; 0 is a free one
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Address of this computer to serve the page at; 0.0.0.0 lets other computers in
+    /// Where to serve the page; 0.0.0.0: for other computers, too
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     bind: IpAddr,
-    /// World of a simulated TXT: one that comes with it, the path of a .toml file, or none
-    #[arg(long)]
+    /// World of a simulated TXT: its name, a .toml file, or none
+    #[arg(long, value_name = "WORLD")]
     world: Option<String>,
-    /// Number of extensions, 0 to 8 [default: those of the world, or 8 for a controller]
+    /// Number of extensions, 0 to 8 [default: all there are]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MAX_EXTENSIONS as i64))]
     extensions: Option<u8>,
     /// Do not open the browser
