@@ -102,7 +102,8 @@ impl Broker {
 
     fn options(&self, will: LastWill) -> MqttOptions {
         // No two sessions are the same: the broker would end the older one.
-        let mut options = MqttOptions::new(format!("txt-{:016x}", random()), &*self.host, self.port);
+        let mut options =
+            MqttOptions::new(format!("txt-{:016x}", random()), &*self.host, self.port);
         let keep_alive = (self.limit / 2).max(Duration::from_secs(1));
         // Nothing of an earlier session comes later, so no old command moves a motor.
         options.set_clean_session(true).set_keep_alive(keep_alive);

@@ -1,18 +1,13 @@
 //! The commands that a bridge takes: from topic and payload to what they change in the areas.
 
 use std::fmt::Display;
-use std::ops::RangeInclusive;
 
 use ft_transfer_area::transfer_area::{CounterMode, InputMode, DUTY_MAX, MAX_EXTENSIONS};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output, Sound, SILENCE};
 use ft_transfer_area::FishX1Transfer;
-use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
 
+use super::payload::{self, in_range, read, CounterModeName, PairMode};
 use super::topics::{HEARTBEAT, STOP};
-
-/// A payload longer than this is none of the commands.
-const PAYLOAD_LIMIT: usize = 4096;
 
 /// A command for one of the areas.
 #[derive(Debug, PartialEq)]
@@ -26,152 +21,39 @@ enum Order {
     /// The master is alive; nothing else.
     Heartbeat,
     StopAll,
-    Turn { motor: Motor, duty: i16 },
-    Move { motor: Motor, duty: i16, distance: u32, with: Vec<(Motor, Direction)> },
+    Turn {
+        motor: Motor,
+        duty: i16,
+    },
+    Move {
+        motor: Motor,
+        duty: i16,
+        distance: u32,
+        with: Vec<(Motor, Direction)>,
+    },
     StopMotor(Motor),
-    Light { output: Output, duty: i16 },
+    Light {
+        output: Output,
+        duty: i16,
+    },
     ResetCounter(Counter),
-    InputMode { input: Input, mode: InputMode, digital: bool },
-    CounterMode { counter: Counter, mode: CounterMode },
-    PairMode { motor: Motor, mode: PairMode },
-    Sound { sound: u16, repeat: u16 },
-}
-
-/// The modes of inputs, by the names in payloads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum InputModeName {
-    Voltage,
-    Resistance,
-    Resistance15k,
-    Ultrasonic,
-}
-
-/// The modes of counters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum CounterModeName {
-    Normal,
-    Inverted,
-}
-
-/// What a pair of outputs is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum PairMode {
-    Motor,
-    Outputs,
-}
-
-impl PairMode {
-    pub(crate) fn of(area: &FishX1Transfer, motor: Motor) -> Self {
-        match area.config.motor[motor.index()] {
-            0 => Self::Outputs,
-            _ => Self::Motor,
-        }
-    }
-}
-
-impl CounterModeName {
-    pub(crate) fn new(inverted: bool) -> Self {
-        if inverted {
-            Self::Inverted
-        } else {
-            Self::Normal
-        }
-    }
-}
-
-impl From<InputModeName> for InputMode {
-    fn from(name: InputModeName) -> Self {
-        match name {
-            InputModeName::Voltage => Self::Voltage,
-            InputModeName::Resistance => Self::Resistance,
-            InputModeName::Resistance15k => Self::Resistance15k,
-            InputModeName::Ultrasonic => Self::Ultrasonic,
-        }
-    }
-}
-
-impl TryFrom<u8> for InputModeName {
-    type Error = ();
-
-    fn try_from(mode: u8) -> Result<Self, ()> {
-        let names = [Self::Voltage, Self::Resistance, Self::Resistance15k, Self::Ultrasonic];
-        names.into_iter().find(|name| u8::from(InputMode::from(*name)) == mode).ok_or(())
-    }
-}
-
-/// What payloads have in them.
-mod payload {
-    use super::{CounterModeName, InputModeName, PairMode};
-    use serde::Deserialize;
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct Nothing {}
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct Duty {
-        pub(super) duty: i64,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct Move {
-        pub(super) duty: i64,
-        #[serde(default)]
-        pub(super) distance: Option<i64>,
-        #[serde(default)]
-        pub(super) with: Vec<Follower>,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct Follower {
-        pub(super) motor: String,
-        #[serde(default)]
-        pub(super) reverse: bool,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct InputConfig {
-        pub(super) mode: InputModeName,
-        pub(super) digital: bool,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct CounterConfig {
-        pub(super) mode: CounterModeName,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct PairConfig {
-        pub(super) mode: PairMode,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(deny_unknown_fields)]
-    pub(super) struct Sound {
-        pub(super) sound: SoundName,
-        #[serde(default = "once")]
-        pub(super) repeat: i64,
-    }
-
-    #[derive(Deserialize)]
-    #[serde(untagged, expecting = "a sound is a number or a name")]
-    pub(super) enum SoundName {
-        Number(i64),
-        Name(String),
-    }
-
-    fn once() -> i64 {
-        1
-    }
+    InputMode {
+        input: Input,
+        mode: InputMode,
+        digital: bool,
+    },
+    CounterMode {
+        counter: Counter,
+        mode: CounterMode,
+    },
+    PairMode {
+        motor: Motor,
+        mode: PairMode,
+    },
+    Sound {
+        sound: u16,
+        repeat: u16,
+    },
 }
 
 impl Command {
@@ -374,7 +256,8 @@ fn parse_motor(motor: Motor, verb: &str, payload: &[u8]) -> Result<Order, String
             };
             let follower = |follower: payload::Follower| {
                 let found = named(&Motor::ALL, &follower.motor);
-                let motor = found.ok_or_else(|| format!("there is no motor {:?}", follower.motor))?;
+                let motor =
+                    found.ok_or_else(|| format!("there is no motor {:?}", follower.motor))?;
                 Ok((motor, direction(duty, follower.reverse)))
             };
             let with = with.into_iter().map(follower).collect::<Result<_, String>>()?;
@@ -409,30 +292,10 @@ fn named<T: Copy + Display>(all: &[T], name: &str) -> Option<T> {
     all.iter().copied().find(|one| one.to_string() == name)
 }
 
-/// Reads a payload; a command without details may have none at all.
-fn read<T: DeserializeOwned>(payload: &[u8], form: &str) -> Result<T, String> {
-    if payload.len() > PAYLOAD_LIMIT {
-        let (length, limit) = (payload.len(), PAYLOAD_LIMIT);
-        return Err(format!("the payload has {length} bytes, but at most {limit} are read"));
-    }
-    let Ok(text) = std::str::from_utf8(payload) else {
-        return Err(format!("the payload is no UTF-8 text; send {form}"));
-    };
-    let text = if text.trim().is_empty() { "{}" } else { text };
-    serde_json::from_str(text).map_err(|error| format!("the payload is wrong: {error}; send {form}"))
-}
-
-fn in_range<T: TryFrom<i64>>(
-    what: &str,
-    given: i64,
-    range: RangeInclusive<i64>,
-) -> Result<T, String> {
-    let inside = range.contains(&given).then(|| T::try_from(given).ok()).flatten();
-    let (least, most) = (range.start(), range.end());
-    inside.ok_or_else(|| format!("the {what} is {given}, but has to be {least} to {most}"))
-}
-
 fn unknown(place: &str) -> String {
     let short: String = place.chars().take(60).collect();
     format!("there is no command {short:?}; docs/bridge.md lists the topics")
 }
+
+#[cfg(test)]
+mod tests;

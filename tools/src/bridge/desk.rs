@@ -128,11 +128,7 @@ impl Desk {
         Ok(())
     }
 
-    fn take(
-        &mut self,
-        news: News,
-        areas: Option<&mut [FishX1Transfer]>,
-    ) -> anyhow::Result<()> {
+    fn take(&mut self, news: News, areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
         match news {
             News::Up(publisher) => self.greet(publisher),
             News::Refused(reason) if !self.has_been_up => anyhow::bail!(reason),
@@ -193,9 +189,11 @@ impl Desk {
         areas: Option<&mut [FishX1Transfer]>,
     ) -> Result<(), String> {
         if message.retained {
-            return Err("the broker had kept this command, so it may be old and does nothing; send \
+            return Err(
+                "the broker had kept this command, so it may be old and does nothing; send \
                         commands without the retain flag"
-                .to_owned());
+                    .to_owned(),
+            );
         }
         let command = Command::parse(tail, &message.payload)?;
         self.heard = Instant::now();

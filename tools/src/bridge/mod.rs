@@ -4,6 +4,7 @@ mod broker;
 mod commands;
 mod desk;
 mod machine;
+mod payload;
 mod report;
 #[cfg(test)]
 mod samples;
@@ -60,25 +61,25 @@ pub(crate) struct Args {
     /// How all topics begin
     #[arg(long, default_value = "ft")]
     prefix: String,
-    /// The user at the broker; the password is in the environment variable TXT_MQTT_PASSWORD
+    /// The user at the broker; the password is in the variable TXT_MQTT_PASSWORD
     #[arg(long)]
     user: Option<String>,
     /// How many extensions each controller has
     #[arg(long, value_name = "N", default_value_t = 0)]
     #[arg(value_parser = clap::value_parser!(u8).range(0..=MAX_EXTENSIONS as i64))]
     extensions: u8,
-    /// The shortest time between two messages about one measured value or counter
+    /// The shortest time between two messages about a measured value
     #[arg(long, value_name = "MS", default_value_t = 100)]
     #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
     every: u64,
     /// The smallest change of a measured value that is told
     #[arg(long, value_name = "UNITS", default_value_t = 1)]
     deadband: u16,
-    /// How long no command and no heartbeat may come before all motors stop; 0: for ever
+    /// Without command and heartbeat for so long, motors stop; 0: never
     #[arg(long, value_name = "MS", default_value_t = 3000)]
     #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
     master_limit: u64,
-    /// How long the broker may be silent before all motors stop
+    /// When the broker is silent for so long, motors stop
     #[arg(long, value_name = "MS", default_value_t = 4000)]
     #[arg(value_parser = clap::value_parser!(u64).range(2000..=60_000))]
     broker_limit: u64,

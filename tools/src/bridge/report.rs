@@ -41,14 +41,25 @@ pub(crate) enum Stage {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub(crate) enum Happened {
-    MotorReached { motor: String, position: u16 },
-    CounterReset { counter: String },
+    MotorReached {
+        motor: String,
+        position: u16,
+    },
+    CounterReset {
+        counter: String,
+    },
     /// The bridge has stopped all motors.
-    Stopped { reason: String },
+    Stopped {
+        reason: String,
+    },
     /// The controller was away for so long.
-    Restored { after_ms: u64 },
+    Restored {
+        after_ms: u64,
+    },
     /// More changes came than could be told.
-    Lost { changes: u64 },
+    Lost {
+        changes: u64,
+    },
 }
 
 /// Whether somebody controls the machine.
@@ -74,9 +85,7 @@ impl Happened {
             Event::CounterReset { area, counter, .. } => {
                 Self::CounterReset { counter: place(*area, counter) }
             }
-            Event::ConnectionRestored { after, .. } => {
-                Self::Restored { after_ms: millis(*after) }
-            }
+            Event::ConnectionRestored { after, .. } => Self::Restored { after_ms: millis(*after) },
             _ => return None,
         })
     }

@@ -68,8 +68,7 @@ pub(crate) fn level(name: &str) -> String {
 
 /// Whether a prefix can be the first levels of a topic.
 pub(crate) fn is_prefix(prefix: &str) -> bool {
-    prefix.len() <= 1000
-        && prefix.split('/').all(|part| !part.is_empty() && level(part) == part)
+    prefix.len() <= 1000 && prefix.split('/').all(|part| !part.is_empty() && level(part) == part)
 }
 
 /// What a topic with a value is about.

@@ -7,7 +7,7 @@ use ft_transfer_area::tx::{Input, IrDevice, JoystickAxis, JoystickSwitch, Motor}
 use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
-use super::commands::{CounterModeName, InputModeName, PairMode};
+use super::payload::{CounterModeName, InputModeName, PairMode};
 use super::topics::{Topics, What};
 
 /// A value as its payload.
@@ -65,9 +65,7 @@ impl Value {
                 Self::CounterConfig { mode: CounterModeName::new(is_inverted) }
             }
             What::Motor(motor) => read_motor(motor, area)?,
-            What::MotorConfig(motor) => {
-                Self::PairConfig { mode: PairMode::of(area, motor) }
-            }
+            What::MotorConfig(motor) => Self::PairConfig { mode: PairMode::of(area, motor) },
             What::Output(output) => Self::Output { duty: area.get_out_pwm_values(output).ok()? },
             What::Remote(device) => read_remote(device, area),
             What::Microphone => {
@@ -159,8 +157,11 @@ pub(crate) struct Message<'a> {
 
 impl Values {
     pub(crate) fn new(topics: &Topics, areas: usize, noise: Noise) -> Self {
-        let told = |area: usize, what: What| {
-            Told { area, what, topic: topics.of(&what.tail(area)), last: None }
+        let told = |area: usize, what: What| Told {
+            area,
+            what,
+            topic: topics.of(&what.tail(area)),
+            last: None,
         };
         let values = (0..areas)
             .flat_map(|area| What::all(area).into_iter().map(move |what| told(area, what)))
@@ -254,5 +255,113 @@ fn unit_of(value: &Value) -> Option<&'static str> {
     match value {
         Value::Measured { unit, .. } => Some(unit),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOISE: Noise = Noise { every: Duration::from_millis(100), deadband: 5 };
+
+    fn values() -> Values {
+        Values::new(&Topics::new("ft", "press"), 1, NOISE)
+    }
+
+    /// What is told about this area at this time, in ms.
+    fn told(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
+        let mut told = Vec::new();
+        values.tell(&[area], begin + Duration::from_millis(ms), |message| {
+            told.push(format!("{} {}", message.topic, message.payload));
+            true
+        });
+        told
+    }
+
+    #[test]
+    fn everything_is_told_once_and_then_changes_only() {
+        let (mut values, begin) = (values(), Instant::now());
+        let mut area = FishX1Transfer::default();
+        let first = told(&mut values, area, begin, 0);
+        assert!(first.contains(&r#"ft/press/I1 {"value":0}"#.to_owned()), "{first:?}");
+        assert!(!first.iter().any(|line| line.starts_with("ft/press/O")), "all are motors");
+        assert_eq!(told(&mut values, area, begin, 1), [""; 0]);
+        area.input.uni[1] = 1;
+        assert_eq!(told(&mut values, area, begin, 2), [r#"ft/press/I2 {"value":1}"#]);
+        values.forget();
+        assert_eq!(told(&mut values, area, begin, 3).len(), first.len());
+    }
+
+    #[test]
+    fn measured_values_wait_and_small_changes_are_noise() {
+        let (mut values, begin) = (values(), Instant::now());
+        let mut area = FishX1Transfer::default();
+        area.set_ft_uni_config(Input::I1, InputMode::Voltage, false);
+        told(&mut values, area, begin, 0);
+        area.input.uni[0] = 4;
+        assert_eq!(told(&mut values, area, begin, 200), [""; 0], "noise");
+        area.input.uni[0] = 5;
+        let line = r#"ft/press/I1 {"value":5,"unit":"mV","over_range":false}"#;
+        assert_eq!(told(&mut values, area, begin, 201), [line]);
+        area.input.uni[0] = 500;
+        assert_eq!(told(&mut values, area, begin, 300), [""; 0], "too soon");
+        let line = r#"ft/press/I1 {"value":500,"unit":"mV","over_range":false}"#;
+        assert_eq!(told(&mut values, area, begin, 301), [line]);
+        area.input.uni[0] = 10_000;
+        let line = r#"ft/press/I1 {"value":10000,"unit":"mV","over_range":true}"#;
+        assert_eq!(told(&mut values, area, begin, 500), [line]);
+    }
+
+    #[test]
+    fn what_was_not_taken_is_told_the_next_time() {
+        let (mut values, begin) = (values(), Instant::now());
+        let area = FishX1Transfer::default();
+        let mut room = 3;
+        values.tell(&[area], begin, |_| {
+            room -= 1;
+            room >= 0
+        });
+        let rest = told(&mut values, area, begin, 1);
+        assert_eq!(rest.len() + 3, told_at_first(area, begin));
+    }
+
+    fn told_at_first(area: FishX1Transfer, begin: Instant) -> usize {
+        told(&mut values(), area, begin, 0).len()
+    }
+
+    #[test]
+    fn every_change_of_a_digital_input_is_told_once() {
+        let (mut values, begin) = (values(), Instant::now());
+        let mut area = FishX1Transfer::default();
+        told(&mut values, area, begin, 0);
+        // Three responses came at once: the newest says 1, the events say 1, 0, 1.
+        area.input.uni[0] = 1;
+        let mut all = told(&mut values, area, begin, 1);
+        for pressed in [true, false, true] {
+            values.tell_change(0, Input::I1, pressed, |message| {
+                all.push(format!("{} {}", message.topic, message.payload));
+                true
+            });
+        }
+        let line = |value| format!("ft/press/I1 {{\"value\":{value}}}");
+        assert_eq!(all, [line(1), line(0), line(1)]);
+    }
+
+    #[test]
+    fn a_value_that_is_no_more_is_removed_from_the_broker() {
+        let (mut values, begin) = (values(), Instant::now());
+        let mut area = FishX1Transfer::default();
+        told(&mut values, area, begin, 0);
+        area.set_ft_motor_config(Motor::M1, false);
+        let told = told(&mut values, area, begin, 1);
+        for line in [
+            "ft/press/M1 ",
+            r#"ft/press/M1/config {"mode":"outputs"}"#,
+            r#"ft/press/O1 {"duty":0}"#,
+            r#"ft/press/O2 {"duty":0}"#,
+        ] {
+            assert!(told.contains(&line.to_owned()), "{line}: {told:?}");
+        }
+        assert_eq!(told.len(), 4);
     }
 }
