@@ -1,9 +1,210 @@
-//! `txt bridge`.
+//! `txt bridge`: inputs as topics of an MQTT broker, and commands from it.
 
-/// Connect a controller to an MQTT broker
+mod broker;
+mod commands;
+mod desk;
+mod machine;
+mod payload;
+mod report;
+#[cfg(test)]
+mod samples;
+mod topics;
+mod values;
+
+use std::env;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{bail, ensure, Context};
+use crossbeam_channel::{select, unbounded};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::{find_controllers, Error};
+
+use self::broker::Broker;
+use self::desk::Setup;
+use self::machine::{handler, Machine};
+use self::topics::{is_prefix, level, Topics};
+use self::values::Noise;
+use crate::interrupt;
+
+/// The environment variable with the password for the broker: an argument could be read by everybody.
+const PASSWORD: &str = "TXT_MQTT_PASSWORD";
+
+/// How long to look for the only controller.
+const SEARCH: Duration = Duration::from_millis(1500);
+
+/// Connect controllers to an MQTT broker: inputs as topics, and commands from topics
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+#[command(after_help = "\
+Example, with Mosquitto on this computer:
+  txt bridge --mqtt 127.0.0.1 --simulate --name press
+  mosquitto_sub -v -t 'ft/#'
+  mosquitto_pub -t ft/press/M1/set -m '{\"duty\": 300}'
+docs/bridge.md lists the topics.")]
+pub(crate) struct Args {
+    /// The broker: its host, or HOST:PORT; the usual port is 1883
+    #[arg(long, value_name = "BROKER")]
+    mqtt: String,
+    /// The controllers; without one, the only one that is found
+    #[arg(value_name = "HOST")]
+    hosts: Vec<String>,
+    /// Simulate a controller with this world instead
+    #[arg(long, value_name = "WORLD", num_args = 0..=1, default_missing_value = "default")]
+    #[arg(conflicts_with = "hosts")]
+    simulate: Option<String>,
+    /// The name in topics, once for each HOST in order; otherwise its address
+    #[arg(long)]
+    name: Vec<String>,
+    /// How all topics begin
+    #[arg(long, default_value = "ft")]
+    prefix: String,
+    /// The user at the broker; the password is in the variable TXT_MQTT_PASSWORD
+    #[arg(long)]
+    user: Option<String>,
+    /// How many extensions each controller has
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(value_parser = clap::value_parser!(u8).range(0..=MAX_EXTENSIONS as i64))]
+    extensions: u8,
+    /// The shortest time between two messages about a measured value
+    #[arg(long, value_name = "MS", default_value_t = 100)]
+    #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
+    every: u64,
+    /// The smallest change of a measured value that is told
+    #[arg(long, value_name = "UNITS", default_value_t = 1)]
+    deadband: u16,
+    /// Without command and heartbeat for so long, motors stop; 0: never
+    #[arg(long, value_name = "MS", default_value_t = 3000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
+    master_limit: u64,
+    /// When the broker is silent for so long, motors stop
+    #[arg(long, value_name = "MS", default_value_t = 4000)]
+    #[arg(value_parser = clap::value_parser!(u64).range(2000..=60_000))]
+    broker_limit: u64,
+}
 
-pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
-    anyhow::bail!("not built yet")
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let interrupted = interrupt::receiver()?;
+    let simulated = args.simulate.as_deref().map(simulate).transpose()?;
+    let controllers = controllers(&args, simulated.as_ref())?;
+    let broker_limit = Duration::from_millis(args.broker_limit);
+    let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
+    let stop = AtomicBool::new(false);
+    let machines = controllers
+        .into_iter()
+        .map(|(name, host)| machine(&args, &broker, name, host, &stop))
+        .collect::<anyhow::Result<Vec<_>>>()?;
+    thread::scope(|scope| {
+        let (ended, ends) = unbounded();
+        let count = machines.len();
+        for machine in machines {
+            let ended = ended.clone();
+            let work = move || {
+                let result = machine.run();
+                // Everybody waits for the last one.
+                let _ = ended.send(result);
+            };
+            let started = thread::Builder::new().spawn_scoped(scope, work);
+            if let Err(error) = started {
+                stop.store(true, Ordering::Relaxed);
+                bail!("the operating system refuses a thread ({error})");
+            }
+        }
+        drop(ended);
+        select! {
+            recv(interrupted) -> _ => stop.store(true, Ordering::Relaxed),
+            recv(ends) -> end => {
+                stop.store(true, Ordering::Relaxed);
+                end.unwrap_or_else(|_| bail!("the bridge has crashed, and its motors are stopped"))?;
+            }
+        }
+        let results: Vec<_> = ends.iter().collect();
+        ensure!(results.len() == count, "a part of the bridge has crashed; its motors are stopped");
+        results.into_iter().collect()
+    })
+}
+
+fn machine<'a>(
+    args: &Args,
+    broker: &Broker,
+    name: String,
+    host: String,
+    stop: &'a AtomicBool,
+) -> anyhow::Result<Machine<'a>> {
+    let areas = 1 + usize::from(args.extensions);
+    let handler = handler(&host, areas)?;
+    let noise = Noise { every: Duration::from_millis(args.every), deadband: args.deadband };
+    let master_limit = Some(Duration::from_millis(args.master_limit));
+    let setup = Setup {
+        broker: broker.clone(),
+        topics: Topics::new(&args.prefix, &name),
+        name,
+        host,
+        areas,
+        noise,
+        master_limit: master_limit.filter(|limit| !limit.is_zero()),
+    };
+    Machine::new(handler, setup, stop)
+}
+
+/// The names and hosts of all controllers.
+fn controllers(
+    args: &Args,
+    simulated: Option<&SimulatedTxt>,
+) -> anyhow::Result<Vec<(String, String)>> {
+    ensure!(
+        is_prefix(&args.prefix),
+        "the prefix {:?} can't begin a topic; write letters, digits, and / between levels",
+        args.prefix
+    );
+    let hosts = match simulated {
+        Some(txt) => vec![txt.address().to_string()],
+        None if args.hosts.is_empty() => vec![only_controller()?],
+        None => args.hosts.clone(),
+    };
+    ensure!(
+        args.name.is_empty() || args.name.len() == hosts.len(),
+        "there are {} controllers, but {} times --name; give each controller a name, or none",
+        hosts.len(),
+        args.name.len()
+    );
+    let given = if args.name.is_empty() { &hosts } else { &args.name };
+    let names: Vec<String> = given.iter().map(|name| level(name)).collect();
+    for (index, name) in names.iter().enumerate() {
+        ensure!(
+            !name.is_empty() && ![topics::STOP, topics::HEARTBEAT].contains(&name.as_str()),
+            "{name:?} can't be the name of a controller"
+        );
+        ensure!(
+            !names[..index].contains(name),
+            "two controllers have the name {name:?}; give each another --name"
+        );
+    }
+    Ok(names.into_iter().zip(hosts).collect())
+}
+
+fn only_controller() -> Result<String, Error> {
+    let found = find_controllers(SEARCH)?;
+    match &found[..] {
+        [only] => Ok(only.address.to_string()),
+        _ => Err(Error::SeveralControllers { found }),
+    }
+}
+
+fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {
+    let Some(user) = user else { return Ok(None) };
+    let password = env::var(PASSWORD)
+        .with_context(|| format!("the password of {user} is missing in {PASSWORD}"))?;
+    Ok(Some((user, password)))
+}
+
+/// A simulated TXT with a world by its name, or from a file.
+fn simulate(world: &str) -> Result<SimulatedTxt, Error> {
+    let world = match World::SHIPPED.contains(&world) {
+        true => World::shipped(world)?,
+        false => World::load(world)?,
+    };
+    SimulatedTxt::builder().world(world).start()
 }

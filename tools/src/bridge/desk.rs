@@ -1,0 +1,289 @@
+//! Between the broker and one controller: takes commands, tells values, and knows when to stop.
+
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, TryRecvError};
+use ft_transfer_area::{Event, FishX1Transfer};
+use rumqttc::{LastWill, QoS};
+
+use super::broker::{random, Broker, Message, News, Publisher};
+use super::commands::{stop_all, Command};
+use super::report::{json, say, Complaint, Happened, Master, Stage, State};
+use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
+use super::values::{Message as Told, Noise, Values};
+
+/// How long the last messages may take to the broker.
+const FAREWELL: Duration = Duration::from_secs(2);
+
+/// How many messages are read before the next cycle.
+const AT_A_TIME: usize = 1000;
+
+/// What a desk is set up with.
+pub(crate) struct Setup {
+    pub(crate) broker: Broker,
+    pub(crate) topics: Topics,
+    pub(crate) name: String,
+    pub(crate) host: String,
+    pub(crate) areas: usize,
+    pub(crate) noise: Noise,
+    /// How long the master may be silent; `None` for as long as it likes.
+    pub(crate) master_limit: Option<Duration>,
+}
+
+pub(crate) struct Desk {
+    setup: Setup,
+    news: Receiver<News>,
+    publisher: Option<Publisher>,
+    /// Whether there has been a connection to the broker.
+    has_been_up: bool,
+    state: State,
+    values: Values,
+    master: Master,
+    /// When the master gave its last sign of life.
+    heard: Instant,
+    /// Why the motors were stopped while nobody could be told.
+    untold: Option<String>,
+    /// What was printed about the broker last.
+    printed: Option<String>,
+}
+
+impl Desk {
+    pub(crate) fn open(setup: Setup) -> anyhow::Result<Self> {
+        let state = State {
+            state: Stage::Ended,
+            reason: Some("the bridge has just been started".to_owned()),
+            host: setup.host.clone(),
+            device: None,
+            firmware: None,
+            bridge: format!("{:016x}", random()),
+        };
+        let reason = Some("the bridge has lost its connection to the broker".to_owned());
+        let gone = json(&State { state: Stage::Gone, reason, ..state.clone() });
+        let will = LastWill::new(setup.topics.of(STATE), gone, QoS::AtLeastOnce, true);
+        let news = setup.broker.connect(will, setup.topics.filters())?;
+        let values = Values::new(&setup.topics, setup.areas, setup.noise);
+        Ok(Self {
+            setup,
+            news,
+            publisher: None,
+            has_been_up: false,
+            state,
+            values,
+            master: Master { alive: false },
+            heard: Instant::now(),
+            untold: None,
+            printed: None,
+        })
+    }
+
+    pub(crate) fn say(&self, line: &str) {
+        say(&self.setup.name, line);
+    }
+
+    pub(crate) fn is(&self, stage: Stage) -> bool {
+        self.state.state == stage
+    }
+
+    /// The controller answers.
+    pub(crate) fn online(&mut self, device: Option<String>, firmware: Option<String>) {
+        self.state.device = device;
+        self.state.firmware = firmware;
+        self.enter(Stage::Online, None);
+    }
+
+    /// Tells a new state, and says so.
+    pub(crate) fn enter(&mut self, stage: Stage, reason: Option<String>) {
+        if self.is(stage) && self.state.reason == reason {
+            return;
+        }
+        match &reason {
+            Some(reason) => self.say(reason),
+            None => self.say(&format!("online as {}", self.setup.topics.of(""))),
+        }
+        (self.state.state, self.state.reason) = (stage, reason);
+        self.publish(STATE, true, json(&self.state));
+    }
+
+    /// The motors have been stopped; everybody is told why.
+    pub(crate) fn stopped(&mut self, reason: String) {
+        self.say(&format!("all motors are stopped: {reason}"));
+        let told = json(&Happened::Stopped { reason: reason.clone() });
+        if !self.publish(EVENT, false, told) {
+            self.untold = Some(reason);
+        }
+    }
+
+    /// Reads what has come from the broker. With areas, commands change them; without, they are refused.
+    pub(crate) fn read(&mut self, mut areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
+        for _ in 0..AT_A_TIME {
+            match self.news.try_recv() {
+                Ok(news) => self.take(news, areas.as_deref_mut())?,
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => {
+                    anyhow::bail!("the thread that talks to the broker has ended")
+                }
+            }
+        }
+        self.check_master(areas);
+        Ok(())
+    }
+
+    fn take(&mut self, news: News, areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
+        match news {
+            News::Up(publisher) => self.greet(publisher),
+            News::Refused(reason) if !self.has_been_up => anyhow::bail!(reason),
+            News::Down(reason) | News::Refused(reason) => self.lose(reason, areas),
+            News::Message(message) => self.answer(&message, areas),
+            News::Dropped(count) => {
+                let error = format!("{count} messages came too fast and were not read");
+                self.complain(&self.setup.topics.of("+"), &error);
+            }
+        }
+        Ok(())
+    }
+
+    /// Tells a broker everything, as it may know nothing.
+    fn greet(&mut self, publisher: Publisher) {
+        self.publisher = Some(publisher);
+        self.has_been_up = true;
+        self.printed = None;
+        self.say("connected to the broker");
+        self.values.forget();
+        self.publish(STATE, true, json(&self.state));
+        self.publish(MASTER, true, json(&self.master));
+        if let Some(reason) = self.untold.take() {
+            self.publish(EVENT, false, json(&Happened::Stopped { reason }));
+        }
+    }
+
+    fn lose(&mut self, reason: String, areas: Option<&mut [FishX1Transfer]>) {
+        let was_up = self.publisher.take().is_some();
+        self.master.alive = false;
+        if let Some(areas) = areas {
+            stop_all(areas);
+        }
+        if was_up {
+            self.stopped(reason);
+        } else if self.printed.as_ref() != Some(&reason) {
+            self.say(&format!("{reason}; it is tried again"));
+            self.printed = Some(reason);
+        }
+    }
+
+    fn answer(&mut self, message: &Message, areas: Option<&mut [FishX1Transfer]>) {
+        match self.setup.topics.addressed(&message.topic) {
+            Some(Addressed::Command(tail)) => {
+                if let Err(error) = self.carry_out(tail, message, areas) {
+                    self.complain(&message.topic, &error);
+                }
+            }
+            Some(Addressed::State) => self.look_for_another_bridge(&message.payload),
+            None => {}
+        }
+    }
+
+    fn carry_out(
+        &mut self,
+        tail: &str,
+        message: &Message,
+        areas: Option<&mut [FishX1Transfer]>,
+    ) -> Result<(), String> {
+        if message.retained {
+            return Err(
+                "the broker had kept this command, so it may be old and does nothing; send \
+                        commands without the retain flag"
+                    .to_owned(),
+            );
+        }
+        let command = Command::parse(tail, &message.payload)?;
+        self.heard = Instant::now();
+        self.set_master(true);
+        match areas {
+            Some(areas) => command.apply(areas),
+            None if command.needs_nothing() => Ok(()),
+            None => Err("the controller is not online, so the command does nothing".to_owned()),
+        }
+    }
+
+    /// Two bridges of one name would both do what is commanded.
+    fn look_for_another_bridge(&mut self, payload: &[u8]) {
+        let told: serde_json::Value = serde_json::from_slice(payload).unwrap_or_default();
+        let other = told["bridge"].as_str().filter(|bridge| *bridge != self.state.bridge);
+        if other.is_some() && told["state"] != "gone" {
+            let topic = self.setup.topics.of(STATE);
+            let error = format!(
+                "another bridge uses this topic ({}); if it still runs, give each its own --name",
+                told["host"].as_str().unwrap_or("of an unknown controller"),
+            );
+            self.say(&error);
+            self.complain(&topic, &error);
+        }
+    }
+
+    fn check_master(&mut self, areas: Option<&mut [FishX1Transfer]>) {
+        let Some(limit) = self.setup.master_limit else { return };
+        if !self.master.alive || self.heard.elapsed() < limit {
+            return;
+        }
+        self.set_master(false);
+        if let Some(areas) = areas {
+            stop_all(areas);
+            self.stopped(format!("no command and no heartbeat came for {limit:?}"));
+        }
+    }
+
+    fn set_master(&mut self, alive: bool) {
+        if self.master.alive != alive {
+            self.master.alive = alive;
+            self.publish(MASTER, true, json(&self.master));
+        }
+    }
+
+    /// Tells the values of these areas that have changed.
+    pub(crate) fn tell(&mut self, areas: &[FishX1Transfer]) {
+        let Some(publisher) = &self.publisher else { return };
+        let send = |message: Told<'_>| publisher.send(message.topic, true, message.payload);
+        self.values.tell(areas, Instant::now(), send);
+    }
+
+    /// Tells what a response has shown; `false` when the broker is too slow for it.
+    pub(crate) fn tell_event(&mut self, event: &Event) -> bool {
+        let Some(publisher) = &self.publisher else { return true };
+        if let Event::InputChanged { area, input, pressed, .. } = event {
+            let send = |message: Told<'_>| publisher.send(message.topic, true, message.payload);
+            return self.values.tell_change(*area, *input, *pressed, send);
+        }
+        Happened::new(event).is_none_or(|happened| self.publish(EVENT, false, json(&happened)))
+    }
+
+    pub(crate) fn tell_lost(&self, changes: u64) {
+        self.say(&format!("{changes} changes came faster than the broker takes them"));
+        self.publish(EVENT, false, json(&Happened::Lost { changes }));
+    }
+
+    fn complain(&self, topic: &str, error: &str) {
+        self.publish(ERROR, false, json(&Complaint { topic, error }));
+    }
+
+    fn publish(&self, tail: &str, retain: bool, payload: String) -> bool {
+        let topic = self.setup.topics.of(tail);
+        self.publisher.as_ref().is_some_and(|publisher| publisher.send(&topic, retain, payload))
+    }
+
+    /// Says goodbye, and waits until the broker has it.
+    pub(crate) fn leave(mut self, reason: &str) {
+        self.enter(Stage::Gone, Some(reason.to_owned()));
+        let Some(publisher) = self.publisher.take() else { return };
+        if !publisher.leave() {
+            return;
+        }
+        let deadline = Instant::now() + FAREWELL;
+        loop {
+            match self.news.recv_deadline(deadline) {
+                Ok(News::Message(_) | News::Dropped(_)) => {}
+                // The thread has ended, the connection broke, or the broker is too slow.
+                _ => return,
+            }
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! One controller: its transfer, begun again and again, and what each response brings.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use ft_transfer_area::{
+    Error, Event, EventKind, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler,
+};
+
+use super::desk::{Desk, Setup};
+use super::report::Stage;
+
+/// How long a response may take before the broker is looked after without one.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// How long a lost connection is made again before the transfer counts as ended.
+const GAP_LIMIT: Duration = Duration::from_secs(10);
+
+/// How long to wait before the next transfer is begun.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// When this program itself hangs for so long, the motors are stopped.
+const WATCHDOG: Duration = Duration::from_secs(1);
+
+/// Connecting may take this long; a lookup or a controller that hangs delays the end of the program.
+const CONNECT_LIMIT: Duration = Duration::from_secs(2);
+
+const KINDS: [EventKind; 4] = [
+    EventKind::InputChanged,
+    EventKind::CounterReset,
+    EventKind::MotorReached,
+    EventKind::ConnectionRestored,
+];
+
+/// Connects one controller to the broker until `stop`.
+pub(crate) struct Machine<'a> {
+    handler: TransferAreaComHandler,
+    events: Events,
+    desk: Desk,
+    stop: &'a AtomicBool,
+    /// Events that the library or the broker had no room for.
+    lost: u64,
+    told_lost: u64,
+}
+
+/// A handler for the bridge. Nothing is connected yet.
+pub(crate) fn handler(host: &str, areas: usize) -> Result<TransferAreaComHandler, Error> {
+    TransferAreaComHandler::builder(host)
+        .areas(areas)
+        .time_limits(TimeLimits::default().with_connect(CONNECT_LIMIT))
+        .reconnect(GAP_LIMIT)
+        .watchdog(WATCHDOG)
+        .build()
+}
+
+impl<'a> Machine<'a> {
+    pub(crate) fn new(
+        handler: TransferAreaComHandler,
+        setup: Setup,
+        stop: &'a AtomicBool,
+    ) -> anyhow::Result<Self> {
+        let events = handler.events(&KINDS, Events::MAX_CAPACITY)?;
+        Ok(Self { handler, events, desk: Desk::open(setup)?, stop, lost: 0, told_lost: 0 })
+    }
+
+    /// Works until it is stopped, or the broker refuses. The motors are off when it returns.
+    pub(crate) fn run(mut self) -> anyhow::Result<()> {
+        let worked = self.work();
+        let ended = match self.handler.is_running() {
+            true => self.handler.end_transfer(),
+            false => Ok(()),
+        };
+        let reason = match &worked {
+            Ok(()) => "the bridge was ended".to_owned(),
+            Err(error) => error.to_string(),
+        };
+        self.desk.leave(&reason);
+        worked?;
+        ended.context("the transfer ended with an error")
+    }
+
+    fn work(&mut self) -> anyhow::Result<()> {
+        while !self.should_stop() {
+            let reason = match self.handler.begin_transfer() {
+                Ok(()) => match self.exchange()? {
+                    Some(error) => error,
+                    None => return Ok(()),
+                },
+                Err(error) => error,
+            };
+            self.desk.enter(Stage::Ended, Some(reason.to_string()));
+            self.wait_for_next()?;
+        }
+        Ok(())
+    }
+
+    fn should_stop(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Exchanges until the transfer ends with an error; `None` when the bridge should stop.
+    fn exchange(&mut self) -> anyhow::Result<Option<Error>> {
+        // What came before the transfer is too late.
+        self.desk.read(None)?;
+        let mut copy: Vec<FishX1Transfer> = Vec::new();
+        while !self.should_stop() {
+            match self.handler.wait_cycle_for(LOOK) {
+                Ok(mut areas) => {
+                    // What came while the controller was away is too late.
+                    let open = !self.desk.is(Stage::Gap);
+                    self.desk.read(open.then_some(&mut *areas))?;
+                    copy.clear();
+                    copy.extend_from_slice(&areas);
+                }
+                Err(Error::WaitTimedOut { .. }) => {
+                    if self.desk.is(Stage::Gap) {
+                        self.desk.read(None)?;
+                    }
+                    continue;
+                }
+                Err(error @ Error::ConnectionLost { .. }) => {
+                    self.desk.enter(Stage::Gap, Some(error.to_string()));
+                    continue;
+                }
+                Err(error @ Error::WatchdogExpired { .. }) => {
+                    self.desk.stopped(error.to_string());
+                    continue;
+                }
+                Err(error) => return Ok(Some(error)),
+            }
+            self.tell(&copy);
+        }
+        Ok(None)
+    }
+
+    /// Tells the newest values, and every change of a digital input since the last time.
+    fn tell(&mut self, areas: &[FishX1Transfer]) {
+        if !self.desk.is(Stage::Online) {
+            let firmware = self.handler.version().map(|version| version.to_string());
+            self.desk.online(self.handler.device_name(), firmware);
+        }
+        self.desk.tell(areas);
+        while let Ok(told) = self.events.try_recv() {
+            if !self.desk.tell_event(&told.event) {
+                self.lost += 1;
+            }
+            if matches!(told.event, Event::TransferEnded { .. }) {
+                break;
+            }
+        }
+        let lost = self.lost + self.events.lost();
+        if lost > self.told_lost {
+            self.desk.tell_lost(lost - self.told_lost);
+            self.told_lost = lost;
+        }
+    }
+
+    /// Waits before the next attempt; commands are refused meanwhile.
+    fn wait_for_next(&mut self) -> anyhow::Result<()> {
+        let next = Instant::now() + PAUSE;
+        while Instant::now() < next && !self.should_stop() {
+            self.desk.read(None)?;
+            thread::sleep(LOOK / 2);
+        }
+        Ok(())
+    }
+}

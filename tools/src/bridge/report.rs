@@ -1,0 +1,114 @@
+//! What a bridge tells about itself, and lines for the person at the screen.
+
+use std::io::Write;
+use std::time::Duration;
+
+use ft_transfer_area::Event;
+use serde::Serialize;
+
+/// The state of a bridge, as the payload of its topic.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct State {
+    pub(crate) state: Stage,
+    /// Why it is not online.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) reason: Option<String>,
+    /// The address of the controller.
+    pub(crate) host: String,
+    /// The name that its owner gave it, when it has answered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) device: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) firmware: Option<String>,
+    /// A number for each bridge, to tell two of the same name apart.
+    pub(crate) bridge: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Stage {
+    /// Inputs come in, and commands are carried out.
+    Online,
+    /// The connection to the controller was lost and is being made again.
+    Gap,
+    /// There is no connection to the controller; it is tried again.
+    Ended,
+    /// The bridge has ended, or has lost the broker.
+    Gone,
+}
+
+/// Something that has happened once.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub(crate) enum Happened {
+    MotorReached {
+        motor: String,
+        position: u16,
+    },
+    CounterReset {
+        counter: String,
+    },
+    /// The bridge has stopped all motors.
+    Stopped {
+        reason: String,
+    },
+    /// The controller was away for so long.
+    Restored {
+        after_ms: u64,
+    },
+    /// More changes came than could be told.
+    Lost {
+        changes: u64,
+    },
+}
+
+/// Whether somebody controls the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct Master {
+    pub(crate) alive: bool,
+}
+
+/// The answer to a command that was not carried out.
+#[derive(Debug, Serialize)]
+pub(crate) struct Complaint<'a> {
+    pub(crate) topic: &'a str,
+    pub(crate) error: &'a str,
+}
+
+impl Happened {
+    /// What an event of the transfer tells; `None` for what is told in another way.
+    pub(crate) fn new(event: &Event) -> Option<Self> {
+        Some(match event {
+            Event::MotorReached { area, motor, position, .. } => {
+                Self::MotorReached { motor: place(*area, motor), position: *position }
+            }
+            Event::CounterReset { area, counter, .. } => {
+                Self::CounterReset { counter: place(*area, counter) }
+            }
+            Event::ConnectionRestored { after, .. } => Self::Restored { after_ms: millis(*after) },
+            _ => return None,
+        })
+    }
+}
+
+/// A terminal as in topics: `M1`, `ext1/M1`.
+fn place(area: usize, terminal: impl std::fmt::Display) -> String {
+    match area {
+        0 => terminal.to_string(),
+        _ => format!("ext{area}/{terminal}"),
+    }
+}
+
+fn millis(duration: Duration) -> u64 {
+    u64::try_from(duration.as_millis()).unwrap_or(u64::MAX)
+}
+
+/// The JSON text of what cannot fail to have one.
+pub(crate) fn json(payload: &impl Serialize) -> String {
+    serde_json::to_string(payload).unwrap_or_default()
+}
+
+/// Prints a line about one controller. A terminal that has been closed is no reason to stop.
+pub(crate) fn say(name: &str, line: &str) {
+    let _ = writeln!(std::io::stderr(), "{name}: {line}");
+}

@@ -1,0 +1,184 @@
+//! The topics of one controller.
+
+use ft_transfer_area::tx::{Counter, Input, IrDevice, Motor, Output};
+
+/// What the last part of a topic with commands can be.
+const VERBS: [&str; 5] = ["set", "move", "stop", "reset", "mode"];
+
+/// Topics of one controller that are not about a single terminal.
+pub(crate) const STATE: &str = "state";
+pub(crate) const MASTER: &str = "master";
+pub(crate) const EVENT: &str = "event";
+pub(crate) const ERROR: &str = "error";
+pub(crate) const HEARTBEAT: &str = "heartbeat";
+pub(crate) const STOP: &str = "stop";
+
+/// The topics of one controller: all begin with the prefix and its name.
+#[derive(Clone, Debug)]
+pub(crate) struct Topics {
+    prefix: String,
+    name: String,
+}
+
+/// What an incoming message is for.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Addressed<'a> {
+    /// A command: the topic without prefix and name. Commands for all controllers have it, too.
+    Command(&'a str),
+    /// The state that a bridge of this name has told.
+    State,
+}
+
+impl Topics {
+    pub(crate) fn new(prefix: &str, name: &str) -> Self {
+        Self { prefix: prefix.to_owned(), name: name.to_owned() }
+    }
+
+    /// The whole topic for what follows prefix and name.
+    pub(crate) fn of(&self, tail: &str) -> String {
+        format!("{}/{}/{tail}", self.prefix, self.name)
+    }
+
+    /// The topics to subscribe to. The bridge's own values are not among them, because it would get each
+    /// value back.
+    pub(crate) fn filters(&self) -> Vec<String> {
+        let of_master = VERBS.iter().map(|verb| self.of(&format!("+/{verb}")));
+        let of_extension = VERBS.iter().map(|verb| self.of(&format!("+/+/{verb}")));
+        let own = [STOP, HEARTBEAT, STATE].map(|tail| self.of(tail));
+        let of_all = [STOP, HEARTBEAT].map(|tail| format!("{}/{tail}", self.prefix));
+        of_master.chain(of_extension).chain(own).chain(of_all).collect()
+    }
+
+    /// What a message on this topic is for; `None` for a topic that was not subscribed to.
+    pub(crate) fn addressed<'a>(&self, topic: &'a str) -> Option<Addressed<'a>> {
+        let behind_prefix = topic.strip_prefix(&*self.prefix)?.strip_prefix('/')?;
+        if [STOP, HEARTBEAT].contains(&behind_prefix) {
+            return Some(Addressed::Command(behind_prefix));
+        }
+        let tail = behind_prefix.strip_prefix(&*self.name)?.strip_prefix('/')?;
+        Some(if tail == STATE { Addressed::State } else { Addressed::Command(tail) })
+    }
+}
+
+/// A name as one level of a topic: what has a meaning in topics, and what is hard to type, becomes `-`.
+pub(crate) fn level(name: &str) -> String {
+    let allowed = |c: char| c.is_alphanumeric() || "._:-[]".contains(c);
+    name.chars().map(|c| if allowed(c) { c } else { '-' }).collect()
+}
+
+/// Whether a prefix can be the first levels of a topic.
+pub(crate) fn is_prefix(prefix: &str) -> bool {
+    prefix.len() <= 1000 && prefix.split('/').all(|part| !part.is_empty() && level(part) == part)
+}
+
+/// What a topic with a value is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum What {
+    Input(Input),
+    InputConfig(Input),
+    Counter(Counter),
+    CounterConfig(Counter),
+    Motor(Motor),
+    MotorConfig(Motor),
+    Output(Output),
+    Remote(IrDevice),
+    Microphone,
+    Sound,
+    /// Which extensions are connected; only the master has it.
+    Extensions,
+}
+
+impl What {
+    /// All values of the master, or of an extension.
+    pub(crate) fn all(area: usize) -> Vec<Self> {
+        let mut all = Vec::new();
+        all.extend(Input::ALL.map(Self::Input));
+        all.extend(Input::ALL.map(Self::InputConfig));
+        all.extend(Counter::ALL.map(Self::Counter));
+        all.extend(Counter::ALL.map(Self::CounterConfig));
+        all.extend(Motor::ALL.map(Self::Motor));
+        all.extend(Motor::ALL.map(Self::MotorConfig));
+        all.extend(Output::ALL.map(Self::Output));
+        all.extend(IrDevice::ALL.map(Self::Remote));
+        all.extend([Self::Microphone, Self::Sound]);
+        all.extend((area == 0).then_some(Self::Extensions));
+        all
+    }
+
+    /// What follows prefix and name in its topic.
+    pub(crate) fn tail(self, area: usize) -> String {
+        let tail = match self {
+            Self::Input(input) => input.to_string(),
+            Self::InputConfig(input) => format!("{input}/config"),
+            Self::Counter(counter) => counter.to_string(),
+            Self::CounterConfig(counter) => format!("{counter}/config"),
+            Self::Motor(motor) => motor.to_string(),
+            Self::MotorConfig(motor) => format!("{motor}/config"),
+            Self::Output(output) => output.to_string(),
+            Self::Remote(device) => format!("remote/{}", remote_name(device)),
+            Self::Microphone => "microphone".to_owned(),
+            Self::Sound => "sound".to_owned(),
+            Self::Extensions => "extensions".to_owned(),
+        };
+        if area == 0 {
+            tail
+        } else {
+            format!("ext{area}/{tail}")
+        }
+    }
+}
+
+/// A remote by its two DIP switches.
+fn remote_name(device: IrDevice) -> &'static str {
+    match device {
+        IrDevice::Any => "any",
+        IrDevice::OffOff => "off-off",
+        IrDevice::OnOff => "on-off",
+        IrDevice::OffOn => "off-on",
+        IrDevice::OnOn => "on-on",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_for_one_controller_or_for_all() {
+        let topics = Topics::new("hall/ft", "press");
+        assert_eq!(topics.of("I1"), "hall/ft/press/I1");
+        let command = |tail| Some(Addressed::Command(tail));
+        assert_eq!(topics.addressed("hall/ft/press/M1/set"), command("M1/set"));
+        assert_eq!(topics.addressed("hall/ft/press/ext2/M1/set"), command("ext2/M1/set"));
+        assert_eq!(topics.addressed("hall/ft/stop"), command("stop"));
+        assert_eq!(topics.addressed("hall/ft/heartbeat"), command("heartbeat"));
+        assert_eq!(topics.addressed("hall/ft/press/state"), Some(Addressed::State));
+        for other in ["hall/ft/press2/M1/set", "hall/ft/press", "hall/ftpress/M1/set", "", "stop"] {
+            assert_eq!(topics.addressed(other), None, "{other}");
+        }
+    }
+
+    #[test]
+    fn no_filter_matches_what_the_bridge_tells_often() {
+        let filters = Topics::new("ft", "press").filters();
+        assert!(filters.contains(&"ft/press/+/set".to_owned()));
+        assert!(filters.contains(&"ft/stop".to_owned()));
+        let last = |topic: &str| topic.rsplit('/').next().unwrap_or_default().to_owned();
+        let ends: Vec<String> = filters.iter().map(|filter| last(filter)).collect();
+        for area in 0..2 {
+            for what in What::all(area) {
+                assert!(!ends.contains(&last(&what.tail(area))), "{what:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn names_become_one_level_and_prefixes_are_checked() {
+        assert_eq!(level("192.168.7.2:65000"), "192.168.7.2:65000");
+        assert_eq!(level("my press/#1 +x"), "my-press--1--x");
+        assert!(is_prefix("ft") && is_prefix("hall-2/ft"));
+        for wrong in ["", "/ft", "ft/", "a//b", "a/#", "+", "a b", &"a".repeat(1001)] {
+            assert!(!is_prefix(wrong), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What needs no Mosquitto.
+
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::process::Command;
+use std::thread;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+
+use crate::support::{wait_machine, Bridge};
+
+/// What `txt bridge` with these arguments prints before it fails.
+fn refused(arguments: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    let output = command.arg("bridge").args(arguments).output().unwrap();
+    assert!(!output.status.success(), "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn wrong_arguments_are_a_sentence() {
+    for (arguments, sentence) in [
+        (&["--mqtt", "", "txt"][..], "is no address of a broker"),
+        (&["--mqtt", "b", "txt:x"], "is no address of a controller"),
+        (&["--mqtt", "b", "--prefix", "a/#", "txt"], "can't begin a topic"),
+        (&["--mqtt", "b", "txt", "txt"], "two controllers have the name \"txt\""),
+        (&["--mqtt", "b", "--name", "a", "one", "two"], "2 controllers, but 1 times --name"),
+        (&["--mqtt", "b", "--name", "stop", "one"], "\"stop\" can't be the name"),
+        (&["--mqtt", "b", "--user", "me", "one"], "the password of me is missing"),
+        (&["--mqtt", "b", "--simulate", "moon"], "moon"),
+        (&["--mqtt", "b", "--broker-limit", "5", "txt"], "5 is not in 2000..=60000"),
+        (&["txt"], "--mqtt"),
+    ] {
+        let printed = refused(arguments);
+        assert!(printed.contains(sentence), "{arguments:?}: {printed}");
+    }
+}
+
+#[test]
+fn without_a_broker_the_bridge_says_so_and_tries_again_until_it_is_ended() {
+    // Nobody listens here, and nobody else takes the port meanwhile.
+    let port = 1;
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let mut bridge = Bridge::start(port, [&*host]);
+    bridge.wait_for("can't be reached");
+    bridge.wait_for("it is tried again");
+    wait_machine(&txt, "online", |machine| machine.online());
+    bridge.interrupt();
+    assert!(bridge.wait().success());
+    wait_machine(&txt, "offline", |machine| !machine.online());
+}
+
+#[test]
+fn a_broker_that_sends_garbage_is_left_and_tried_again() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let (tried, tries) = crossbeam_channel::unbounded();
+    thread::spawn(move || {
+        // No MQTT; an acknowledgement of nothing; a packet that announces far too much.
+        let connack = [0x20, 2, 0, 0];
+        let garbage: [&[u8]; 3] = [
+            b"HTTP/1.1 400 Bad Request\r\n\r\n",
+            &[0x90, 3, 0, 1, 0x80],
+            &[0x30, 0xFF, 0xFF, 0xFF, 0x7F],
+        ];
+        for (stream, garbage) in listener.incoming().zip(garbage.into_iter().cycle()) {
+            let Ok(mut stream) = stream else { return };
+            let mut request = [0; 1024];
+            let _ = stream.read(&mut request);
+            let _ = stream.write_all(if garbage[0] == b'H' { &[] } else { &connack });
+            let _ = stream.write_all(garbage);
+            if tried.send(()).is_err() {
+                return;
+            }
+            // Until the bridge has had enough.
+            let _ = stream.read_to_end(&mut Vec::new());
+        }
+    });
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let mut bridge = Bridge::start(port, [&*host, "--broker-limit", "2000"]);
+    bridge.wait_for("sent what is not MQTT");
+    tries.recv_timeout(crate::support::PATIENCE).unwrap();
+    tries.recv_timeout(crate::support::PATIENCE).unwrap();
+    wait_machine(&txt, "online", |machine| machine.online());
+    bridge.interrupt();
+    assert!(bridge.wait().success());
+}

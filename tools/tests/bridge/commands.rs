@@ -1,0 +1,145 @@
+//! What commands do, and what they must not do.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use serde_json::json;
+
+use crate::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, PATIENCE};
+
+#[test]
+fn commands_move_motors_switch_outputs_and_play_sounds() {
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let _bridge = Bridge::start(broker.port, [&*host, "--name", "press", "--every", "0"]);
+    let listener = Listener::new(&broker);
+    listener.wait(0, "ft/press/state", is_state("online"));
+
+    listener.send("ft/press/M1/set", r#"{"duty": -300}"#);
+    wait_machine(&txt, "M1 turns", |machine| machine.controllers[0].outputs.duty[1] == 300);
+    listener.wait(0, "ft/press/M1", |told| told["duty"] == -300);
+    listener.wait(0, "ft/press/master", |told| *told == json!({"alive": true}));
+
+    let order = r#"{"duty": 512, "distance": 30, "with": [{"motor": "M3", "reverse": true}]}"#;
+    listener.send("ft/press/M2/move", order);
+    for motor in ["M2", "M3"] {
+        let right = |told: &serde_json::Value| {
+            told["event"] == "motor_reached" && told["motor"] == motor && told["position"] == 30
+        };
+        listener.wait(0, "ft/press/event", right);
+    }
+    listener.wait(0, "ft/press/C2", |told| told["count"] == 30);
+    listener.send("ft/press/C2/reset", "");
+    listener.wait(0, "ft/press/event", |told| told["event"] == "counter_reset");
+    listener.wait(listener.now() / 2, "ft/press/C2", |told| told["count"] == 0);
+
+    listener.send("ft/press/M4/mode", r#"{"mode": "outputs"}"#);
+    listener.wait(0, "ft/press/M4/config", |told| told["mode"] == "outputs");
+    listener.send("ft/press/O8/set", r#"{"duty": 77}"#);
+    wait_machine(&txt, "O8 is on", |machine| machine.controllers[0].outputs.duty[7] == 77);
+    listener.send("ft/press/sound/set", r#"{"sound": "Bell"}"#);
+    wait_machine(&txt, "a sound", |machine| machine.controllers[0].playing_sound().is_some());
+
+    listener.send("ft/press/stop", "");
+    wait_machine(&txt, "all off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
+}
+
+#[test]
+fn wrong_commands_are_answered_and_change_nothing() {
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let arguments = [&*host, "--name", "press", "--master-limit", "0"];
+    let _bridge = Bridge::start(broker.port, arguments);
+    let listener = Listener::new(&broker);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    listener.send("ft/press/M1/set", r#"{"duty": 200}"#);
+    wait_machine(&txt, "M1 turns", |machine| m1(machine) == 200);
+    let mut wrong: Vec<(&str, Vec<u8>, &str)> = vec![
+        ("M1/set", b"full speed".to_vec(), "the payload is wrong"),
+        ("M1/set", br#"{"duty": 4000}"#.to_vec(), "the duty is 4000"),
+        ("M1/set", vec![0xC3, 0x28, 0xFF], "no UTF-8"),
+        ("M1/set", vec![b'5'; 5000], "5000 bytes"),
+        ("O1/set", br#"{"duty": 1}"#.to_vec(), "are the motor M1"),
+        ("M9/set", br#"{"duty": 1}"#.to_vec(), "there is no command"),
+        ("ext1/M1/set", br#"{"duty": 1}"#.to_vec(), "there is no extension 1"),
+    ];
+    let long = format!("{}/set", "x".repeat(60_000));
+    wrong.push((&long, b"{}".to_vec(), "there is no command"));
+    for (tail, payload, error) in wrong {
+        let (from, topic) = (listener.now(), format!("ft/press/{tail}"));
+        listener.send(&topic, payload);
+        let told = listener.wait(from, "ft/press/error", |told| told["topic"] == *topic);
+        assert!(told["error"].as_str().unwrap().contains(error), "{told}");
+    }
+    assert_eq!(txt.with_machine(|machine| m1(machine)), 200, "it still turns");
+}
+
+#[test]
+fn a_command_that_the_broker_has_kept_moves_nothing() {
+    let Some(broker) = Broker::start() else { return };
+    let listener = Listener::new(&broker);
+    listener.send_retained("ft/press/M1/set", r#"{"duty": 400}"#);
+    listener.send_retained("ft/press/heartbeat", "");
+    listener.wait(0, "ft/press/M1/set", |_| true);
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let _bridge = Bridge::start(broker.port, [&*host, "--name", "press"]);
+    let told = listener.wait(0, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
+    assert!(told["error"].as_str().unwrap().contains("retain flag"), "{told}");
+    listener.wait(0, "ft/press/error", |told| told["topic"] == "ft/press/heartbeat");
+    // A command that comes later goes out later. When it has arrived, the first one has not.
+    listener.send("ft/press/M2/set", r#"{"duty": 5}"#);
+    wait_machine(&txt, "M2 turns", |machine| machine.controllers[0].outputs.duty[2] == 5);
+    assert_eq!(txt.with_machine(|machine| m1(machine)), 0);
+    assert_eq!(listener.all("ft/press/M1"), [json!({"duty": 0, "distance": 0, "done": true})]);
+}
+
+#[test]
+fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
+    const LIMIT: Duration = Duration::from_millis(800);
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let limit = LIMIT.as_millis().to_string();
+    let arguments = [&*host, "--name", "press", "--master-limit", &limit];
+    let bridge = Bridge::start(broker.port, arguments);
+    let listener = Listener::new(&broker);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    // This thread may be late on a busy machine. Then the bridge is right to stop, and it is tried again.
+    let deadline = Instant::now() + PATIENCE;
+    while !keeps_turning(&listener, &txt, LIMIT) {
+        assert!(Instant::now() < deadline, "the heartbeat does not keep the motor turning");
+    }
+    // No more heartbeats.
+    wait_machine(&txt, "M1 is stopped", |machine| m1(machine) == 0);
+    listener.wait(0, "ft/press/event", |told| told["event"] == "stopped");
+    bridge.wait_for("no command and no heartbeat came for 800ms");
+    listener.wait(listener.now() / 2, "ft/press/master", |told| told["alive"] == false);
+    // A master that comes back goes on.
+    listener.send("ft/press/M1/set", r#"{"duty": 50}"#);
+    wait_machine(&txt, "M1 turns again", |machine| m1(machine) == 50);
+}
+
+/// Turns M1 and sends heartbeats for twice the limit; `false` if that was not possible in time.
+fn keeps_turning(listener: &Listener, txt: &SimulatedTxt, limit: Duration) -> bool {
+    listener.send("ft/press/M1/set", r#"{"duty": 200}"#);
+    wait_machine(txt, "M1 turns", |machine| m1(machine) == 200);
+    let begin = Instant::now();
+    let mut last = begin;
+    while begin.elapsed() < 2 * limit {
+        listener.send("ft/heartbeat", "");
+        thread::sleep(limit / 16);
+        if m1_of(txt) != 200 || last.elapsed() > limit / 4 {
+            return false;
+        }
+        last = Instant::now();
+    }
+    true
+}
+
+fn m1_of(txt: &SimulatedTxt) -> i16 {
+    txt.with_machine(|machine| m1(machine))
+}

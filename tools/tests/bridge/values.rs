@@ -1,0 +1,109 @@
+//! What the bridge tells.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::Arc;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use serde_json::json;
+
+use crate::support::{is_state, wait_machine, Bridge, Broker, Listener};
+
+#[test]
+fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
+    let Some(broker) = Broker::start() else { return };
+    let txt = SimulatedTxt::builder().extensions(1).device_name("Press").start().unwrap();
+    let host = txt.address().to_string();
+    let arguments = [&*host, "--name", "press", "--extensions", "1", "--every", "0"];
+    let bridge = Bridge::start(broker.port, arguments);
+    let early = Listener::new(&broker);
+    let state = early.wait(0, "ft/press/state", is_state("online"));
+    assert_eq!((&state["host"], &state["device"]), (&json!(host), &json!("Press")));
+    early.wait(0, "ft/press/I1", |told| *told == json!({"value": 0}));
+    txt.with_machine(|machine| {
+        machine.controllers[0].uni[0] = 1;
+        machine.controllers[1].uni[7] = 1;
+        machine.controllers[0].counter[2] = -1;
+        machine.controllers[1].ir[0].left_x = 9;
+    });
+    early.wait(0, "ft/press/I1", |told| *told == json!({"value": 1}));
+    early.wait(0, "ft/press/ext1/I8", |told| *told == json!({"value": 1}));
+    early.wait(0, "ft/press/C3", |told| told["count"] == 65_535);
+    early.wait(0, "ft/press/ext1/remote/any", |told| told["left"]["x"] == 9);
+    early.wait(0, "ft/press/extensions", |told| told["connected"][0] == true);
+    early.send("ft/press/I2/mode", r#"{"mode": "ultrasonic", "digital": false}"#);
+    early.wait(0, "ft/press/I2/config", |told| told["mode"] == "ultrasonic");
+    wait_machine(&txt, "the mode", |machine| machine.controllers[0].config.uni[1].mode == 3);
+    txt.with_machine(|machine| machine.controllers[0].uni[1] = 1024);
+    let far = json!({"value": 1024, "unit": "cm", "over_range": true});
+    early.wait(0, "ft/press/I2", |told| *told == far);
+    // Somebody who comes later gets the newest value of each at once.
+    let late = Listener::new(&broker);
+    late.wait(0, "ft/press/I2", |_| true);
+    assert_eq!(late.all("ft/press/I2"), [far]);
+    drop(bridge);
+}
+
+#[test]
+fn no_change_of_a_digital_input_is_lost() {
+    const CHANGES: u32 = 100;
+    let Some(broker) = Broker::start() else { return };
+    let left = Arc::new(AtomicU32::new(0));
+    let changes = Arc::clone(&left);
+    // A change with each response: faster than anybody presses.
+    let script = move |machine: &mut ft_transfer_area::simulator::Machine| {
+        let count = |left: u32| left.checked_sub(1);
+        if changes.fetch_update(Ordering::Relaxed, Ordering::Relaxed, count).is_ok() {
+            machine.controllers[0].uni[3] ^= 1;
+        }
+    };
+    let txt = SimulatedTxt::builder().on_exchange(script).start().unwrap();
+    let host = txt.address().to_string();
+    let _bridge = Bridge::start(broker.port, [&*host, "--name", "press"]);
+    let listener = Listener::new(&broker);
+    listener.wait(0, "ft/press/I4", |_| true);
+    left.store(CHANGES, Ordering::Relaxed);
+    wait_machine(&txt, "all changes", |_| left.load(Ordering::Relaxed) == 0);
+    let end = listener.now();
+    txt.with_machine(|machine| machine.controllers[0].uni[4] = 1);
+    listener.wait(end, "ft/press/I5", |told| told["value"] == 1);
+    let told = listener.all("ft/press/I4");
+    // The first one is the value at the beginning.
+    let expected: Vec<_> = (0..=CHANGES).map(|change| json!({"value": change % 2})).collect();
+    assert_eq!(told, expected);
+}
+
+#[test]
+fn one_program_serves_several_controllers_and_several_programs_one_broker() {
+    let Some(broker) = Broker::start() else { return };
+    let txts = [(); 3].map(|()| SimulatedTxt::builder().start().unwrap());
+    let hosts = txts.each_ref().map(|txt| txt.address().to_string());
+    let two = [&*hosts[0], &*hosts[1], "--name", "a", "--name", "b"];
+    let _bridges = [Bridge::start(broker.port, two), Bridge::start(broker.port, [&*hosts[2]])];
+    let listener = Listener::new(&broker);
+    for (index, name) in ["a", "b", &hosts[2]].into_iter().enumerate() {
+        listener.wait(0, &format!("ft/{name}/state"), is_state("online"));
+        listener.send(&format!("ft/{name}/M1/set"), format!(r#"{{"duty": {}}}"#, 100 + index));
+    }
+    for (txt, duty) in txts.iter().zip(100..) {
+        wait_machine(txt, "its own duty", |machine| crate::support::m1(machine) == duty);
+    }
+    // One command stops all.
+    listener.send("ft/stop", "");
+    for txt in &txts {
+        wait_machine(txt, "stopped", |machine| crate::support::m1(machine) == 0);
+    }
+}
+
+#[test]
+fn two_bridges_of_one_name_are_told() {
+    let Some(broker) = Broker::start() else { return };
+    let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+    let hosts = txts.each_ref().map(|txt| txt.address().to_string());
+    let listener = Listener::new(&broker);
+    let first = Bridge::start(broker.port, [&*hosts[0], "--name", "press"]);
+    listener.wait(0, "ft/press/state", is_state("online"));
+    let second = Bridge::start(broker.port, [&*hosts[1], "--name", "press"]);
+    first.wait_for("another bridge uses this topic");
+    second.wait_for("another bridge uses this topic");
+    listener.wait(0, "ft/press/error", |told| told["topic"] == "ft/press/state");
+}
