@@ -147,6 +147,8 @@ struct Told {
     topic: String,
     /// `None` before the first message of a connection to the broker.
     last: Option<(Option<Value>, Instant)>,
+    /// The newest response that an event about it came from.
+    newest: u64,
 }
 
 /// A message with a value. An empty payload removes the value that a broker keeps.
@@ -162,11 +164,19 @@ impl Values {
             what,
             topic: topics.of(&what.tail(area)),
             last: None,
+            newest: 0,
         };
         let values = (0..areas)
             .flat_map(|area| What::all(area).into_iter().map(move |what| told(area, what)))
             .collect();
         Self { values, noise }
+    }
+
+    /// A transfer begins, and counts its responses from the beginning.
+    pub(crate) fn begin(&mut self) {
+        for told in &mut self.values {
+            told.newest = 0;
+        }
     }
 
     /// Everything is to be told again.
@@ -177,14 +187,21 @@ impl Values {
     }
 
     /// Sends all values that have changed. What `send` does not take is tried again the next time.
+    ///
+    /// `cycle` is the number of the response that the areas show. The events that came before this call are
+    /// to be told before: they know the changes between two calls, and may be newer than the areas.
     pub(crate) fn tell(
         &mut self,
         areas: &[FishX1Transfer],
+        cycle: u64,
         now: Instant,
         mut send: impl FnMut(Message<'_>) -> bool,
     ) {
         for told in &mut self.values {
             let Some(area) = areas.get(told.area) else { continue };
+            if cycle < told.newest {
+                continue;
+            }
             let value = Value::read(told.what, area);
             if told.is_news(value, now, self.noise) && !told.tell(value, now, &mut send) {
                 return;
@@ -192,22 +209,25 @@ impl Values {
         }
     }
 
-    /// Sends a change of a digital input that a response has shown, unless the last message said this.
+    /// Sends a change of a digital input that this response has shown, unless the last message said this.
     pub(crate) fn tell_change(
         &mut self,
-        area: usize,
-        input: Input,
+        (area, input): (usize, Input),
         pressed: bool,
+        cycle: u64,
         mut send: impl FnMut(Message<'_>) -> bool,
     ) -> bool {
         let what = What::Input(input);
-        let found = self.values.iter_mut().find(|told| told.area == area && told.what == what);
+        let Some(told) = self.values.iter_mut().find(|told| told.area == area && told.what == what)
+        else {
+            return true;
+        };
+        told.newest = cycle;
         let value = Some(Value::Digital { value: i16::from(pressed) });
-        match found {
-            // It is told with all others after this.
-            Some(Told { last: None, .. }) | None => true,
-            Some(told) if told.last.is_some_and(|(last, _)| last == value) => true,
-            Some(told) => told.tell(value, Instant::now(), &mut send),
+        match told.last {
+            // It is told with all others.
+            None => true,
+            Some((last, _)) => last == value || told.tell(value, Instant::now(), &mut send),
         }
     }
 }
@@ -271,7 +291,7 @@ mod tests {
     /// What is told about this area at this time, in ms.
     fn told(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
         let mut told = Vec::new();
-        values.tell(&[area], begin + Duration::from_millis(ms), |message| {
+        values.tell(&[area], 1, begin + Duration::from_millis(ms), |message| {
             told.push(format!("{} {}", message.topic, message.payload));
             true
         });
@@ -317,7 +337,7 @@ mod tests {
         let (mut values, begin) = (values(), Instant::now());
         let area = FishX1Transfer::default();
         let mut room = 3;
-        values.tell(&[area], begin, |_| {
+        values.tell(&[area], 1, begin, |_| {
             room -= 1;
             room >= 0
         });
@@ -329,22 +349,42 @@ mod tests {
         told(&mut values(), area, begin, 0).len()
     }
 
-    #[test]
-    fn every_change_of_a_digital_input_is_told_once() {
-        let (mut values, begin) = (values(), Instant::now());
-        let mut area = FishX1Transfer::default();
-        told(&mut values, area, begin, 0);
-        // Three responses came at once: the newest says 1, the events say 1, 0, 1.
-        area.input.uni[0] = 1;
-        let mut all = told(&mut values, area, begin, 1);
-        for pressed in [true, false, true] {
-            values.tell_change(0, Input::I1, pressed, |message| {
-                all.push(format!("{} {}", message.topic, message.payload));
-                true
-            });
+    /// What is told when the areas of response `cycle` come after these events.
+    fn told_with_events(
+        values: &mut Values,
+        events: &[(u64, bool)],
+        cycle: u64,
+        now: i16,
+    ) -> Vec<String> {
+        let mut told = Vec::new();
+        let mut send = |message: Message<'_>| {
+            told.push(message.payload);
+            true
+        };
+        for &(of, pressed) in events {
+            values.tell_change((0, Input::I1), pressed, of, &mut send);
         }
-        let line = |value| format!("ft/press/I1 {{\"value\":{value}}}");
-        assert_eq!(all, [line(1), line(0), line(1)]);
+        let mut area = FishX1Transfer::default();
+        area.input.uni[0] = now;
+        values.tell(&[area], cycle, Instant::now(), send);
+        told
+    }
+
+    #[test]
+    fn every_change_of_a_digital_input_is_told_once_and_in_order() {
+        let mut values = values();
+        told(&mut values, FishX1Transfer::default(), Instant::now(), 0);
+        let values = &mut values;
+        let line = |value| format!("{{\"value\":{value}}}");
+        // Three responses came at once.
+        let events = [(2, true), (3, false), (4, true)];
+        assert_eq!(told_with_events(values, &events, 4, 1), [line(1), line(0), line(1)]);
+        // The areas are before the event, which then tells nothing new.
+        assert_eq!(told_with_events(values, &[], 5, 0), [line(0)]);
+        assert_eq!(told_with_events(values, &[(5, false)], 6, 0), [""; 0]);
+        // The event is before its areas.
+        assert_eq!(told_with_events(values, &[(7, true), (8, false)], 7, 1), [line(1), line(0)]);
+        assert_eq!(told_with_events(values, &[], 8, 0), [""; 0]);
     }
 
     #[test]
