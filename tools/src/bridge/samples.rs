@@ -77,9 +77,10 @@ fn the_flow_for_node_red_is_well_formed_and_uses_the_topics() {
         Some(Addressed::State) => STATE.to_owned(),
         None => panic!("{topic}"),
     };
-    let is_command = |topic: &str| match Command::parse(&tail(topic), b"{}") {
-        Err(error) => assert!(!error.contains("there is no"), "{error}"),
-        Ok(_) => {}
+    let is_command = |topic: &str| {
+        // The payload comes from other nodes.
+        let error = Command::parse(&tail(topic), b"{}").err().unwrap_or_default();
+        assert!(!error.contains("there is no"), "{error}");
     };
     for node in &flow {
         for wire in node["wires"].as_array().into_iter().flatten() {
