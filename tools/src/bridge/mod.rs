@@ -9,6 +9,7 @@ mod report;
 #[cfg(test)]
 mod samples;
 mod topics;
+mod value;
 mod values;
 
 use std::env;

@@ -1,39 +1,12 @@
-//! The values that a bridge tells: read from an area, compared with what was told before, sent as JSON.
+//! Which values are told: those that differ from what was told before.
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{CounterMode, InputMode, MAX_EXTENSIONS};
-use ft_transfer_area::tx::{Input, IrDevice, JoystickAxis, JoystickSwitch, Motor};
+use ft_transfer_area::tx::Input;
 use ft_transfer_area::FishX1Transfer;
-use serde::Serialize;
 
-use super::payload::{CounterModeName, InputModeName, PairMode};
 use super::topics::{Topics, What};
-
-/// A value as its payload.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub(crate) enum Value {
-    Digital { value: i16 },
-    Measured { value: i16, unit: &'static str, over_range: bool },
-    InputConfig { mode: InputModeName, digital: bool },
-    Counter { count: u16, level: bool },
-    CounterConfig { mode: CounterModeName },
-    Motor { duty: i16, distance: u16, done: bool },
-    PairConfig { mode: PairMode },
-    Output { duty: i16 },
-    Remote { left: Stick, right: Stick, on: bool, off: bool },
-    Microphone { linear: u16, logarithmic: u16 },
-    Sound { sound: u16, done: bool },
-    Extensions { connected: [bool; MAX_EXTENSIONS] },
-}
-
-/// Where a joystick is, −15..=15 on both axes.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Stick {
-    x: i16,
-    y: i16,
-}
+use super::value::Value;
 
 /// Which changes of measured values are told.
 #[derive(Clone, Copy, Debug)]
@@ -42,96 +15,6 @@ pub(crate) struct Noise {
     pub(crate) every: Duration,
     /// The smallest change that is told.
     pub(crate) deadband: u16,
-}
-
-impl Value {
-    /// The value in this area; `None` for a motor that is configured as two outputs, and for outputs that
-    /// are a motor.
-    fn read(what: What, area: &FishX1Transfer) -> Option<Self> {
-        Some(match what {
-            What::Input(input) => read_input(input, area),
-            What::InputConfig(input) => {
-                let config = area.config.uni[input.index()];
-                let mode = InputModeName::try_from(config.mode).ok()?;
-                Self::InputConfig { mode, digital: config.digital != 0 }
-            }
-            What::Counter(counter) => {
-                let (count, level) = area.get_in_counter_value(counter);
-                Self::Counter { count, level }
-            }
-            What::CounterConfig(counter) => {
-                let inverted = u8::from(CounterMode::Inverted);
-                let is_inverted = area.config.cnt[counter.index()].mode == inverted;
-                Self::CounterConfig { mode: CounterModeName::new(is_inverted) }
-            }
-            What::Motor(motor) => read_motor(motor, area)?,
-            What::MotorConfig(motor) => Self::PairConfig { mode: PairMode::of(area, motor) },
-            What::Output(output) => Self::Output { duty: area.get_out_pwm_values(output).ok()? },
-            What::Remote(device) => read_remote(device, area),
-            What::Microphone => {
-                Self::Microphone { linear: area.get_mic_lin(), logarithmic: area.get_mic_log() }
-            }
-            What::Sound => {
-                let sound = area.txt_outputs.sound_index;
-                Self::Sound { sound, done: area.is_sound_ready() }
-            }
-            What::Extensions => {
-                Self::Extensions { connected: area.state.io_slave_alive.map(|alive| alive != 0) }
-            }
-        })
-    }
-
-    /// The numbers that noise changes, if it has any; and what else it says.
-    fn noisy(&self) -> Option<[i32; 2]> {
-        match self {
-            Self::Measured { value, over_range: false, .. } => Some([i32::from(*value), 0]),
-            Self::Microphone { linear, logarithmic } => {
-                Some([i32::from(*linear), i32::from(*logarithmic)])
-            }
-            _ => None,
-        }
-    }
-
-    /// Whether a change to this value may wait for [`Noise::every`].
-    fn may_wait(&self) -> bool {
-        matches!(
-            self,
-            Self::Measured { .. }
-                | Self::Counter { .. }
-                | Self::Remote { .. }
-                | Self::Microphone { .. }
-        )
-    }
-}
-
-fn read_input(input: Input, area: &FishX1Transfer) -> Value {
-    let config = area.config.uni[input.index()];
-    let reading = area.get_in_io_value(input);
-    if config.digital != 0 {
-        return Value::Digital { value: reading.value };
-    }
-    let unit = match InputMode::try_from(config.mode) {
-        Ok(InputMode::Voltage) => "mV",
-        Ok(InputMode::Ultrasonic) => "cm",
-        _ => "Ω",
-    };
-    Value::Measured { value: reading.value, unit, over_range: reading.over_range }
-}
-
-fn read_motor(motor: Motor, area: &FishX1Transfer) -> Option<Value> {
-    let duty = area.get_out_motor_values(motor).ok()?;
-    let distance = area.output.distance[motor.index()];
-    Some(Value::Motor { duty, distance, done: area.is_motor_ex_ready(motor) })
-}
-
-fn read_remote(device: IrDevice, area: &FishX1Transfer) -> Value {
-    let axis = |axis| area.get_joystick_full(device, axis);
-    Value::Remote {
-        left: Stick { x: axis(JoystickAxis::LeftX), y: axis(JoystickAxis::LeftY) },
-        right: Stick { x: axis(JoystickAxis::RightX), y: axis(JoystickAxis::RightY) },
-        on: area.get_joystick_but_swi(device, JoystickSwitch::On),
-        off: area.get_joystick_but_swi(device, JoystickSwitch::Off),
-    }
 }
 
 /// All values of a controller, with what was told about each.
@@ -242,15 +125,7 @@ impl Told {
         if value.may_wait() && now.saturating_duration_since(at) < noise.every {
             return false;
         }
-        match (value.noisy(), last.noisy()) {
-            (Some(new), Some(old)) => {
-                let change = new.iter().zip(old).map(|(new, old)| new.abs_diff(old)).max();
-                // Another unit is another value, however near the number.
-                change.unwrap_or_default() >= u32::from(noise.deadband)
-                    || unit_of(&value) != unit_of(&last)
-            }
-            _ => true,
-        }
+        value.distance(&last).is_none_or(|distance| distance >= u32::from(noise.deadband))
     }
 
     fn tell(
@@ -271,15 +146,11 @@ impl Told {
     }
 }
 
-fn unit_of(value: &Value) -> Option<&'static str> {
-    match value {
-        Value::Measured { unit, .. } => Some(unit),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area::transfer_area::InputMode;
+    use ft_transfer_area::tx::Motor;
+
     use super::*;
 
     const NOISE: Noise = Noise { every: Duration::from_millis(100), deadband: 5 };
