@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, TryRecvError};
-use ft_transfer_area::{Event, FishX1Transfer};
+use ft_transfer_area::{Event, FishX1Transfer, TimedEvent};
 use rumqttc::{LastWill, QoS};
 
 use super::broker::{random, Broker, Message, News, Publisher};
@@ -86,6 +86,7 @@ impl Desk {
 
     /// The controller answers.
     pub(crate) fn online(&mut self, device: Option<String>, firmware: Option<String>) {
+        self.values.begin();
         self.state.device = device;
         self.state.firmware = firmware;
         self.enter(Stage::Online, None);
@@ -239,21 +240,22 @@ impl Desk {
         }
     }
 
-    /// Tells the values of these areas that have changed.
-    pub(crate) fn tell(&mut self, areas: &[FishX1Transfer]) {
+    /// Tells the values that have changed, of areas that show this response.
+    pub(crate) fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
         let Some(publisher) = &self.publisher else { return };
         let send = |message: Told<'_>| publisher.send(message.topic, true, message.payload);
-        self.values.tell(areas, Instant::now(), send);
+        self.values.tell(areas, cycle, Instant::now(), send);
     }
 
     /// Tells what a response has shown; `false` when the broker is too slow for it.
-    pub(crate) fn tell_event(&mut self, event: &Event) -> bool {
+    pub(crate) fn tell_event(&mut self, told: &TimedEvent) -> bool {
         let Some(publisher) = &self.publisher else { return true };
-        if let Event::InputChanged { area, input, pressed, .. } = event {
+        if let Event::InputChanged { area, input, pressed, .. } = told.event {
             let send = |message: Told<'_>| publisher.send(message.topic, true, message.payload);
-            return self.values.tell_change(*area, *input, *pressed, send);
+            return self.values.tell_change((area, input), pressed, told.cycle, send);
         }
-        Happened::new(event).is_none_or(|happened| self.publish(EVENT, false, json(&happened)))
+        Happened::new(&told.event)
+            .is_none_or(|happened| self.publish(EVENT, false, json(&happened)))
     }
 
     pub(crate) fn tell_lost(&self, changes: u64) {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use ft_transfer_area::{
-    Error, Event, EventKind, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler,
+    Error, EventKind, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler,
 };
 
 use super::desk::{Desk, Setup};
@@ -83,6 +83,8 @@ impl<'a> Machine<'a> {
 
     fn work(&mut self) -> anyhow::Result<()> {
         while !self.should_stop() {
+            // Those of the last transfer, whose responses had other numbers.
+            self.tell_events();
             let reason = match self.handler.begin_transfer() {
                 Ok(()) => match self.exchange()? {
                     Some(error) => error,
@@ -106,13 +108,14 @@ impl<'a> Machine<'a> {
         self.desk.read(None)?;
         let mut copy: Vec<FishX1Transfer> = Vec::new();
         while !self.should_stop() {
-            match self.handler.wait_cycle_for(LOOK) {
+            let cycle = match self.handler.wait_cycle_for(LOOK) {
                 Ok(mut areas) => {
                     // What came while the controller was away is too late.
                     let open = !self.desk.is(Stage::Gap);
                     self.desk.read(open.then_some(&mut *areas))?;
                     copy.clear();
                     copy.extend_from_slice(&areas);
+                    areas.cycle()
                 }
                 Err(Error::WaitTimedOut { .. }) => {
                     if self.desk.is(Stage::Gap) {
@@ -129,31 +132,32 @@ impl<'a> Machine<'a> {
                     continue;
                 }
                 Err(error) => return Ok(Some(error)),
-            }
-            self.tell(&copy);
+            };
+            self.tell(&copy, cycle);
         }
         Ok(None)
     }
 
-    /// Tells the newest values, and every change of a digital input since the last time.
-    fn tell(&mut self, areas: &[FishX1Transfer]) {
+    /// Tells every change of a digital input since the last time, and the newest values.
+    fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
         if !self.desk.is(Stage::Online) {
             let firmware = self.handler.version().map(|version| version.to_string());
             self.desk.online(self.handler.device_name(), firmware);
         }
-        self.desk.tell(areas);
-        while let Ok(told) = self.events.try_recv() {
-            if !self.desk.tell_event(&told.event) {
-                self.lost += 1;
-            }
-            if matches!(told.event, Event::TransferEnded { .. }) {
-                break;
-            }
-        }
+        self.tell_events();
+        self.desk.tell(areas, cycle);
         let lost = self.lost + self.events.lost();
         if lost > self.told_lost {
             self.desk.tell_lost(lost - self.told_lost);
             self.told_lost = lost;
+        }
+    }
+
+    fn tell_events(&mut self) {
+        while let Ok(told) = self.events.try_recv() {
+            if !self.desk.tell_event(&told) {
+                self.lost += 1;
+            }
         }
     }
 

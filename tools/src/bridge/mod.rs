@@ -9,9 +9,11 @@ mod report;
 #[cfg(test)]
 mod samples;
 mod topics;
+mod value;
 mod values;
 
 use std::env;
+use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -98,13 +100,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         .collect::<anyhow::Result<Vec<_>>>()?;
     thread::scope(|scope| {
         let (ended, ends) = unbounded();
-        let count = machines.len();
         for machine in machines {
             let ended = ended.clone();
             let work = move || {
-                let result = machine.run();
-                // Everybody waits for the last one.
-                let _ = ended.send(result);
+                let crashed = |_| bail!("the bridge has crashed, and its motors are stopped");
+                let result = catch_unwind(AssertUnwindSafe(|| machine.run()));
+                // It is received until the last one has ended.
+                let _ = ended.send(result.unwrap_or_else(crashed));
             };
             let started = thread::Builder::new().spawn_scoped(scope, work);
             if let Err(error) = started {
@@ -113,16 +115,14 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
             }
         }
         drop(ended);
-        select! {
-            recv(interrupted) -> _ => stop.store(true, Ordering::Relaxed),
-            recv(ends) -> end => {
-                stop.store(true, Ordering::Relaxed);
-                end.unwrap_or_else(|_| bail!("the bridge has crashed, and its motors are stopped"))?;
-            }
-        }
-        let results: Vec<_> = ends.iter().collect();
-        ensure!(results.len() == count, "a part of the bridge has crashed; its motors are stopped");
-        results.into_iter().collect()
+        let first = select! {
+            recv(interrupted) -> _ => Ok(()),
+            recv(ends) -> end => end.unwrap_or(Ok(())),
+        };
+        // One that fails ends all: a factory without one of its machines should not go on.
+        stop.store(true, Ordering::Relaxed);
+        let others: anyhow::Result<Vec<()>> = ends.iter().collect();
+        first.and(others.map(drop))
     })
 }
 

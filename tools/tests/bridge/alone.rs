@@ -57,18 +57,16 @@ fn a_broker_that_sends_garbage_is_left_and_tried_again() {
     let port = listener.local_addr().unwrap().port();
     let (tried, tries) = crossbeam_channel::unbounded();
     thread::spawn(move || {
-        // No MQTT; an acknowledgement of nothing; a packet that announces far too much.
-        let connack = [0x20, 2, 0, 0];
+        // No MQTT; after CONNACK an acknowledgement of nothing; a packet that announces far too much.
         let garbage: [&[u8]; 3] = [
-            b"HTTP/1.1 400 Bad Request\r\n\r\n",
-            &[0x90, 3, 0, 1, 0x80],
-            &[0x30, 0xFF, 0xFF, 0xFF, 0x7F],
+            &[0xFF; 64],
+            &[0x20, 2, 0, 0, 0x40, 2, 0, 9],
+            &[0x20, 2, 0, 0, 0x30, 0xFF, 0xFF, 0xFF, 0x7F],
         ];
         for (stream, garbage) in listener.incoming().zip(garbage.into_iter().cycle()) {
             let Ok(mut stream) = stream else { return };
             let mut request = [0; 1024];
             let _ = stream.read(&mut request);
-            let _ = stream.write_all(if garbage[0] == b'H' { &[] } else { &connack });
             let _ = stream.write_all(garbage);
             if tried.send(()).is_err() {
                 return;

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::process::Command;
 
 use ft_transfer_area::simulator::SimulatedTxt;
-use serde_json::json;
 
 use crate::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener};
 
@@ -135,7 +134,6 @@ fn the_broker_says_gone_when_a_bridge_is_killed() {
     // The broker keeps it for those who come later.
     let late = Listener::new(&broker);
     late.wait(0, "ft/press/state", is_state("gone"));
-    assert_eq!(late.all("ft/press/master"), [json!({"alive": true})], "as it was");
 }
 
 #[test]

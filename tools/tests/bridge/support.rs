@@ -15,10 +15,10 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// For everything that has to happen; a busy machine may need long.
-pub const PATIENCE: Duration = Duration::from_secs(40);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(40);
 
 /// Where Mosquitto is; `None`, and a sentence, when it is not installed.
-pub fn mosquitto() -> Option<PathBuf> {
+pub(crate) fn mosquitto() -> Option<PathBuf> {
     if let Some(given) = env::var_os("TXT_MOSQUITTO") {
         return Some(given.into());
     }
@@ -33,20 +33,20 @@ pub fn mosquitto() -> Option<PathBuf> {
 }
 
 /// Mosquitto on a port of its own.
-pub struct Broker {
-    pub port: u16,
+pub(crate) struct Broker {
+    pub(crate) port: u16,
     program: PathBuf,
     files: TempDir,
     child: Child,
 }
 
 impl Broker {
-    pub fn start() -> Option<Self> {
+    pub(crate) fn start() -> Option<Self> {
         Self::with("allow_anonymous true\n", |_| {})
     }
 
     /// A broker with these lines in its configuration, and with what `prepare` puts beside it.
-    pub fn with(lines: &str, prepare: impl Fn(&Path)) -> Option<Self> {
+    pub(crate) fn with(lines: &str, prepare: impl Fn(&Path)) -> Option<Self> {
         let program = mosquitto()?;
         let files = tempfile::tempdir().unwrap();
         prepare(files.path());
@@ -67,12 +67,12 @@ impl Broker {
         }
     }
 
-    pub fn kill(&mut self) {
+    pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
         self.child.wait().unwrap();
     }
 
-    pub fn start_again(&mut self) {
+    pub(crate) fn start_again(&mut self) {
         let deadline = Instant::now() + PATIENCE;
         loop {
             match launch(&self.program, self.files.path(), self.port) {
@@ -86,7 +86,7 @@ impl Broker {
     }
 
     /// Sends a signal to the broker's process: STOP, CONT.
-    pub fn signal(&self, signal: &str) {
+    pub(crate) fn signal(&self, signal: &str) {
         send_signal(&self.child, signal);
     }
 }
@@ -165,18 +165,18 @@ impl<T: Clone + std::fmt::Debug> Incoming<T> {
 }
 
 /// The program `txt bridge`.
-pub struct Bridge {
+pub(crate) struct Bridge {
     child: Child,
     lines: Arc<Incoming<String>>,
 }
 
 impl Bridge {
-    pub fn start<'a>(broker: u16, arguments: impl IntoIterator<Item = &'a str>) -> Self {
+    pub(crate) fn start<'a>(broker: u16, arguments: impl IntoIterator<Item = &'a str>) -> Self {
         Self::start_as(broker, arguments, None)
     }
 
     /// With a password for the broker.
-    pub fn start_as<'a>(
+    pub(crate) fn start_as<'a>(
         broker: u16,
         arguments: impl IntoIterator<Item = &'a str>,
         password: Option<&str>,
@@ -198,19 +198,19 @@ impl Bridge {
     }
 
     /// Waits until it prints a line with this text, counted from its start.
-    pub fn wait_for(&self, text: &str) {
+    pub(crate) fn wait_for(&self, text: &str) {
         self.lines.wait(text, 0, |line| line.contains(text).then_some(()));
     }
 
-    pub fn interrupt(&self) {
+    pub(crate) fn interrupt(&self) {
         send_signal(&self.child, "INT");
     }
 
-    pub fn kill(&mut self) {
+    pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
     }
 
-    pub fn wait(&mut self) -> ExitStatus {
+    pub(crate) fn wait(&mut self) -> ExitStatus {
         let deadline = Instant::now() + PATIENCE;
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
@@ -230,13 +230,13 @@ impl Drop for Bridge {
 }
 
 /// A client that hears everything.
-pub struct Listener {
+pub(crate) struct Listener {
     client: Client,
     heard: Arc<Incoming<(String, Value, bool)>>,
 }
 
 impl Listener {
-    pub fn new(broker: &Broker) -> Self {
+    pub(crate) fn new(broker: &Broker) -> Self {
         let mut options =
             MqttOptions::new(format!("listener-{}", broker.port), "127.0.0.1", broker.port);
         options.set_max_packet_size(4 << 20, 4 << 20);
@@ -268,28 +268,28 @@ impl Listener {
     }
 
     /// How many messages have come. A wait from here on sees only later ones.
-    pub fn now(&self) -> usize {
+    pub(crate) fn now(&self) -> usize {
         self.heard.len()
     }
 
     /// The first payload of this topic from `from` on that is right.
-    pub fn wait(&self, from: usize, topic: &str, right: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn wait(&self, from: usize, topic: &str, right: impl Fn(&Value) -> bool) -> Value {
         self.heard.wait(topic, from, |(of, payload, _)| {
             (of == topic && right(payload)).then(|| payload.clone())
         })
     }
 
     /// All payloads of this topic so far.
-    pub fn all(&self, topic: &str) -> Vec<Value> {
+    pub(crate) fn all(&self, topic: &str) -> Vec<Value> {
         let all = self.heard.all.lock().unwrap();
         all.iter().filter(|(of, ..)| of == topic).map(|(_, payload, _)| payload.clone()).collect()
     }
 
-    pub fn send(&self, topic: &str, payload: impl Into<Vec<u8>>) {
+    pub(crate) fn send(&self, topic: &str, payload: impl Into<Vec<u8>>) {
         self.client.publish(topic, QoS::AtLeastOnce, false, payload).unwrap();
     }
 
-    pub fn send_retained(&self, topic: &str, payload: &str) {
+    pub(crate) fn send_retained(&self, topic: &str, payload: &str) {
         self.client.publish(topic, QoS::AtLeastOnce, true, payload).unwrap();
     }
 }
@@ -301,16 +301,16 @@ impl Drop for Listener {
 }
 
 /// Whether the payload has this state.
-pub fn is_state(state: &'static str) -> impl Fn(&Value) -> bool {
+pub(crate) fn is_state(state: &'static str) -> impl Fn(&Value) -> bool {
     move |payload| payload["state"] == state
 }
 
 /// Waits until the simulated machine is as it should be.
-pub fn wait_machine(txt: &SimulatedTxt, what: &str, right: impl FnMut(&Machine) -> bool) {
+pub(crate) fn wait_machine(txt: &SimulatedTxt, what: &str, right: impl FnMut(&Machine) -> bool) {
     assert!(txt.wait_until(PATIENCE, right), "the machine never came to this: {what}");
 }
 
 /// The duty of the master's M1, clockwise.
-pub fn m1(machine: &Machine) -> i16 {
+pub(crate) fn m1(machine: &Machine) -> i16 {
     machine.controllers[0].outputs.duty[0]
 }
