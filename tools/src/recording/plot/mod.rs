@@ -39,7 +39,7 @@ pub(crate) struct Args {
     /// End at this second of the recording [default: its end]
     #[arg(long, value_name = "S", value_parser = second)]
     to: Option<f64>,
-    /// The line above the picture [default: names of recording and controller]
+    /// The line above the picture [default: the recording's name]
     #[arg(long)]
     title: Option<String>,
 }
