@@ -10,12 +10,15 @@ use ft_transfer_area::simulator::world::World;
 use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use ft_transfer_area::tx::Motor;
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorder};
 use tempfile::TempDir;
 
 /// Longer than anything takes on a busy machine.
 const DEADLINE: Duration = Duration::from_secs(60);
+
+/// After this time without a response, the connection counts as lost.
+const GAP: Duration = Duration::from_millis(400);
 
 /// A folder with a recording, which is made once.
 fn recording() -> (TempDir, PathBuf) {
@@ -30,10 +33,11 @@ fn recording() -> (TempDir, PathBuf) {
 fn record() -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("slide.mcap");
     let builder = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).extensions(1);
-    let fault = "close:0@exchange:120".parse().unwrap();
+    let fault = "silence@exchange:120".parse().unwrap();
     let txt = builder.fault(fault).device_name("<Slide>").start().unwrap();
+    let limits = TimeLimits::default().with_read(GAP);
     let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(2);
-    let handler = builder.reconnect(DEADLINE).build().unwrap();
+    let handler = builder.time_limits(limits).reconnect(DEADLINE).build().unwrap();
     let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
     handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.lock()[0].raise_config_id();
@@ -78,9 +82,12 @@ fn points(svg: &str, colour: &str) -> Vec<(i32, i32)> {
         .collect()
 }
 
-/// How many rectangles show a gap.
-fn shaded(svg: &str) -> usize {
-    svg.lines().filter(|line| line.starts_with("<rect") && line.contains("#F1DCDC")).count()
+/// The widths of the rectangles that show a gap.
+fn shaded(svg: &str) -> Vec<u32> {
+    let rectangles =
+        svg.lines().filter(|line| line.starts_with("<rect") && line.contains("#F1DCDC"));
+    let widths = rectangles.filter_map(|line| line.split_once("width=\"")?.1.split_once('"'));
+    widths.map(|(width, _)| width.parse().unwrap()).collect()
 }
 
 #[test]
@@ -99,10 +106,11 @@ fn each_unit_has_a_panel_with_its_axis_and_its_names() {
     assert!(svg.contains("slide.mcap (&lt;Slide&gt;)"), "the title is escaped");
     assert!(svg.contains("@media (prefers-color-scheme: dark)"));
     // The motor goes forward and backward: above and below the zero in the middle of its panel.
-    let (motor, gaps) = (points(&svg, "#0969DA"), shaded(&svg));
+    let motor = points(&svg, "#0969DA");
     assert!(motor.len() > 10, "{motor:?}");
-    // One in each of the four panels.
-    assert_eq!(gaps, 4);
+    // One in each of the four panels, from the last response on and not only from when it was noticed.
+    let gaps = shaded(&svg);
+    assert!(gaps.len() == 4 && gaps.iter().all(|width| *width > 40), "{gaps:?}");
 }
 
 #[test]
@@ -132,7 +140,7 @@ fn a_part_of_the_time_has_only_its_values() {
         let second: f64 = label.trim_end_matches(" s").parse().unwrap();
         (0.2..=0.6).contains(&second)
     }));
-    assert!(shaded(&part) == 0, "the gap is later");
+    assert!(shaded(&part).is_empty(), "the gap is later");
     let output = plot(&path, &["C1", "--from", "3000"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(text(&output.stderr).contains("slide.mcap has no cycle in this time"), "{output:?}");

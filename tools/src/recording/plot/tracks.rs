@@ -27,8 +27,9 @@ pub(super) struct Tracks {
     /// The first and the last cycle.
     seen: Option<Range<f64>>,
     gaps: Vec<Range<f64>>,
-    /// Since when there is no connection.
+    /// Since when there is no connection: since the last cycle, because a loss is noticed later.
     lost_since: Option<f64>,
+    last_cycle: Option<f64>,
     ticks: Vec<f64>,
     controller: Option<String>,
 }
@@ -51,6 +52,7 @@ impl Tracks {
             seen: None,
             gaps: Vec::new(),
             lost_since: None,
+            last_cycle: None,
             ticks: Vec::new(),
             controller: None,
         }
@@ -66,6 +68,7 @@ impl Tracks {
         match entry.what {
             Recorded::Cycle(cycle) => {
                 self.end_gap(at);
+                self.last_cycle = Some(at);
                 if is_wanted {
                     self.take_cycle(at, &cycle);
                 }
@@ -98,7 +101,7 @@ impl Tracks {
         match told {
             Transfer::Began { device_name, .. } => self.controller = Some(device_name),
             Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_) => {
-                self.lost_since.get_or_insert(at);
+                self.lost_since.get_or_insert(self.last_cycle.unwrap_or(at));
             }
             _ => {}
         }
