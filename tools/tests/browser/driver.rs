@@ -100,6 +100,7 @@ impl Driver {
             // For a test that runs as root, as in a container.
             "--no-sandbox",
             "--disable-gpu",
+            "--hide-scrollbars",
             "--disable-dev-shm-usage",
             "--lang=en-US",
             "--window-size=1440,1000",

@@ -20,9 +20,12 @@ set("Speed of M2", 256);
 set("Speed of M3", 200);
 set("Value of O8", 120);
 find("M1 forward").click();
-find("M2 backwards").click();
 find("Switch O7").click();
 setTimeout(() => find("Switch O8").click(), 300);
+
+// A distance, on its way when the picture is taken.
+set("Pulses for M2", 600);
+setTimeout(() => find("Start the distance of M2").click(), 7000);
 
 const begin = performance.now();
 let steps = 0;
