@@ -17,7 +17,7 @@ use tokio::time;
 use tokio_io_timeout::TimeoutStream;
 
 /// How long the head of a request may take, and how long a connection may be idle.
-const HEAD_LIMIT: Duration = Duration::from_secs(4);
+const HEAD_LIMIT: Duration = Duration::from_secs(3);
 /// How long a browser may take nothing of what is sent to it.
 const WRITE_LIMIT: Duration = Duration::from_secs(2);
 /// How long the head of a request may be, in bytes.

@@ -62,7 +62,7 @@ pub(crate) struct Args {
     /// Port of the page; 0 is a free one
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Where to serve the page; 0.0.0.0: for other computers, too
+    /// Where to serve the page; 0.0.0.0 lets others in
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     bind: IpAddr,
     /// World of a simulated TXT: its name, a .toml file, or none
