@@ -103,7 +103,7 @@ impl Driver {
             "--hide-scrollbars",
             "--disable-dev-shm-usage",
             "--lang=en-US",
-            "--window-size=1440,1000",
+            "--window-size=1280,900",
             // Nothing is loaded from elsewhere.
             "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
             // A page behind another one lives on as one beside it.

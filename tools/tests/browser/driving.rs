@@ -1,7 +1,8 @@
 //! What the TXT gets from the page: this process is the TXT.
 
-use anyhow::{ensure, Result};
+use anyhow::{ensure, Context, Result};
 use fantoccini::key::Key;
+use fantoccini::{Client, Locator};
 use ft_transfer_area::simulator::world::{Script, World};
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::tx::Motor;
@@ -35,97 +36,96 @@ fn ensure_seen(txt: &SimulatedTxt, what: &str, condition: fn(&Machine) -> bool) 
 }
 
 #[test]
-fn a_motor_turns_by_mouse_and_keyboard_and_each_stop_stops_it() -> Result<()> {
+fn the_txt_gets_what_the_page_tells_it() -> Result<()> {
     browse(|client| async move {
-        let txt = simulated_txt()?;
-        let panel = Panel::start(&[&txt.address().to_string()])?;
-        let page = Page::open(&client, &panel).await?;
-        page.wait_for_text("#role", "You drive").await?;
-
-        page.click(FORWARD).await?;
-        ensure_seen(&txt, "M1 turns by mouse", turns)?;
-        page.wait_for(".terminal:first-child[data-on=forward]").await?;
-        page.click("#stop").await?;
-        ensure_seen(&txt, "the stop button", all_off)?;
-        page.wait_for(STOPPED).await?;
-
-        page.tab_to("[aria-label='What is on M1']", FORWARD).await?;
-        page.type_key(Key::Enter).await?;
-        ensure_seen(&txt, "M1 turns by keyboard", turns)?;
-        page.wait_for(".terminal:first-child[data-on=forward]").await?;
-        // The focus is still on the button that starts the motor.
-        page.type_key(Key::Space).await?;
-        ensure_seen(&txt, "the space bar", all_off)?;
-        page.wait_for(STOPPED).await?;
-
-        page.click(FORWARD).await?;
-        ensure_seen(&txt, "M1 turns again", turns)?;
-        // The stop needs nothing of the rest of the page: neither its connection nor its scripts.
-        let broken = "window.panelSocket = null;
-            document.getElementById = requestAnimationFrame = () => { throw new Error('broken on purpose') }";
-        page.run(broken, json!(null)).await?;
-        page.click("#stop").await?;
-        ensure_seen(&txt, "the stop button of a broken page", all_off)?;
-        Ok(())
+        turn_and_stop(&client)
+            .await
+            .context("a motor turns by mouse and keyboard, each stop stops it")?;
+        load_again_and_close(&client).await.context("a page is loaded again, and closed")?;
+        take_over(&client).await.context("a second page looks until it takes over")
     })
 }
 
-#[test]
-fn a_page_that_is_loaded_again_drives_again_and_one_that_is_closed_leaves_the_motors_off(
-) -> Result<()> {
-    browse(|client| async move {
-        let txt = simulated_txt()?;
-        let panel = Panel::start(&[&txt.address().to_string()])?;
-        let page = Page::open(&client, &panel).await?;
-        page.click(FORWARD).await?;
-        ensure_seen(&txt, "M1 turns", turns)?;
+async fn turn_and_stop(client: &Client) -> Result<()> {
+    let txt = simulated_txt()?;
+    let panel = Panel::start(&[&txt.address().to_string()])?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#role", "You drive").await?;
 
-        client.refresh().await?;
-        ensure_seen(&txt, "the page is loaded again", all_off)?;
-        page.wait_for_text("#role", "You drive").await?;
-        page.click(FORWARD).await?;
-        ensure_seen(&txt, "M1 turns after a reload", turns)?;
-        page.ensure_no_console_errors().await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns by mouse", turns)?;
+    page.click("#stop").await?;
+    ensure_seen(&txt, "the stop button", all_off)?;
+    page.wait_for(STOPPED).await?;
 
-        let elsewhere = client.new_window(true).await?;
-        client.close_window().await?;
-        client.switch_to_window(elsewhere.handle).await?;
-        ensure_seen(&txt, "the page is closed", all_off)
-    })
+    page.tab_to("[aria-label='What is on M1']", FORWARD).await?;
+    page.type_key(Key::Enter).await?;
+    ensure_seen(&txt, "M1 turns by keyboard", turns)?;
+    // The focus is still on the button that starts the motor.
+    page.type_key(Key::Space).await?;
+    ensure_seen(&txt, "the space bar", all_off)?;
+    page.wait_for(STOPPED).await?;
+
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns again", turns)?;
+    // The stop needs nothing of the rest of the page: neither its connection nor its scripts.
+    let broken = "window.panelSocket = null;
+        document.getElementById = requestAnimationFrame = () => { throw new Error('broken on purpose') }";
+    page.run(broken, json!(null)).await?;
+    page.click("#stop").await?;
+    ensure_seen(&txt, "the stop button of a broken page", all_off)?;
+    client.goto("about:blank").await?;
+    page.console().await?; // what was broken on purpose
+    Ok(())
 }
 
-#[test]
-fn a_second_page_looks_until_it_takes_over() -> Result<()> {
-    browse(|client| async move {
-        let txt = simulated_txt()?;
-        let panel = Panel::start(&[&txt.address().to_string()])?;
-        let page = Page::open(&client, &panel).await?;
-        page.wait_for_text("#role", "You drive").await?;
-        let first = client.window().await?;
-        page.click(FORWARD).await?;
-        ensure_seen(&txt, "M1 turns", turns)?;
+async fn load_again_and_close(client: &Client) -> Result<()> {
+    let txt = simulated_txt()?;
+    let panel = Panel::start(&[&txt.address().to_string()])?;
+    let page = Page::open(client, &panel).await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns", turns)?;
 
-        let second = client.new_window(false).await?.handle;
-        client.switch_to_window(second).await?;
-        let page = Page::open(&client, &panel).await?;
-        page.wait_for_text("#banner", "drives. Here you can look.").await?;
-        page.wait_for(".terminal:first-child[data-on=forward]").await?;
-        let enabled =
-            page.client.find(fantoccini::Locator::Css(FORWARD)).await?.is_enabled().await?;
-        ensure!(!enabled, "a page that looks has a button for the motor");
-        // Anybody may stop.
-        page.click("#stop").await?;
-        ensure_seen(&txt, "the stop of a page that looks", all_off)?;
+    client.refresh().await?;
+    ensure_seen(&txt, "the page is loaded again", all_off)?;
+    page.wait_for_text("#role", "You drive").await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns after a reload", turns)?;
+    page.ensure_no_console_errors().await?;
 
-        page.click("#take").await?;
-        page.wait_for_text("#role", "You drive").await?;
-        page.click(FORWARD).await?;
-        ensure_seen(&txt, "M1 turns by the second page", turns)?;
-        page.ensure_no_console_errors().await?;
+    let elsewhere = client.new_window(true).await?;
+    client.close_window().await?;
+    client.switch_to_window(elsewhere.handle).await?;
+    ensure_seen(&txt, "the page is closed", all_off)
+}
 
-        client.switch_to_window(first).await?;
-        page.wait_for_text("#banner", "drives. Here you can look.").await?;
-        page.wait_for(".board:disabled").await?;
-        page.ensure_no_console_errors().await
-    })
+async fn take_over(client: &Client) -> Result<()> {
+    let txt = simulated_txt()?;
+    let panel = Panel::start(&[&txt.address().to_string()])?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#role", "You drive").await?;
+    let first = client.window().await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns", turns)?;
+
+    let second = client.new_window(false).await?.handle;
+    client.switch_to_window(second).await?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#banner", "drives. Here you can look.").await?;
+    let enabled = page.client.find(Locator::Css(FORWARD)).await?.is_enabled().await?;
+    ensure!(!enabled, "a page that looks has a button for the motor");
+    // Anybody may stop.
+    page.click("#stop").await?;
+    ensure_seen(&txt, "the stop of a page that looks", all_off)?;
+
+    page.click("#take").await?;
+    page.wait_for_text("#role", "You drive").await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns by the second page", turns)?;
+    page.ensure_no_console_errors().await?;
+
+    client.switch_to_window(first).await?;
+    page.wait_for_text("#banner", "drives. Here you can look.").await?;
+    page.wait_for(".board:disabled").await?;
+    page.ensure_no_console_errors().await
 }

@@ -1,7 +1,7 @@
 //! The program `txt panel`, and its page in a browser.
 
 use std::io::{BufRead, BufReader};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure, Context, Result};
@@ -10,7 +10,7 @@ use fantoccini::actions::{
 };
 use fantoccini::elements::Element;
 use fantoccini::key::Key;
-use fantoccini::{Client, Locator};
+use fantoccini::Client;
 use serde_json::{json, Value};
 
 use crate::driver::Beyond;
@@ -22,6 +22,8 @@ const PAUSE: Duration = Duration::from_millis(10);
 /// A running `txt panel`.
 pub(crate) struct Panel {
     process: Child,
+    /// Kept open: the panel writes more than its address.
+    _output: BufReader<ChildStdout>,
     pub(crate) url: String,
 }
 
@@ -32,11 +34,10 @@ impl Panel {
             .args(args)
             .stdout(Stdio::piped())
             .spawn()?;
+        let mut output = BufReader::new(process.stdout.take().context("the panel has no output")?);
         let mut url = String::new();
-        BufReader::new(process.stdout.take().context("the panel has no output")?)
-            .read_line(&mut url)?;
-        let url = url.trim().to_owned();
-        let panel = Self { process, url };
+        output.read_line(&mut url)?;
+        let panel = Self { process, _output: output, url: url.trim().to_owned() };
         ensure!(
             panel.url.starts_with("http://127.0.0.1:"),
             "instead of an address: {:?}",
@@ -68,29 +69,22 @@ impl Page {
     }
 
     /// Waits until something matches this selector.
-    pub(crate) async fn wait_for(&self, selector: &str) -> Result<Element> {
+    pub(crate) async fn wait_for(&self, selector: &str) -> Result<()> {
         self.wait_with(selector, |_| true).await
     }
 
     /// Waits until the text of what matches the selector is as wanted.
     pub(crate) async fn wait_for_text(&self, selector: &str, wanted: &str) -> Result<()> {
-        self.wait_with(selector, |text| text.contains(wanted))
-            .await
-            .with_context(|| format!("{wanted:?} is not to be read"))?;
-        Ok(())
+        let waited = self.wait_with(selector, |text| text.contains(wanted)).await;
+        waited.with_context(|| format!("{wanted:?} is not to be read"))
     }
 
-    async fn wait_with(&self, selector: &str, fits: impl Fn(&str) -> bool) -> Result<Element> {
+    async fn wait_with(&self, selector: &str, fits: impl Fn(&str) -> bool) -> Result<()> {
+        let script = "return document.querySelector(arguments[0])?.textContent ?? null";
         let begin = Instant::now();
         while begin.elapsed() < LIMIT {
-            let seen = self
-                .run(
-                    "return document.querySelector(arguments[0])?.textContent ?? null",
-                    json!(selector),
-                )
-                .await?;
-            if seen.as_str().is_some_and(&fits) {
-                return Ok(self.client.find(Locator::Css(selector)).await?);
+            if self.run(script, json!(selector)).await?.as_str().is_some_and(&fits) {
+                return Ok(());
             }
             tokio::time::sleep(PAUSE).await;
         }
@@ -102,18 +96,25 @@ impl Page {
         Ok(self.client.execute(script, vec![argument]).await?)
     }
 
+    /// Waits for an element, and scrolls to it.
+    async fn reveal(&self, selector: &str) -> Result<Element> {
+        self.wait_for(selector).await?;
+        let script = "const element = document.querySelector(arguments[0]);
+            element.scrollIntoView({ block: 'center' });
+            return element";
+        let found = self.run(script, json!(selector)).await?;
+        let id = found.as_object().and_then(|found| found.values().next()?.as_str());
+        let id = id.with_context(|| format!("{selector} is gone"))?.to_owned();
+        Ok(Element::from_element_id(self.client.clone(), id.into()))
+    }
+
     pub(crate) async fn click(&self, selector: &str) -> Result<()> {
-        Ok(self.wait_for(selector).await?.click().await?)
+        Ok(self.reveal(selector).await?.click().await?)
     }
 
     /// Presses the mouse on an element. It stays pressed until `release_mouse`.
     pub(crate) async fn press_mouse(&self, selector: &str) -> Result<()> {
-        let element = self.wait_for(selector).await?;
-        self.run(
-            "arguments[0].scrollIntoView({ block: 'center' })",
-            serde_json::to_value(&element)?,
-        )
-        .await?;
+        let element = self.reveal(selector).await?;
         let mouse = MouseActions::new("mouse".to_owned())
             .then(PointerAction::MoveToElement { element, duration: None, x: 0.0, y: 0.0 })
             .then(PointerAction::Down { button: MOUSE_BUTTON_LEFT });

@@ -37,7 +37,10 @@ class Host {
 
   /** The host's name for people. */
   get title() {
-    return this.state?.link.name || this.address;
+    const name = this.state?.link.name;
+    if (!name) return this.address;
+    const namesakes = [...hosts.values()].some((other) => other !== this && other.state?.link.name === name);
+    return namesakes ? `${name} · ${this.address}` : name;
   }
 }
 
