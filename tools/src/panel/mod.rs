@@ -1,9 +1,200 @@
-//! `txt panel`.
+//! `txt panel`: a page in the browser that shows and drives controllers.
+
+mod access;
+mod act;
+mod camera;
+mod connections;
+mod files;
+mod histogram;
+mod host;
+mod i2c;
+mod page;
+mod panel;
+mod reply;
+mod server;
+mod state;
+mod trouble;
+mod wheel;
+mod wish;
+mod worker;
+mod world;
+
+use std::io::{self, Write};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
+use std::path::Path;
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use ft_transfer_area::simulator::world::{Script, World};
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
+use webbrowser::{Browser, BrowserOptions};
+
+use self::access::Access;
+use self::host::{Common, Host};
+use self::panel::Panel;
+use self::world::Simulated;
+use crate::interrupt;
+
+/// The host that is no address.
+const SIMULATED: &str = "simulated";
+/// How long the controllers may take to end their transfers.
+const END_LIMIT: Duration = Duration::from_secs(5);
 
 /// Show and drive controllers on a page in the browser
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+#[command(after_help = "\
+The page shows inputs, counters, motors, lamps, sounds, remotes, the camera and I2C devices. All
+motors stop when it closes, when it is silent for a second, and at Ctrl-C. The space bar stops
+them, too.
 
-pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
-    anyhow::bail!("not built yet")
+Examples:
+  txt panel                               a simulated TXT, to try it out
+  txt panel 192.168.7.2 192.168.8.2       two controllers, by USB and by WLAN
+  txt panel --world car --extensions 2    another simulated machine")]
+pub(crate) struct Args {
+    /// Controllers: 192.168.7.2, txt:65000, auto, or simulated [default: simulated]
+    #[arg(value_name = "HOST")]
+    hosts: Vec<String>,
+    /// Port of the page; 0 is a free one
+    #[arg(long, default_value_t = 0)]
+    port: u16,
+    /// Where to serve the page; 0.0.0.0 lets others in
+    #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    bind: IpAddr,
+    /// World of a simulated TXT: its name, a .toml file, or none
+    #[arg(long, value_name = "WORLD")]
+    world: Option<String>,
+    /// Number of extensions, 0 to 8 [default: all there are]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=MAX_EXTENSIONS as i64))]
+    extensions: Option<u8>,
+    /// Do not open the browser
+    #[arg(long)]
+    no_browser: bool,
+}
+
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let interrupted = interrupt::receiver()?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let listener = listen(&runtime, SocketAddr::new(args.bind, args.port))?;
+    let address = listener.local_addr()?;
+    let common = Arc::new(Common::new());
+    let hosts = start_hosts(&args, &common)?;
+    let access = Access::new(address.ip(), address.port())?;
+    let panel = Arc::new(Panel::new(hosts, common, access));
+    let url = tell(&panel, address)?;
+    let router = server::router(Arc::clone(&panel));
+    thread::Builder::new()
+        .name("server".to_owned())
+        .spawn(move || runtime.block_on(connections::serve(listener, router)))?;
+    if !args.no_browser {
+        thread::Builder::new().name("browser".to_owned()).spawn(move || open_browser(&url))?;
+    }
+    interrupted.recv()?;
+    end(&panel)
+}
+
+fn listen(runtime: &Runtime, address: SocketAddr) -> anyhow::Result<TcpListener> {
+    let _inside = runtime.enter();
+    connections::listen(address).map_err(|error| match error.kind() {
+        io::ErrorKind::AddrInUse => anyhow::anyhow!(
+            "port {} is taken by another program; choose another one with --port, or leave it out for a free one",
+            address.port()
+        ),
+        io::ErrorKind::AddrNotAvailable => {
+            anyhow::anyhow!("{} is no address of this computer; --bind needs one", address.ip())
+        }
+        _ => anyhow::anyhow!("the page can't be served at {address} ({error})"),
+    })
+}
+
+fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
+    let only_simulated = [SIMULATED.to_owned()];
+    let hosts = if args.hosts.is_empty() { &only_simulated[..] } else { &args.hosts };
+    let extensions = args.extensions.map(usize::from);
+    let start = |host: &String| {
+        if host == SIMULATED {
+            let world = read_world(args.world.as_deref())?;
+            return Ok(Host::simulated(Simulated::start(world, extensions)?, common)?);
+        }
+        Host::at(host, 1 + extensions.unwrap_or(MAX_EXTENSIONS), common)
+            .with_context(|| host.clone())
+    };
+    hosts.iter().map(start).collect()
+}
+
+/// The world with this name or in this file.
+fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
+    let Some(name) = name else {
+        // The hand at the mouse presses the buttons here, not the script.
+        return Ok(Some(World::default().with_script(Script::default())));
+    };
+    let path = Path::new(name);
+    Ok(match name {
+        "none" => None,
+        _ if path.extension().is_some() || path.components().count() > 1 => {
+            Some(World::load(path).with_context(|| name.to_owned())?)
+        }
+        _ => Some(World::shipped(name)?),
+    })
+}
+
+/// Says where the page is.
+fn tell(panel: &Panel, address: SocketAddr) -> anyhow::Result<String> {
+    let (port, token) = (address.port(), panel.access.token());
+    let url = |ip: IpAddr| format!("http://{}/?token={token}", SocketAddr::new(ip, port));
+    let here =
+        if address.ip().is_unspecified() { Ipv4Addr::LOCALHOST.into() } else { address.ip() };
+    let mut out = io::stdout().lock();
+    writeln!(out, "{}", url(here))?;
+    if address.ip().is_unspecified() {
+        if let Some(ip) = own_address() {
+            writeln!(out, "from other computers: {}", url(ip))?;
+        }
+    }
+    if !address.ip().is_loopback() {
+        writeln!(
+            out,
+            "Whoever in the network knows this address with its token can drive the machine."
+        )?;
+    }
+    writeln!(out, "Ctrl-C stops all motors and ends the panel.")?;
+    out.flush()?;
+    Ok(url(here))
+}
+
+/// The address by which this computer reaches others. Nothing is sent for it.
+fn own_address() -> Option<IpAddr> {
+    let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
+    socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9)).ok()?;
+    socket.local_addr().ok().map(|address| address.ip())
+}
+
+fn open_browser(url: &str) {
+    let mut options = BrowserOptions::new();
+    options.with_suppress_output(true);
+    if webbrowser::open_browser_with_options(Browser::Default, url, &options).is_err() {
+        eprintln!("no browser could be opened; open the address above in one");
+    }
+}
+
+/// Stops all motors and waits until the controllers know.
+fn end(panel: &Panel) -> anyhow::Result<()> {
+    panel.common.end();
+    panel.stop();
+    let deadline = Instant::now() + END_LIMIT;
+    let late: Vec<_> = panel
+        .hosts
+        .iter()
+        .filter(|host| !host.wait_for_end(deadline))
+        .map(|host| host.address.as_str())
+        .collect();
+    if !late.is_empty() {
+        // Its connection is closed now, which stops its motors.
+        log::warn!("no answer from {} at the end", late.join(", "));
+    }
+    Ok(())
 }

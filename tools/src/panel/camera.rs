@@ -1,0 +1,133 @@
+//! The camera's pictures. The newest one wins: a page that is slow misses some.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use crossbeam_channel::{bounded, never, select, Receiver, Sender};
+use ft_transfer_area::{CameraFrame, CameraOptions, Error, TransferAreaComHandler};
+use serde::Serialize;
+use tokio::sync::watch;
+
+use super::host::{spawn, Ordered};
+use super::reply::Reply;
+use super::trouble::Trouble;
+use super::wish::CameraWish;
+
+/// How many orders may wait.
+const WAITING: usize = 4;
+/// How long the next picture may take.
+const FRAME_LIMIT: Duration = Duration::from_secs(3);
+
+/// What the camera's thread tells all others.
+#[derive(Debug)]
+pub(crate) struct Camera {
+    state: Mutex<CameraState>,
+    picture: watch::Sender<Arc<[u8]>>,
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct CameraState {
+    running: bool,
+    frames: u64,
+    error: Option<Trouble>,
+}
+
+pub(super) struct CameraOrder {
+    pub(super) wish: CameraWish,
+    pub(super) reply: Reply,
+}
+
+impl Ordered for CameraOrder {
+    fn reply(self) -> Reply {
+        self.reply
+    }
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        let picture = watch::Sender::new(Arc::from([]));
+        Self { state: Mutex::default(), picture }
+    }
+}
+
+impl Camera {
+    pub(crate) fn state(&self) -> CameraState {
+        self.lock().clone()
+    }
+
+    /// The newest picture as a JPEG file; empty before the first one.
+    pub(crate) fn pictures(&self) -> watch::Receiver<Arc<[u8]>> {
+        self.picture.subscribe()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, CameraState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn show(&self, frame: &CameraFrame) {
+        let mut state = self.lock();
+        state.frames += 1;
+        match frame.jpeg() {
+            Ok(jpeg) => drop(self.picture.send_replace(Arc::from(&*jpeg))),
+            Err(error) => state.error = Some(error.into()),
+        }
+    }
+}
+
+/// A thread that starts and stops the camera, and takes its pictures.
+pub(super) fn start(
+    handler: Arc<TransferAreaComHandler>,
+    camera: Arc<Camera>,
+) -> Result<Sender<CameraOrder>, Error> {
+    let (orders, receiver) = bounded(WAITING);
+    spawn("camera", move || work(&handler, &camera, &receiver))?;
+    Ok(orders)
+}
+
+fn work(handler: &TransferAreaComHandler, camera: &Camera, orders: &Receiver<CameraOrder>) {
+    let mut frames = never();
+    loop {
+        select! {
+            recv(orders) -> order => match order {
+                Ok(CameraOrder { wish, reply }) => {
+                    let switched = switch(handler, &wish);
+                    let mut state = camera.lock();
+                    match switched {
+                        Ok(stream) => {
+                            *state = CameraState { running: wish.on, ..CameraState::default() };
+                            frames = stream;
+                            reply.send(Ok(None));
+                        }
+                        Err(error) => reply.send(Err(error.into())),
+                    }
+                }
+                Err(_) => return,
+            },
+            recv(frames) -> frame => match frame {
+                Ok(frame) => camera.show(&frame),
+                Err(_) => {
+                    frames = never();
+                    let mut state = camera.lock();
+                    state.running = false;
+                    state.error = handler.camera_error().map(Trouble::from);
+                }
+            },
+        }
+    }
+}
+
+fn switch(
+    handler: &TransferAreaComHandler,
+    wish: &CameraWish,
+) -> Result<Receiver<CameraFrame>, Error> {
+    if !wish.on {
+        handler.stop_camera()?;
+        return Ok(never());
+    }
+    let options = CameraOptions::default();
+    let (width, height) =
+        (wish.width.unwrap_or(options.width), wish.height.unwrap_or(options.height));
+    let framerate = wish.fps.unwrap_or(options.framerate);
+    let options = options.with_size(width, height).with_framerate(framerate);
+    handler.start_camera(options.with_frame_limit(FRAME_LIMIT))
+}

@@ -1,0 +1,90 @@
+//! The connections to the server, with limits for everything that somebody may send or not send.
+
+use std::collections::VecDeque;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::{Extension, Router};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tokio::task::JoinHandle;
+use tokio::time;
+use tokio_io_timeout::TimeoutStream;
+
+/// How long the head of a request may take, and how long a connection may be idle.
+const HEAD_LIMIT: Duration = Duration::from_secs(3);
+/// How long a browser may take nothing of what is sent to it.
+const WRITE_LIMIT: Duration = Duration::from_secs(2);
+/// How long the head of a request may be, in bytes.
+const HEAD_MAX: usize = 16 * 1024;
+/// How many connections may be open that are neither a page's nor a camera's. A further one ends the oldest.
+const PASSING: usize = 400;
+/// What the system keeps for a slow browser, in bytes: old states are of no use to it.
+const SEND_BUFFER: u32 = 64 * 1024;
+const BACKLOG: u32 = 128;
+
+/// Set when a connection becomes a page's or a camera's. Their number has a limit of its own.
+pub(super) type Kept = Arc<AtomicBool>;
+
+struct Passing {
+    kept: Kept,
+    task: JoinHandle<()>,
+}
+
+pub(super) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+    let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+    // A port that was in use a moment ago is free, but not one that is in use.
+    #[cfg(unix)]
+    socket.set_reuseaddr(true)?;
+    socket.set_send_buffer_size(SEND_BUFFER)?;
+    socket.bind(address)?;
+    socket.listen(BACKLOG)
+}
+
+/// Serves whoever connects, for ever.
+pub(super) async fn serve(listener: TcpListener, router: Router) {
+    let mut passing: VecDeque<Passing> = VecDeque::new();
+    loop {
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                // Too many files may be open for a while.
+                log::warn!("a connection can't be accepted: {error}");
+                time::sleep(Duration::from_millis(50)).await;
+                continue;
+            }
+        };
+        passing.retain(|one| !one.task.is_finished() && !one.kept.load(Ordering::Relaxed));
+        if passing.len() >= PASSING {
+            if let Some(oldest) = passing.pop_front() {
+                oldest.task.abort();
+            }
+        }
+        let kept = Kept::default();
+        let router = router.clone().layer(Extension(Arc::clone(&kept)));
+        passing.push_back(Passing { kept, task: tokio::spawn(answer(stream, router)) });
+    }
+}
+
+/// Answers the requests of one connection.
+async fn answer(stream: TcpStream, router: Router) {
+    if let Err(error) = stream.set_nodelay(true) {
+        log::debug!("a connection stays slow: {error}");
+    }
+    let mut stream = TimeoutStream::new(stream);
+    stream.set_write_timeout(Some(WRITE_LIMIT));
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(HEAD_LIMIT)
+        .max_buf_size(HEAD_MAX)
+        .serve_connection(TokioIo::new(Box::pin(stream)), TowerToHyperService::new(router))
+        .with_upgrades();
+    if let Err(error) = connection.await {
+        log::debug!("a connection ended: {error}");
+    }
+}

@@ -1,0 +1,79 @@
+//! The connection of one page.
+
+use std::sync::Arc;
+
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket};
+use futures_util::stream::{SplitSink, SplitStream};
+use futures_util::{SinkExt, StreamExt};
+use tokio::sync::mpsc;
+use tokio::time::{self, MissedTickBehavior};
+
+use super::panel::Panel;
+use super::reply::Answers;
+use super::wheel::Page;
+use super::worker::STATE_PERIOD;
+
+/// Leaves the panel when the connection ends, however it ends.
+struct Visit {
+    panel: Arc<Panel>,
+    page: Page,
+}
+
+impl Drop for Visit {
+    fn drop(&mut self) {
+        self.panel.leave(self.page);
+    }
+}
+
+/// Talks to a page until its connection ends.
+pub(super) async fn serve(socket: WebSocket, panel: Arc<Panel>) {
+    let visit = Visit { page: panel.enter(), panel };
+    let (sink, stream) = socket.split();
+    let (answers, waiting) = Answers::channel();
+    tokio::select! {
+        () = hear(&visit, stream, answers) => {}
+        _ = tell(&visit, sink, waiting) => {}
+    }
+}
+
+async fn hear(visit: &Visit, mut stream: SplitStream<WebSocket>, answers: Answers) {
+    let Visit { panel, page } = visit;
+    while let Some(Ok(message)) = stream.next().await {
+        match message {
+            Message::Text(text) => panel.hear(*page, &text, &answers),
+            // No page of ours sends bytes. They can't be understood as a text.
+            Message::Binary(_) => panel.hear(*page, "", &answers),
+            Message::Ping(_) | Message::Pong(_) => {}
+            Message::Close(_) => return,
+        }
+    }
+}
+
+/// Sends the newest states and the answers. A page that is slow misses states, and none is kept for it.
+async fn tell(
+    visit: &Visit,
+    mut sink: SplitSink<WebSocket, Message>,
+    mut waiting: mpsc::Receiver<String>,
+) -> Result<(), axum::Error> {
+    let Visit { panel, page } = visit;
+    sink.send(text(panel.hello(*page))).await?;
+    let mut ticks = time::interval(STATE_PERIOD);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            Some(answer) = waiting.recv() => sink.send(text(answer)).await?,
+            _ = ticks.tick() => {
+                for host in 0..panel.hosts.len() {
+                    if let Some(state) = panel.state(host, *page) {
+                        sink.feed(text(state)).await?;
+                    }
+                }
+                sink.flush().await?;
+            }
+        }
+    }
+}
+
+fn text(text: String) -> Message {
+    Message::Text(Utf8Bytes::from(text))
+}

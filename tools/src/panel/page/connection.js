@@ -1,0 +1,84 @@
+// The connection to the program: commands with their answers, a sign of life each 250 ms, and trying again.
+
+const ALIVE_MS = 250;
+const RETRY_MS = 700;
+// States come 20 times a second. A program that sends none for this long hangs, whatever its socket says.
+const SILENT_MS = 2500;
+
+export const token = new URLSearchParams(location.search).get("token") ?? "";
+
+export class Connection {
+  /** `on` has `hello`, `state`, `lost` and `failed` (an error that no one waits for). */
+  constructor(on) {
+    this.on = on;
+    this.socket = null;
+    this.sequence = 0;
+    this.waiting = new Map();
+    this.heard = 0;
+    setInterval(() => this.tick(), ALIVE_MS);
+    // The motors stop at once instead of after a second.
+    addEventListener("pagehide", () => this.post({ do: "release" }));
+  }
+
+  open() {
+    const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?token=${encodeURIComponent(token)}`;
+    const socket = new WebSocket(address);
+    this.socket = socket;
+    this.heard = performance.now();
+    // For stop.js.
+    window.panelSocket = socket;
+    socket.addEventListener("message", (event) => {
+      this.heard = performance.now();
+      this.take(JSON.parse(event.data));
+    });
+    socket.addEventListener("close", () => {
+      if (this.socket !== socket) return;
+      this.socket = null;
+      for (const { reject } of this.waiting.values()) reject(null);
+      this.waiting.clear();
+      this.on.lost();
+      setTimeout(() => this.open(), RETRY_MS);
+    });
+  }
+
+  take(message) {
+    if (message.type === "hello") this.on.hello(message);
+    else if (message.type === "state") this.on.state(message);
+    else if (message.type === "answer") this.answer(message);
+  }
+
+  answer({ seq, ok, value, error }) {
+    const waiting = this.waiting.get(seq);
+    this.waiting.delete(seq);
+    if (ok) waiting?.resolve(value);
+    else if (waiting) waiting.reject(error);
+  }
+
+  tick() {
+    if (!this.socket) return;
+    this.post({ do: "alive" });
+    if (performance.now() - this.heard > SILENT_MS) this.socket.close();
+  }
+
+  post(message) {
+    if (this.socket?.readyState !== WebSocket.OPEN) return false;
+    this.socket.send(JSON.stringify(message));
+    return true;
+  }
+
+  /** Sends a command. The promise fails with `{code, text}`, or with `null` when the connection is lost. */
+  ask(command) {
+    const seq = ++this.sequence;
+    return new Promise((resolve, reject) => {
+      if (this.post({ ...command, seq })) this.waiting.set(seq, { resolve, reject });
+      else reject(null);
+    });
+  }
+
+  /** Sends a command whose error is shown to the user, and whose value nobody needs. */
+  send(command) {
+    this.ask(command).catch((error) => {
+      if (error) this.on.failed(error);
+    });
+  }
+}

@@ -1,0 +1,35 @@
+// C1 to C4: level, count, reset, and whether the input is inverted.
+
+import { button, h, select, setAttribute, setText, setValue } from "./dom.js";
+import { number, t } from "./words.js";
+
+class Counter {
+  constructor(index, send) {
+    const name = `C${index + 1}`;
+    this.value = h("output", { class: "count", "aria-label": name });
+    this.mode = select(t("modeOf", { name }), ["normal", "inverted"].map((mode) => [mode, t(mode)]),
+      (mode) => send({ do: "counter_mode", counter: index, mode }));
+    this.reset = button(t("resetShort"), () => send({ do: "reset_counter", counter: index }),
+      { "aria-label": t("reset", { name }), class: "small" });
+    this.element = h("li", { class: "counter" },
+      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), this.reset, this.value, this.mode);
+  }
+
+  update({ mode, value, level, resetting }) {
+    setText(this.value, number(value));
+    setValue(this.mode, mode);
+    setAttribute(this.element, "data-on", Boolean(level));
+    setAttribute(this.reset, "data-busy", resetting);
+  }
+}
+
+export class Counters {
+  constructor(send) {
+    this.counters = Array.from({ length: 4 }, (_, index) => new Counter(index, send));
+    this.element = h("ul", { class: "counters", "aria-label": t("counters") }, this.counters.map((counter) => counter.element));
+  }
+
+  update(area) {
+    area.counters.forEach((counter, index) => this.counters[index].update(counter));
+  }
+}

@@ -1,0 +1,37 @@
+// Distance and synchronised commands of one motor, with their progress.
+
+import { button, h, hold, select, setAttribute, setStyle, setText } from "./dom.js";
+import { number, t } from "./words.js";
+
+const PULSES_MAX = 65535;
+
+export class Distance {
+  /** `duty` gives the speed and direction that are set. */
+  constructor(index, send, duty) {
+    const name = `M${index + 1}`;
+    this.pulses = h("input", { type: "number", min: 1, max: PULSES_MAX, step: 1, value: 200, inputmode: "numeric", "aria-label": t("pulsesOf", { name }) });
+    const others = [0, 1, 2, 3].filter((other) => other !== index);
+    this.with = select(t("withOf", { name }), [["", t("alone")], ...others.map((other) => [other, t("together", { name: `M${other + 1}` })])],
+      () => hold(this.with));
+    this.go = button(t("go"), () => {
+      if (!this.pulses.reportValidity()) return;
+      const partner = this.with.value === "" ? null : Number(this.with.value);
+      send({ do: "distance", motor: index, duty: duty(), pulses: Number(this.pulses.value), with: partner });
+    }, { class: "small", "aria-label": t("goOf", { name }) });
+    this.bar = h("i", {});
+    this.text = h("span", {});
+    this.progress = h("div", { class: "progress", role: "progressbar", "aria-label": t("progressOf", { name }), "aria-valuemin": 0, hidden: true }, this.bar, this.text);
+    this.element = h("div", { class: "distance" }, this.pulses, h("span", { class: "unit" }, t("pulses")), this.with, this.go, this.progress);
+  }
+
+  update({ distance, done, ready, with: partner }) {
+    setAttribute(this.progress, "hidden", !distance);
+    if (!distance) return;
+    setStyle(this.bar, "transform", `scaleX(${Math.min(1, done / distance)})`);
+    setAttribute(this.progress, "aria-valuemax", distance);
+    setAttribute(this.progress, "aria-valuenow", done);
+    setAttribute(this.progress, "data-ready", ready);
+    const together = partner === null ? "" : ` · ${t("together", { name: `M${partner + 1}` })}`;
+    setText(this.text, `${number(done)} / ${number(distance)} ${t("pulses")}${together}${ready ? " ✓" : ""}`);
+  }
+}

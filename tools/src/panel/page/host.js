@@ -1,0 +1,76 @@
+// The view of one host: its boards, its world and everything around them.
+
+import { Board } from "./board.js";
+import { Camera } from "./camera.js";
+import { button, h, setAttribute, watchSeen } from "./dom.js";
+import { I2c } from "./i2c.js";
+import { Link } from "./link.js";
+import { Remotes } from "./remotes.js";
+import { Sound } from "./sound.js";
+import { t } from "./words.js";
+import { World } from "./world.js";
+
+/** What is out of sight is brought up to date at each tenth state: a screen reader sees it too. */
+const SELDOM = 10;
+
+/** The areas that are shown: those that are connected, and those that can be plugged in. */
+function shownAreas(state) {
+  return state.areas.map((_, index) => index).filter((index) => state.areas[index].alive || !index || state.world?.boards[index]);
+}
+
+export class HostView {
+  /** `chosen` is the number of an area, or "all". `choose` changes it. */
+  constructor(host, chosen, choose, { send, ask }) {
+    const { state } = host;
+    this.host = host;
+    this.shape = HostView.shape(state);
+    const areas = shownAreas(state);
+    this.chosen = areas.includes(chosen) || chosen === "all" ? chosen : 0;
+    const open = this.chosen === "all" ? areas : [this.chosen];
+    this.boards = open.map((area) => new Board(host, area, send));
+    this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
+    this.cards = [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)];
+    this.parts = [...this.boards, ...this.worlds, ...this.cards];
+    for (const part of this.parts) watchSeen(part.element);
+    this.states = 0;
+    this.chips = new Map();
+    const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
+    this.element = h("div", { class: "host", "data-many": open.length > 1 },
+      areas.length > 1 ? this.chooser(areas, choose) : null, rows.flat(), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
+  }
+
+  chooser(areas, choose) {
+    const chip = (area, text) => {
+      const one = button(text, () => choose(area), { class: "chip", "aria-pressed": area === this.chosen ? "true" : "false" });
+      this.chips.set(area, one);
+      return one;
+    };
+    return h("div", { class: "chips", role: "group", "aria-label": t("areas") },
+      areas.map((area) => chip(area, area ? `E${area}` : t("master"))), chip("all", t("all")));
+  }
+
+  /** Another shape needs another view. */
+  static shape(state) {
+    return shownAreas(state).map((area) => `${area}:${World.shape(state, area)}`).join();
+  }
+
+  update(drives) {
+    const { state } = this.host;
+    const may = drives && state.link.phase === "running";
+    this.states += 1;
+    this.parts.forEach((part, index) => {
+      const seldom = part.element.isSeen === false && (this.states + index) % SELDOM;
+      if (!seldom) part.update(state, may);
+    });
+    for (const [area, chip] of this.chips) setAttribute(chip, "data-absent", area !== "all" && !state.areas[area].alive);
+    setAttribute(this.element, "data-phase", state.link.phase);
+  }
+
+  key(input, pressed) {
+    this.worlds[0]?.key(input, pressed);
+  }
+
+  close() {
+    for (const part of this.parts) part.close?.();
+  }
+}

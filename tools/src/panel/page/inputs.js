@@ -1,0 +1,52 @@
+// I1 to I8: mode, moving line, value and unit, each wired to its socket.
+
+import { h, select, setAttribute, setText, setValue } from "./dom.js";
+import { Trace } from "./trace.js";
+import { number, t } from "./words.js";
+
+const MODES = ["resistance/1", "voltage/1", "resistance15k/1", "ultrasonic/1", "resistance/0", "resistance15k/0", "voltage/0", "ultrasonic/0"];
+
+// The smallest range of a line, by mode, in the mode's unit.
+const LEAST = { voltage: 500, resistance: 250, resistance15k: 750, ultrasonic: 10 };
+
+class Input {
+  constructor(index, history, send) {
+    const name = `I${index + 1}`;
+    this.history = history;
+    this.mode = select(t("modeOf", { name }), MODES.map((mode) => [mode, t(mode)]), (value) => {
+      const [mode, digital] = value.split("/");
+      send({ do: "uni", input: index, mode, digital: digital === "1" });
+    });
+    this.trace = new Trace(t("lineOf", { name }));
+    this.value = h("b", {});
+    this.unit = h("small", {});
+    this.element = h("li", { class: "input" },
+      h("span", { class: "name" }, name), this.mode, this.trace.element,
+      h("output", { class: "value", "aria-label": name }, this.value, this.unit), h("i", { class: "wire", "aria-hidden": "true" }));
+  }
+
+  update({ mode, digital, value, unit, overrun }) {
+    setValue(this.mode, `${mode}/${digital ? 1 : 0}`);
+    setText(this.value, overrun ? t("overrun") : number(value));
+    setText(this.unit, digital || overrun ? "" : unit);
+    setAttribute(this.element, "data-on", digital && value !== 0);
+    setAttribute(this.element, "data-over", overrun);
+    setAttribute(this.element, "data-digital", digital);
+    this.trace.draw(this.history, { steps: digital, least: digital ? 1 : LEAST[mode] ?? 1 });
+  }
+}
+
+export class Inputs {
+  constructor(histories, send) {
+    this.inputs = histories.map((history, index) => new Input(index, history, send));
+    this.element = h("ul", { class: "inputs", "aria-label": t("inputs") }, this.inputs.map((input) => input.element));
+  }
+
+  update(area) {
+    area.inputs.forEach((input, index) => this.inputs[index].update(input));
+  }
+
+  close() {
+    for (const input of this.inputs) input.trace.close();
+  }
+}

@@ -1,0 +1,56 @@
+// The connection to the controller: what it is, how fast it answers, and what went wrong.
+
+import { card, h, setAttribute, setStyle, setText, svg } from "./dom.js";
+import { number, sentence, t } from "./words.js";
+
+const BINS = 31;
+const HEIGHT = 72;
+const STEP = 10;
+
+/** Bars on a logarithmic scale: one late cycle among a million is to be seen. */
+class Histogram {
+  constructor() {
+    this.titles = Array.from({ length: BINS }, () => svg("title"));
+    this.bars = this.titles.map((title, bin) =>
+      svg("g", {}, title, svg("rect", { class: "space", x: bin * STEP, y: 0, width: STEP, height: HEIGHT }),
+        svg("rect", { class: "bar", x: bin * STEP + 1, y: 0, width: STEP - 2, height: HEIGHT })));
+    const marks = [0, 10, 20, 30].map((ms) =>
+      svg("text", { x: ms * STEP + STEP / 2, y: HEIGHT + 14, "text-anchor": "middle" }, ms === 30 ? "30+" : ms));
+    this.element = svg("svg", { class: "histogram", viewBox: `-4 0 ${BINS * STEP + 8} ${HEIGHT + 18}`, role: "img", "aria-label": t("histogram") },
+      svg("line", { x1: 0, x2: BINS * STEP, y1: HEIGHT + 0.5, y2: HEIGHT + 0.5 }), this.bars, marks);
+  }
+
+  update(counts) {
+    const highest = Math.log1p(Math.max(1, ...counts));
+    this.bars.forEach((bar, index) => {
+      const count = counts[index] ?? 0;
+      setStyle(bar.lastChild, "transform", `scaleY(${Math.log1p(count) / highest})`);
+      setText(this.titles[index], t("perBin", { ms: index === BINS - 1 ? "30+" : index, count: number(count) }));
+    });
+  }
+}
+
+export class Link {
+  constructor(host) {
+    this.host = host;
+    this.facts = {};
+    const fact = (name) => h("div", {}, h("dt", {}, t(name)), (this.facts[name] = h("dd", {})));
+    this.histogram = new Histogram();
+    this.error = h("p", { class: "note", role: "status" });
+    this.element = card("link", t("link"),
+      h("dl", {}, ["address", "firmware", "cycle", "cycles", "late", "gaps"].map(fact)),
+      h("figure", {}, this.histogram.element, h("figcaption", {}, t("histogram"))), this.error);
+  }
+
+  update({ link }) {
+    setText(this.facts.address, this.host.address);
+    setText(this.facts.firmware, link.firmware || "–");
+    setText(this.facts.cycle, `${this.host.pace} ms`);
+    for (const name of ["cycles", "late", "gaps"]) setText(this.facts[name], number(link[name]));
+    setAttribute(this.facts.late, "data-some", link.late > 0);
+    setAttribute(this.facts.gaps, "data-some", link.gaps > 0);
+    this.histogram.update(link.histogram);
+    setText(this.error, link.error ? sentence(link.error) : t("noError"));
+    setAttribute(this.error, "data-error", Boolean(link.error));
+  }
+}

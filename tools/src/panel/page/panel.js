@@ -1,0 +1,184 @@
+// The page: tabs, who drives, notices, and the loop that shows the newest state.
+
+import { Connection } from "./connection.js";
+import { button, h, setAttribute, setText } from "./dom.js";
+import { HostView } from "./host.js";
+import { Overview } from "./overview.js";
+import { hosts, pushState, setHosts } from "./state.js";
+import { readColours } from "./trace.js";
+import { Wheel } from "./wheel.js";
+import { currentLanguage, sentence, setLanguage, t } from "./words.js";
+
+const TOAST_MS = 8000;
+const $ = (id) => document.getElementById(id);
+
+/** What is shown: a host's id or "all", and of each host the number of an area or "all". */
+const shown = { host: null, areas: new Map() };
+let view = null;
+let tabs = new Map();
+let due = false;
+
+const connection = new Connection({
+  hello(message) {
+    setHosts(message.hosts);
+    if (shown.host === null || (shown.host !== "all" && !hosts.has(shown.host))) shown.host = message.hosts[0]?.id ?? "all";
+    setLost(false);
+    wheel.hello();
+    rebuild();
+  },
+  state(message) {
+    pushState(message);
+    wheel.state(message);
+    schedule();
+  },
+  lost() {
+    wheel.lost();
+    setLost(true);
+  },
+  failed: toast,
+});
+const wheel = new Wheel(connection);
+const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
+
+function schedule() {
+  if (due) return;
+  due = true;
+  requestAnimationFrame(() => {
+    due = false;
+    show();
+  });
+}
+
+/** Makes everything anew: another language, another host, other extensions. */
+function rebuild() {
+  view?.close();
+  view = null;
+  document.documentElement.lang = currentLanguage();
+  setText($("language"), t("language"));
+  setAttribute($("language"), "aria-label", t("languageLabel"));
+  setAttribute($("stop"), "aria-label", `STOP. ${t("stopHint")}`);
+  setAttribute($("stop"), "title", t("stopHint"));
+  setText($("stop-hint"), t("space"));
+  setText($("lost-title"), t("lostTitle"));
+  setText($("lost-text"), t("lostText"));
+  makeTabs();
+  $("main").replaceChildren(h("p", { class: "waiting" }, t("waiting")));
+  schedule();
+}
+
+function makeTabs() {
+  const list = [...hosts.values()].map((host) => [host.id, host.address]);
+  if (list.length > 1) list.push(["all", t("all")]);
+  const one = ([id, text]) => {
+    const tab = h("button", { type: "button", role: "tab", "aria-controls": "main", onclick: () => choose(id) }, id === "all" ? null : h("i", { class: "dot" }), h("span", {}, text));
+    tabs.set(id, tab);
+    return tab;
+  };
+  tabs = new Map();
+  $("tabs").setAttribute("aria-label", t("hosts"));
+  $("tabs").replaceChildren(...list.map(one));
+  $("tabs").hidden = list.length < 2;
+}
+
+function choose(id) {
+  shown.host = id;
+  rebuild();
+  tabs.get(id)?.focus();
+}
+
+function chooseArea(area) {
+  shown.areas.set(shown.host, area);
+  rebuild();
+}
+
+$("tabs").addEventListener("keydown", (event) => {
+  const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  if (!step) return;
+  const ids = [...tabs.keys()];
+  choose(ids[(ids.indexOf(shown.host) + step + ids.length) % ids.length]);
+});
+
+/** The view that fits to what is chosen and to what is there. */
+function currentView() {
+  if (shown.host === "all") return view ?? new Overview([...hosts.values()], choose);
+  const host = hosts.get(shown.host);
+  if (!host?.state) return null;
+  if (view?.shape === HostView.shape(host.state)) return view;
+  return new HostView(host, shown.areas.get(shown.host) ?? 0, chooseArea, commands);
+}
+
+function show() {
+  const next = currentView();
+  if (next && next !== view) {
+    view?.close();
+    view = next;
+    $("main").replaceChildren(view.element);
+  }
+  view?.update(wheel.mine);
+  for (const [id, tab] of tabs) {
+    const host = hosts.get(id);
+    setAttribute(tab, "aria-selected", id === shown.host ? "true" : "false");
+    setAttribute(tab, "tabindex", id === shown.host ? "0" : "-1");
+    if (!host) continue;
+    setAttribute(tab.firstChild, "data-phase", host.state?.link.phase ?? "connecting");
+    setText(tab.lastChild, host.title);
+  }
+  showRole();
+}
+
+function showRole() {
+  const known = [...hosts.values()].some((host) => host.state);
+  setText($("role"), known ? t(wheel.mine ? "driving" : "looking") : "");
+  setAttribute($("role"), "data-drives", wheel.mine);
+  // Nobody drives for a moment while this page takes the wheel by itself.
+  const looks = known && !wheel.mine && !(wheel.driver === null && wheel.wanted);
+  const banner = $("banner");
+  setAttribute(banner, "hidden", !looks);
+  if (!looks) return;
+  const key = `${wheel.driver} ${currentLanguage()}`;
+  if (banner.dataset.key === key) return;
+  banner.dataset.key = key;
+  const other = wheel.driver !== null;
+  banner.replaceChildren(h("span", {}, other ? t("driverOther", { page: wheel.driver }) : t("driverNobody")),
+    button(t(other ? "takeOver" : "drive"), () => wheel.take(), { id: "take", class: "primary" }));
+}
+
+function setLost(lost) {
+  $("lost").hidden = !lost;
+  $("main").inert = lost;
+  $("banner").inert = lost;
+}
+
+/** Shows an error for some seconds. The same one twice is shown once. */
+function toast(error) {
+  // The user has pressed the stop, and knows.
+  if (error.code === "stopped") return;
+  const text = sentence(error);
+  for (const old of $("toasts").children) if (old.firstChild.textContent === text) old.remove();
+  const one = h("div", { class: "toast" }, h("span", {}, text), button("×", () => one.remove(), { class: "quiet", "aria-label": t("dismiss") }));
+  $("toasts").append(one);
+  setTimeout(() => one.remove(), TOAST_MS);
+}
+
+$("language").addEventListener("click", () => {
+  setLanguage(currentLanguage() === "de" ? "en" : "de");
+  rebuild();
+});
+
+/** The keys 1 to 8 hold the buttons of a simulated machine. */
+function numberKey(event, pressed) {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.repeat || event.target.matches?.("[type=text], [type=number], select")) return;
+  const digit = /^(?:Digit|Numpad)([1-8])$/.exec(event.code);
+  if (digit) view?.key?.(Number(digit[1]) - 1, pressed);
+}
+
+addEventListener("keydown", (event) => numberKey(event, true));
+addEventListener("keyup", (event) => numberKey(event, false));
+// A key that is let go elsewhere is not seen.
+addEventListener("blur", () => {
+  for (let input = 0; input < 8; input++) view?.key?.(input, false);
+});
+
+readColours();
+rebuild();
+connection.open();

@@ -1,0 +1,24 @@
+// The loudspeaker.
+
+import { button, card, h, select, setText } from "./dom.js";
+import { sounds, t } from "./words.js";
+
+export class Sound {
+  constructor(host, send) {
+    const play = (index, repeat) => send({ do: "sound", host: host.id, area: 0, index, repeat });
+    const names = sounds().map((name, index) => [index + 1, `${index + 1} · ${name}`]);
+    const sound = select(t("soundLabel"), names, () => {});
+    const repeat = h("input", { type: "number", min: 0, max: 65535, value: 1, "aria-label": t("repeatLabel"), title: t("repeatLabel") });
+    this.text = h("p", { class: "note", role: "status" });
+    this.controls = h("fieldset", { class: "row" }, sound, repeat, h("span", { class: "unit" }, t("repeat")),
+      button(t("play"), () => repeat.reportValidity() && play(Number(sound.value), Number(repeat.value)), { class: "primary" }),
+      button(t("silence"), () => play(0, 1)));
+    this.element = card("sound", t("sound"), this.controls, this.text);
+  }
+
+  update(state, may) {
+    this.controls.disabled = !may;
+    const { playing, index } = state.areas[0].sound;
+    setText(this.text, playing ? t("playing", { number: index }) : t("quiet"));
+  }
+}

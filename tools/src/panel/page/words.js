@@ -1,0 +1,174 @@
+// All words of the page, in both languages.
+
+const ENGLISH = {
+  title: "txt panel",
+  stopHint: "Stop all motors and lamps (space bar)",
+  space: "space",
+  language: "Deutsch", languageLabel: "Seite auf Deutsch zeigen",
+  hosts: "Controllers", all: "All", areas: "Master and extensions", master: "TXT", extension: "Extension",
+  driving: "You drive", looking: "Looking only",
+  driverOther: "Page {page} drives. Here you can look.", driverNobody: "Nobody drives. The motors are off.",
+  takeOver: "Take over", drive: "Drive",
+  lostTitle: "No connection to the program",
+  lostText: "It was ended, or does not answer. It switches all motors off by itself. This page keeps trying. If you start it again, open the address that it prints.",
+  dismiss: "Close message",
+  connecting: "Connecting", running: "Connected", gap: "Reconnecting", ended: "Ended",
+  simulated: "simulated", waiting: "Waiting for the first values",
+
+  inputs: "Inputs", modeOf: "Mode of {name}", lineOf: "{name}, last ten seconds",
+  "resistance/1": "Button 5 kΩ", "voltage/1": "Trail 10 V", "resistance15k/1": "Button 15 kΩ", "ultrasonic/1": "Echo yes/no",
+  "resistance/0": "Resistance 5 kΩ", "resistance15k/0": "Resistance 15 kΩ", "voltage/0": "Voltage 10 V", "ultrasonic/0": "Distance",
+  overrun: "over range", on: "on", off: "off",
+  counters: "Counters", reset: "Reset {name}", resetShort: "reset",
+  normal: "normal", inverted: "inverted",
+  outputs: "Outputs", asMotor: "Motor", asOutputs: "2 outputs", kindOf: "What is on {name}",
+  left: "{name} backwards", right: "{name} forward", stopOf: "Stop {name}", speedOf: "Speed of {name}", dutyOf: "Value of {name}",
+  distance: "Distance", pulses: "pulses", pulsesOf: "Pulses for {name}", with: "together with", alone: "alone", withOf: "Motor that runs together with {name}",
+  go: "Go", goOf: "Start the distance of {name}", progressOf: "Distance of {name}", together: "with {name}",
+  switchOf: "Switch {name}", absent: "{name} is not connected",
+
+  world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.", worldOf: "The machine on {name}",
+  press: "Press {name}", plugIn: "Plug in", plugOut: "Unplug", plug: "Plug {name} in or out",
+  button: "Button", switch: "Switch", photo: "Light", ntc: "Warmth", voltage: "Voltage", ultrasonic: "Distance",
+  trail: "Trail sensor", colour: "Colour sensor", resistor: "Resistor", black: "black", white: "white",
+  motorOf: "Motor {name}, {speed} turns a second", slideOf: "Slide of {name}, at {place} %", lampOf: "Lamp {name}, {glow} %",
+  remote: "Remote {number}", remotes: "Remotes", remoteAny: "Any remote", received: "as received", remoteSilent: "No remote is in use.",
+  leftStick: "left joystick", rightStick: "right joystick", dip: "DIP {number}",
+  onKey: "ON", offKey: "OFF",
+
+  link: "Connection", firmware: "Firmware", address: "Address", cycle: "Cycle", cycles: "Cycles", late: "Late reactions",
+  gaps: "Gaps", noError: "No error.", histogram: "Time from cycle to cycle", perBin: "{ms} ms: {count} cycles", battery: "Battery", temperature: "Temperature",
+  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 for ever", playing: "Sound {number} plays.", quiet: "Quiet.",
+  camera: "Camera", cameraOn: "Start", cameraOff: "Stop", size: "Picture size", rate: "Pictures a second", frames: "{count} pictures", cameraIdle: "The camera is off.", picture: "Picture of the camera",
+  i2c: "I2C", scan: "Scan", scanning: "Scanning …", found: "Devices: {list}", foundNone: "No device answers.",
+  device: "Device", register: "Register", count: "Bytes", values: "Values", read: "Read", write: "Write", written: "Written.",
+  hexHint: "0x18 or 24; values with commas", badNumber: "{text} is not a number from {least} to {most}.",
+  open: "Open {name}", overview: "All controllers", somebody: "Page {page} drives", nobody: "Nobody drives",
+};
+
+const GERMAN = {
+  title: "txt panel",
+  stopHint: "Alle Motoren und Lampen aus (Leertaste)",
+  space: "Leertaste",
+  language: "English", languageLabel: "Show the page in English",
+  hosts: "Controller", all: "Alle", areas: "Master und Erweiterungen", master: "TXT", extension: "Erweiterung",
+  driving: "Du steuerst", looking: "Nur ansehen",
+  driverOther: "Seite {page} steuert. Hier kannst du zusehen.", driverNobody: "Niemand steuert. Die Motoren sind aus.",
+  takeOver: "Übernehmen", drive: "Steuern",
+  lostTitle: "Keine Verbindung zum Programm",
+  lostText: "Es wurde beendet oder antwortet nicht. Die Motoren schaltet es selbst aus. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
+  dismiss: "Meldung schließen",
+  connecting: "Verbindet", running: "Verbunden", gap: "Verbindet neu", ended: "Beendet",
+  simulated: "simuliert", waiting: "Wartet auf die ersten Werte",
+
+  inputs: "Eingänge", modeOf: "Betriebsart von {name}", lineOf: "{name}, die letzten zehn Sekunden",
+  "resistance/1": "Taster 5 kΩ", "voltage/1": "Spur 10 V", "resistance15k/1": "Taster 15 kΩ", "ultrasonic/1": "Echo ja/nein",
+  "resistance/0": "Widerstand 5 kΩ", "resistance15k/0": "Widerstand 15 kΩ", "voltage/0": "Spannung 10 V", "ultrasonic/0": "Abstand",
+  overrun: "zu groß", on: "an", off: "aus",
+  counters: "Zähler", reset: "{name} auf null", resetShort: "auf 0",
+  normal: "normal", inverted: "umgekehrt",
+  outputs: "Ausgänge", asMotor: "Motor", asOutputs: "2 Ausgänge", kindOf: "Was an {name} hängt",
+  left: "{name} rückwärts", right: "{name} vorwärts", stopOf: "{name} anhalten", speedOf: "Geschwindigkeit von {name}", dutyOf: "Wert von {name}",
+  distance: "Strecke", pulses: "Impulse", pulsesOf: "Impulse für {name}", with: "zusammen mit", alone: "allein", withOf: "Motor, der mit {name} zusammen läuft",
+  go: "Los", goOf: "Strecke von {name} starten", progressOf: "Strecke von {name}", together: "mit {name}",
+  switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
+
+  world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.", worldOf: "Die Maschine an {name}",
+  press: "{name} drücken", plugIn: "Anstecken", plugOut: "Abziehen", plug: "{name} anstecken oder abziehen",
+  button: "Taster", switch: "Schalter", photo: "Licht", ntc: "Wärme", voltage: "Spannung", ultrasonic: "Abstand",
+  trail: "Spursensor", colour: "Farbsensor", resistor: "Widerstand", black: "schwarz", white: "weiß",
+  motorOf: "Motor {name}, {speed} Umdrehungen je Sekunde", slideOf: "Schlitten von {name}, bei {place} %", lampOf: "Lampe {name}, {glow} %",
+  remote: "Fernbedienung {number}", remotes: "Fernbedienungen", remoteAny: "Irgendeine", received: "empfangen", remoteSilent: "Keine Fernbedienung wird benutzt.",
+  leftStick: "linker Hebel", rightStick: "rechter Hebel", dip: "DIP {number}",
+  onKey: "ON", offKey: "OFF",
+
+  link: "Verbindung", firmware: "Firmware", address: "Adresse", cycle: "Zyklus", cycles: "Zyklen", late: "Späte Reaktionen",
+  gaps: "Lücken", noError: "Kein Fehler.", histogram: "Zeit von Zyklus zu Zyklus", perBin: "{ms} ms: {count} Zyklen", battery: "Batterie", temperature: "Temperatur",
+  sound: "Klänge", play: "Spielen", silence: "Ruhe", repeat: "mal", soundLabel: "Klang", repeatLabel: "Wie oft, 0 für immer", playing: "Klang {number} spielt.", quiet: "Still.",
+  camera: "Kamera", cameraOn: "Starten", cameraOff: "Anhalten", size: "Bildgröße", rate: "Bilder je Sekunde", frames: "{count} Bilder", cameraIdle: "Die Kamera ist aus.", picture: "Bild der Kamera",
+  i2c: "I2C", scan: "Suchen", scanning: "Sucht …", found: "Geräte: {list}", foundNone: "Kein Gerät antwortet.",
+  device: "Gerät", register: "Register", count: "Bytes", values: "Werte", read: "Lesen", write: "Schreiben", written: "Geschrieben.",
+  hexHint: "0x18 oder 24; Werte mit Komma", badNumber: "{text} ist keine Zahl von {least} bis {most}.",
+  open: "{name} öffnen", overview: "Alle Controller", somebody: "Seite {page} steuert", nobody: "Niemand steuert",
+};
+
+/** The sounds 1 to 29, as delivered with the controller. */
+const SOUNDS = {
+  en: ["Airplane", "Alarm", "Bell", "Braking", "Car horn, long", "Car horn, short", "Crackling wood", "Excavator", "Fantasy 1", "Fantasy 2",
+    "Fantasy 3", "Fantasy 4", "Farm", "Fire department", "Fire", "Formula 1", "Helicopter", "Hydraulics", "Motor", "Motor starting",
+    "Propeller airplane", "Roller coaster", "Ship's horn", "Tractor", "Truck", "Wink", "Driving", "Head up", "Head tilts"],
+  de: ["Flugzeug", "Alarm", "Glocke", "Bremsen", "Hupe, lang", "Hupe, kurz", "Knisterndes Holz", "Bagger", "Fantasie 1", "Fantasie 2",
+    "Fantasie 3", "Fantasie 4", "Bauernhof", "Feuerwehr", "Feuer", "Formel 1", "Hubschrauber", "Hydraulik", "Motor", "Motor startet",
+    "Propellerflugzeug", "Achterbahn", "Schiffshupe", "Traktor", "Lastwagen", "Augenzwinkern", "Fahrgeräusch", "Kopf heben", "Kopf neigen"],
+};
+
+/** German sentences for errors, by their code. English ones come from the program. */
+const GERMAN_ERRORS = {
+  bad_address: "Das ist keine Adresse",
+  busy: "Zu viele Befehle auf einmal; der letzte wurde nicht ausgeführt",
+  camera_on: "Die Kamera läuft schon",
+  connect_failed: "Die Verbindung zum Controller kam nicht zustande",
+  connect_timed_out: "Der Controller antwortet nicht; ist er eingeschaltet, und stimmt die Adresse?",
+  connection_closed: "Der Controller hat die Verbindung beendet",
+  connection_lost: "Die Verbindung zum Controller ist verloren",
+  connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
+  firmware_too_old: "Die Firmware des Controllers ist zu alt",
+  host_not_found: "Diesen Namen gibt es im Netz nicht",
+  i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
+  motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",
+  no_answer: "Der Controller antwortet nicht",
+  no_controller: "Es wurde kein Controller gefunden",
+  not_connected: "Der Controller ist gerade nicht verbunden",
+  not_driving: "Diese Seite sieht nur zu; sie muss zuerst übernehmen",
+  out_of_range: "Diese Zahl ist zu groß oder zu klein",
+  several_controllers: "Es wurden mehrere Controller gefunden; nenne die Adresse",
+  taken: "Eine andere Seite steuert",
+  watchdog: "Das Programm hat zu lange geschwiegen, die Motoren sind aus",
+  zero_pulses: "Eine Strecke hat 1 bis 65535 Impulse",
+};
+
+const KEY = "txt-panel-language";
+
+function remembered() {
+  try {
+    return localStorage.getItem(KEY);
+  } catch {
+    return null; // The browser allows no storage.
+  }
+}
+
+let language = remembered() ?? (navigator.language.toLowerCase().startsWith("de") ? "de" : "en");
+
+export function currentLanguage() {
+  return language;
+}
+
+export function setLanguage(next) {
+  language = next;
+  try {
+    localStorage.setItem(KEY, next);
+  } catch {
+    // Then it is for this time only.
+  }
+}
+
+/** A text, with values in place of its `{names}`. */
+export function t(key, values = {}) {
+  const text = (language === "de" ? GERMAN : ENGLISH)[key] ?? key;
+  return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
+}
+
+export function sounds() {
+  return SOUNDS[language];
+}
+
+/** An error of the program as a sentence. */
+export function sentence({ code, text }) {
+  const said = (language === "de" && GERMAN_ERRORS[code]) || text;
+  return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
+}
+
+/** A whole number with the separators of the language. */
+export function number(value) {
+  return value.toLocaleString(language);
+}

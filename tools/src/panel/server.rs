@@ -1,0 +1,191 @@
+//! The server: files, the connection of each page, the stop, the camera.
+
+use std::convert::Infallible;
+use std::sync::atomic::Ordering;
+use std::sync::Arc;
+
+use axum::body::{Body, Bytes};
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{Path, Query, Request, State};
+use axum::http::header::{self, HeaderValue};
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{any, get, post};
+use axum::{Extension, Router};
+use futures_util::stream;
+use serde::Deserialize;
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+
+use super::connections::Kept;
+use super::files::{self, File};
+use super::page;
+use super::panel::Panel;
+
+/// How many pages may be open.
+const PAGES: usize = 200;
+/// How many pages may show a camera.
+const VIEWERS: usize = 50;
+/// How long a message of a page may be, in bytes.
+const MESSAGE_MAX: usize = 16 * 1024;
+/// What stands between two pictures of a camera.
+const BOUNDARY: &str = "picture";
+
+#[derive(Clone)]
+struct Server {
+    panel: Arc<Panel>,
+    pages: Arc<Semaphore>,
+    viewers: Arc<Semaphore>,
+}
+
+#[derive(Deserialize)]
+struct Token {
+    #[serde(default)]
+    token: String,
+}
+
+/// A sentence with a status, for requests that get nothing else.
+type Refusal = (StatusCode, &'static str);
+
+pub(super) fn router(panel: Arc<Panel>) -> Router {
+    let server = Server {
+        panel,
+        pages: Arc::new(Semaphore::new(PAGES)),
+        viewers: Arc::new(Semaphore::new(VIEWERS)),
+    };
+    Router::new()
+        .route("/", get(|| file(String::new())))
+        .route("/{name}", get(|Path(name): Path<String>| file(name)))
+        .route("/ws", any(open_page))
+        .route("/stop", post(stop))
+        .route("/camera/{host}", get(camera))
+        .fallback(|| async { NO_FILE })
+        .layer(middleware::from_fn_with_state(server.clone(), check))
+        .with_state(server)
+}
+
+const NO_FILE: Refusal = (StatusCode::NOT_FOUND, "there is nothing here; the panel is at /\n");
+const WRONG_HOST: Refusal = (
+    StatusCode::FORBIDDEN,
+    "this is not the address of the panel; use the one that txt panel prints\n",
+);
+const WRONG_TOKEN: Refusal = (
+    StatusCode::FORBIDDEN,
+    "the token is missing or wrong; use the address that txt panel prints, with its token\n",
+);
+const WRONG_ORIGIN: Refusal =
+    (StatusCode::FORBIDDEN, "a page of another origin may not use the panel\n");
+const TOO_MANY: Refusal =
+    (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close some of them\n");
+
+/// Refuses what was sent to another host, and tells the browser what the page may do.
+async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
+    let Some(host) = server.panel.access.host(request.headers()).map(str::to_owned) else {
+        return WRONG_HOST.into_response();
+    };
+    let mut response = next.run(request).await;
+    let policy = format!(
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; \
+         connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    );
+    let headers = response.headers_mut();
+    if let Ok(policy) = HeaderValue::try_from(policy) {
+        headers.insert(header::CONTENT_SECURITY_POLICY, policy);
+    }
+    for (name, value) in [
+        (header::CACHE_CONTROL, "no-store"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+        (header::HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+        (header::HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}
+
+async fn file(name: String) -> Response {
+    let Some(file) = files::find(&name) else { return NO_FILE.into_response() };
+    let File { text, .. } = file;
+    ([(header::CONTENT_TYPE, file.content_type())], text).into_response()
+}
+
+/// The token, and the page that the request comes from.
+fn admit(server: &Server, headers: &HeaderMap, token: &Token) -> Result<(), Refusal> {
+    if !server.panel.access.is_own_page(headers) {
+        return Err(WRONG_ORIGIN);
+    }
+    if !server.panel.access.knows(&token.token) {
+        return Err(WRONG_TOKEN);
+    }
+    Ok(())
+}
+
+async fn open_page(
+    State(server): State<Server>,
+    Extension(kept): Extension<Kept>,
+    headers: HeaderMap,
+    Query(token): Query<Token>,
+    upgrade: WebSocketUpgrade,
+) -> Result<Response, Refusal> {
+    admit(&server, &headers, &token)?;
+    let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
+    kept.store(true, Ordering::Relaxed);
+    let upgrade = upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX);
+    Ok(upgrade.on_upgrade(move |socket| async move {
+        page::serve(socket, server.panel).await;
+        drop(place);
+    }))
+}
+
+async fn stop(
+    State(server): State<Server>,
+    headers: HeaderMap,
+    Query(token): Query<Token>,
+) -> Result<StatusCode, Refusal> {
+    admit(&server, &headers, &token)?;
+    server.panel.stop();
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// The camera's pictures, one after the other, as long as the browser takes them.
+async fn camera(
+    State(server): State<Server>,
+    Extension(kept): Extension<Kept>,
+    headers: HeaderMap,
+    Query(token): Query<Token>,
+    Path(host): Path<usize>,
+) -> Result<Response, Refusal> {
+    admit(&server, &headers, &token)?;
+    let host = server.panel.hosts.get(host).ok_or(NO_FILE)?;
+    let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
+    kept.store(true, Ordering::Relaxed);
+    let mut pictures = host.camera.pictures();
+    // The last picture is there immediately.
+    pictures.mark_changed();
+    let pictures = stream::unfold((pictures, place), next_picture);
+    let content_type = format!("multipart/x-mixed-replace; boundary={BOUNDARY}");
+    Ok(([(header::CONTENT_TYPE, content_type)], Body::from_stream(pictures)).into_response())
+}
+
+type Pictures = (tokio::sync::watch::Receiver<Arc<[u8]>>, OwnedSemaphorePermit);
+
+async fn next_picture(
+    (mut pictures, place): Pictures,
+) -> Option<(Result<Bytes, Infallible>, Pictures)> {
+    loop {
+        pictures.changed().await.ok()?;
+        let jpeg = Arc::clone(&pictures.borrow_and_update());
+        if jpeg.is_empty() {
+            continue;
+        }
+        let length = jpeg.len();
+        let mut part =
+            format!("--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {length}\r\n\r\n")
+                .into_bytes();
+        part.extend_from_slice(&jpeg);
+        part.extend_from_slice(b"\r\n");
+        return Some((Ok(part.into()), (pictures, place)));
+    }
+}

@@ -1,0 +1,79 @@
+//! What went wrong, for a page: a code that it can translate, and a sentence.
+
+use ft_transfer_area::Error;
+use serde::Serialize;
+
+/// Why something was not done.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub(crate) struct Trouble {
+    pub(crate) code: &'static str,
+    pub(crate) text: String,
+}
+
+impl Trouble {
+    pub(crate) fn new(code: &'static str, text: impl Into<String>) -> Self {
+        Self { code, text: text.into() }
+    }
+
+    /// A message that can't be understood.
+    pub(crate) fn bad_message(reason: impl std::fmt::Display) -> Self {
+        Self::new("bad_message", format!("the message can't be understood: {reason}"))
+    }
+
+    /// A number that is not in its range.
+    pub(crate) fn out_of_range(what: &str, given: i64, least: i64, most: i64) -> Self {
+        let text = format!("the {what} is {given}, but has to be {least} to {most}");
+        Self::new("out_of_range", text)
+    }
+
+    /// Whether the message itself is wrong: a page that sends such a thing does not know what it does.
+    pub(crate) fn is_nonsense(&self) -> bool {
+        matches!(self.code, "bad_message" | "out_of_range" | "zero_pulses" | "motor_twice")
+    }
+}
+
+/// The sentences of the library, except where they name functions of it.
+impl From<Error> for Trouble {
+    fn from(error: Error) -> Self {
+        let text = match &error {
+            Error::NotAMotor { motor } => {
+                let [first, second] = motor.outputs();
+                format!(
+                    "{motor} is set to the single outputs {first} and {second}; make it a motor"
+                )
+            }
+            Error::NotAnOutput { output } => {
+                format!("{output} belongs to {}; make that two single outputs", output.motor())
+            }
+            Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
+            other => other.to_string(),
+        };
+        Self::new(code(&error), text)
+    }
+}
+
+fn code(error: &Error) -> &'static str {
+    match error {
+        Error::OutOfRange { .. } => "out_of_range",
+        Error::NotAMotor { .. } => "not_a_motor",
+        Error::NotAnOutput { .. } => "not_an_output",
+        Error::ZeroPulses => "zero_pulses",
+        Error::MotorTwice { .. } => "motor_twice",
+        Error::BadAddress { .. } => "bad_address",
+        Error::NoController { .. } => "no_controller",
+        Error::SeveralControllers { .. } => "several_controllers",
+        Error::HostNotFound { .. } | Error::LookupTimedOut { .. } => "host_not_found",
+        Error::ConnectionRefused { .. } => "connection_refused",
+        Error::ConnectTimedOut { .. } => "connect_timed_out",
+        Error::ConnectFailed { .. } => "connect_failed",
+        Error::ConnectionClosed { .. } => "connection_closed",
+        Error::ConnectionLost { .. } => "connection_lost",
+        Error::NoAnswer { .. } | Error::NotTaken { .. } => "no_answer",
+        Error::FirmwareTooOld { .. } => "firmware_too_old",
+        Error::NotStarted => "not_connected",
+        Error::WatchdogExpired { .. } => "watchdog",
+        Error::CameraAlreadyStarted => "camera_on",
+        Error::I2cNoDevice { .. } => "i2c_no_device",
+        _ => "controller",
+    }
+}

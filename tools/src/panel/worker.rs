@@ -1,0 +1,241 @@
+//! The thread of one controller: keeps the connection, carries out commands, tells the state.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::Receiver;
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use tokio::sync::watch;
+
+use super::act::act;
+use super::camera::Camera;
+use super::histogram::Histogram;
+use super::host::{not_connected, stopped, Common, Ordered};
+use super::reply::Reply;
+use super::state::{self, HostState, Link, Phase};
+use super::trouble::Trouble;
+use super::wish::AreaWish;
+use super::world::Simulated;
+
+/// How often the state is told.
+pub(crate) const STATE_PERIOD: Duration = Duration::from_millis(50);
+/// How long to wait for a response before looking after everything else.
+const WAIT: Duration = Duration::from_millis(40);
+/// How long to wait before connecting again to a controller that is not there.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// A command for the outputs or the configuration.
+pub(super) struct Order {
+    /// The turn in which it was given.
+    pub(super) turn: u64,
+    pub(super) area: usize,
+    pub(super) wish: AreaWish,
+    pub(super) reply: Reply,
+}
+
+impl Ordered for Order {
+    fn reply(self) -> Reply {
+        self.reply
+    }
+}
+
+pub(super) struct Worker {
+    handler: Arc<TransferAreaComHandler>,
+    simulated: Option<Arc<Simulated>>,
+    camera: Arc<Camera>,
+    common: Arc<Common>,
+    running: Arc<AtomicBool>,
+    orders: Receiver<Order>,
+    publish: watch::Sender<Arc<str>>,
+    phase: Phase,
+    /// Why there is no connection.
+    error: Option<Trouble>,
+    histogram: Histogram,
+    /// The turn whose outputs are set.
+    turn: u64,
+    next_state: Instant,
+}
+
+impl Worker {
+    pub(super) fn new(
+        handler: Arc<TransferAreaComHandler>,
+        simulated: Option<Arc<Simulated>>,
+        camera: Arc<Camera>,
+        common: Arc<Common>,
+        running: Arc<AtomicBool>,
+        orders: Receiver<Order>,
+        publish: watch::Sender<Arc<str>>,
+    ) -> Self {
+        let worker = Self {
+            handler,
+            simulated,
+            camera,
+            common,
+            running,
+            orders,
+            publish,
+            phase: Phase::Connecting,
+            error: None,
+            histogram: Histogram::default(),
+            turn: 0,
+            next_state: Instant::now(),
+        };
+        // A page that comes before the first response sees a whole state, too.
+        worker.tell(&worker.handler.lock());
+        worker
+    }
+
+    pub(super) fn run(mut self) {
+        while !self.common.is_ending() {
+            self.histogram = Histogram::default();
+            match self.handler.begin_transfer() {
+                Ok(()) => self.transfer(),
+                Err(error) => self.lose(Phase::Connecting, error),
+            }
+            self.pause();
+        }
+        if let Err(error) = self.handler.end_transfer() {
+            log::info!("the transfer ended: {error}");
+        }
+    }
+
+    /// Cycles until the transfer ends or the program does.
+    fn transfer(&mut self) {
+        while !self.common.is_ending() {
+            match self.cycle() {
+                Ok(()) => {}
+                Err(Error::WaitTimedOut { .. } | Error::WatchdogExpired { .. }) => self.idle(),
+                Err(error @ Error::ConnectionLost { .. }) => self.lose(Phase::Gap, error),
+                Err(error) => return self.lose(Phase::Connecting, error),
+            }
+        }
+    }
+
+    /// Waits for a response, and answers it.
+    fn cycle(&mut self) -> Result<(), Error> {
+        let handler = Arc::clone(&self.handler);
+        let mut areas = handler.wait_cycle_for(WAIT)?;
+        self.histogram.count(areas.cycle(), areas.arrived());
+        if self.phase != Phase::Running {
+            (self.phase, self.error) = (Phase::Running, None);
+            self.running.store(true, Ordering::Relaxed);
+        }
+        self.obey(&mut areas);
+        self.carry_out(&mut areas);
+        let copy = self.is_due().then(|| areas.to_vec());
+        // The request goes out before the state is written.
+        drop(areas);
+        if let Some(areas) = copy {
+            self.tell(&areas);
+        }
+        Ok(())
+    }
+
+    /// In another turn than before, nothing that was set counts any more.
+    fn obey(&mut self, areas: &mut [FishX1Transfer]) {
+        let (_, turn) = self.common.wheel.look();
+        if turn == self.turn {
+            return;
+        }
+        self.turn = turn;
+        for area in areas.iter_mut().filter(|area| is_moving(area)) {
+            area.output.stop_motors();
+        }
+    }
+
+    fn carry_out(&mut self, areas: &mut [FishX1Transfer]) {
+        while let Ok(order) = self.orders.try_recv() {
+            // A turn that begins after this look is found before the next order or in the next cycle.
+            self.obey(areas);
+            let result = if order.turn != self.turn {
+                Err(stopped())
+            } else {
+                match areas.get_mut(order.area) {
+                    Some(area) => act(area, &order.wish),
+                    None => Err(no_area(order.area, areas.len())),
+                }
+            };
+            if result.as_ref().is_err_and(Trouble::is_nonsense) {
+                self.common.wheel.stop();
+            }
+            order.reply.send(result.map(|()| None));
+        }
+    }
+
+    /// There is no connection for now.
+    fn lose(&mut self, phase: Phase, error: Error) {
+        self.running.store(false, Ordering::Relaxed);
+        (self.phase, self.error) = (phase, Some(error.into()));
+        self.histogram.interrupt();
+        self.tell(&self.handler.lock());
+    }
+
+    /// What has to be done without a response, too.
+    fn idle(&mut self) {
+        if self.phase != Phase::Running {
+            for order in self.orders.try_iter() {
+                order.reply.send(Err(not_connected()));
+            }
+        }
+        if self.is_due() {
+            self.tell(&self.handler.lock());
+        }
+    }
+
+    fn pause(&mut self) {
+        let end = Instant::now() + PAUSE;
+        while !self.common.is_ending() && Instant::now() < end {
+            thread::sleep(WAIT);
+            self.idle();
+        }
+    }
+
+    /// Whether it is time to tell the state.
+    fn is_due(&mut self) -> bool {
+        let now = Instant::now();
+        if now < self.next_state {
+            return false;
+        }
+        // A few milliseconds late is still on time; after a longer pause it begins anew.
+        self.next_state = (self.next_state + STATE_PERIOD).max(now);
+        true
+    }
+
+    fn tell(&self, areas: &[FishX1Transfer]) {
+        let handler = &self.handler;
+        let statistics = handler.statistics();
+        let state = HostState {
+            at: self.common.begin.elapsed().as_millis(),
+            link: Link {
+                name: handler.device_name(),
+                firmware: handler.version().map(|version| version.to_string()),
+                histogram: self.histogram.bins(),
+                ..Link::new(self.phase, self.error.as_ref(), statistics)
+            },
+            areas: state::areas(areas, self.phase == Phase::Running),
+            world: self.simulated.as_ref().and_then(|simulated| simulated.report()),
+            camera: self.camera.state(),
+            i2c: self.phase == Phase::Running,
+        };
+        match serde_json::to_string(&state) {
+            Ok(text) => drop(self.publish.send_replace(inner(&text))),
+            Err(error) => log::error!("the state can't be written: {error}"),
+        }
+    }
+}
+
+fn is_moving(area: &FishX1Transfer) -> bool {
+    let output = &area.output;
+    output.duty != [0; 8] || output.distance != [0; 4] || output.master != [0; 4]
+}
+
+fn no_area(area: usize, count: usize) -> Trouble {
+    Trouble::out_of_range("area", area.try_into().unwrap_or(i64::MAX), 0, count as i64 - 1)
+}
+
+/// The members of an object, without its braces.
+fn inner(object: &str) -> Arc<str> {
+    Arc::from(object.trim_start_matches('{').strip_suffix('}').unwrap_or_default())
+}

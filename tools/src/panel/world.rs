@@ -1,0 +1,259 @@
+//! The simulated TXT, and the world that is plugged into it.
+
+use ft_transfer_area::simulator::world::{Board, Remote, Sensor, World, WorldState};
+use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::tx::{Input, Motor, Output};
+use serde::Serialize;
+
+use super::trouble::Trouble;
+use super::wish::{RemoteWish, WorldWish};
+
+/// A simulated TXT that the panel shows.
+pub(super) struct Simulated {
+    txt: SimulatedTxt,
+    /// As it was at the start: how long the slides are.
+    world: Option<World>,
+}
+
+#[derive(Serialize)]
+pub(super) struct WorldReport {
+    boards: Vec<BoardReport>,
+    remotes: Vec<RemoteReport>,
+}
+
+#[derive(Serialize)]
+struct BoardReport {
+    alive: bool,
+    inputs: Vec<SensorReport>,
+    motors: Vec<MotorReport>,
+    lamps: Vec<LampReport>,
+}
+
+#[derive(Serialize)]
+struct SensorReport {
+    input: usize,
+    #[serde(flatten)]
+    sensor: SensorValue,
+    moved_by: Option<usize>,
+}
+
+#[derive(Serialize)]
+struct SensorValue {
+    kind: &'static str,
+    value: f64,
+    min: f64,
+    max: f64,
+    unit: &'static str,
+}
+
+#[derive(Serialize)]
+struct MotorReport {
+    motor: usize,
+    /// Turns per second.
+    speed: f64,
+    /// From 0, the start, to 1, the end.
+    slide: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct LampReport {
+    output: usize,
+    glow: f64,
+}
+
+#[derive(Serialize)]
+struct RemoteReport {
+    left_x: i8,
+    left_y: i8,
+    right_x: i8,
+    right_y: i8,
+    on: bool,
+    off: bool,
+    dip1: bool,
+    dip2: bool,
+}
+
+impl Simulated {
+    pub(super) fn start(
+        world: Option<World>,
+        extensions: Option<usize>,
+    ) -> Result<Self, ft_transfer_area::Error> {
+        let mut builder = SimulatedTxt::builder();
+        if let Some(extensions) = extensions {
+            builder = builder.extensions(extensions);
+        }
+        if let Some(world) = &world {
+            builder = builder.world(world.clone());
+        }
+        Ok(Self { txt: builder.start()?, world })
+    }
+
+    pub(super) fn address(&self) -> String {
+        self.txt.address().to_string()
+    }
+
+    /// How many extensions there are, plugged in or not.
+    pub(super) fn extensions(&self) -> usize {
+        self.txt.with_machine(|machine| machine.controllers.len() - 1)
+    }
+
+    pub(super) fn report(&self) -> Option<WorldReport> {
+        let world = self.world.as_ref()?;
+        self.txt.with_machine(|machine| report(machine, world))
+    }
+
+    /// Changes the world as the page asks for.
+    pub(super) fn act(&self, area: usize, wish: &WorldWish) -> Result<(), Trouble> {
+        self.txt.with_machine(|machine| match wish {
+            WorldWish::Plug { alive } => plug(machine, area, *alive),
+            WorldWish::Press { input, pressed } => {
+                press(world_of(machine)?, area, Input::try_from(*input)?, *pressed)
+            }
+            WorldWish::Sensor { input, value } => {
+                set(world_of(machine)?, area, Input::try_from(*input)?, *value)
+            }
+            WorldWish::Remote(wish) => set_remote(world_of(machine)?, wish),
+        })
+    }
+}
+
+fn world_of(machine: &mut Machine) -> Result<&mut WorldState, Trouble> {
+    machine.world_mut().ok_or_else(|| Trouble::new("no_world", "this simulated TXT has no world"))
+}
+
+fn plug(machine: &mut Machine, area: usize, alive: bool) -> Result<(), Trouble> {
+    let extensions = machine.controllers.len() - 1;
+    let extension = area.checked_sub(1).filter(|extension| *extension < extensions);
+    let Some(extension) = extension.filter(|extension| *extension < MAX_EXTENSIONS) else {
+        return Err(Trouble::new(
+            "no_extension",
+            format!("there is no extension {area} to plug in"),
+        ));
+    };
+    machine.alive[extension] = alive;
+    Ok(())
+}
+
+fn press(world: &mut WorldState, area: usize, input: Input, pressed: bool) -> Result<(), Trouble> {
+    if world.press(area, input, pressed) {
+        return Ok(());
+    }
+    Err(Trouble::new("no_button", format!("nothing to press is plugged into {input}")))
+}
+
+fn set(world: &mut WorldState, area: usize, input: Input, value: f64) -> Result<(), Trouble> {
+    let Some(mut sensor) = world.sensor(area, input).cloned() else {
+        return Err(Trouble::new("no_sensor", format!("no sensor is plugged into {input}")));
+    };
+    let Some(SensorValue { min, max, .. }) = sensor_value(&sensor) else {
+        return Err(Trouble::new("no_sensor", format!("the sensor at {input} can't be set here")));
+    };
+    if !(min..=max).contains(&value) {
+        let text = format!("the value of {input} is {value}, but has to be {min} to {max}");
+        return Err(Trouble::new("out_of_range", text));
+    }
+    match &mut sensor {
+        Sensor::Switch { pressed, .. } | Sensor::Button { pressed, .. } => *pressed = value >= 0.5,
+        Sensor::Trail { white } => *white = value >= 0.5,
+        Sensor::Resistor { ohms } => *ohms = value.round() as u32,
+        Sensor::Ntc { celsius } => *celsius = value,
+        Sensor::PhotoTransistor { light } => *light = value / 100.0,
+        Sensor::Voltage { mv } | Sensor::Colour { mv } => *mv = value.round() as u16,
+        Sensor::Ultrasonic { cm } => *cm = value,
+        _ => {}
+    }
+    world.set_sensor(area, input, Some(sensor));
+    Ok(())
+}
+
+fn set_remote(world: &mut WorldState, wish: &RemoteWish) -> Result<(), Trouble> {
+    let Some(remote) = world.remotes().get(wish.remote).copied() else {
+        return Err(Trouble::new("no_remote", format!("there is no remote {}", wish.remote)));
+    };
+    // The switches say which remote it is, so they stay.
+    world.set_remote(Remote {
+        left_x: wish.left_x,
+        left_y: wish.left_y,
+        right_x: wish.right_x,
+        right_y: wish.right_y,
+        on: wish.on,
+        off: wish.off,
+        ..remote
+    });
+    Ok(())
+}
+
+fn report(machine: &Machine, world: &World) -> Option<WorldReport> {
+    let state = machine.world()?;
+    let nothing = Board::default();
+    let board = |controller: usize| match controller.checked_sub(1) {
+        None => &world.master,
+        Some(extension) => world.extensions.get(extension).unwrap_or(&nothing),
+    };
+    let alive = |controller: usize| match controller.checked_sub(1) {
+        None => true,
+        Some(extension) => machine.alive.get(extension).is_some_and(|alive| *alive),
+    };
+    let boards = (0..machine.controllers.len())
+        .map(|index| board_report(state, index, board(index), alive(index)))
+        .collect();
+    Some(WorldReport { boards, remotes: state.remotes().iter().map(remote_report).collect() })
+}
+
+fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) -> BoardReport {
+    let sensor = |input: Input| {
+        let sensor = sensor_value(state.sensor(index, input)?)?;
+        let moved_by = state.moved_by(index, input).map(Motor::index);
+        Some(SensorReport { input: input.index(), sensor, moved_by })
+    };
+    let motor = |motor: Motor| {
+        let speed = state.motor_speed(index, motor)?;
+        let slide = board.motors.get(&motor).and_then(|model| model.slide.as_ref());
+        let length = slide.map(|slide| slide.travel.length());
+        let slide = length.and_then(|length| Some(state.slide(index, motor)? / length));
+        Some(MotorReport { motor: motor.index(), speed, slide })
+    };
+    let lamp = |output: Output| {
+        let glow = state.lamp(index, output)?;
+        Some(LampReport { output: output.index(), glow })
+    };
+    BoardReport {
+        alive,
+        inputs: Input::ALL.into_iter().filter_map(sensor).collect(),
+        motors: Motor::ALL.into_iter().filter_map(motor).collect(),
+        lamps: Output::ALL.into_iter().filter_map(lamp).collect(),
+    }
+}
+
+/// The present value of a sensor, and what a page may set; `None` for one that this program does not know.
+fn sensor_value(sensor: &Sensor) -> Option<SensorValue> {
+    let whole = |kind, on: bool| (kind, f64::from(u8::from(on)), 0.0, 1.0, "");
+    let (kind, value, min, max, unit) = match *sensor {
+        Sensor::Switch { pressed, .. } => whole("switch", pressed),
+        Sensor::Button { pressed, .. } => whole("button", pressed),
+        Sensor::Trail { white } => whole("trail", white),
+        Sensor::Resistor { ohms } => ("resistor", f64::from(ohms), 0.0, 16_000.0, "Ω"),
+        Sensor::Ntc { celsius } => ("ntc", celsius, -50.0, 150.0, "°C"),
+        Sensor::PhotoTransistor { light } => ("photo", light * 100.0, 0.0, 100.0, "%"),
+        Sensor::Voltage { mv } => ("voltage", f64::from(mv), 0.0, 10_000.0, "mV"),
+        Sensor::Colour { mv } => ("colour", f64::from(mv), 0.0, 10_000.0, "mV"),
+        // From 1024 cm on there is no echo.
+        Sensor::Ultrasonic { cm } => ("ultrasonic", cm.min(1024.0), 0.0, 1024.0, "cm"),
+        _ => return None,
+    };
+    Some(SensorValue { kind, value, min, max, unit })
+}
+
+fn remote_report(remote: &Remote) -> RemoteReport {
+    RemoteReport {
+        left_x: remote.left_x,
+        left_y: remote.left_y,
+        right_x: remote.right_x,
+        right_y: remote.right_y,
+        on: remote.on,
+        off: remote.off,
+        dip1: remote.dip1,
+        dip2: remote.dip2,
+    }
+}

@@ -1,0 +1,95 @@
+//! Garbage, huge, slow and half requests.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use serde_json::json;
+
+use crate::http::{connect, exchange, post_stop, request, status};
+use crate::page;
+use crate::program::Panel;
+use crate::LIMIT;
+
+#[test]
+fn garbage_and_huge_requests_are_refused_and_the_motor_turns_on() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert_eq!(status(&exchange(&panel, b"\x16\x03\x01\x02\x00\x01\x00\x01\xFC\r\n\r\n")), 400);
+    assert_eq!(status(&exchange(&panel, b"GET\r\n\r\n")), 400);
+    let huge = format!("X-Huge: {}\r\n", "x".repeat(100_000));
+    assert!([400, 431].contains(&status(&request(&panel, "GET /", &panel.address, &huge))));
+    let line = format!("GET /{}", "x".repeat(100_000));
+    assert!([400, 414, 431].contains(&status(&request(&panel, &line, &panel.address, ""))));
+    let many: String = (0..500).map(|number| format!("X-{number}: 1\r\n")).collect();
+    assert!([400, 431].contains(&status(&request(&panel, "GET /", &panel.address, &many))));
+    // It announces more than anybody would read.
+    let body = "Content-Length: 99999999999\r\n";
+    assert_eq!(status(&request(&panel, "GET /", &panel.address, body)), 200);
+    let twice = "Content-Length: 5\r\nContent-Length: 6\r\n";
+    assert_eq!(status(&request(&panel, "GET /", &panel.address, twice)), 400);
+    page.done(json!({"do": "alive"}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+}
+
+#[test]
+fn a_huge_message_ends_the_page_that_sent_it() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    page.send(&"x".repeat(1 << 20));
+    page.wait_for_end();
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    panel.driver();
+}
+
+#[test]
+fn a_slow_request_is_ended() {
+    let panel = Panel::start(&[]);
+    let mut slow = connect(&panel);
+    slow.write_all(b"GET / HTTP/1.1\r\nHost:").unwrap();
+    let mut nothing = connect(&panel);
+    let mut response = Vec::new();
+    // They end without an answer, or with one that says why.
+    let _ = slow.read_to_end(&mut response);
+    assert!(nothing.read_to_end(&mut response).is_ok(), "the silent connection was ended, too");
+}
+
+#[test]
+fn half_requests_keep_nobody_out() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    let half: Vec<TcpStream> = (0..500)
+        .map(|_| {
+            let mut stream = connect(&panel);
+            // One of the first ones is ended by those after it.
+            let _ = stream.write_all(b"POST /stop?token=");
+            stream
+        })
+        .collect();
+    page.done(json!({"do": "alive"}));
+    assert_eq!(post_stop(&panel, &panel.token, ""), 204);
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    panel.page().wait_until_running();
+    drop(half);
+}
+
+#[test]
+fn a_page_that_sends_no_end_of_commands_hinders_nobody() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let (mut page, mut looks) = (panel.driver(), panel.page());
+    for duty in (0..=512).cycle().take(3000) {
+        page.send(&json!({"do": "motor", "motor": 0, "duty": duty}).to_string());
+    }
+    looks.done(json!({"do": "stop"}));
+    page.state(0, |state| state["areas"][0]["motors"][0]["duty"] == json!([0, 0]));
+    looks.state(0, page::is_running);
+}

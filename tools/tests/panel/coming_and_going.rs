@@ -1,0 +1,99 @@
+//! Controllers that are not there, go away and come back.
+
+use std::net::TcpListener;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use serde_json::json;
+
+use crate::page::is_running;
+use crate::program::Panel;
+use crate::LIMIT;
+
+/// A simulated TXT at the ports of one that was there before.
+fn at(port: u16) -> SimulatedTxt {
+    let deadline = std::time::Instant::now() + LIMIT;
+    loop {
+        match SimulatedTxt::builder().port(port).start() {
+            Ok(txt) => return txt,
+            Err(error) => assert!(std::time::Instant::now() < deadline, "{error}"),
+        }
+    }
+}
+
+#[test]
+fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let port = txt.port();
+    let other = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt, &other]);
+    let mut page = panel.driver();
+    page.state(1, is_running);
+    page.done(json!({"do": "uni", "input": 4, "mode": "ultrasonic", "digital": false}));
+    for host in [0, 1] {
+        page.done(json!({"do": "motor", "host": host, "motor": 0, "duty": 512}));
+    }
+    drop(txt);
+    let state = page.state(0, |state| state["link"]["phase"] == "gap");
+    assert_eq!(state["link"]["error"]["code"], "connection_lost");
+    assert_eq!(state["areas"][0]["alive"], false);
+    assert_eq!(page.refused(json!({"do": "motor", "motor": 0, "duty": 9})), "not_connected");
+    let txt = at(port);
+    let state = page.state(0, is_running);
+    assert_eq!(state["link"]["gaps"], 1);
+    assert!(state["link"]["error"].is_null());
+    assert_eq!(state["areas"][0]["motors"][0]["duty"], json!([0, 0]));
+    txt.with_machine(|machine| {
+        let one = &machine.controllers[0];
+        assert_eq!((one.outputs.duty, one.config.uni[4].mode), ([0; 8], 3));
+    });
+    page.done(json!({"do": "motor", "motor": 0, "duty": 300}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 300));
+    // The other one was not disturbed.
+    assert_eq!(other.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
+}
+
+#[test]
+fn a_controller_that_is_not_there_yet_is_tried_again() {
+    let taken = SimulatedTxt::builder().start().unwrap();
+    let port = taken.port();
+    drop(taken);
+    let panel = Panel::start(&[&format!("127.0.0.1:{port}")]);
+    let mut page = panel.page();
+    let state = page.state(0, |state| !state["link"]["error"].is_null());
+    assert_eq!(state["link"]["phase"], "connecting");
+    assert_eq!(state["link"]["error"]["code"], "connection_refused");
+    page.done(json!({"do": "drive"}));
+    assert_eq!(page.refused(json!({"do": "camera", "on": true})), "not_connected");
+    let txt = at(port);
+    let state = page.state(0, is_running);
+    assert_eq!(state["link"]["firmware"], "4.6.6");
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+}
+
+#[test]
+fn a_host_that_is_no_controller_is_told_and_the_page_goes_on() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let closes = std::thread::spawn(move || drop(listener.accept().unwrap()));
+    let panel = Panel::start(&[&address, "simulated"]);
+    let mut page = panel.page();
+    page.state(0, |state| !state["link"]["error"].is_null());
+    page.state(1, is_running);
+    closes.join().unwrap();
+}
+
+#[test]
+fn cycles_are_measured() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.page();
+    let state = page.state(0, |state| state["link"]["cycles"].as_u64() > Some(50));
+    let bins = state["link"]["histogram"].as_array().unwrap();
+    assert_eq!(bins.len(), 31);
+    let count: u64 = bins.iter().map(|count| count.as_u64().unwrap()).sum();
+    assert!((1..50 + 100).contains(&count), "{state}");
+    let short: u64 = bins[..5].iter().map(|count| count.as_u64().unwrap()).sum();
+    assert!(2 * short < count, "most take 10 ms or longer: {bins:?}");
+    assert!(state["link"]["cycle_ms"].as_f64() > Some(0.0));
+}

@@ -1,0 +1,79 @@
+//! Many pages, and pages that do not read.
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use serde_json::json;
+
+use crate::page::is_running;
+use crate::program::Panel;
+use crate::LIMIT;
+
+#[test]
+fn a_hundred_pages_look_and_one_drives() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut pages: Vec<_> = (0..100).map(|_| panel.page()).collect();
+    let mut drives = panel.driver();
+    drives.done(json!({"do": "motor", "motor": 2, "duty": 321}));
+    let number = drives.number;
+    // The driver goes on to say that it is there.
+    let done = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !done.load(std::sync::atomic::Ordering::Relaxed) {
+                drives.state(0, is_running);
+            }
+        });
+        for page in &mut pages {
+            page.fall_silent();
+            let state =
+                page.state(0, |state| state["areas"][0]["motors"][2]["duty"] == json!([321, 0]));
+            assert_eq!(state["driver"], number);
+        }
+        done.store(true, std::sync::atomic::Ordering::Relaxed);
+    });
+}
+
+#[test]
+fn too_many_pages_are_refused() {
+    let panel = Panel::start(&[]);
+    let mut pages = Vec::new();
+    let status = loop {
+        let request = crate::page::request(&panel.address, &panel.token);
+        match crate::page::Page::connect(&panel.address, request) {
+            Ok(page) => pages.push(page),
+            Err(status) => break status,
+        }
+        assert!(pages.len() < 1000, "there is no limit");
+    };
+    assert_eq!(status, 503);
+    assert!(pages.len() >= 100, "a hundred pages have to be possible");
+    pages.truncate(10);
+    // Their places become free when their ends have been seen.
+    let free = || {
+        let request = crate::page::request(&panel.address, &panel.token);
+        crate::page::Page::connect(&panel.address, request).is_ok()
+    };
+    let deadline = std::time::Instant::now() + LIMIT;
+    while !free() {
+        assert!(std::time::Instant::now() < deadline, "no place becomes free");
+    }
+}
+
+#[test]
+fn a_driver_that_never_reads_is_dropped_and_its_motors_stop() {
+    let txt = SimulatedTxt::builder().extensions(8).start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    // It says that it is there, but takes nothing.
+    let stopped = || txt.with_machine(|machine| machine.controllers[0].outputs.duty[0] == 0);
+    let deadline = std::time::Instant::now() + LIMIT;
+    while !stopped() {
+        page.send("{\"do\":\"alive\"}");
+        assert!(std::time::Instant::now() < deadline, "the motor still turns");
+        txt.wait_until(std::time::Duration::from_millis(100), |_| false);
+    }
+    let mut other = panel.page();
+    other.state(0, |state| state["driver"].is_null() && is_running(state));
+}

@@ -1,0 +1,97 @@
+//! How the program begins and ends.
+
+use std::process::Stdio;
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::wire::CommandId;
+use serde_json::json;
+
+use crate::program::{command, Panel};
+use crate::LIMIT;
+
+#[cfg(unix)]
+#[test]
+fn the_end_of_the_program_stops_the_motors() {
+    for signal in ["INT", "TERM", "KILL"] {
+        let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
+        let mut panel = Panel::of(&[&txts[0], &txts[1]]);
+        let mut page = panel.driver();
+        page.state(1, crate::page::is_running);
+        for (host, txt) in txts.iter().enumerate() {
+            page.done(json!({"do": "motor", "host": host, "motor": 0, "duty": 512}));
+            assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+        }
+        panel.signal(signal);
+        let status = panel.ended();
+        assert_eq!(status.success(), signal != "KILL", "{signal}: {status}");
+        for txt in &txts {
+            assert!(txt.wait_until(LIMIT, |machine| {
+                !machine.connected() && machine.controllers[0].outputs.duty == [0; 8]
+            }));
+            let last = txt.with_machine(|machine| machine.commands().next_back());
+            assert_eq!(last == Some(CommandId::StopOnline), signal != "KILL", "{signal}: {last:?}");
+        }
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_program_ends_while_a_controller_is_missing() {
+    let mut panel = Panel::start(&["127.0.0.1:9"]);
+    panel.page().state(0, |state| !state["link"]["error"].is_null());
+    panel.signal("INT");
+    assert!(panel.ended().success());
+}
+
+#[test]
+fn a_taken_port_is_told() {
+    let panel = Panel::start(&[]);
+    let port = panel.address.rsplit(':').next().unwrap();
+    let output = command(&["--no-browser", "--port", port]).output().unwrap();
+    assert!(!output.status.success());
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains(&format!("port {port} is taken")), "{error}");
+}
+
+#[test]
+fn wrong_arguments_are_told() {
+    for (arguments, sentence) in [
+        (&["--world", "nowhere"][..], "nowhere"),
+        (&["--world", "nowhere.toml"], "nowhere.toml"),
+        (&["--extensions", "9"], "9 is not in 0..=8"),
+        (&["--bind", "192.0.2.1"], "192.0.2.1 is no address of this computer"),
+        (&["--bind", "here"], "invalid value 'here'"),
+        (&["192.168.7.2:x"], "is no address of a controller"),
+    ] {
+        let output = command(arguments).arg("--no-browser").output().unwrap();
+        assert!(!output.status.success(), "{arguments:?}");
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert!(error.contains(sentence), "{arguments:?}: {error}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn without_a_browser_the_panel_says_so_and_goes_on() {
+    use std::io::{BufRead, BufReader};
+
+    // No program can be found, so no browser can.
+    let mut command = command(&[]);
+    command.env_clear().stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stderr.take().unwrap()).read_line(&mut line).unwrap();
+    assert!(line.contains("no browser could be opened"), "{line}");
+    assert!(child.try_wait().unwrap().is_none(), "it ended");
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn the_help_fits_on_a_screen_and_shows_how_to_begin() {
+    let output = command(&["--help"]).output().unwrap();
+    let help = String::from_utf8(output.stdout).unwrap();
+    assert!(help.lines().count() <= 40, "{help}");
+    assert!(help.lines().all(|line| line.chars().count() <= 100), "{help}");
+    assert!(help.contains("txt panel 192.168.7.2"), "{help}");
+}

@@ -1,0 +1,128 @@
+//! The camera and I2C devices.
+
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::SimulatedTxt;
+use serde_json::json;
+
+use crate::http::connect;
+use crate::program::Panel;
+use crate::LIMIT;
+
+#[test]
+fn i2c_devices_are_found_read_and_written() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    txt.with_machine(|machine| {
+        machine.i2c_device(0x18)[0..3].copy_from_slice(&[0xFA, 7, 8]);
+        machine.i2c_device(0x42);
+    });
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    assert_eq!(page.done(json!({"do": "i2c_scan"})), json!([0x18, 0x42]));
+    let read = json!({"do": "i2c_read", "address": 0x18, "register": 0, "count": 3});
+    assert_eq!(page.done(read), json!([0xFA, 7, 8]));
+    page.done(json!({"do": "i2c_write", "address": 0x42, "register": 9, "values": [1, 2]}));
+    txt.with_machine(|machine| assert_eq!(machine.i2c_device(0x42)[9..11], [1, 2]));
+    let nobody = json!({"do": "i2c_read", "address": 0x50, "register": 0, "count": 1});
+    assert_eq!(page.refused(nobody), "i2c_no_device");
+    for (command, code) in [
+        (json!({"do": "i2c_read", "address": 0x18, "register": 0, "count": 0}), "out_of_range"),
+        (json!({"do": "i2c_read", "address": 0x18, "register": 0, "count": 257}), "out_of_range"),
+        (json!({"do": "i2c_read", "address": 200, "register": 0, "count": 1}), "out_of_range"),
+        (json!({"do": "i2c_write", "address": 0x18, "register": 0, "values": []}), "out_of_range"),
+        (
+            json!({"do": "i2c_write", "address": 0x18, "register": 256, "values": [1]}),
+            "bad_message",
+        ),
+    ] {
+        assert_eq!(page.refused(command.clone()), code, "{command}");
+    }
+}
+
+/// A simulated TXT, and somebody else at its port for the camera (1) or for I2C (2).
+fn with_port_of_another(offset: u16) -> (SimulatedTxt, TcpListener) {
+    let deadline = Instant::now() + LIMIT;
+    loop {
+        let port = SimulatedTxt::builder().start().unwrap().port();
+        // Another test may be quicker and take one of the ports.
+        let other = TcpListener::bind(("127.0.0.1", port + offset));
+        let txt = SimulatedTxt::builder().port(port).camera_port(0).i2c_port(0).start();
+        if let (Ok(txt), Ok(other)) = (txt, other) {
+            return (txt, other);
+        }
+        assert!(Instant::now() < deadline, "there are no ports in a row");
+    }
+}
+
+#[test]
+fn i2c_that_hangs_hinders_nothing_else() {
+    let (txt, _silent) = with_port_of_another(2);
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.send("{\"do\":\"i2c_scan\",\"seq\":1000}");
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].counter[0] > 0));
+    // Only now the scan is given up.
+    let answer = page.wait(|answer| answer["type"] == "answer");
+    assert_eq!((&answer["seq"], &answer["error"]["code"]), (&json!(1000), &json!("no_answer")));
+    assert!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0] == 512));
+}
+
+#[test]
+fn the_camera_shows_its_pictures() {
+    let txt = SimulatedTxt::builder().camera_start_up(Duration::ZERO).start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "camera", "on": true, "width": 160, "height": 120, "fps": 30}));
+    assert_eq!(page.refused(json!({"do": "camera", "on": true})), "camera_on");
+    let head =
+        format!("GET /camera/0?token={} HTTP/1.1\r\nHost: {}\r\n\r\n", panel.token, panel.address);
+    let mut stream = connect(&panel);
+    stream.write_all(head.as_bytes()).unwrap();
+    let mut received = Vec::new();
+    while count(&received, b"\r\nContent-Type: image/jpeg\r\n") < 3 {
+        let mut bytes = [0; 4096];
+        let length = stream.read(&mut bytes).unwrap();
+        assert!(length > 0, "{}", String::from_utf8_lossy(&received));
+        received.extend_from_slice(&bytes[..length]);
+        page.send("{\"do\":\"alive\"}");
+    }
+    assert_eq!(count(&received, b"content-type: multipart/x-mixed-replace; boundary="), 1);
+    assert!(count(&received, &[0xFF, 0xD8, 0xFF]) >= 2);
+    let settings = txt.with_machine(|machine| machine.camera()).unwrap();
+    assert_eq!((settings.width, settings.height, settings.framerate), (160, 120, 30));
+    page.state(0, |state| state["camera"]["frames"].as_u64() > Some(2));
+    page.done(json!({"do": "camera", "on": false}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.camera().is_none()));
+    page.state(0, |state| state["camera"]["running"] == false);
+}
+
+#[test]
+fn a_camera_that_sends_garbage_is_told_and_the_motor_turns_on() {
+    let (txt, camera) = with_port_of_another(1);
+    let garbage = std::thread::spawn(move || {
+        for stream in camera.incoming() {
+            // The first connection may be one that only looks whether the camera is there.
+            if stream.unwrap().write_all(&[0xFF; 256]).is_err() {
+                return;
+            }
+        }
+    });
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    assert_eq!(page.refused(json!({"do": "camera", "on": true, "width": 0})), "out_of_range");
+    page.done(json!({"do": "drive"}));
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    page.done(json!({"do": "camera", "on": true}));
+    page.state(0, |state| {
+        !state["camera"]["error"].is_null() && state["camera"]["running"] == false
+    });
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
+    drop(garbage);
+}
+
+fn count(bytes: &[u8], part: &[u8]) -> usize {
+    bytes.windows(part.len()).filter(|window| *window == part).count()
+}
