@@ -280,7 +280,7 @@ fn a_port_that_is_taken_is_named() {
     let output =
         command.args(["camera", "--simulate", "--watch", "--port", &port]).output().unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains(&format!("port {port} of 127.0.0.1")), "{output:?}");
+    assert!(text(&output.stderr).contains(&format!("port {port} is taken")), "{output:?}");
 }
 
 #[test]

@@ -105,9 +105,10 @@ fn each_unit_has_a_panel_with_its_axis_and_its_names() {
     }
     assert!(svg.contains("slide.mcap (&lt;Slide&gt;)"), "the title is escaped");
     assert!(svg.contains("@media (prefers-color-scheme: dark)"));
-    // The motor goes forward and backward: above and below the zero in the middle of its panel.
-    let motor = points(&svg, "#0969DA");
-    assert!(motor.len() > 10, "{motor:?}");
+    // The motor goes forward and backward, so its line is as high as its panel, which is the third.
+    let motor =
+        points(&svg, "#0969DA").into_iter().map(|(_, y)| y).filter(|y| (526..720).contains(y));
+    assert!(motor.clone().max().unwrap() - motor.min().unwrap() > 150);
     // One in each of the four panels, from the last response on and not only from when it was noticed.
     let gaps = shaded(&svg);
     assert!(gaps.len() == 4 && gaps.iter().all(|width| *width > 40), "{gaps:?}");
