@@ -170,8 +170,8 @@ fn has_camera(address: &str) -> Result<Option<bool>, Error> {
     }
 }
 
-/// A name from a controller. In a terminal, some characters are commands.
-fn printable(name: &str) -> String {
+/// A name from a controller. In a terminal some characters are commands, and in a picture they are not allowed.
+pub(crate) fn printable(name: &str) -> String {
     name.replace(char::is_control, "\u{FFFD}")
 }
 

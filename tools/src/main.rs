@@ -4,10 +4,10 @@ mod bridge;
 mod camera;
 mod find;
 mod interrupt;
-mod mjpeg;
 mod panel;
 mod recording;
 mod simulate;
+mod web;
 
 use std::process::ExitCode;
 

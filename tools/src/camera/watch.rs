@@ -1,62 +1,67 @@
 //! Pictures in the browser.
 
-use std::hash::{BuildHasher, RandomState};
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::sync::atomic::Ordering;
+use std::sync::Arc;
 use std::thread;
 
-use anyhow::Context;
-use axum::body::Bytes;
 use axum::extract::{Query, Request, State};
-use axum::http::{header, StatusCode};
+use axum::http::{header, HeaderValue, StatusCode};
 use axum::middleware::{self, Next as Inner};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
-use axum::Router;
+use axum::{Extension, Router};
 use crossbeam_channel::Receiver;
 use serde::Deserialize;
-use tokio::sync::watch;
+use tokio::net::TcpListener;
+use tokio::runtime::Runtime;
+use tokio::sync::{watch, Semaphore};
 
 use super::source::{Next, Source};
-use crate::mjpeg;
+use crate::web::access::Access;
+use crate::web::connections::{self, Kept};
+use crate::web::{self, pictures};
+
+/// How many browsers may show the pictures.
+const VIEWERS: usize = 50;
+const TOO_MANY: (StatusCode, &str) =
+    (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close some of them\n");
 
 /// A server that listens, but does not answer yet.
 pub(super) struct Page {
+    runtime: Runtime,
     listener: TcpListener,
-    port: u16,
-    token: String,
+    access: Arc<Access>,
+    address: String,
     size: (u16, u16),
 }
 
 impl Page {
     pub(super) fn listen(port: u16, size: (u16, u16)) -> anyhow::Result<Self> {
-        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))
-            .with_context(|| format!("port {port} of 127.0.0.1"))?;
-        listener.set_nonblocking(true)?;
-        let port = listener.local_addr()?.port();
-        Ok(Self { listener, port, token: token(), size })
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let listener = web::listen(&runtime, SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?;
+        let here = listener.local_addr()?;
+        let access = Arc::new(Access::new(here.ip(), here.port())?);
+        let address = format!("http://{here}/?token={}", access.token());
+        Ok(Self { runtime, listener, access, address, size })
     }
 
-    fn address(&self) -> String {
-        format!("http://127.0.0.1:{}/?token={}", self.port, self.token)
-    }
-
-    /// Answers browsers. Returns only if that is no longer possible.
-    fn serve(self, pictures: watch::Receiver<Option<Bytes>>) -> std::io::Result<()> {
-        let guard = Guard { port: self.port, token: self.token.clone() };
+    fn router(&self, newest: watch::Receiver<Arc<[u8]>>) -> Router {
         let (width, height) = self.size;
         let page = include_str!("watch.html")
-            .replace("{token}", &self.token)
+            .replace("{token}", self.access.token())
             .replace("{width}", &width.to_string())
             .replace("{height}", &height.to_string());
-        let app = Router::new()
+        let viewers = Arc::new(Semaphore::new(VIEWERS));
+        let pictures = |Extension(kept): Extension<Kept>| async move {
+            let place = viewers.try_acquire_owned().map_err(|_| TOO_MANY)?;
+            kept.store(true, Ordering::Relaxed);
+            Ok::<_, (StatusCode, &str)>(pictures::response(newest, place))
+        };
+        Router::new()
             .route("/", get(|| async { Html(page) }))
-            .route("/pictures", get(|| async move { mjpeg::response(pictures.clone()) }))
-            .layer(middleware::from_fn_with_state(guard, check));
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        runtime.block_on(async {
-            let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            axum::serve(listener, app).await
-        })
+            .route("/pictures", get(pictures))
+            .layer(middleware::from_fn_with_state(Arc::clone(&self.access), check))
     }
 }
 
@@ -67,31 +72,25 @@ pub(super) fn watch(
     open: bool,
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
-    let (sender, pictures) = watch::channel(None);
-    let address = page.address();
-    thread::Builder::new().name(String::from("page")).spawn(move || {
-        if let Err(error) = page.serve(pictures) {
-            log::error!("the page can't be shown: {error}");
-        }
-    })?;
+    let (sender, newest) = watch::channel(Arc::from([]));
+    let router = page.router(newest);
+    let Page { runtime, listener, address, .. } = page;
     println!("{address}");
-    if open && webbrowser::open(&address).is_err() {
-        eprintln!("no browser could be opened: open this address in one");
+    thread::Builder::new()
+        .name(String::from("server"))
+        .spawn(move || runtime.block_on(connections::serve(listener, router)))?;
+    if open {
+        thread::Builder::new()
+            .name(String::from("browser"))
+            .spawn(move || web::open_browser(&address))?;
     }
     loop {
         match source.next(interrupted)? {
-            Next::Picture(jpeg) => drop(sender.send_replace(Some(jpeg.into()))),
+            Next::Picture(jpeg) => drop(sender.send_replace(jpeg.into())),
             Next::Damaged => {}
             Next::Interrupted => return source.end(),
         }
     }
-}
-
-/// What a request must know.
-#[derive(Clone)]
-struct Guard {
-    port: u16,
-    token: String,
 }
 
 #[derive(Deserialize)]
@@ -100,32 +99,29 @@ struct Asked {
     token: String,
 }
 
-/// Answers only those who know the token, and who mean this computer: a page of another name that leads here
-/// has another host.
+/// Answers only those who mean this computer, come from no other page, and know the token.
 async fn check(
-    State(guard): State<Guard>,
+    State(access): State<Arc<Access>>,
     Query(asked): Query<Asked>,
     request: Request,
     inner: Inner,
 ) -> Response {
-    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
-    let own = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", guard.port));
-    if !own.iter().any(|own| host == Some(own)) {
+    let headers = request.headers();
+    if access.host(headers).is_none() || !access.is_own_page(headers) {
         return (StatusCode::FORBIDDEN, "this page is at 127.0.0.1 only\n").into_response();
     }
-    if asked.token != guard.token {
-        let hint = "the token is missing or wrong: use the address that the program has printed\n";
+    if !access.knows(&asked.token) {
+        let hint = "the token is missing or wrong; use the address that txt camera prints\n";
         return (StatusCode::FORBIDDEN, hint).into_response();
     }
     let mut response = inner.run(request).await;
-    // The address has the token.
-    let value = header::HeaderValue::from_static("no-referrer");
-    response.headers_mut().insert(header::REFERRER_POLICY, value);
+    for (name, value) in [
+        (header::CACHE_CONTROL, "no-store"),
+        // The address has the token.
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+    ] {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
     response
-}
-
-/// 128 random bits. The standard library gets the keys of its hash maps from the operating system.
-fn token() -> String {
-    let part = || RandomState::new().hash_one(());
-    format!("{:016x}{:016x}", part(), part())
 }

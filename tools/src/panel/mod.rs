@@ -1,9 +1,7 @@
 //! `txt panel`: a page in the browser that shows and drives controllers.
 
-mod access;
 mod act;
 mod camera;
-mod connections;
 mod files;
 mod histogram;
 mod host;
@@ -29,15 +27,13 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use ft_transfer_area::simulator::world::{Script, World};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use tokio::net::TcpListener;
-use tokio::runtime::Runtime;
-use webbrowser::{Browser, BrowserOptions};
 
-use self::access::Access;
 use self::host::{Common, Host};
 use self::panel::Panel;
 use self::world::Simulated;
 use crate::interrupt;
+use crate::web::access::Access;
+use crate::web::{self, connections};
 
 /// The host that is no address.
 const SIMULATED: &str = "simulated";
@@ -62,7 +58,7 @@ pub(crate) struct Args {
     /// Port of the page; 0 is a free one
     #[arg(long, default_value_t = 0)]
     port: u16,
-    /// Where to serve the page; 0.0.0.0: for other computers, too
+    /// Where to serve the page; 0.0.0.0 lets others in
     #[arg(long, value_name = "ADDRESS", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     bind: IpAddr,
     /// World of a simulated TXT: its name, a .toml file, or none
@@ -79,7 +75,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let listener = listen(&runtime, SocketAddr::new(args.bind, args.port))?;
+    let listener = web::listen(&runtime, SocketAddr::new(args.bind, args.port))?;
     let address = listener.local_addr()?;
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;
@@ -91,24 +87,10 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         .name("server".to_owned())
         .spawn(move || runtime.block_on(connections::serve(listener, router)))?;
     if !args.no_browser {
-        thread::Builder::new().name("browser".to_owned()).spawn(move || open_browser(&url))?;
+        thread::Builder::new().name("browser".to_owned()).spawn(move || web::open_browser(&url))?;
     }
     interrupted.recv()?;
     end(&panel)
-}
-
-fn listen(runtime: &Runtime, address: SocketAddr) -> anyhow::Result<TcpListener> {
-    let _inside = runtime.enter();
-    connections::listen(address).map_err(|error| match error.kind() {
-        io::ErrorKind::AddrInUse => anyhow::anyhow!(
-            "port {} is taken by another program; choose another one with --port, or leave it out for a free one",
-            address.port()
-        ),
-        io::ErrorKind::AddrNotAvailable => {
-            anyhow::anyhow!("{} is no address of this computer; --bind needs one", address.ip())
-        }
-        _ => anyhow::anyhow!("the page can't be served at {address} ({error})"),
-    })
 }
 
 fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
@@ -171,14 +153,6 @@ fn own_address() -> Option<IpAddr> {
     let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
     socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9)).ok()?;
     socket.local_addr().ok().map(|address| address.ip())
-}
-
-fn open_browser(url: &str) {
-    let mut options = BrowserOptions::new();
-    options.with_suppress_output(true);
-    if webbrowser::open_browser_with_options(Browser::Default, url, &options).is_err() {
-        eprintln!("no browser could be opened; open the address above in one");
-    }
 }
 
 /// Stops all motors and waits until the controllers know.

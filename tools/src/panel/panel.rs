@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use serde_json::json;
 
-use super::access::Access;
 use super::host::{Common, Host};
 use super::reply::{Answers, Reply};
 use super::trouble::Trouble;
 use super::wheel::Page;
 use super::wish::{self, Message, Wish};
+use crate::web::access::Access;
 
 /// The controllers, the wheel, and who may come in.
 pub(crate) struct Panel {

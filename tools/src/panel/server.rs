@@ -1,10 +1,8 @@
 //! The server: files, the connection of each page, the stop, the camera.
 
-use std::convert::Infallible;
 use std::sync::atomic::Ordering;
 use std::sync::Arc;
 
-use axum::body::{Body, Bytes};
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Path, Query, Request, State};
 use axum::http::header::{self, HeaderValue};
@@ -13,14 +11,14 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use axum::{Extension, Router};
-use futures_util::stream;
 use serde::Deserialize;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::sync::Semaphore;
 
-use super::connections::Kept;
 use super::files::{self, File};
 use super::page;
 use super::panel::Panel;
+use crate::web::connections::Kept;
+use crate::web::pictures;
 
 /// How many pages may be open.
 const PAGES: usize = 200;
@@ -28,8 +26,6 @@ const PAGES: usize = 200;
 const VIEWERS: usize = 50;
 /// How long a message of a page may be, in bytes.
 const MESSAGE_MAX: usize = 16 * 1024;
-/// What stands between two pictures of a camera.
-const BOUNDARY: &str = "picture";
 
 #[derive(Clone)]
 struct Server {
@@ -161,31 +157,5 @@ async fn camera(
     let host = server.panel.hosts.get(host).ok_or(NO_FILE)?;
     let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
-    let mut pictures = host.camera.pictures();
-    // The last picture is there immediately.
-    pictures.mark_changed();
-    let pictures = stream::unfold((pictures, place), next_picture);
-    let content_type = format!("multipart/x-mixed-replace; boundary={BOUNDARY}");
-    Ok(([(header::CONTENT_TYPE, content_type)], Body::from_stream(pictures)).into_response())
-}
-
-type Pictures = (tokio::sync::watch::Receiver<Arc<[u8]>>, OwnedSemaphorePermit);
-
-async fn next_picture(
-    (mut pictures, place): Pictures,
-) -> Option<(Result<Bytes, Infallible>, Pictures)> {
-    loop {
-        pictures.changed().await.ok()?;
-        let jpeg = Arc::clone(&pictures.borrow_and_update());
-        if jpeg.is_empty() {
-            continue;
-        }
-        let length = jpeg.len();
-        let mut part =
-            format!("--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {length}\r\n\r\n")
-                .into_bytes();
-        part.extend_from_slice(&jpeg);
-        part.extend_from_slice(b"\r\n");
-        return Some((Ok(part.into()), (pictures, place)));
-    }
+    Ok(pictures::response(host.camera.pictures(), place))
 }

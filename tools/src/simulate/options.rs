@@ -48,7 +48,7 @@ pub(crate) struct Args {
     /// Name that is reported, at most 16 bytes [default: TX2013]
     #[arg(long, value_parser = device_name)]
     name: Option<String>,
-    /// What is plugged in: none, a world by name, or a .toml file
+    /// Plugged in: none, a world by name, or a .toml file
     #[arg(long, default_value = "default", value_parser = OsStringValueParser::new().try_map(plugged))]
     world: Plugged,
     /// Time from one exchange response to the next [default: 10]; 0: none
@@ -60,7 +60,7 @@ pub(crate) struct Args {
     /// Seconds a connection may be silent, such as 0.5 [default: 5]
     #[arg(long, value_name = "S", value_parser = seconds)]
     idle_limit: Option<Duration>,
-    /// When the camera accepts clients: waits, txt or txt40, see below
+    /// When clients are accepted: waits, txt, txt40
     #[arg(long, value_name = "C", default_value = "waits", hide_possible_values = true)]
     camera_connection: CameraAccepts,
     /// Time from the camera's start to its first frame [default: 1500]

@@ -94,6 +94,8 @@ fn a_distance_is_driven_with_progress_and_plain_speed_follows() {
         let one = &machine.controllers[0];
         one.outputs.distance == [0; 4] && one.counter[0] > 150
     }));
+    // Nothing of all this was what a correct client does not do.
+    txt.with_machine(|machine| assert_eq!(machine.oddities().collect::<Vec<_>>(), [""; 0]));
 }
 
 #[test]

@@ -94,7 +94,7 @@ impl Page {
         self.wait(|state| state["type"] == "state" && state["host"] == host && wanted(state))
     }
 
-    /// Waits until there is a connection to each controller.
+    /// Waits until there is a connection to the first controller.
     pub(crate) fn wait_until_running(&mut self) {
         self.state(0, is_running);
     }

@@ -43,7 +43,7 @@ impl Panel {
         Page::open(&self.address, &self.token)
     }
 
-    /// A page that drives, with all controllers connected.
+    /// A page that drives, with the first controller connected.
     pub(crate) fn driver(&self) -> Page {
         let mut page = self.page();
         page.wait_until_running();

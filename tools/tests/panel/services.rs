@@ -41,16 +41,16 @@ fn i2c_devices_are_found_read_and_written() {
     }
 }
 
-/// A simulated TXT whose I2C port is taken by somebody who says nothing.
-fn with_silent_i2c() -> (SimulatedTxt, TcpListener) {
+/// A simulated TXT, and somebody else at its port for the camera (1) or for I2C (2).
+fn with_port_of_another(offset: u16) -> (SimulatedTxt, TcpListener) {
     let deadline = Instant::now() + LIMIT;
     loop {
         let port = SimulatedTxt::builder().start().unwrap().port();
         // Another test may be quicker and take one of the ports.
-        let silent = TcpListener::bind(("127.0.0.1", port + 2));
-        let txt = SimulatedTxt::builder().port(port).i2c_port(0).start();
-        if let (Ok(txt), Ok(silent)) = (txt, silent) {
-            return (txt, silent);
+        let other = TcpListener::bind(("127.0.0.1", port + offset));
+        let txt = SimulatedTxt::builder().port(port).camera_port(0).i2c_port(0).start();
+        if let (Ok(txt), Ok(other)) = (txt, other) {
+            return (txt, other);
         }
         assert!(Instant::now() < deadline, "there are no ports in a row");
     }
@@ -58,7 +58,7 @@ fn with_silent_i2c() -> (SimulatedTxt, TcpListener) {
 
 #[test]
 fn i2c_that_hangs_hinders_nothing_else() {
-    let (txt, _silent) = with_silent_i2c();
+    let (txt, _silent) = with_port_of_another(2);
     let panel = Panel::of(&[&txt]);
     let mut page = panel.driver();
     page.send("{\"do\":\"i2c_scan\",\"seq\":1000}");
@@ -100,21 +100,27 @@ fn the_camera_shows_its_pictures() {
 }
 
 #[test]
-fn a_camera_that_fails_is_told_and_the_motor_turns_on() {
-    let txt = SimulatedTxt::builder()
-        .camera_start_up(Duration::ZERO)
-        .camera_stall_after(2)
-        .start()
-        .unwrap();
+fn a_camera_that_sends_garbage_is_told_and_the_motor_turns_on() {
+    let (txt, camera) = with_port_of_another(1);
+    let garbage = std::thread::spawn(move || {
+        for stream in camera.incoming() {
+            // The first connection may be one that only looks whether the camera is there.
+            if stream.unwrap().write_all(&[0xFF; 256]).is_err() {
+                return;
+            }
+        }
+    });
     let panel = Panel::of(&[&txt]);
     let mut page = panel.driver();
+    assert_eq!(page.refused(json!({"do": "camera", "on": true, "width": 0})), "out_of_range");
+    page.done(json!({"do": "drive"}));
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
     page.done(json!({"do": "camera", "on": true}));
     page.state(0, |state| {
         !state["camera"]["error"].is_null() && state["camera"]["running"] == false
     });
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
-    assert_eq!(page.refused(json!({"do": "camera", "on": true, "width": 0})), "out_of_range");
+    drop(garbage);
 }
 
 fn count(bytes: &[u8], part: &[u8]) -> usize {

@@ -33,7 +33,7 @@ export class Board {
     setAttribute(this.element, "data-absent", !area.alive);
     setText(this.title, this.area ? area.name : this.host.title);
     setText(this.line, this.area ? this.host.title : [state.link.firmware, this.host.simulated ? t("simulated") : ""].filter(Boolean).join(" · "));
-    setText(this.cycle, state.link.cycle_ms.toFixed(1));
+    setText(this.cycle, this.host.pace);
     const phase = area.alive ? state.link.phase : "absent";
     setAttribute(this.phase, "data-phase", phase);
     setText(this.phase, phase === "absent" ? t("absent", { name: area.name }) : t(phase));

@@ -12,7 +12,7 @@ class Counter {
     this.reset = button(t("resetShort"), () => send({ do: "reset_counter", counter: index }),
       { "aria-label": t("reset", { name }), class: "small" });
     this.element = h("li", { class: "counter" },
-      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), this.value, this.mode, this.reset);
+      h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), this.reset, this.value, this.mode);
   }
 
   update({ mode, value, level, resetting }) {

@@ -2,13 +2,16 @@
 
 import { Board } from "./board.js";
 import { Camera } from "./camera.js";
-import { button, h, setAttribute } from "./dom.js";
+import { button, h, setAttribute, watchSeen } from "./dom.js";
 import { I2c } from "./i2c.js";
 import { Link } from "./link.js";
 import { Remotes } from "./remotes.js";
 import { Sound } from "./sound.js";
 import { t } from "./words.js";
 import { World } from "./world.js";
+
+/** What is out of sight is brought up to date at each tenth state: a screen reader sees it too. */
+const SELDOM = 10;
 
 /** The areas that are shown: those that are connected, and those that can be plugged in. */
 function shownAreas(state) {
@@ -27,6 +30,9 @@ export class HostView {
     this.boards = open.map((area) => new Board(host, area, send));
     this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
     this.cards = [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)];
+    this.parts = [...this.boards, ...this.worlds, ...this.cards];
+    for (const part of this.parts) watchSeen(part.element);
+    this.states = 0;
     this.chips = new Map();
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
@@ -51,7 +57,11 @@ export class HostView {
   update(drives) {
     const { state } = this.host;
     const may = drives && state.link.phase === "running";
-    for (const part of [...this.boards, ...this.worlds, ...this.cards]) part.update(state, may);
+    this.states += 1;
+    this.parts.forEach((part, index) => {
+      const seldom = part.element.isSeen === false && (this.states + index) % SELDOM;
+      if (!seldom) part.update(state, may);
+    });
     for (const [area, chip] of this.chips) setAttribute(chip, "data-absent", area !== "all" && !state.areas[area].alive);
     setAttribute(this.element, "data-phase", state.link.phase);
   }
@@ -61,6 +71,6 @@ export class HostView {
   }
 
   close() {
-    for (const part of [...this.boards, ...this.worlds, ...this.cards]) part.close?.();
+    for (const part of this.parts) part.close?.();
   }
 }

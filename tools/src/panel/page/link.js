@@ -45,7 +45,7 @@ export class Link {
   update({ link }) {
     setText(this.facts.address, this.host.address);
     setText(this.facts.firmware, link.firmware || "–");
-    setText(this.facts.cycle, `${link.cycle_ms.toFixed(1)} ms`);
+    setText(this.facts.cycle, `${this.host.pace} ms`);
     for (const name of ["cycles", "late", "gaps"]) setText(this.facts[name], number(link[name]));
     setAttribute(this.facts.late, "data-some", link.late > 0);
     setAttribute(this.facts.gaps, "data-some", link.gaps > 0);

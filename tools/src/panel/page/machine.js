@@ -31,23 +31,21 @@ function gear() {
     const angle = (index / 5) * 2 * Math.PI;
     return svg("circle", { class: "hole", cx: 21 * Math.cos(angle), cy: 21 * Math.sin(angle), r: index ? 6 : 7.5, "data-first": index === 0 });
   });
-  const turning = svg("g", { class: "turning" }, svg("path", { class: "rim", d: GEAR }), svg("circle", { class: "disc", r: 32 }), holes,
+  return svg("svg", { class: "gear", viewBox: "-48 -48 96 96", role: "img" }, svg("path", { class: "rim", d: GEAR }), svg("circle", { class: "disc", r: 32 }), holes,
     svg("circle", { class: "hub", r: 8 }), svg("path", { class: "axle", d: "M-3 0H3M0 -3V3" }));
-  return { turning, element: svg("svg", { class: "gear", viewBox: "-48 -48 96 96", role: "img" }, turning) };
 }
 
 export class MotorView {
   constructor({ motor, slide }, ends) {
     this.name = `M${motor + 1}`;
     this.speed = 0;
-    const { turning, element } = gear();
-    this.gear = element;
+    this.gear = gear();
     // The browser turns it by itself; only the rate is set.
-    this.turn = turning.animate([{ transform: "rotate(0deg)" }, { transform: "rotate(360deg)" }], { duration: TURN_MS, iterations: Infinity });
+    this.turn = this.gear.animate([{ transform: "rotate(0deg)" }, { transform: "rotate(360deg)" }], { duration: TURN_MS, iterations: Infinity });
     this.turn.pause();
     // It must not run backwards over its beginning.
     this.turn.currentTime = TURN_MS * 1e6;
-    this.element = h("li", { class: "moving" }, h("div", { class: "drive" }, element, h("span", { class: "label" }, this.name)));
+    this.element = h("li", { class: "moving" }, h("div", { class: "drive" }, this.gear, h("span", { class: "label" }, this.name)));
     if (slide !== null) this.element.append(this.rail(ends));
   }
 
@@ -89,7 +87,8 @@ export class LampView {
   constructor({ output }) {
     this.name = `O${output + 1}`;
     this.bulb = svg("svg", { class: "bulb", viewBox: "-32 -32 64 64", role: "img" },
-      svg("circle", { class: "halo", r: 30 }), svg("circle", { class: "glass", r: 15 }), svg("circle", { class: "light", r: 15 }),
+      svg("radialGradient", { id: "halo" }, svg("stop", { class: "halo-stop", offset: 0.4, "stop-opacity": 0.55 }), svg("stop", { class: "halo-stop", offset: 1, "stop-opacity": 0 })),
+      svg("circle", { class: "halo", r: 31 }), svg("circle", { class: "glass", r: 15 }), svg("circle", { class: "light", r: 15 }),
       svg("path", { class: "wire-in", d: "M-5 6L-3 -4L0 2L3 -4L5 6" }));
     this.element = h("li", { class: "lamp" }, this.bulb, h("span", { class: "label" }, this.name));
   }

@@ -47,7 +47,9 @@ class MotorControl {
 
   update(motor) {
     const [forward, backwards] = motor.duty;
-    const direction = Math.sign(forward - backwards);
+    // A motor that has gone its distance stands, whatever its duty is.
+    const arrived = motor.distance > 0 && motor.ready;
+    const direction = arrived ? 0 : Math.sign(forward - backwards);
     if (!isHeld(this.speed)) {
       this.direction = direction;
       if (direction) setValue(this.speed, Math.max(forward, backwards));
@@ -111,7 +113,8 @@ class Terminal {
     setAttribute(this.element, "data-kind", motor.outputs ? "outputs" : "motor");
     const direction = this.motor.update(motor);
     this.outputs.forEach((output, half) => output.update(motor.duty[half]));
-    setAttribute(this.element, "data-on", motor.duty.some((duty) => duty > 0) ? (motor.outputs || direction > 0 ? "forward" : "backwards") : false);
+    const on = motor.outputs ? motor.duty.some((duty) => duty > 0) : direction !== 0;
+    setAttribute(this.element, "data-on", on && (direction < 0 && !motor.outputs ? "backwards" : "forward"));
   }
 }
 

@@ -29,7 +29,7 @@ class Tile {
     setText(this.phase, t(phase));
     if (!state) return setText(this.facts, address);
     const { link, areas, driver, you_drive } = state;
-    const facts = [address, link.firmware, `${link.cycle_ms.toFixed(1)} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
+    const facts = [address, link.firmware, `${this.host.pace} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
     setText(this.facts, link.error ? sentence(link.error) : facts.filter(Boolean).join(" · "));
     setAttribute(this.facts, "data-error", Boolean(link.error));
     areas[0].inputs.forEach((input, index) => setAttribute(this.inputs[index], "data-on", input.digital && input.value !== 0));

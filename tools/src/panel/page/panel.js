@@ -151,6 +151,8 @@ function setLost(lost) {
 
 /** Shows an error for some seconds. The same one twice is shown once. */
 function toast(error) {
+  // The user has pressed the stop, and knows.
+  if (error.code === "stopped") return;
   const text = sentence(error);
   for (const old of $("toasts").children) if (old.firstChild.textContent === text) old.remove();
   const one = h("div", { class: "toast" }, h("span", {}, text), button("×", () => one.remove(), { class: "quiet", "aria-label": t("dismiss") }));

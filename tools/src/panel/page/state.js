@@ -3,6 +3,8 @@
 import { History } from "./trace.js";
 
 const AREAS = 9;
+// The weight of the newest cycle in the one that is shown: single ones are in the histogram.
+const SMOOTH = 0.05;
 
 class Host {
   constructor({ id, address, simulated }) {
@@ -10,6 +12,7 @@ class Host {
     this.address = address;
     this.simulated = simulated;
     this.state = null;
+    this.cycle = null;
     this.histories = Array.from({ length: AREAS }, () => Array.from({ length: 8 }, () => new History()));
   }
 
@@ -23,12 +26,21 @@ class Host {
         history.push(state.at, input.value);
       });
     });
+    this.cycle = this.cycle === null ? state.link.cycle_ms : this.cycle + (state.link.cycle_ms - this.cycle) * SMOOTH;
     this.state = state;
+  }
+
+  /** The time of a cycle in ms, as a text. */
+  get pace() {
+    return (this.cycle ?? 0).toFixed(1);
   }
 
   /** The host's name for people. */
   get title() {
-    return this.state?.link.name || this.address;
+    const name = this.state?.link.name;
+    if (!name) return this.address;
+    const namesakes = [...hosts.values()].some((other) => other !== this && other.state?.link.name === name);
+    return namesakes ? `${name} · ${this.address}` : name;
   }
 }
 

@@ -16,17 +16,17 @@
   }
 
   function stop() {
-    show("sent");
+    const socket = window.panelSocket;
     try {
+      if (socket && socket.readyState === WebSocket.OPEN) socket.send('{"do":"stop"}');
+    } finally {
       // It is sent even if the page is being closed.
       const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(2000) };
       fetch("/stop?token=" + encodeURIComponent(token), options).then(
         function (answer) { show(answer.ok ? "done" : "failed"); },
         function () { show("failed"); });
-    } finally {
-      const socket = window.panelSocket;
-      if (socket && socket.readyState === WebSocket.OPEN) socket.send('{"do":"stop"}');
     }
+    show("sent");
   }
 
   // In the capture phase, so that it comes before every other listener.

@@ -10,7 +10,7 @@ const ENGLISH = {
   driverOther: "Page {page} drives. Here you can look.", driverNobody: "Nobody drives. The motors are off.",
   takeOver: "Take over", drive: "Drive",
   lostTitle: "No connection to the program",
-  lostText: "It was ended, or does not answer. It switches all motors off by itself. This page keeps trying.",
+  lostText: "It was ended, or does not answer. It switches all motors off by itself. This page keeps trying. If you start it again, open the address that it prints.",
   dismiss: "Close message",
   connecting: "Connecting", running: "Connected", gap: "Reconnecting", ended: "Ended",
   simulated: "simulated", waiting: "Waiting for the first values",
@@ -28,7 +28,7 @@ const ENGLISH = {
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.", worldOf: "The machine on {name}",
-  press: "Press {name}", plugged: "Plugged in", unplugged: "Unplugged", plug: "Plug {name} in or out",
+  press: "Press {name}", plugIn: "Plug in", plugOut: "Unplug", plug: "Plug {name} in or out",
   button: "Button", switch: "Switch", photo: "Light", ntc: "Warmth", voltage: "Voltage", ultrasonic: "Distance",
   trail: "Trail sensor", colour: "Colour sensor", resistor: "Resistor", black: "black", white: "white",
   motorOf: "Motor {name}, {speed} turns a second", slideOf: "Slide of {name}, at {place} %", lampOf: "Lamp {name}, {glow} %",
@@ -56,7 +56,7 @@ const GERMAN = {
   driverOther: "Seite {page} steuert. Hier kannst du zusehen.", driverNobody: "Niemand steuert. Die Motoren sind aus.",
   takeOver: "Übernehmen", drive: "Steuern",
   lostTitle: "Keine Verbindung zum Programm",
-  lostText: "Es wurde beendet oder antwortet nicht. Die Motoren schaltet es selbst aus. Diese Seite versucht es weiter.",
+  lostText: "Es wurde beendet oder antwortet nicht. Die Motoren schaltet es selbst aus. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
   dismiss: "Meldung schließen",
   connecting: "Verbindet", running: "Verbunden", gap: "Verbindet neu", ended: "Beendet",
   simulated: "simuliert", waiting: "Wartet auf die ersten Werte",
@@ -74,7 +74,7 @@ const GERMAN = {
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.", worldOf: "Die Maschine an {name}",
-  press: "{name} drücken", plugged: "Angesteckt", unplugged: "Abgezogen", plug: "{name} anstecken oder abziehen",
+  press: "{name} drücken", plugIn: "Anstecken", plugOut: "Abziehen", plug: "{name} anstecken oder abziehen",
   button: "Taster", switch: "Schalter", photo: "Licht", ntc: "Wärme", voltage: "Spannung", ultrasonic: "Abstand",
   trail: "Spursensor", colour: "Farbsensor", resistor: "Widerstand", black: "schwarz", white: "weiß",
   motorOf: "Motor {name}, {speed} Umdrehungen je Sekunde", slideOf: "Schlitten von {name}, bei {place} %", lampOf: "Lampe {name}, {glow} %",
@@ -103,7 +103,29 @@ const SOUNDS = {
 };
 
 /** German sentences for errors, by their code. English ones come from the program. */
-const GERMAN_ERRORS = {};
+const GERMAN_ERRORS = {
+  bad_address: "Das ist keine Adresse",
+  busy: "Zu viele Befehle auf einmal; der letzte wurde nicht ausgeführt",
+  camera_on: "Die Kamera läuft schon",
+  connect_failed: "Die Verbindung zum Controller kam nicht zustande",
+  connect_timed_out: "Der Controller antwortet nicht; ist er eingeschaltet, und stimmt die Adresse?",
+  connection_closed: "Der Controller hat die Verbindung beendet",
+  connection_lost: "Die Verbindung zum Controller ist verloren",
+  connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
+  firmware_too_old: "Die Firmware des Controllers ist zu alt",
+  host_not_found: "Diesen Namen gibt es im Netz nicht",
+  i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
+  motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",
+  no_answer: "Der Controller antwortet nicht",
+  no_controller: "Es wurde kein Controller gefunden",
+  not_connected: "Der Controller ist gerade nicht verbunden",
+  not_driving: "Diese Seite sieht nur zu; sie muss zuerst übernehmen",
+  out_of_range: "Diese Zahl ist zu groß oder zu klein",
+  several_controllers: "Es wurden mehrere Controller gefunden; nenne die Adresse",
+  taken: "Eine andere Seite steuert",
+  watchdog: "Das Programm hat zu lange geschwiegen, die Motoren sind aus",
+  zero_pulses: "Eine Strecke hat 1 bis 65535 Impulse",
+};
 
 const KEY = "txt-panel-language";
 

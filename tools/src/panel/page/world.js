@@ -94,7 +94,7 @@ function sensorView(sensor, send) {
 
 /** A remote in the user's hand. */
 class RemoteView {
-  constructor(index, send) {
+  constructor(index, { dip1, dip2 }, send) {
     const change = (fields) => {
       Object.assign(this.values, fields);
       this.used = performance.now();
@@ -103,7 +103,7 @@ class RemoteView {
     const move = throttled(() => send({ do: "remote", remote: index, ...this.values }));
     this.values = null;
     this.used = -Infinity;
-    const name = t("remote", { number: index + 1 });
+    const name = t("remote", { number: 1 + (dip1 ? 1 : 0) + (dip2 ? 2 : 0) });
     this.left = new Joystick(`${name}, ${t("leftStick")}`, (x, y) => change({ left_x: x, left_y: y }));
     this.right = new Joystick(`${name}, ${t("rightStick")}`, (x, y) => change({ right_x: x, right_y: y }));
     const key = (word, field) => {
@@ -116,9 +116,10 @@ class RemoteView {
       return one;
     };
     this.keys = { on: key("onKey", "on"), off: key("offKey", "off") };
-    this.dips = ["dip1", "dip2"].map((field, dip) => button(t("dip", { number: dip + 1 }), () => change({ [field]: !this.values[field] }), { class: "dip" }));
+    // The switches say which remote it is.
+    const dips = [dip1, dip2].map((on, dip) => h("span", { class: "dip", "data-on": Boolean(on) }, t("dip", { number: dip + 1 })));
     this.element = h("li", { class: "remote" }, h("span", { class: "label" }, name),
-      h("div", { class: "sticks" }, this.left.element, h("div", { class: "keys" }, this.keys.on, this.keys.off, this.dips), this.right.element));
+      h("div", { class: "sticks" }, this.left.element, h("div", { class: "keys" }, this.keys.on, this.keys.off, dips), this.right.element));
   }
 
   update(remote) {
@@ -133,8 +134,6 @@ class RemoteView {
     this.right.update(remote.right_x, remote.right_y);
     setAttribute(this.keys.on, "data-on", Boolean(remote.on));
     setAttribute(this.keys.off, "data-on", Boolean(remote.off));
-    setAttribute(this.dips[0], "aria-pressed", remote.dip1 ? "true" : "false");
-    setAttribute(this.dips[1], "aria-pressed", remote.dip2 ? "true" : "false");
   }
 }
 
@@ -155,13 +154,13 @@ export class World {
     this.inputs = hands.map((sensor) => sensor.input);
     this.motors = board.motors.map((motor) => new MotorView(motor, ends(motor.motor)));
     this.lamps = board.lamps.map((lamp) => new LampView(lamp));
-    this.remotes = area ? [] : state.world.remotes.map((_, index) => new RemoteView(index, commands));
+    this.remotes = area ? [] : state.world.remotes.map((remote, index) => new RemoteView(index, remote, commands));
     this.controls = h("fieldset", { class: "scene" },
       list("hands", this.sensors),
       h("div", { class: "moves" }, list("motors", this.motors), list("lamps", this.lamps)),
       list("held", this.remotes));
     const name = state.areas[area].name;
-    this.plug = area ? button("", () => commands({ do: "plug", alive: !this.alive }), { class: "small", "aria-label": t("plug", { name }) }) : null;
+    this.plug = area ? button("", () => commands({ do: "plug", alive: !this.alive }), { class: "small", title: t("plug", { name }) }) : null;
     this.title = area ? `${t("world")} · ${name}` : t("world");
     this.element = card("world", this.title, this.plug ?? h("p", { class: "hint" }, t("worldHint")), this.controls);
   }
@@ -171,7 +170,7 @@ export class World {
     const board = state.world?.boards[area];
     if (!board) return "";
     return JSON.stringify([board.inputs.map(({ input, kind, min, max, moved_by }) => [input, kind, min, max, moved_by]),
-      board.motors.map(({ motor, slide }) => [motor, slide === null]), board.lamps.map(({ output }) => output), state.world.remotes.length]);
+      board.motors.map(({ motor, slide }) => [motor, slide === null]), board.lamps.map(({ output }) => output), state.world.remotes.map(({ dip1, dip2 }) => [dip1, dip2])]);
   }
 
   update(state, may) {
@@ -180,8 +179,7 @@ export class World {
     this.controls.disabled = !may || !board.alive;
     if (this.plug) {
       this.plug.disabled = !may;
-      setText(this.plug, t(board.alive ? "plugged" : "unplugged"));
-      setAttribute(this.plug, "aria-pressed", board.alive ? "true" : "false");
+      setText(this.plug, t(board.alive ? "plugOut" : "plugIn"));
     }
     const byInput = new Map(board.inputs.map((sensor) => [sensor.input, sensor]));
     this.sensors.forEach((sensor, index) => sensor.update(byInput.get(this.inputs[index])));

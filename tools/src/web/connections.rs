@@ -17,7 +17,7 @@ use tokio::time;
 use tokio_io_timeout::TimeoutStream;
 
 /// How long the head of a request may take, and how long a connection may be idle.
-const HEAD_LIMIT: Duration = Duration::from_secs(4);
+const HEAD_LIMIT: Duration = Duration::from_secs(3);
 /// How long a browser may take nothing of what is sent to it.
 const WRITE_LIMIT: Duration = Duration::from_secs(2);
 /// How long the head of a request may be, in bytes.
@@ -29,14 +29,14 @@ const SEND_BUFFER: u32 = 64 * 1024;
 const BACKLOG: u32 = 128;
 
 /// Set when a connection becomes a page's or a camera's. Their number has a limit of its own.
-pub(super) type Kept = Arc<AtomicBool>;
+pub(crate) type Kept = Arc<AtomicBool>;
 
 struct Passing {
     kept: Kept,
     task: JoinHandle<()>,
 }
 
-pub(super) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
+pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
     // A port that was in use a moment ago is free, but not one that is in use.
     #[cfg(unix)]
@@ -47,7 +47,7 @@ pub(super) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 }
 
 /// Serves whoever connects, for ever.
-pub(super) async fn serve(listener: TcpListener, router: Router) {
+pub(crate) async fn serve(listener: TcpListener, router: Router) {
     let mut passing: VecDeque<Passing> = VecDeque::new();
     loop {
         let stream = match listener.accept().await {

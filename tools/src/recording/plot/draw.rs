@@ -1,0 +1,256 @@
+//! The picture: an SVG with one panel below the other, one for each unit.
+
+use std::ops::Range;
+
+use plotters::coord::ranged1d::{KeyPointHint, Ranged, ValueFormatter};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::thin::Point;
+
+/// The width of the picture, and the height of a panel, in pixels.
+const WIDTH: u32 = 1000;
+const PANEL: u32 = 230;
+const TITLE: u32 = 40;
+/// Below the last panel are the times.
+const TIMES: u32 = 45;
+/// A line of names above each panel.
+const NAMES: u32 = 26;
+const LEFT: u32 = 80;
+const RIGHT: u32 = 30;
+
+/// Each colour as it is on a light and on a dark ground.
+const GROUND: (RGBColor, &str) = (RGBColor(0xFF, 0xFF, 0xFF), "#0D1117");
+const INK: (RGBColor, &str) = (RGBColor(0x1F, 0x23, 0x28), "#E6EDF3");
+const GRID: (RGBColor, &str) = (RGBColor(0xD9, 0xDE, 0xE3), "#30363D");
+const GAP: (RGBColor, &str) = (RGBColor(0xF1, 0xDC, 0xDC), "#4A2326");
+const LINES: [(RGBColor, &str); 8] = [
+    (RGBColor(0x09, 0x69, 0xDA), "#58A6FF"),
+    (RGBColor(0xBC, 0x4C, 0x00), "#F0883E"),
+    (RGBColor(0x1A, 0x7F, 0x37), "#3FB950"),
+    (RGBColor(0x82, 0x50, 0xDF), "#BC8CFF"),
+    (RGBColor(0xCF, 0x22, 0x2E), "#FF7B72"),
+    (RGBColor(0x0F, 0x76, 0x6E), "#2DD4BF"),
+    (RGBColor(0xBF, 0x39, 0x89), "#F778BA"),
+    (RGBColor(0x6E, 0x77, 0x81), "#9EA7B0"),
+];
+
+/// What a tick means.
+const TICK: &str = "tick: distance done, stalled, extension";
+
+/// What is drawn. Times are seconds from the beginning of the recording.
+pub(super) struct Picture {
+    pub(super) title: String,
+    pub(super) time: Range<f64>,
+    pub(super) panels: Vec<Panel>,
+    /// When there was no connection.
+    pub(super) gaps: Vec<Range<f64>>,
+    /// When something happened that is drawn as a tick.
+    pub(super) ticks: Vec<f64>,
+}
+
+/// Lines with the same unit.
+pub(super) struct Panel {
+    /// Such as "distance in cm".
+    pub(super) axis: String,
+    pub(super) lines: Vec<Line>,
+}
+
+pub(super) struct Line {
+    pub(super) name: String,
+    /// Its connected parts.
+    pub(super) parts: Vec<Vec<Point>>,
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+type Failed<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
+
+/// The picture as SVG.
+pub(super) fn svg(picture: &Picture) -> anyhow::Result<String> {
+    let height = TITLE + PANEL * picture.panels.len() as u32 + TIMES;
+    let mut svg = String::new();
+    let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
+    draw(picture, &root).map_err(|error| anyhow::anyhow!("the picture can't be drawn: {error}"))?;
+    drop(root);
+    Ok(with_dark_colours(&svg))
+}
+
+fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
+    root.fill(&GROUND.0)?;
+    root.draw_text(&picture.title, &text(22), (LEFT as i32, 14))?;
+    let notes =
+        [("shaded: no connection", picture.gaps.is_empty()), (TICK, picture.ticks.is_empty())];
+    let notes: Vec<&str> = notes.iter().filter(|(_, none)| !none).map(|(note, _)| *note).collect();
+    let right = text(15).pos(Pos::new(HPos::Right, VPos::Top));
+    root.draw_text(&notes.join("; "), &right, ((WIDTH - RIGHT) as i32, 17))?;
+    let mut rest = root.split_vertically(TITLE).1;
+    for (index, panel) in picture.panels.iter().enumerate() {
+        let is_last = index + 1 == picture.panels.len();
+        let (area, below) = rest.split_vertically(PANEL + if is_last { TIMES } else { 0 });
+        draw_panel(picture, panel, &area, is_last)?;
+        rest = below;
+    }
+    root.present()
+}
+
+/// The style of a text. Without fonts, sizes are larger than in the picture.
+fn text(size: u32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&INK.0)
+}
+
+fn draw_panel<'a>(
+    picture: &Picture,
+    panel: &Panel,
+    area: &Area<'a>,
+    with_times: bool,
+) -> Result<(), Failed<'a>> {
+    let (names, area) = area.split_vertically(NAMES);
+    draw_names(panel, &names)?;
+    let lane = lane(panel);
+    let values = value_range(panel, lane);
+    let mut chart = ChartBuilder::on(&area)
+        .margin_right(RIGHT)
+        .margin_bottom(10)
+        .set_label_area_size(LabelAreaPosition::Left, LEFT)
+        .set_label_area_size(LabelAreaPosition::Bottom, if with_times { TIMES } else { 0 })
+        .build_cartesian_2d(Times(picture.time.clone()), values.clone())?;
+    for gap in &picture.gaps {
+        let corners = [(gap.start, values.start), (gap.end, values.end)];
+        chart.draw_series([Rectangle::new(corners, GAP.0.filled())])?;
+    }
+    chart
+        .configure_mesh()
+        .axis_style(INK.0)
+        .bold_line_style(GRID.0)
+        .light_line_style(TRANSPARENT)
+        .label_style(text(15))
+        .axis_desc_style(text(16))
+        .x_desc(if with_times { "time since the beginning of the recording" } else { "" })
+        .x_labels(12)
+        // A lane has no numbers.
+        .y_labels(if lane > 0.0 { 0 } else { 5 })
+        .y_label_formatter(&|value| number(*value))
+        .draw()?;
+    let tick = values.start + (values.end - values.start) * 0.06;
+    for at in &picture.ticks {
+        let ends = [(*at, values.start), (*at, tick)];
+        chart.draw_series([PathElement::new(ends, INK.0.stroke_width(2))])?;
+    }
+    let lanes = (0..panel.lines.len()).rev().map(|below| below as f64 * lane);
+    for ((line, raised), (colour, _)) in panel.lines.iter().zip(lanes).zip(LINES.iter().cycle()) {
+        for part in &line.parts {
+            let part = part.iter().map(|(at, value)| (*at, value + raised));
+            chart.draw_series(LineSeries::new(part, colour.stroke_width(2)))?;
+        }
+    }
+    Ok(())
+}
+
+/// What the values are, and the name of each line with a piece of it.
+fn draw_names<'a>(panel: &Panel, area: &Area<'a>) -> Result<(), Failed<'a>> {
+    /// About how wide a letter is.
+    const LETTER: i32 = 9;
+    let axis = format!("{}:", panel.axis);
+    area.draw_text(&axis, &text(17), (LEFT as i32, 7))?;
+    let mut left = LEFT as i32 + LETTER * axis.chars().count() as i32;
+    for (line, (colour, _)) in panel.lines.iter().zip(LINES.iter().cycle()) {
+        area.draw(&PathElement::new([(left, 14), (left + 18, 14)], colour.stroke_width(3)))?;
+        area.draw_text(&line.name, &text(17), (left + 23, 7))?;
+        left += 23 + LETTER * line.name.len() as i32 + 14;
+    }
+    Ok(())
+}
+
+fn values(panel: &Panel) -> impl Iterator<Item = f64> + '_ {
+    panel.lines.iter().flat_map(|line| line.parts.iter().flatten()).map(|point| point.1)
+}
+
+/// How far lines stand above each other: those of 0 and 1 would hide each other.
+fn lane(panel: &Panel) -> f64 {
+    let hide = panel.lines.len() > 1 && values(panel).all(|value| (0.0..=1.0).contains(&value));
+    if hide {
+        1.5
+    } else {
+        0.0
+    }
+}
+
+/// The values of all lines, with some room around them.
+fn value_range(panel: &Panel, lane: f64) -> Range<f64> {
+    let low = values(panel).fold(f64::MAX, f64::min);
+    let high = values(panel).fold(f64::MIN, f64::max);
+    if low >= 0.0 && high <= 1.0 {
+        return -0.2..1.2 + lane * (panel.lines.len() - 1) as f64;
+    }
+    let room = ((high - low) * 0.06).max(0.1);
+    low - room..high + room
+}
+
+/// A number without needless digits.
+fn number(value: f64) -> String {
+    let rounded = (value * 1000.0).round() / 1000.0;
+    // No minus before a zero.
+    format!("{}", rounded + 0.0)
+}
+
+/// The axis of time, whose labels are full seconds, minutes or hours.
+struct Times(Range<f64>);
+
+impl Ranged for Times {
+    type FormatOption = plotters::coord::ranged1d::NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let length = (self.0.end - self.0.start).max(f64::MIN_POSITIVE);
+        let share = (value - self.0.start) / length;
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let length = self.0.end - self.0.start;
+        let most = hint.max_num_points().clamp(2, 14) as f64;
+        let step = STEPS.into_iter().find(|step| length / step <= most).unwrap_or(length);
+        let first = (self.0.start / step).ceil();
+        let count = ((self.0.end / step).floor() - first) as u32 + 1;
+        (0..count).map(|number| (first + f64::from(number)) * step).collect()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.0.clone()
+    }
+}
+
+/// Distances of the labels in seconds.
+const STEPS: [f64; 21] = [
+    0.001, 0.005, 0.01, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0,
+    600.0, 1800.0, 3600.0, 7200.0, 21600.0,
+];
+
+impl ValueFormatter<f64> for Times {
+    fn format_ext(&self, value: &f64) -> String {
+        let whole = *value as u64;
+        if self.0.end <= 120.0 {
+            return format!("{} s", number(*value));
+        }
+        let (hours, minutes) = (whole / 3600, whole / 60 % 60);
+        let seconds = number(value % 60.0);
+        let seconds = if seconds.len() < 2 { format!("0{seconds}") } else { seconds };
+        format!("{hours}:{minutes:02}:{seconds}")
+    }
+}
+
+/// Adds the colours on a dark ground. Programs that don't know them show the light ones.
+fn with_dark_colours(svg: &str) -> String {
+    let colours = [GROUND, INK, GRID, GAP].into_iter().chain(LINES);
+    let rules: String = colours
+        .map(|(RGBColor(red, green, blue), dark)| {
+            let light = format!("#{red:02X}{green:02X}{blue:02X}");
+            format!("[fill=\"{light}\"]{{fill:{dark}}}[stroke=\"{light}\"]{{stroke:{dark}}}\n")
+        })
+        .collect();
+    let style = format!("<style>@media (prefers-color-scheme: dark) {{\n{rules}}}</style>\n");
+    match svg.find("<rect") {
+        Some(at) => format!("{}{style}{}", &svg[..at], &svg[at..]),
+        None => svg.to_owned(),
+    }
+}

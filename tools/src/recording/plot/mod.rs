@@ -1,0 +1,96 @@
+//! `txt plot`.
+
+mod draw;
+mod thin;
+mod tracks;
+
+use std::fs;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use anyhow::{bail, Context};
+use ft_transfer_area_recorder::{Column, Recording};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use tracks::Tracks;
+
+const AFTER: &str = "\
+There is one panel for each unit. Without names, all inputs, counters and motors that change are
+drawn. The picture follows the light or dark setting of what shows it. Where there was no connection
+it is shaded. A tick at the bottom is a motor that has reached its distance or is stalled, or an
+extension that came or went.
+
+Example: txt plot run.mcap I1 C1 M1 E1.I2 --from 10 --to 25.5 -o plot.svg";
+
+/// Draw parts of a recording as a picture
+#[derive(clap::Args)]
+#[command(after_help = AFTER)]
+pub(crate) struct Args {
+    /// The recording
+    recording: PathBuf,
+    /// What to draw: I1 to I8, C1 to C4, M1 to M4, O1 to O8; of extension 1 E1.I1
+    names: Vec<Column>,
+    /// The picture [default: the recording's name with .svg]
+    #[arg(short, long, value_name = "FILE.svg")]
+    output: Option<PathBuf>,
+    /// Begin at this second of the recording
+    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = second)]
+    from: f64,
+    /// End at this second of the recording [default: its end]
+    #[arg(long, value_name = "S", value_parser = second)]
+    to: Option<f64>,
+    /// The line above the picture [default: the recording's name]
+    #[arg(long)]
+    title: Option<String>,
+}
+
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let output = args.output.unwrap_or_else(|| args.recording.with_extension("svg"));
+    // Nobody wants to overwrite a recording by a picture.
+    if output.extension().is_none_or(|end| !end.eq_ignore_ascii_case("svg")) {
+        bail!("{}: the name of a picture ends with .svg", output.display());
+    }
+    let to = args.to.unwrap_or(f64::INFINITY);
+    if args.from >= to {
+        bail!("--from has to be before --to");
+    }
+    let mut recording = Recording::open(&args.recording)?;
+    let mut tracks = Tracks::new(args.names, args.from..to);
+    read(&mut recording, &mut tracks)?;
+    if recording.is_cut_off() {
+        eprintln!("{} is cut off: it is drawn up to there", args.recording.display());
+    }
+    let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let picture = tracks.picture(&file, args.title)?;
+    fs::write(&output, draw::svg(&picture)?).with_context(|| output.display().to_string())?;
+    println!("{}", output.display());
+    Ok(())
+}
+
+/// Reads the part of the recording that is drawn.
+fn read(recording: &mut Recording, tracks: &mut Tracks) -> anyhow::Result<()> {
+    let style = ProgressStyle::with_template("{spinner} reading the recording: {msg}")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner());
+    let progress = ProgressBar::new_spinner().with_style(style);
+    progress.enable_steady_tick(Duration::from_millis(100));
+    let mut minute = None;
+    for entry in recording {
+        let entry = entry?;
+        let now = entry.at.as_secs() / 60;
+        if minute != Some(now) {
+            progress.set_message(format!("minute {now}"));
+            minute = Some(now);
+        }
+        if !tracks.take(entry) {
+            break;
+        }
+    }
+    progress.finish_and_clear();
+    Ok(())
+}
+
+/// A time in a recording.
+fn second(text: &str) -> Result<f64, &'static str> {
+    let second = text.parse().ok().filter(|second: &f64| second.is_finite() && *second >= 0.0);
+    second.ok_or("seconds are expected, 0 or more, such as 12 or 12.5")
+}

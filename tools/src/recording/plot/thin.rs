@@ -1,0 +1,193 @@
+//! A line of millions of values as one of a few thousand points that looks the same.
+
+/// A value at a time in seconds.
+pub(super) type Point = (f64, f64);
+
+/// How many buckets a line has at most. A picture is not wider than this in pixels.
+const BUCKETS: usize = 2000;
+
+/// A line that is thinned while it comes in. Of each bucket, which is a stretch of time, the first, the lowest,
+/// the highest and the last value are kept. When there are too many buckets, two become one.
+#[derive(Clone, Debug)]
+pub(super) struct Thin {
+    /// The length of a bucket in seconds.
+    width: f64,
+    buckets: Vec<Bucket>,
+    /// Whether the next value does not belong to the line before it.
+    cut: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Bucket {
+    /// Counted from time 0.
+    index: u64,
+    first: Point,
+    lowest: Point,
+    highest: Point,
+    last: Point,
+    /// Whether the line before this bucket ends there.
+    cut: bool,
+}
+
+impl Default for Thin {
+    fn default() -> Self {
+        // Shorter than a cycle, so that a short recording is drawn as it is.
+        Self { width: 0.005, buckets: Vec::new(), cut: true }
+    }
+}
+
+impl Thin {
+    /// Adds the next value.
+    pub(super) fn add(&mut self, at: f64, value: f64) {
+        let point = (at, value);
+        let index = (at / self.width) as u64;
+        let cut = std::mem::replace(&mut self.cut, false);
+        let one = Bucket { index, first: point, lowest: point, highest: point, last: point, cut };
+        match self.buckets.last_mut() {
+            Some(bucket) if bucket.index == index && !cut => bucket.take(&one),
+            _ => self.buckets.push(one),
+        }
+        if self.buckets.len() > BUCKETS {
+            self.halve();
+        }
+    }
+
+    /// Ends the line. What comes next is not connected with it.
+    pub(super) fn cut(&mut self) {
+        self.cut = true;
+    }
+
+    fn halve(&mut self) {
+        self.width *= 2.0;
+        let mut halved: Vec<Bucket> = Vec::with_capacity(BUCKETS);
+        for mut bucket in self.buckets.drain(..) {
+            bucket.index /= 2;
+            match halved.last_mut() {
+                // A cut within a bucket stays.
+                Some(last) if last.index == bucket.index && !bucket.cut => last.take(&bucket),
+                _ => halved.push(bucket),
+            }
+        }
+        self.buckets = halved;
+    }
+
+    /// Whether all values are the same.
+    pub(super) fn is_constant(&self) -> bool {
+        let mut values = self.buckets.iter().flat_map(|bucket| [bucket.lowest.1, bucket.highest.1]);
+        values.next().is_none_or(|first| values.all(|value| value == first))
+    }
+
+    /// The connected lines, without the points in the middle of a level stretch.
+    pub(super) fn lines(&self) -> Vec<Vec<Point>> {
+        let mut lines: Vec<Vec<Point>> = Vec::new();
+        for bucket in &self.buckets {
+            if bucket.cut {
+                lines.push(Vec::new());
+            }
+            let Some(line) = lines.last_mut() else { continue };
+            bucket.points().into_iter().for_each(|point| add_to(line, point));
+        }
+        lines
+    }
+}
+
+impl Bucket {
+    /// Takes the values of a later one.
+    fn take(&mut self, later: &Self) {
+        if later.lowest.1 < self.lowest.1 {
+            self.lowest = later.lowest;
+        }
+        if later.highest.1 > self.highest.1 {
+            self.highest = later.highest;
+        }
+        self.last = later.last;
+    }
+
+    /// Its values in the order of time.
+    fn points(&self) -> [Point; 4] {
+        let mut between = [self.lowest, self.highest];
+        if between[0].0 > between[1].0 {
+            between.reverse();
+        }
+        [self.first, between[0], between[1], self.last]
+    }
+}
+
+/// Adds a point to a line. Of points with the same value in a row, the first and the last stay.
+fn add_to(line: &mut Vec<Point>, point: Point) {
+    match line[..] {
+        [.., last] if last == point => return,
+        [.., before, last] if before.1 == last.1 && last.1 == point.1 => drop(line.pop()),
+        _ => {}
+    }
+    line.push(point);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line with a value for each 10 ms.
+    fn line(values: impl IntoIterator<Item = f64>) -> Thin {
+        let mut thin = Thin::default();
+        values.into_iter().enumerate().for_each(|(n, value)| thin.add(n as f64 * 0.01, value));
+        thin
+    }
+
+    #[test]
+    fn a_short_line_stays_as_it_is() {
+        let values = [1.0, 3.0, 2.0, 2.5];
+        let points: Vec<_> =
+            values.iter().enumerate().map(|(n, v)| (n as f64 * 0.01, *v)).collect();
+        assert_eq!(line(values).lines(), [points]);
+    }
+
+    #[test]
+    fn a_level_stretch_is_two_points() {
+        let values = [0.0; 50].into_iter().chain([1.0; 50]);
+        let lines = line(values).lines();
+        assert_eq!(lines, [vec![(0.0, 0.0), (0.49, 0.0), (0.5, 1.0), (0.99, 1.0)]]);
+    }
+
+    #[test]
+    fn a_night_is_a_few_thousand_points_with_each_peak() {
+        let cycles = 10 * 3600 * 100;
+        let peaks = [7, 123_456, 3_599_998];
+        let night = (0..cycles).map(|cycle| match cycle {
+            cycle if peaks.contains(&cycle) => 5000.0,
+            cycle => f64::from(cycle % 3),
+        });
+        let lines = line(night).lines();
+        assert_eq!(lines.len(), 1);
+        assert!((1000..=4 * BUCKETS).contains(&lines[0].len()), "{}", lines[0].len());
+        for peak in peaks {
+            let at = f64::from(peak) * 0.01;
+            assert!(lines[0].contains(&(at, 5000.0)), "the peak at {at} s is lost");
+        }
+        assert!(lines[0].is_sorted_by(|one, next| one.0 <= next.0));
+        let end = f64::from(cycles - 1) * 0.01;
+        assert_eq!((lines[0][0].0, lines[0][lines[0].len() - 1].0), (0.0, end));
+    }
+
+    #[test]
+    fn a_cut_separates_lines_even_in_a_long_recording() {
+        let mut thin = Thin::default();
+        for cycle in 0..1_000_000 {
+            if cycle == 500_000 {
+                thin.cut();
+            }
+            thin.add(f64::from(cycle) * 0.01, f64::from(cycle % 7));
+        }
+        let lines = thin.lines();
+        assert_eq!(lines.len(), 2);
+        assert_eq!(lines[1][0].0, 5000.0);
+        assert!(lines[0].iter().all(|(at, _)| *at < 5000.0));
+    }
+
+    #[test]
+    fn a_constant_line_is_known() {
+        assert!(line([]).is_constant());
+        assert!(line([4.0; 9]).is_constant());
+        assert!(!line([4.0, 4.0, 5.0, 4.0]).is_constant());
+    }
+}

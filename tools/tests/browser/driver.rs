@@ -1,0 +1,168 @@
+//! A headless Chromium and its driver.
+
+use std::env;
+use std::future::Future;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+
+use anyhow::{bail, Context, Result};
+use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
+use fantoccini::{Client, ClientBuilder};
+use hyper_util::client::legacy::connect::HttpConnector;
+use serde_json::{json, Value};
+
+/// Names the browser; then a test without it is a failure.
+const NAMED: &str = "TXT_BROWSER";
+const BROWSERS: [&str; 4] =
+    ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
+const DRIVERS: [&str; 2] = ["chromedriver", "chromium.chromedriver"];
+
+struct Installed {
+    browser: PathBuf,
+    driver: PathBuf,
+}
+
+fn in_path(names: &[&str]) -> Option<PathBuf> {
+    let path = env::var_os("PATH")?;
+    let folders: Vec<_> = env::split_paths(&path).collect();
+    names
+        .iter()
+        .flat_map(|name| folders.iter().map(move |folder| folder.join(name)))
+        .find(|file| file.is_file())
+}
+
+/// What to use, or `None` if there is no browser and none is asked for.
+fn installed() -> Result<Option<Installed>> {
+    let named = env::var_os(NAMED).map(PathBuf::from);
+    let driver = in_path(&DRIVERS);
+    if let Some(browser) = named {
+        if !browser.is_file() {
+            bail!("{NAMED} names {}, which is no file", browser.display());
+        }
+        let driver = driver.context("there is no chromedriver in the PATH")?;
+        return Ok(Some(Installed { browser, driver }));
+    }
+    Ok(in_path(&BROWSERS).zip(driver).map(|(browser, driver)| Installed { browser, driver }))
+}
+
+/// Runs a test in a browser of its own, which is ended whatever comes of it.
+pub(crate) fn browse<F: Future<Output = Result<()>>>(test: impl FnOnce(Client) -> F) -> Result<()> {
+    let Some(installed) = installed()? else {
+        eprintln!("skipped: no Chromium with its chromedriver was found (Debian: chromium, chromium-driver)");
+        return Ok(());
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let driver = Driver::start(&installed.driver)?;
+    runtime.block_on(async {
+        let client = driver.client(&installed.browser).await?;
+        let tested = test(client.clone()).await;
+        let closed = client.close().await;
+        tested?;
+        Ok(closed?)
+    })
+}
+
+struct Driver {
+    process: Child,
+    port: u16,
+}
+
+impl Driver {
+    fn start(program: &Path) -> Result<Self> {
+        let mut process = Command::new(program)
+            .arg("--port=0")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .with_context(|| format!("{} does not start", program.display()))?;
+        let mut lines =
+            BufReader::new(process.stdout.take().context("chromedriver has no output")?);
+        let mut line = String::new();
+        let port = loop {
+            line.clear();
+            if lines.read_line(&mut line)? == 0 {
+                bail!("chromedriver ended before it named its port");
+            }
+            if let Some((_, port)) = line.split_once("started successfully on port ") {
+                break port.trim().trim_end_matches('.').parse()?;
+            }
+        };
+        // Its output must not fill up.
+        thread::spawn(move || lines.read_to_end(&mut Vec::new()));
+        Ok(Self { process, port })
+    }
+
+    async fn client(&self, browser: &Path) -> Result<Client> {
+        let args = [
+            "--headless=new",
+            // For a test that runs as root, as in a container.
+            "--no-sandbox",
+            "--disable-gpu",
+            "--hide-scrollbars",
+            "--disable-dev-shm-usage",
+            "--lang=en-US",
+            "--window-size=1280,900",
+            // Nothing is loaded from elsewhere.
+            "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
+            // A page behind another one lives on as one beside it.
+            "--disable-background-timer-throttling",
+            "--disable-renderer-backgrounding",
+            "--disable-backgrounding-occluded-windows",
+        ];
+        let Value::Object(capabilities) = json!({
+            "browserName": "chrome",
+            "goog:chromeOptions": { "binary": browser, "args": args },
+            "goog:loggingPrefs": { "browser": "ALL" },
+        }) else {
+            unreachable!("it is written as an object above");
+        };
+        let capabilities: Capabilities = capabilities;
+        let address = format!("http://127.0.0.1:{}", self.port);
+        Ok(ClientBuilder::new(HttpConnector::new())
+            .capabilities(capabilities)
+            .connect(&address)
+            .await?)
+    }
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// A command of chromedriver beyond the WebDriver standard.
+#[derive(Debug)]
+pub(crate) struct Beyond {
+    path: &'static str,
+    body: Value,
+}
+
+impl Beyond {
+    /// The messages of the console since the last call.
+    pub(crate) fn console() -> Self {
+        Self { path: "se/log", body: json!({ "type": "browser" }) }
+    }
+
+    /// A command of the browser's own protocol.
+    pub(crate) fn browser(command: &str, params: Value) -> Self {
+        Self { path: "goog/cdp/execute", body: json!({ "cmd": command, "params": params }) }
+    }
+}
+
+impl WebDriverCompatibleCommand for Beyond {
+    fn endpoint(
+        &self,
+        base: &url::Url,
+        session: Option<&str>,
+    ) -> Result<url::Url, url::ParseError> {
+        base.join(&format!("session/{}/{}", session.unwrap_or_default(), self.path))
+    }
+
+    fn method_and_body(&self, _: &url::Url) -> (http::Method, Option<String>) {
+        (http::Method::POST, Some(self.body.to_string()))
+    }
+}

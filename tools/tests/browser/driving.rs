@@ -1,0 +1,131 @@
+//! What the TXT gets from the page: this process is the TXT.
+
+use anyhow::{ensure, Context, Result};
+use fantoccini::key::Key;
+use fantoccini::{Client, Locator};
+use ft_transfer_area::simulator::world::{Script, World};
+use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area::tx::Motor;
+use serde_json::json;
+
+use crate::driver::browse;
+use crate::page::{Page, Panel, LIMIT};
+
+const FORWARD: &str = "[aria-label='M1 forward']";
+const STOPPED: &str = ".directions [aria-label='Stop M1'][aria-pressed=true]";
+
+fn simulated_txt() -> Result<SimulatedTxt> {
+    let world = World::default().with_script(Script::default());
+    Ok(SimulatedTxt::builder().world(world).start()?)
+}
+
+fn turns(machine: &Machine) -> bool {
+    machine
+        .world()
+        .and_then(|world| world.motor_speed(0, Motor::M1))
+        .is_some_and(|speed| speed > 0.5)
+}
+
+fn all_off(machine: &Machine) -> bool {
+    machine.controllers.iter().all(|controller| controller.outputs.duty == [0; 8])
+}
+
+fn ensure_seen(txt: &SimulatedTxt, what: &str, condition: fn(&Machine) -> bool) -> Result<()> {
+    ensure!(txt.wait_until(LIMIT, condition), "the TXT did not see: {what}");
+    Ok(())
+}
+
+#[test]
+fn the_txt_gets_what_the_page_tells_it() -> Result<()> {
+    browse(|client| async move {
+        turn_and_stop(&client)
+            .await
+            .context("a motor turns by mouse and keyboard, each stop stops it")?;
+        load_again_and_close(&client).await.context("a page is loaded again, and closed")?;
+        take_over(&client).await.context("a second page looks until it takes over")
+    })
+}
+
+async fn turn_and_stop(client: &Client) -> Result<()> {
+    let txt = simulated_txt()?;
+    let panel = Panel::start(&[&txt.address().to_string()])?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#role", "You drive").await?;
+
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns by mouse", turns)?;
+    page.click("#stop").await?;
+    ensure_seen(&txt, "the stop button", all_off)?;
+    page.wait_for(STOPPED).await?;
+
+    page.tab_to("[aria-label='What is on M1']", FORWARD).await?;
+    page.type_key(Key::Enter).await?;
+    ensure_seen(&txt, "M1 turns by keyboard", turns)?;
+    // The focus is still on the button that starts the motor.
+    page.type_key(Key::Space).await?;
+    ensure_seen(&txt, "the space bar", all_off)?;
+    page.wait_for(STOPPED).await?;
+
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns again", turns)?;
+    // The stop needs nothing of the rest of the page: neither its connection nor its scripts.
+    let broken = "window.panelSocket = null;
+        document.getElementById = requestAnimationFrame = () => { throw new Error('broken on purpose') }";
+    page.run(broken, json!(null)).await?;
+    page.click("#stop").await?;
+    ensure_seen(&txt, "the stop button of a broken page", all_off)?;
+    client.goto("about:blank").await?;
+    page.console().await?; // what was broken on purpose
+    Ok(())
+}
+
+async fn load_again_and_close(client: &Client) -> Result<()> {
+    let txt = simulated_txt()?;
+    let panel = Panel::start(&[&txt.address().to_string()])?;
+    let page = Page::open(client, &panel).await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns", turns)?;
+
+    client.refresh().await?;
+    ensure_seen(&txt, "the page is loaded again", all_off)?;
+    page.wait_for_text("#role", "You drive").await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns after a reload", turns)?;
+    page.ensure_no_console_errors().await?;
+
+    let elsewhere = client.new_window(true).await?;
+    client.close_window().await?;
+    client.switch_to_window(elsewhere.handle).await?;
+    ensure_seen(&txt, "the page is closed", all_off)
+}
+
+async fn take_over(client: &Client) -> Result<()> {
+    let txt = simulated_txt()?;
+    let panel = Panel::start(&[&txt.address().to_string()])?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#role", "You drive").await?;
+    let first = client.window().await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns", turns)?;
+
+    let second = client.new_window(false).await?.handle;
+    client.switch_to_window(second).await?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#banner", "drives. Here you can look.").await?;
+    let enabled = page.client.find(Locator::Css(FORWARD)).await?.is_enabled().await?;
+    ensure!(!enabled, "a page that looks has a button for the motor");
+    // Anybody may stop.
+    page.click("#stop").await?;
+    ensure_seen(&txt, "the stop of a page that looks", all_off)?;
+
+    page.click("#take").await?;
+    page.wait_for_text("#role", "You drive").await?;
+    page.click(FORWARD).await?;
+    ensure_seen(&txt, "M1 turns by the second page", turns)?;
+    page.ensure_no_console_errors().await?;
+
+    client.switch_to_window(first).await?;
+    page.wait_for_text("#banner", "drives. Here you can look.").await?;
+    page.wait_for(".board:disabled").await?;
+    page.ensure_no_console_errors().await
+}

@@ -1,0 +1,89 @@
+//! The simulated machine that the panel brings, on the page.
+
+use anyhow::{ensure, Context, Result};
+use fantoccini::Client;
+use serde_json::json;
+
+use crate::driver::browse;
+use crate::page::{Page, Panel};
+
+const I1: &str = ".input:nth-child(1)";
+const I3: &str = ".input:nth-child(3)";
+
+#[test]
+fn the_page_shows_the_machine_in_each_language_and_size() -> Result<()> {
+    browse(|client| async move {
+        operate(&client).await.context("buttons are pressed, motors and lamps are seen")?;
+        speak_german_and_fit(&client).await.context("the page speaks German and fits a phone")
+    })
+}
+
+async fn operate(client: &Client) -> Result<()> {
+    let panel = Panel::start(&[])?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#role", "You drive").await?;
+
+    page.press_mouse("[aria-label='Press I1']").await?;
+    page.wait_for(&format!("{I1}[data-on]")).await?;
+    page.release_mouse().await?;
+    page.wait_for(&format!("{I1}:not([data-on])")).await?;
+    page.hold_key('3').await?;
+    page.wait_for(&format!("{I3}[data-on]")).await?;
+    page.release_key('3').await?;
+    page.wait_for(&format!("{I3}:not([data-on])")).await?;
+
+    // The slide goes from I4 to I5.
+    page.wait_for(".rail .end:nth-of-type(1)[data-on]").await?;
+    page.click("[aria-label='M3 forward']").await?;
+    page.wait_for(".moving[data-turns=forward]").await?;
+    page.wait_for(".input:nth-child(5)[data-on]").await?;
+    page.click("[aria-label='Stop M3']").await?;
+    page.wait_for(".moving:nth-child(3):not([data-turns])").await?;
+
+    let choose = "const kind = document.querySelector(arguments[0]);
+        kind.value = 'outputs';
+        kind.dispatchEvent(new Event('change'))";
+    page.run(choose, json!("[aria-label='What is on M4']")).await?;
+    page.wait_for(".terminal:nth-child(4)[data-kind=outputs]").await?;
+    page.click("[aria-label='Switch O7']").await?;
+    page.wait_for("[aria-label='Lamp O7, 100 %']").await?;
+    page.ensure_no_console_errors().await
+}
+
+async fn speak_german_and_fit(client: &Client) -> Result<()> {
+    let panel = Panel::start(&["simulated", "simulated", "--extensions", "8"])?;
+    let page = Page::open(client, &panel).await?;
+    page.wait_for_text("#role", "You drive").await?;
+    page.click("#language").await?;
+    page.wait_for_text("#role", "Du steuerst").await?;
+    page.wait_for_text(".link h2", "Verbindung").await?;
+    client.refresh().await?;
+    page.wait_for_text("#role", "Du steuerst").await?;
+
+    for width in [360, 700, 1000, 1440] {
+        page.resize(width, 740).await?;
+        ensure_no_scroll(&page, width).await?;
+    }
+    page.prefer("dark").await?;
+    page.resize(360, 740).await?;
+    page.click(".chips button:last-child").await?;
+    page.wait_for(".board:nth-of-type(9)").await?;
+    ensure_no_scroll(&page, 360).await?;
+    page.click("#tabs button:last-child").await?;
+    page.wait_for(".tile:nth-child(2) [data-phase=running]").await?;
+    ensure_no_scroll(&page, 360).await?;
+    page.ensure_no_console_errors().await?;
+
+    drop(panel);
+    page.wait_for_text("#lost:not([hidden])", "Keine Verbindung zum Programm").await?;
+    page.wait_for("#main[inert]").await?;
+    Ok(())
+}
+
+async fn ensure_no_scroll(page: &Page, width: u32) -> Result<()> {
+    let script =
+        "const page = document.documentElement; return page.scrollWidth - page.clientWidth";
+    let hidden = page.run(script, json!(null)).await?;
+    ensure!(hidden == json!(0), "at a width of {width} pixels, {hidden} pixels are out of sight");
+    Ok(())
+}

@@ -1,0 +1,7 @@
+//! The page of `txt panel` in a headless Chromium. Each test has a panel and a browser of its own.
+
+mod driver;
+mod driving;
+mod machine;
+mod page;
+mod picture;

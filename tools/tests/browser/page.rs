@@ -1,0 +1,191 @@
+//! The program `txt panel`, and its page in a browser.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use anyhow::{bail, ensure, Context, Result};
+use fantoccini::actions::{
+    InputSource, KeyAction, KeyActions, MouseActions, PointerAction, MOUSE_BUTTON_LEFT,
+};
+use fantoccini::elements::Element;
+use fantoccini::key::Key;
+use fantoccini::Client;
+use serde_json::{json, Value};
+
+use crate::driver::Beyond;
+
+/// How long anything may take. Only a test that fails waits so long.
+pub(crate) const LIMIT: Duration = Duration::from_secs(30);
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// A running `txt panel`.
+pub(crate) struct Panel {
+    process: Child,
+    /// Kept open: the panel writes more than its address.
+    _output: BufReader<ChildStdout>,
+    pub(crate) url: String,
+}
+
+impl Panel {
+    pub(crate) fn start(args: &[&str]) -> Result<Self> {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_txt"))
+            .args(["panel", "--no-browser"])
+            .args(args)
+            .stdout(Stdio::piped())
+            .spawn()?;
+        let mut output = BufReader::new(process.stdout.take().context("the panel has no output")?);
+        let mut url = String::new();
+        output.read_line(&mut url)?;
+        let panel = Self { process, _output: output, url: url.trim().to_owned() };
+        ensure!(
+            panel.url.starts_with("http://127.0.0.1:"),
+            "instead of an address: {:?}",
+            panel.url
+        );
+        Ok(panel)
+    }
+}
+
+impl Drop for Panel {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// The page that the browser shows at present.
+pub(crate) struct Page {
+    pub(crate) client: Client,
+}
+
+impl Page {
+    /// Opens the panel's page and waits until it shows values.
+    pub(crate) async fn open(client: &Client, panel: &Panel) -> Result<Self> {
+        client.goto(&panel.url).await?;
+        let page = Self { client: client.clone() };
+        page.wait_for("[data-phase=running] .board .input").await?;
+        Ok(page)
+    }
+
+    /// Waits until something matches this selector.
+    pub(crate) async fn wait_for(&self, selector: &str) -> Result<()> {
+        self.wait_with(selector, |_| true).await
+    }
+
+    /// Waits until the text of what matches the selector is as wanted.
+    pub(crate) async fn wait_for_text(&self, selector: &str, wanted: &str) -> Result<()> {
+        let waited = self.wait_with(selector, |text| text.contains(wanted)).await;
+        waited.with_context(|| format!("{wanted:?} is not to be read"))
+    }
+
+    async fn wait_with(&self, selector: &str, fits: impl Fn(&str) -> bool) -> Result<()> {
+        let script = "return document.querySelector(arguments[0])?.textContent ?? null";
+        let begin = Instant::now();
+        while begin.elapsed() < LIMIT {
+            if self.run(script, json!(selector)).await?.as_str().is_some_and(&fits) {
+                return Ok(());
+            }
+            tokio::time::sleep(PAUSE).await;
+        }
+        bail!("{selector} did not come; the console says {:?}", self.console().await?)
+    }
+
+    /// Runs a script in the page.
+    pub(crate) async fn run(&self, script: &str, argument: Value) -> Result<Value> {
+        Ok(self.client.execute(script, vec![argument]).await?)
+    }
+
+    /// Waits for an element, and scrolls to it.
+    async fn reveal(&self, selector: &str) -> Result<Element> {
+        self.wait_for(selector).await?;
+        let script = "const element = document.querySelector(arguments[0]);
+            element.scrollIntoView({ block: 'center' });
+            return element";
+        let found = self.run(script, json!(selector)).await?;
+        let id = found.as_object().and_then(|found| found.values().next()?.as_str());
+        let id = id.with_context(|| format!("{selector} is gone"))?.to_owned();
+        Ok(Element::from_element_id(self.client.clone(), id.into()))
+    }
+
+    pub(crate) async fn click(&self, selector: &str) -> Result<()> {
+        Ok(self.reveal(selector).await?.click().await?)
+    }
+
+    /// Presses the mouse on an element. It stays pressed until `release_mouse`.
+    pub(crate) async fn press_mouse(&self, selector: &str) -> Result<()> {
+        let element = self.reveal(selector).await?;
+        let mouse = MouseActions::new("mouse".to_owned())
+            .then(PointerAction::MoveToElement { element, duration: None, x: 0.0, y: 0.0 })
+            .then(PointerAction::Down { button: MOUSE_BUTTON_LEFT });
+        Ok(self.client.perform_actions(mouse).await?)
+    }
+
+    pub(crate) async fn release_mouse(&self) -> Result<()> {
+        let mouse = MouseActions::new("mouse".to_owned())
+            .then(PointerAction::Up { button: MOUSE_BUTTON_LEFT });
+        Ok(self.client.perform_actions(mouse).await?)
+    }
+
+    pub(crate) async fn hold_key(&self, key: char) -> Result<()> {
+        let keys = KeyActions::new("keys".to_owned()).then(KeyAction::Down { value: key });
+        Ok(self.client.perform_actions(keys).await?)
+    }
+
+    pub(crate) async fn release_key(&self, key: char) -> Result<()> {
+        let keys = KeyActions::new("keys".to_owned()).then(KeyAction::Up { value: key });
+        Ok(self.client.perform_actions(keys).await?)
+    }
+
+    pub(crate) async fn type_key(&self, key: Key) -> Result<()> {
+        let key = char::from(key);
+        self.hold_key(key).await?;
+        self.release_key(key).await
+    }
+
+    /// Moves the keyboard's focus by the Tab key, as a user without a mouse.
+    pub(crate) async fn tab_to(&self, from: &str, selector: &str) -> Result<()> {
+        self.run("document.querySelector(arguments[0]).focus()", json!(from)).await?;
+        for _ in 0..10 {
+            self.type_key(Key::Tab).await?;
+            let there = self
+                .run("return document.activeElement.matches(arguments[0])", json!(selector))
+                .await?;
+            if there == json!(true) {
+                return Ok(());
+            }
+        }
+        bail!("the Tab key does not reach {selector}")
+    }
+
+    /// Makes the screen as large as this, like a phone's if it is narrow.
+    pub(crate) async fn resize(&self, width: u32, height: u32) -> Result<()> {
+        let params = json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500 });
+        self.client
+            .issue_cmd(Beyond::browser("Emulation.setDeviceMetricsOverride", params))
+            .await?;
+        Ok(())
+    }
+
+    /// Switches between "light" and "dark".
+    pub(crate) async fn prefer(&self, scheme: &str) -> Result<()> {
+        let params = json!({ "features": [{ "name": "prefers-color-scheme", "value": scheme }] });
+        self.client.issue_cmd(Beyond::browser("Emulation.setEmulatedMedia", params)).await?;
+        Ok(())
+    }
+
+    /// What the console has said since the last call, warnings and errors.
+    pub(crate) async fn console(&self) -> Result<Vec<String>> {
+        let said = self.client.issue_cmd(Beyond::console()).await?;
+        let said = said.as_array().context("the console's messages are no list")?;
+        let loud =
+            said.iter().filter(|one| matches!(one["level"].as_str(), Some("SEVERE" | "WARNING")));
+        Ok(loud.map(|one| one["message"].to_string()).collect())
+    }
+
+    pub(crate) async fn ensure_no_console_errors(&self) -> Result<()> {
+        let said = self.console().await?;
+        ensure!(said.is_empty(), "the console says {said:#?}");
+        Ok(())
+    }
+}

@@ -1,0 +1,184 @@
+//! `txt plot`: a picture of a recording.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::{InputMode, UniConfig};
+use ft_transfer_area::tx::Motor;
+use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
+use ft_transfer_area_recorder::{Options, Recorder};
+use tempfile::TempDir;
+
+/// Longer than anything takes on a busy machine.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// After this time without a response, the connection counts as lost.
+const GAP: Duration = Duration::from_millis(400);
+
+/// A folder with a recording, which is made once.
+fn recording() -> (TempDir, PathBuf) {
+    static MADE: OnceLock<PathBuf> = OnceLock::new();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("slide.mcap");
+    fs::copy(MADE.get_or_init(record), &path).unwrap();
+    (folder, path)
+}
+
+/// Records a slide that moves, is lost for a moment, and comes back by a distance.
+fn record() -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("slide.mcap");
+    let builder = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).extensions(1);
+    let fault = "silence@exchange:120".parse().unwrap();
+    let txt = builder.fault(fault).device_name("<Slide>").start().unwrap();
+    let limits = TimeLimits::default().with_read(GAP);
+    let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(2);
+    let handler = builder.time_limits(limits).reconnect(DEADLINE).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
+    handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.lock()[0].raise_config_id();
+    handler.begin_transfer().unwrap();
+    handler.lock()[0].output.duty[0] = 512;
+    while handler.wait_cycle().is_ok() {}
+    // The gap stops the motors, and each handle gets one error for it.
+    handler.wait_cycle().unwrap()[0].output.duty[1] = 512;
+    handler.lock()[0].output.distance[0] = 50;
+    handler.lock()[0].raise_motor_ex_cmd_id(Motor::M1);
+    while handler.wait_cycle().unwrap()[0].input.motor_ex_reached[0] == 0 {}
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    path
+}
+
+fn plot(recording: &Path, options: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.arg("plot").arg(recording).args(options).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).unwrap()
+}
+
+/// The picture of a recording.
+fn svg(recording: &Path, options: &[&str]) -> String {
+    let output = plot(recording, options);
+    assert!(output.status.success(), "{output:?}");
+    let path = text(&output.stdout).trim_end();
+    fs::read_to_string(path).unwrap()
+}
+
+/// The points of all lines of this colour.
+fn points(svg: &str, colour: &str) -> Vec<(i32, i32)> {
+    let lines = svg.lines().filter(|line| line.starts_with("<polyline") && line.contains(colour));
+    let points = lines.filter_map(|line| line.split_once("points=\"")?.1.split_once('"'));
+    let pairs = points.flat_map(|(points, _)| points.split_whitespace());
+    pairs
+        .map(|pair| pair.split_once(',').unwrap())
+        .map(|(x, y)| (x.parse().unwrap(), y.parse().unwrap()))
+        .collect()
+}
+
+/// The widths of the rectangles that show a gap.
+fn shaded(svg: &str) -> Vec<u32> {
+    let rectangles =
+        svg.lines().filter(|line| line.starts_with("<rect") && line.contains("#F1DCDC"));
+    let widths = rectangles.filter_map(|line| line.split_once("width=\"")?.1.split_once('"'));
+    widths.map(|(width, _)| width.parse().unwrap()).collect()
+}
+
+#[test]
+fn each_unit_has_a_panel_with_its_axis_and_its_names() {
+    let (_folder, path) = recording();
+    let svg = svg(
+        &path,
+        &["I4", "c1", "M1", "O1", "E1.I2", "-o", path.with_file_name("a.svg").to_str().unwrap()],
+    );
+    for part in ["distance in cm", "pulses", "duty, 512 is full", "0 or 1", "time since"] {
+        assert_eq!(svg.matches(part).count(), 1, "{part}");
+    }
+    for name in ["I4", "C1", "M1", "O1", "E1.I2"] {
+        assert!(svg.lines().any(|line| line.trim() == name), "{name}");
+    }
+    assert!(svg.contains("slide.mcap (&lt;Slide&gt;)"), "the title is escaped");
+    assert!(svg.contains("@media (prefers-color-scheme: dark)"));
+    // The motor goes forward and backward, so its line is as high as its panel, which is the third.
+    let motor =
+        points(&svg, "#0969DA").into_iter().map(|(_, y)| y).filter(|y| (526..720).contains(y));
+    assert!(motor.clone().max().unwrap() - motor.min().unwrap() > 150);
+    // One in each of the four panels, from the last response on and not only from when it was noticed.
+    let gaps = shaded(&svg);
+    assert!(gaps.len() == 4 && gaps.iter().all(|width| *width > 40), "{gaps:?}");
+}
+
+#[test]
+fn without_names_all_that_changes_is_drawn() {
+    let (_folder, path) = recording();
+    let svg = svg(&path, &[]);
+    assert!(path.with_extension("svg").exists());
+    let has = |name: &str| svg.lines().any(|line| line.trim() == name);
+    assert_eq!(
+        ["I4", "C1", "M1", "I3", "M2", "E1.M1"].map(has),
+        [true, true, true, false, false, false]
+    );
+}
+
+#[test]
+fn a_part_of_the_time_has_only_its_values() {
+    let (_folder, path) = recording();
+    let whole = svg(&path, &["C1"]);
+    let part = svg(&path, &["C1", "--from", "0.2", "--to", "0.6"]);
+    let labels = |svg: &str| {
+        svg.lines().filter(|line| line.ends_with(" s")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert!(
+        labels(&whole).contains(&"0 s".to_owned()) || labels(&whole).contains(&"1 s".to_owned())
+    );
+    assert!(labels(&part).iter().all(|label| {
+        let second: f64 = label.trim_end_matches(" s").parse().unwrap();
+        (0.2..=0.6).contains(&second)
+    }));
+    assert!(shaded(&part).is_empty(), "the gap is later");
+    let output = plot(&path, &["C1", "--from", "3000"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("slide.mcap has no cycle in this time"), "{output:?}");
+}
+
+#[test]
+fn a_recording_that_is_cut_off_is_drawn_up_to_there() {
+    let (folder, path) = recording();
+    let bytes = fs::read(&path).unwrap();
+    let cut = folder.path().join("cut.mcap");
+    fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
+    let output = plot(&cut, &["C1"]);
+    assert!(output.status.success(), "{output:?}");
+    assert!(text(&output.stderr).contains("cut.mcap is cut off"), "{output:?}");
+    assert!(!points(&fs::read_to_string(cut.with_extension("svg")).unwrap(), "#0969DA").is_empty());
+}
+
+#[test]
+fn mistakes_end_with_a_sentence() {
+    let (folder, path) = recording();
+    let other = folder.path().join("other.mcap");
+    fs::write(&other, "something else, long enough for a beginning").unwrap();
+    let missing = folder.path().join("missing.mcap");
+    let recording = path.to_str().unwrap();
+    for (file, options, status, part) in [
+        (&path, &["I9"][..], 2, "there is no \"I9\""),
+        (&path, &["E4.I1"], 1, "E4.I1 is not in slide.mcap"),
+        (&path, &["I1", "-o", recording], 1, "the name of a picture ends with .svg"),
+        (&path, &["I1", "-o", "/no/such/folder/a.svg"], 1, "/no/such/folder/a.svg: No such file"),
+        (&path, &["I1", "--from", "2", "--to", "1"], 1, "--from has to be before --to"),
+        (&path, &["I1", "--from", "x"], 2, "seconds are expected"),
+        (&other, &["I1"], 1, "other.mcap is no MCAP file"),
+        (&missing, &["I1"], 1, "can't read"),
+    ] {
+        let output = plot(file, options);
+        assert_eq!(output.status.code(), Some(status), "{options:?}: {output:?}");
+        assert!(text(&output.stderr).contains(part), "{options:?}: {output:?}");
+    }
+    assert!(fs::read(&path).unwrap().starts_with(b"\x89MCAP"));
+}
