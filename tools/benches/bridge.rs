@@ -79,11 +79,11 @@ fn measure(broker: &support::Broker, processes: usize) -> Vec<Duration> {
             support::Bridge::start(broker.port, hosts.iter().map(|host| &**host).chain(names))
         })
         .collect();
-    // The first message of each is the value before any change.
+    // Each bridge tells all its values at the beginning, and this one last.
     let mut ready = [false; CONTROLLERS];
     while ready.contains(&false) {
-        let (controller, _) = arrivals.recv_timeout(support::PATIENCE).expect("all come online");
-        ready[controller] = true;
+        let first = arrivals.recv_timeout(support::PATIENCE).expect("all come online");
+        ready[first.controller] |= first.tail == "extensions";
     }
     for changes in &changes {
         *changes.lock().expect("no script panics") = Some(Vec::new());
@@ -91,8 +91,8 @@ fn measure(broker: &support::Broker, processes: usize) -> Vec<Duration> {
     let mut arrived = vec![Vec::new(); CONTROLLERS];
     // All, or as many as come.
     while arrived.iter().any(|of_one: &Vec<Instant>| of_one.len() < CHANGES) {
-        let Ok((controller, at)) = arrivals.recv_timeout(Duration::from_secs(10)) else { break };
-        arrived[controller].push(at);
+        let Ok(change) = arrivals.recv_timeout(Duration::from_secs(10)) else { break };
+        arrived[change.controller].push(change.at);
     }
     let changed = changes.iter().map(|changes| changes.lock().expect("no script panics"));
     let pairs = changed.zip(arrived).flat_map(|(changed, arrived)| {
@@ -102,8 +102,15 @@ fn measure(broker: &support::Broker, processes: usize) -> Vec<Duration> {
     pairs.map(|(changed, arrived)| arrived.saturating_duration_since(changed)).collect()
 }
 
-/// The controller and the time of each message about an I1.
-fn subscribe(port: u16) -> Receiver<(usize, Instant)> {
+/// A message that has arrived.
+struct Arrival {
+    controller: usize,
+    tail: String,
+    at: Instant,
+}
+
+/// Receives all messages about an I1, and about extensions, which do not change.
+fn subscribe(port: u16) -> Receiver<Arrival> {
     let mut options = MqttOptions::new("subscriber", "127.0.0.1", port);
     options.set_max_packet_size(1 << 20, 1 << 20);
     let (client, mut connection) = Client::new(options, 10);
@@ -113,7 +120,9 @@ fn subscribe(port: u16) -> Receiver<(usize, Instant)> {
     let (sender, receiver) = unbounded();
     let (subscribed, is_subscribed) = unbounded();
     thread::spawn(move || {
-        client.subscribe("ft/+/I1", QoS::AtLeastOnce).expect("the queue is empty");
+        for topic in ["ft/+/extensions", "ft/+/I1"] {
+            client.subscribe(topic, QoS::AtLeastOnce).expect("the queue has room");
+        }
         for event in connection.iter() {
             match event {
                 Ok(Event::Incoming(Packet::SubAck(_))) => {
@@ -121,9 +130,11 @@ fn subscribe(port: u16) -> Receiver<(usize, Instant)> {
                 }
                 Ok(Event::Incoming(Packet::Publish(message))) => {
                     let now = Instant::now();
-                    let level = message.topic.split('/').nth(1);
-                    let controller = level.and_then(|name| name.strip_prefix('c')?.parse().ok());
-                    if sender.send((controller.expect("c0 to c49"), now)).is_err() {
+                    let parts: Vec<&str> = message.topic.split('/').collect();
+                    let controller = parts[1].strip_prefix('c').and_then(|name| name.parse().ok());
+                    let controller = controller.expect("c0 to c49");
+                    let arrival = Arrival { controller, tail: parts[2].to_owned(), at: now };
+                    if sender.send(arrival).is_err() {
                         return;
                     }
                 }
@@ -133,7 +144,9 @@ fn subscribe(port: u16) -> Receiver<(usize, Instant)> {
             }
         }
     });
-    is_subscribed.recv().expect("the broker answers");
+    for _ in 0..2 {
+        is_subscribed.recv().expect("the broker answers");
+    }
     receiver
 }
 
