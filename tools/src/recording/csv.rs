@@ -9,14 +9,15 @@ use ft_transfer_area_recorder::{Column, Recorded, Recording};
 
 use super::survey::{progress, Survey};
 
+const AFTER_HELP: &str = "\
+One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the
+inputs, counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
+
+Example: txt csv run.mcap I1 M1 E1.C1 -o run.csv";
+
 /// Write a recording as CSV
-///
-/// One line for each cycle: the time in seconds since the beginning, the number of the cycle, and the inputs,
-/// counters and motors, E1.I1 for extension 1. Motors are -512 to 512, negative for backwards.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Example: txt csv run.mcap -o run.csv\n         txt csv run.mcap I1 M1 E1.C1"
-)]
+#[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {
     /// The recording
     file: PathBuf,

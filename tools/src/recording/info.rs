@@ -8,12 +8,15 @@ use super::survey::Survey;
 /// How many errors are listed.
 const LISTED: usize = 10;
 
+const AFTER_HELP: &str = "\
+The controller, the length, the cycles and their times, what was lost, gaps and errors. A file that
+is cut off is read up to there.
+
+Example: txt info run.mcap";
+
 /// Tell what is in a recording
-///
-/// The controller, the length, the cycles and their times, what was lost, gaps and errors. A file that is cut off
-/// is read up to there.
 #[derive(clap::Args)]
-#[command(after_help = "Example: txt info run.mcap")]
+#[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {
     /// The recording
     file: PathBuf,

@@ -22,15 +22,17 @@ const LOOK: Duration = Duration::from_millis(100);
 /// For how long a lost connection is made again: as good as always.
 const RECONNECT: Duration = Duration::from_secs(7 * 24 * 3600);
 
+const AFTER_HELP: &str = "\
+Goes online, drives nothing, and records every cycle with all extensions into an MCAP file, which
+Foxglove, PlotJuggler and txt plot open. A lost connection is made again. A controller has one
+client at a time: to record what a program does, attach the recorder to the program, as
+docs/recording.md shows.
+
+Example: txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm";
+
 /// Record a controller into a file
-///
-/// Goes online, drives nothing, and records every cycle with all extensions into an MCAP file, which Foxglove,
-/// PlotJuggler and txt plot open. A lost connection is made again. A controller can have only one client: to
-/// record what a program does, attach the recorder to the program (see docs/recording.md).
 #[derive(clap::Args)]
-#[command(
-    after_help = "Example: txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm"
-)]
+#[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {
     /// The controller: an address or a name, with a port if it is another than 65000
     #[arg(default_value = "auto")]

@@ -20,16 +20,18 @@ use player::{Player, Run};
 /// How often it is checked whether a program has left, or a gap is over.
 const LOOK: Duration = Duration::from_millis(20);
 
+const AFTER_HELP: &str = "\
+A simulated TXT whose answer number k has the inputs that were recorded in cycle k, with the pace,
+the lost connections and the wrong answers of the recording. Run the program of the recording
+against it: it decides and ends in the same way. When the program leaves, this tells where its
+outputs first differed. After the last cycle the inputs stay as they are. After the last
+connection the next one begins the recording again.
+
+Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
+
 /// Answer as a recorded controller did
-///
-/// A simulated TXT whose answer number k has the inputs that were recorded in cycle k, with the pace, the lost
-/// connections and the wrong answers of the recording. Run the program of the recording against it: it decides
-/// and ends in the same way. When the program leaves, this tells where its outputs first differed. After the last
-/// cycle the inputs stay as they are; the next connection after the last one begins the recording again.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Example: txt replay run.mcap     then run the program with the host 127.0.0.1"
-)]
+#[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {
     /// The recording
     file: PathBuf,
