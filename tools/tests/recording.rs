@@ -289,3 +289,24 @@ fn ctrl_c_ends_a_recording_well() {
     let info = run(&["info", &path]);
     assert!(info.status.success() && !said(&info).contains("cut off"), "{}", said(&info));
 }
+
+/// A limit for the size of a file is a full disk.
+#[cfg(unix)]
+#[test]
+fn on_a_full_disk_it_ends_with_a_sentence_and_what_was_written_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let limited = "trap '' XFSZ; ulimit -f 40; exec \"$0\" \"$@\"";
+    let output = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_txt"), "record", "--simulate", "-o", &path])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let said_last = said(&output).lines().last().unwrap().to_owned();
+    assert!(said_last.starts_with("can't write "), "{said_last}");
+    assert!(said_last.ends_with(" cycles from before, which can be read"), "{said_last}");
+    let info = run(&["info", &path, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!(info["is_cut_off"], true);
+    assert!(info["cycles"].as_u64() > Some(10), "{info}");
+}
