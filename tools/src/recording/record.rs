@@ -34,7 +34,7 @@ Example: txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm";
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {
-    /// The controller: an address or a name, with a port if it is another than 65000
+    /// The controller: an address or a name, with a port if it is not 65000
     #[arg(default_value = "auto")]
     host: String,
     /// The file
@@ -46,14 +46,14 @@ pub(crate) struct Args {
     /// End after this time instead of with Ctrl-C
     #[arg(long, value_name = "N")]
     seconds: Option<f64>,
-    /// What an input measures: switch, mV, ohm, ohm15k or cm; the others are switches
+    /// What an input measures: switch (the default), mV, ohm, ohm15k, cm
     #[arg(long = "input", value_name = "I1=KIND", value_parser = parse_input)]
     inputs: Vec<(Column, Kind)>,
     /// Record the camera's pictures, too
     #[arg(long)]
     camera: bool,
     /// Record a simulated TXT with a world: its name, or a .toml file
-    #[arg(long, value_name = "WORLD", num_args = 0..=1, default_missing_value = "default")]
+    #[arg(long, value_name = "WORLD", conflicts_with = "host", num_args = 0..=1, default_missing_value = "default")]
     simulate: Option<String>,
 }
 

@@ -35,7 +35,7 @@ Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
 pub(crate) struct Args {
     /// The recording
     file: PathBuf,
-    /// The port, 0 for a free one; the camera and I2C have the next two
+    /// The port, 0 for a free one
     #[arg(long, default_value_t = PORT)]
     port: u16,
     /// Answer immediately, instead of at the recorded pace
