@@ -88,6 +88,19 @@ fn wait_cycle_and_listen(bencher: Bencher, extensions: usize) {
     });
 }
 
+/// The same with a log of all cycles.
+#[divan::bench(args = [0, 8])]
+fn wait_cycle_and_log(bencher: Bencher, extensions: usize) {
+    let txt = unpaced(extensions);
+    let handler = handler_for(&txt, extensions);
+    let log = handler.cycle_log(1000).expect("1000 places are allowed");
+    handler.begin_transfer().expect("the simulated TXT answers");
+    bencher.bench_local(|| {
+        answer(&handler);
+        log.receiver().try_iter().count()
+    });
+}
+
 /// Answers the next response.
 fn answer(handler: &TransferAreaComHandler) {
     let mut areas = handler.wait_cycle().expect("the transfer goes on");

@@ -41,9 +41,28 @@ pub struct Controller {
     finished_resets: [u16; IZ_COUNTER],
     /// Ids of the counter resets of this exchange; the next one reports them.
     latest_resets: [u16; IZ_COUNTER],
+    /// What it reports instead.
+    told_to_report: Option<ExchangeDataResponse>,
 }
 
 impl Controller {
+    /// Reports this from now on, whatever is plugged in and whatever its outputs do, for a script that
+    /// repeats what a real controller has reported. With `None`, the default, it reports its own inputs and the
+    /// commands that it has finished.
+    ///
+    /// ```
+    /// use ft_transfer_area::simulator::Machine;
+    /// use ft_transfer_area::wire::ExchangeDataResponse;
+    ///
+    /// let mut machine = Machine::new(0);
+    /// let recorded = ExchangeDataResponse { motor_command_id: [7; 4], ..Default::default() };
+    /// machine.controllers[0].report_as(Some(recorded));
+    /// assert_eq!(machine.report(0), Some(recorded));
+    /// ```
+    pub fn report_as(&mut self, report: Option<ExchangeDataResponse>) {
+        self.told_to_report = report;
+    }
+
     /// Id of the sound command that is playing, `None` when no sound plays.
     pub fn playing_sound(&self) -> Option<u16> {
         self.sound.playing_id()
@@ -188,7 +207,7 @@ impl Controller {
 
     /// The inputs and the finished commands, as they are reported.
     pub(super) fn report(&self) -> ExchangeDataResponse {
-        ExchangeDataResponse {
+        self.told_to_report.unwrap_or_else(|| ExchangeDataResponse {
             uni: self.uni,
             counter_input: self.counter_input,
             counter: self.counter,
@@ -196,7 +215,7 @@ impl Controller {
             motor_command_id: self.motors.each_ref().map(Motor::finished_id),
             sound_command_id: self.sound.finished_id(),
             ir: self.ir,
-        }
+        })
     }
 }
 

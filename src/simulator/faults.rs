@@ -25,10 +25,16 @@ impl Faults {
         Self { ordered, random: Random::new(seed) }
     }
 
-    /// How the response at this place is sent, and whether a fault struck.
-    pub(super) fn disturb(&mut self, response: Vec<u8>, at: Position) -> (Outgoing, bool) {
+    /// How the response at this place is sent, and whether a fault struck. `kinds` are those that strike now,
+    /// before the ordered ones.
+    pub(super) fn disturb(
+        &mut self,
+        response: Vec<u8>,
+        at: Position,
+        mut kinds: Vec<FaultKind>,
+    ) -> (Outgoing, bool) {
         let mut outgoing = Outgoing::undisturbed(response);
-        let kinds = self.take(at);
+        kinds.extend(self.take(at));
         for &kind in &kinds {
             log::info!("a response is disturbed, as ordered: {kind:?}");
             outgoing.disturb(kind, &mut self.random);
@@ -79,7 +85,7 @@ mod tests {
         let mut faults = Faults::new(ordered.to_vec(), 0);
         let at = Position { is_exchange: true, ..Position::default() };
         for _ in 0..2 {
-            let (outgoing, struck) = faults.disturb(response(), at);
+            let (outgoing, struck) = faults.disturb(response(), at, Vec::new());
             let bytes = response()[..5].to_vec();
             let delay = Duration::from_millis(5);
             assert_eq!(outgoing, Outgoing { delay, bytes, dribble: true, close: true });
@@ -94,7 +100,7 @@ mod tests {
             let jitter = Fault::at_each_exchange(FaultKind::Jitter(limit));
             let mut faults = Faults::new(vec![jitter], seed);
             let at = Position { is_exchange: true, ..Position::default() };
-            [(); 50].map(|()| faults.disturb(response(), at).0.delay)
+            [(); 50].map(|()| faults.disturb(response(), at, Vec::new()).0.delay)
         };
         assert_eq!(delays(1), delays(1));
         assert_ne!(delays(1), delays(2));

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use super::camera::Camera;
 use super::controller::Controller;
+use super::fault::FaultKind;
 use super::i2c::{I2cBus, I2C_REGISTERS};
 use super::oddity::{Encoder, Oddities, Oddity};
 use super::world::{World, WorldState};
@@ -35,6 +36,9 @@ pub struct Machine {
     exchanges: u64,
     connections: u64,
     refused: u64,
+    absent: bool,
+    /// What happens to the next response.
+    disturbances: Vec<FaultKind>,
     connected: bool,
     online: bool,
     commands: VecDeque<CommandId>,
@@ -69,6 +73,8 @@ impl Machine {
             exchanges: 0,
             connections: 0,
             refused: 0,
+            absent: false,
+            disturbances: Vec::new(),
             connected: false,
             online: false,
             commands: VecDeque::new(),
@@ -170,6 +176,44 @@ impl Machine {
     /// online.
     pub fn refused(&self) -> u64 {
         self.refused
+    }
+
+    /// Whether the controller is away: new main connections are closed immediately, as after
+    /// [`set_absent`](Self::set_absent).
+    pub fn absent(&self) -> bool {
+        self.absent
+    }
+
+    /// Lets the controller be away, or come back. A client that is connected stays connected until it leaves, or
+    /// until its connection is [closed](FaultKind::Close).
+    pub fn set_absent(&mut self, absent: bool) {
+        self.absent = absent;
+    }
+
+    /// Disturbs the response to the present exchange, if a script calls this, or otherwise the next response.
+    /// Several disturb it together, in their order.
+    ///
+    /// ```
+    /// use ft_transfer_area::simulator::{FaultKind, SimulatedTxt};
+    /// use ft_transfer_area::TransferAreaComHandler;
+    ///
+    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// let builder = SimulatedTxt::builder().on_exchange(|machine| {
+    ///     if machine.controllers[0].outputs.duty[0] == 512 {
+    ///         machine.disturb(FaultKind::WrongCrc);
+    ///     }
+    /// });
+    /// let txt = builder.start()?;
+    /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
+    /// handler.begin_transfer()?;
+    /// handler.wait_cycle()?[0].output.duty[0] = 512;
+    /// while handler.wait_cycle().is_ok() {}
+    /// assert!(handler.end_transfer().is_err());
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn disturb(&mut self, kind: FaultKind) {
+        self.disturbances.push(kind);
     }
 
     /// Whether a client is connected at present.

@@ -44,6 +44,10 @@ impl Server {
     /// Serves clients until the thread should end.
     pub(super) fn run(mut self) {
         while let Ok(stream) = self.next_client() {
+            if self.shared.look(Machine::absent) {
+                log::info!("the client is not served: the controller is away");
+                continue;
+            }
             self.shared.with_machine(Machine::client_came);
             let end = self.serve(stream);
             self.shared.with_machine(Machine::client_left);
@@ -209,11 +213,13 @@ impl Connection<'_> {
     fn carry_out(&mut self, command: &[u8], is_exchange: bool) -> Result<Outgoing, End> {
         let Server { shared, script, .. } = &mut *self.server;
         let mut response = Vec::new();
-        shared
-            .with_machine(|machine| self.session.answer(command, machine, script, &mut response))?;
+        let disturbances = shared.with_machine(|machine| {
+            self.session.answer(command, machine, script, &mut response)?;
+            Ok::<_, Misbehaviour>(machine.take_disturbances())
+        })?;
         let Self { responses, exchanges, .. } = *self;
         let at = Position { responses, exchanges, is_exchange };
-        let (outgoing, disturbed) = self.server.faults.disturb(response, at);
+        let (outgoing, disturbed) = self.server.faults.disturb(response, at, disturbances);
         self.responses += 1;
         self.exchanges += u64::from(is_exchange);
         if disturbed && is_exchange {

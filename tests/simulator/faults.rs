@@ -232,3 +232,63 @@ fn faults_for_the_same_response_strike_one_connection_each() {
     (&client.stream).take(24).read_to_end(&mut response).unwrap();
     ResponseId::QueryStatus.check(&response).unwrap();
 }
+
+#[test]
+fn a_script_disturbs_the_response_to_its_exchange() {
+    let txt = unpaced().on_exchange(|machine| {
+        if machine.controllers[0].outputs.duty[0] == 77 {
+            machine.disturb(FaultKind::WrongCrc);
+            machine.disturb(FaultKind::Close { after: CmprHeader::LEN });
+        }
+    });
+    let txt = txt.start().unwrap();
+    let mut client = Client::online(&txt);
+    client.send_compressed(&[[0; 27]], 0);
+    client.receive_compressed();
+    let mut words = [0; 27];
+    words[0] = 77;
+    client.send_compressed(&[words], 0);
+    assert_eq!(client.receive(CmprHeader::LEN).len(), CmprHeader::LEN);
+    assert!(client.until_closed().is_empty());
+}
+
+#[test]
+fn a_controller_that_is_away_serves_nobody_new_until_it_is_back() {
+    let txt = unpaced().start().unwrap();
+    let mut connected = Client::online(&txt);
+    txt.with_machine(|machine| machine.set_absent(true));
+    connected.send_compressed(&[[0; 27]], 0);
+    connected.receive_compressed();
+    drop(connected);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    for _ in 0..3 {
+        assert!(Client::connect(&txt).until_closed().is_empty());
+    }
+    assert_eq!(txt.with_machine(|machine| (machine.connections(), machine.absent())), (1, true));
+    txt.with_machine(|machine| machine.set_absent(false));
+    Client::online(&txt);
+}
+
+#[test]
+fn a_controller_reports_what_a_script_tells_it() {
+    let told = ft_transfer_area::wire::ExchangeDataResponse {
+        uni: [5; 8],
+        counter_reset_id: [1, 2, 3, 4],
+        motor_command_id: [5, 6, 7, 8],
+        sound_command_id: 9,
+        ..Default::default()
+    };
+    let mut number = 0;
+    let txt = unpaced().on_exchange(move |machine| {
+        number += 1;
+        machine.controllers[0].report_as(Some(told).filter(|_| number == 1));
+    });
+    let txt = txt.start().unwrap();
+    let mut client = Client::online(&txt);
+    let mut words = || {
+        client.send_compressed(&[[0; 27]], 0);
+        client.receive_compressed().words
+    };
+    assert_eq!(words()[16..25], [1, 2, 3, 4, 5, 6, 7, 8, 9]);
+    assert_eq!(words()[..25], [0; 25], "it reports its own inputs again");
+}

@@ -5,6 +5,7 @@ use std::time::Duration;
 use super::Machine;
 use crate::simulator::camera::CameraRun;
 use crate::simulator::controller::Controller;
+use crate::simulator::fault::FaultKind;
 use crate::simulator::i2c::I2cBus;
 use crate::simulator::journal;
 use crate::simulator::oddity::Oddity;
@@ -54,6 +55,11 @@ impl Machine {
     /// Counts an answered exchange.
     pub(in crate::simulator) fn note_exchange(&mut self) {
         self.exchanges += 1;
+    }
+
+    /// What happens to the response that is sent now.
+    pub(in crate::simulator) fn take_disturbances(&mut self) -> Vec<FaultKind> {
+        std::mem::take(&mut self.disturbances)
     }
 
     /// A client has connected.

@@ -85,6 +85,14 @@ impl Column {
         }
     }
 
+    /// The universal input that it is, if it is one.
+    pub fn input(&self) -> Option<Input> {
+        match self.terminal {
+            Terminal::Input(input) => Some(input),
+            _ => None,
+        }
+    }
+
     /// The index of its area: 0 the master, 1 the first extension.
     pub fn area(&self) -> usize {
         self.area

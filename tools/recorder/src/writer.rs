@@ -7,7 +7,10 @@ use std::path::Path;
 use std::time::{Duration, Instant, SystemTime};
 
 use base64::prelude::{Engine, BASE64_STANDARD};
-use ft_transfer_area::{CameraFrame, Event, LoggedBeginning, LoggedCycle, Statistics, TimedEvent};
+use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
+use ft_transfer_area::{
+    CameraFrame, Event, FishX1Transfer, LoggedBeginning, LoggedCycle, Statistics, TimedEvent,
+};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, McapResult, WriteOptions};
@@ -29,8 +32,8 @@ pub(crate) struct Writer {
     mcap: Mcap,
     clock: WallClock,
     parts: Vec<Part>,
-    /// By area, and by part in its order.
-    channels: Vec<Vec<PartChannel>>,
+    /// By area, and by part in its order; empty for an extension that has not taken part.
+    channels: [Vec<PartChannel>; MAX_AREAS],
     /// By topic.
     others: HashMap<&'static str, u16>,
     sequence: u32,
@@ -97,7 +100,7 @@ impl Writer {
             mcap,
             clock,
             parts: parts(),
-            channels: Vec::new(),
+            channels: Default::default(),
             others: HashMap::new(),
             sequence: 0,
             numbers: Vec::new(),
@@ -124,16 +127,15 @@ impl Writer {
         Ok(id)
     }
 
-    fn add_area(&mut self) -> McapResult<()> {
-        let area = self.channels.len();
-        let mut channels = Vec::new();
+    /// The channels of an area's parts.
+    fn add_area(&mut self, area: usize) -> McapResult<()> {
         for index in 0..self.parts.len() {
             let part = &self.parts[index];
-            let (name, schema) = (format!("ft.{}", part.name), part.schema());
-            let id = self.add_channel(&topic(area, self.parts[index].name), (&name, schema))?;
-            channels.push(PartChannel { id, last: Vec::new() });
+            let (topic, name) = (topic(area, part.name), format!("ft.{}", part.name));
+            let schema = part.schema();
+            let id = self.add_channel(&topic, (&name, schema))?;
+            self.channels[area].push(PartChannel { id, last: Vec::new() });
         }
-        self.channels.push(channels);
         Ok(())
     }
 
@@ -176,26 +178,20 @@ impl Writer {
             self.put_log(cycle.arrived, WARNING, message)?;
         }
         let areas = cycle.areas();
-        while self.channels.len() < areas.len() {
-            self.add_area()?;
-        }
+        let alive = areas.first().map_or([0; MAX_EXTENSIONS], |area| area.state.io_slave_alive);
         for (area, values) in areas.iter().enumerate() {
-            for part in 0..self.parts.len() {
-                let kind = &self.parts[part];
-                kind.read(values, &mut self.numbers);
-                let channel = &mut self.channels[area][part];
-                if !kind.each_cycle && channel.last == self.numbers {
+            if self.channels[area].is_empty() {
+                // An extension is in the file from the first cycle on in which it takes part.
+                if area.checked_sub(1).is_some_and(|extension| alive[extension] == 0) {
                     continue;
                 }
-                channel.last.clone_from(&self.numbers);
-                let id = channel.id;
-                kind.encode(&self.numbers, &mut self.message);
-                self.put(id, ns)?;
+                self.add_area(area)?;
             }
+            self.area(area, values, ns)?;
         }
-        let alive = areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
-        let extensions =
-            (0..).zip(alive).fold(0, |mask, (index, alive)| mask | u16::from(alive != 0) << index);
+        let extensions = (0..MAX_EXTENSIONS)
+            .filter(|extension| alive[*extension] != 0)
+            .fold(0, |mask, extension| mask | 1 << extension);
         let since_last = if cycle.first { Duration::ZERO } else { cycle.statistics.last_cycle };
         let message = CycleMessage {
             cycle: cycle.number,
@@ -206,6 +202,23 @@ impl Writer {
             lost,
         };
         self.put_json(CYCLE, cycle.arrived, &message)
+    }
+
+    /// The parts of an area, those that have not changed only if they are in every cycle.
+    fn area(&mut self, area: usize, values: &FishX1Transfer, ns: u64) -> McapResult<()> {
+        for index in 0..self.parts.len() {
+            let part = &self.parts[index];
+            part.read(values, &mut self.numbers);
+            let channel = &mut self.channels[area][index];
+            if !part.each_cycle && channel.last == self.numbers {
+                continue;
+            }
+            channel.last.clone_from(&self.numbers);
+            let id = channel.id;
+            part.encode(&self.numbers, &mut self.message);
+            self.put(id, ns)?;
+        }
+        Ok(())
     }
 
     pub(crate) fn began(&mut self, began: &LoggedBeginning) -> McapResult<()> {

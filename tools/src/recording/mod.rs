@@ -5,3 +5,4 @@ pub(crate) mod info;
 pub(crate) mod plot;
 pub(crate) mod record;
 pub(crate) mod replay;
+mod survey;

@@ -1,9 +1,236 @@
 //! `txt record`.
 
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use anyhow::{bail, ensure, Context};
+use crossbeam_channel::{Receiver, RecvTimeoutError};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::{InputMode, MAX_AREAS};
+use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
+use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::interrupt;
+
+/// How often the progress is shown, and the recorder looked after.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// For how long a lost connection is made again: as good as always.
+const RECONNECT: Duration = Duration::from_secs(7 * 24 * 3600);
+
+const AFTER_HELP: &str = "\
+Goes online, drives nothing, and records every cycle with all extensions into an MCAP file, which
+Foxglove, PlotJuggler and txt plot open. A lost connection is made again. A controller has one
+client at a time: to record what a program does, attach the recorder to the program, as
+docs/recording.md shows.
+
+Example: txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm";
+
 /// Record a controller into a file
 #[derive(clap::Args)]
-pub(crate) struct Args {}
+#[command(after_help = AFTER_HELP)]
+pub(crate) struct Args {
+    /// The controller: an address or a name, with a port if it is not 65000
+    #[arg(default_value = "auto")]
+    host: String,
+    /// The file
+    #[arg(short, long, default_value = "run.mcap")]
+    output: PathBuf,
+    /// Replace a file that is there already
+    #[arg(long)]
+    force: bool,
+    /// End after this time instead of with Ctrl-C
+    #[arg(long, value_name = "N")]
+    seconds: Option<f64>,
+    /// What an input measures: switch (the default), mV, ohm, ohm15k, cm
+    #[arg(long = "input", value_name = "I1=KIND", value_parser = parse_input)]
+    inputs: Vec<(Column, Kind)>,
+    /// Record the camera's pictures, too
+    #[arg(long)]
+    camera: bool,
+    /// Record a simulated TXT with a world: its name, or a .toml file
+    #[arg(long, value_name = "WORLD", conflicts_with = "host", num_args = 0..=1, default_missing_value = "default")]
+    simulate: Option<String>,
+}
 
-pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
-    anyhow::bail!("not built yet")
+/// What an input measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Kind {
+    mode: InputMode,
+    digital: bool,
+}
+
+fn parse_input(given: &str) -> Result<(Column, Kind), String> {
+    let (name, kind) = given.split_once('=').ok_or("write I1=cm, for example")?;
+    let column: Column = name.parse().map_err(|error| format!("{error}"))?;
+    if column.input().is_none() {
+        return Err(format!("{column} is no universal input"));
+    }
+    let (mode, digital) = match kind.to_lowercase().as_str() {
+        "switch" => (InputMode::Resistance, true),
+        "mv" => (InputMode::Voltage, false),
+        "ohm" => (InputMode::Resistance, false),
+        "ohm15k" => (InputMode::Resistance15k, false),
+        "cm" => (InputMode::Ultrasonic, false),
+        other => return Err(format!("{other:?} is none of switch, mV, ohm, ohm15k and cm")),
+    };
+    Ok((column, Kind { mode, digital }))
+}
+
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    ensure!(
+        args.force || !args.output.is_file(),
+        "{} is there already; --force replaces it",
+        args.output.display()
+    );
+    if let Some(seconds) = args.seconds {
+        ensure!(seconds > 0.0 && seconds.is_finite(), "--seconds must be more than 0");
+    }
+    let interrupted = interrupt::receiver()?;
+    let simulated = args.simulate.as_deref().map(simulate).transpose()?;
+    let handler = handler(&args, simulated.as_ref())?;
+    let recorder = Recorder::start(&handler, &args.output, Options::default())?;
+    handler.begin_transfer()?;
+    let camera = start_camera(&args, &handler, recorder.frames())?;
+    let recorded = watch(&args, &handler, &recorder, &interrupted);
+    let ended = handler.end_transfer();
+    if let Some(camera) = camera {
+        // It ends with the transfer. It only hands pictures on, so it has nothing to say.
+        let _ = camera.join();
+    }
+    let totals = recorder.finish()?;
+    println!("{}", Told { path: &args.output, totals });
+    recorded?;
+    Ok(ended?)
+}
+
+fn simulate(world: &str) -> anyhow::Result<SimulatedTxt> {
+    let world = match World::shipped(world) {
+        _ if world.ends_with(".toml") => World::load(world),
+        shipped => shipped,
+    };
+    Ok(SimulatedTxt::builder().world(world?).start()?)
+}
+
+/// A handler that drives nothing.
+fn handler(
+    args: &Args,
+    simulated: Option<&SimulatedTxt>,
+) -> anyhow::Result<TransferAreaComHandler> {
+    let builder = match simulated {
+        Some(txt) => TransferAreaComHandler::builder("127.0.0.1")
+            .port(txt.port())
+            .camera_port(txt.camera_port()),
+        None => TransferAreaComHandler::builder(&*args.host),
+    };
+    let handler = builder.areas(MAX_AREAS).reconnect(RECONNECT).build()?;
+    let mut areas = handler.lock();
+    for (column, kind) in &args.inputs {
+        if let Some(input) = column.input() {
+            areas[column.area()].set_ft_uni_config(input, kind.mode, kind.digital);
+        }
+    }
+    drop(areas);
+    Ok(handler)
+}
+
+/// Hands the camera's pictures to the recorder.
+fn start_camera(
+    args: &Args,
+    handler: &TransferAreaComHandler,
+    sink: FrameSink,
+) -> anyhow::Result<Option<JoinHandle<()>>> {
+    if !args.camera {
+        return Ok(None);
+    }
+    let frames: Receiver<CameraFrame> = handler.start_camera(CameraOptions::default())?;
+    let hand_on = move || frames.iter().for_each(|frame| sink.record(&frame));
+    let thread = thread::Builder::new().name("camera".to_owned()).spawn(hand_on);
+    thread.map(Some).context("a thread for the camera could not be started")
+}
+
+/// Shows the progress until it is to end.
+fn watch(
+    args: &Args,
+    handler: &TransferAreaComHandler,
+    recorder: &Recorder,
+    interrupted: &Receiver<()>,
+) -> anyhow::Result<()> {
+    let name = handler.device_name().unwrap_or_default();
+    let progress = ProgressBar::no_length().with_message(name);
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
+        progress.set_style(style);
+    }
+    let begin = Instant::now();
+    loop {
+        let told = Told { path: &args.output, totals: recorder.recorded() };
+        progress.set_prefix(told.to_string());
+        progress.tick();
+        if let Some(error) = recorder.error() {
+            return Err(error.into());
+        }
+        if !handler.is_running() {
+            // Its error is that of the transfer's end.
+            return Ok(());
+        }
+        let rest = match args.seconds {
+            None => LOOK,
+            Some(seconds) => LOOK.min(
+                Duration::try_from_secs_f64(seconds)
+                    .unwrap_or(Duration::MAX)
+                    .saturating_sub(begin.elapsed()),
+            ),
+        };
+        if rest.is_zero() {
+            return Ok(());
+        }
+        match interrupted.recv_timeout(rest) {
+            Err(RecvTimeoutError::Timeout) => {}
+            Ok(()) => return Ok(()),
+            Err(RecvTimeoutError::Disconnected) => bail!("Ctrl-C is not watched any more"),
+        }
+    }
+}
+
+/// What is recorded, as a sentence.
+struct Told<'a> {
+    path: &'a Path,
+    totals: Totals,
+}
+
+impl fmt::Display for Told<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Totals { cycles, lost, frames, lost_frames, .. } = self.totals;
+        let kilobytes = std::fs::metadata(self.path).map_or(0, |file| file.len()).div_ceil(1000);
+        write!(f, "{}: {cycles} cycles, {lost} lost, ", self.path.display())?;
+        if frames + lost_frames > 0 {
+            write!(f, "{frames} pictures, {lost_frames} lost, ")?;
+        }
+        write!(f, "{kilobytes} kB")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_is_given_by_its_name_and_what_it_measures() {
+        let (column, kind) = parse_input("e1.i2=CM").unwrap();
+        assert_eq!((column.area(), column.to_string()), (1, "E1.I2".to_owned()));
+        assert_eq!(kind, Kind { mode: InputMode::Ultrasonic, digital: false });
+        assert!(parse_input("I1=switch").unwrap().1.digital);
+        for (wrong, sentence) in [
+            ("I1", "write I1=cm, for example"),
+            ("I1=bar", "\"bar\" is none of switch, mV, ohm, ohm15k and cm"),
+            ("M1=cm", "M1 is no universal input"),
+        ] {
+            assert_eq!(parse_input(wrong).unwrap_err(), sentence);
+        }
+        assert!(parse_input("I9=cm").unwrap_err().starts_with("there is no \"I9\""));
+    }
 }

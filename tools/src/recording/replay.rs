@@ -1,9 +1,0 @@
-//! `txt replay`.
-
-/// Answer as a recorded controller did
-#[derive(clap::Args)]
-pub(crate) struct Args {}
-
-pub(crate) fn run(_args: Args) -> anyhow::Result<()> {
-    anyhow::bail!("not built yet")
-}

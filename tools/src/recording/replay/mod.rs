@@ -1,0 +1,150 @@
+//! `txt replay`: a simulated TXT that answers as a recorded one did.
+
+mod compare;
+mod ids;
+mod player;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use crossbeam_channel::{Receiver, RecvTimeoutError};
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::{FirmwareVersion, PORT};
+
+use super::survey::Survey;
+use crate::interrupt;
+use player::{Player, Run};
+
+/// How often it is checked whether a program has left, or a gap is over.
+const LOOK: Duration = Duration::from_millis(20);
+
+const AFTER_HELP: &str = "\
+A simulated TXT whose answer number k has the inputs that were recorded in cycle k, with the pace,
+the lost connections and the wrong answers of the recording. Run the program of the recording
+against it: it decides and ends in the same way. When the program leaves, this tells where its
+outputs first differed. After the last cycle the inputs stay as they are. After the last
+connection the next one begins the recording again.
+
+Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
+
+/// Answer as a recorded controller did
+#[derive(clap::Args)]
+#[command(after_help = AFTER_HELP)]
+pub(crate) struct Args {
+    /// The recording
+    file: PathBuf,
+    /// The port, 0 for a free one
+    #[arg(long, default_value_t = PORT)]
+    port: u16,
+    /// Answer immediately, instead of at the recorded pace
+    #[arg(long)]
+    fast: bool,
+    /// End when the program has left; with status 1 if its outputs differed
+    #[arg(long)]
+    once: bool,
+}
+
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    let survey = Survey::of(&args.file)?;
+    anyhow::ensure!(survey.cycles > 0, "{} has no cycles to replay", args.file.display());
+    let interrupted = interrupt::receiver()?;
+    let player = Player::open(args.file.clone(), !args.fast)?;
+    let player = Arc::new(Mutex::new(player));
+    let txt = start(&survey, args.port, &player)?;
+    println!(
+        "Replays {} ({}, firmware {}, {} cycles) at 127.0.0.1:{}. Ctrl-C ends it.",
+        args.file.display(),
+        survey.device_name,
+        survey.firmware,
+        survey.cycles,
+        txt.port()
+    );
+    let same = serve(&txt, &player, &interrupted, args.once);
+    anyhow::ensure!(same || !args.once, "the program did not do the same");
+    Ok(())
+}
+
+fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Result<SimulatedTxt> {
+    let player = Arc::clone(player);
+    let firmware = parse_version(&survey.firmware).with_context(|| {
+        format!("the recording has the firmware {:?}, which is no version", survey.firmware)
+    })?;
+    let txt = SimulatedTxt::builder()
+        .port(port)
+        .pace(Duration::ZERO)
+        .device_name(&survey.device_name)
+        .firmware(firmware)
+        .extensions(survey.extensions)
+        .on_exchange(move |machine| lock(&player).answer(machine));
+    Ok(txt.start()?)
+}
+
+/// Serves programs until Ctrl-C, or until the first one has left; returns whether the last one did the same.
+fn serve(
+    txt: &SimulatedTxt,
+    player: &Mutex<Player>,
+    interrupted: &Receiver<()>,
+    once: bool,
+) -> bool {
+    let mut served = None;
+    loop {
+        let (connected, exchanges) =
+            txt.with_machine(|machine| (machine.connected(), machine.exchanges()));
+        // Without an exchange it was only asked who is there.
+        let has_left = !connected && served.is_some_and(|before| before != exchanges);
+        if has_left {
+            lock(player).leave();
+            tell(lock(player).run());
+        }
+        if !connected || served.is_none() {
+            served = Some(exchanges);
+        }
+        let run = lock(player).run().clone();
+        match run.back_at {
+            Some(back_at) if back_at <= Instant::now() => {
+                txt.with_machine(|machine| machine.set_absent(false));
+                lock(player).is_back();
+            }
+            None if once && has_left && run.at_end => return run.first_difference.is_none(),
+            _ => {}
+        }
+        match interrupted.recv_timeout(LOOK) {
+            Err(RecvTimeoutError::Timeout) => {}
+            _ => return run.first_difference.is_none(),
+        }
+    }
+}
+
+/// Says how a program did when it has left.
+fn tell(run: &Run) {
+    let to_come = if run.at_end { "" } else { "; the recording has more connections" };
+    match &run.first_difference {
+        None => println!(
+            "The program has left after {} recorded cycles. It did the same{to_come}.",
+            run.cycles
+        ),
+        Some(first) => println!(
+            "The program has left after {} recorded cycles. Its outputs first differed in cycle {}, \
+             {:.2} s after the beginning: {}{to_come}.",
+            run.cycles,
+            first.cycle,
+            first.at.as_secs_f64(),
+            first.what
+        ),
+    }
+    if let Some(error) = &run.error {
+        println!("The recording could not be read to its end: {error}");
+    }
+}
+
+fn parse_version(text: &str) -> Option<FirmwareVersion> {
+    let mut numbers = text.split('.').map(|number| number.parse().ok());
+    // A fourth number, which some have, says nothing about the protocol.
+    Some(FirmwareVersion::new(numbers.next()??, numbers.next()??, numbers.next()??))
+}
+
+fn lock(player: &Mutex<Player>) -> MutexGuard<'_, Player> {
+    player.lock().unwrap_or_else(PoisonError::into_inner)
+}

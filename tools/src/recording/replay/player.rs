@@ -1,0 +1,311 @@
+//! Answers exchange by exchange as a recording says.
+
+use std::collections::VecDeque;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::{FaultKind, Machine};
+use ft_transfer_area_recorder::{
+    Cycle, Entry, Error, Failure, FailureKind, Recorded, Recording, Transfer,
+};
+
+use super::compare::{Difference, Terminals};
+
+/// The time from one response to the next where nothing was recorded.
+const PACE: Duration = Duration::from_millis(10);
+
+/// How long a controller that did not come back stays away after the last attempt that was recorded.
+const AFTER_ALL_ATTEMPTS: Duration = Duration::from_secs(1);
+
+/// Plays a recording, connection after connection.
+pub(super) struct Player {
+    path: PathBuf,
+    recording: Recording,
+    /// Entries that were looked at before their turn.
+    ahead: VecDeque<Entry>,
+    /// Whether times are as recorded.
+    paced: bool,
+    /// The number of the machine's connection that is served.
+    connection: u64,
+    terminals: Vec<Terminals>,
+    /// The number of the next cycle; `None` when the rest of the connection is not recorded.
+    next: Option<u64>,
+    /// When the last response is sent, and when it was recorded.
+    answered: Option<(Instant, Duration)>,
+    run: Run,
+}
+
+/// One run through the recording.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Run {
+    /// Cycles that were answered as recorded.
+    pub(super) cycles: u64,
+    pub(super) first_difference: Option<Difference>,
+    /// Whether all of the recording was played.
+    pub(super) at_end: bool,
+    /// When the controller is back after a gap; `None` when it is not away.
+    pub(super) back_at: Option<Instant>,
+    /// What went wrong with the file.
+    pub(super) error: Option<String>,
+}
+
+impl Player {
+    pub(super) fn open(path: PathBuf, paced: bool) -> Result<Self, Error> {
+        let recording = Recording::open(&path)?;
+        Ok(Self {
+            path,
+            recording,
+            ahead: VecDeque::new(),
+            paced,
+            connection: 0,
+            terminals: Vec::new(),
+            next: None,
+            answered: None,
+            run: Run::default(),
+        })
+    }
+
+    pub(super) fn run(&self) -> &Run {
+        &self.run
+    }
+
+    /// The gap is over.
+    pub(super) fn is_back(&mut self) {
+        self.run.back_at = None;
+    }
+
+    /// The program has left, perhaps before the end of the recorded connection.
+    pub(super) fn leave(&mut self) {
+        if let Err(error) = self.skip_connection() {
+            self.fail(&error);
+        }
+    }
+
+    /// Lets the machine answer an exchange.
+    pub(super) fn answer(&mut self, machine: &mut Machine) {
+        if let Err(error) = self.try_answer(machine) {
+            self.fail(&error);
+        }
+    }
+
+    /// Nothing more can be read. The inputs stay as they are.
+    fn fail(&mut self, error: &Error) {
+        self.run.error = Some(error.to_string());
+        self.run.at_end = true;
+        self.next = None;
+    }
+
+    fn try_answer(&mut self, machine: &mut Machine) -> Result<(), Error> {
+        if machine.connections() != self.connection {
+            self.connection = machine.connections();
+            self.begin_connection()?;
+        }
+        let recorded = match self.next {
+            Some(number) => self.take_cycle(number, machine)?,
+            None => None,
+        };
+        match recorded {
+            Some((at, cycle)) => self.play(at, &cycle, machine),
+            None => self.keep_pace(None, machine),
+        }
+        Ok(())
+    }
+
+    /// Goes on to the first cycle of the next connection; after the last one, to that of the first.
+    fn begin_connection(&mut self) -> Result<(), Error> {
+        self.skip_connection()?;
+        if self.run.at_end {
+            self.recording = Recording::open(&self.path)?;
+            self.ahead.clear();
+            self.run = Run::default();
+        }
+        self.answered = None;
+        self.terminals.clear();
+        while let Some(entry) = self.peek()? {
+            if let Recorded::Cycle(cycle) = &entry.what {
+                self.next = Some(cycle.number);
+                return Ok(());
+            }
+            self.ahead.pop_front();
+        }
+        Ok(())
+    }
+
+    /// Leaves out what is left of the connection.
+    fn skip_connection(&mut self) -> Result<(), Error> {
+        if self.next.take().is_some() {
+            while let Some(entry) = self.peek()? {
+                match &entry.what {
+                    Recorded::Cycle(cycle) if cycle.first => break,
+                    Recorded::Transfer(
+                        Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_),
+                    ) => break,
+                    _ => drop(self.ahead.pop_front()),
+                }
+            }
+        }
+        self.run.at_end = self.connection > 0 && !self.has_more_cycles()?;
+        Ok(())
+    }
+
+    /// The cycle with this number; `None` if it is not recorded. What has happened before is done to the machine.
+    fn take_cycle(
+        &mut self,
+        number: u64,
+        machine: &mut Machine,
+    ) -> Result<Option<(Duration, Cycle)>, Error> {
+        while let Some(entry) = self.peek()? {
+            match &entry.what {
+                // It was lost when it was recorded.
+                Recorded::Cycle(cycle) if cycle.number > number => {
+                    self.next = Some(number + 1);
+                    return Ok(None);
+                }
+                Recorded::Cycle(_) => {
+                    self.next = Some(number + 1);
+                    let entry = self.ahead.pop_front();
+                    return Ok(entry.and_then(cycle_of));
+                }
+                Recorded::Transfer(Transfer::Lost(failure)) => {
+                    disturb(failure, machine);
+                    self.ahead.pop_front();
+                    return self.be_absent(machine).map(|()| None);
+                }
+                Recorded::Transfer(Transfer::EndedBy(failure)) => {
+                    disturb(failure, machine);
+                    return self.end_connection().map(|()| None);
+                }
+                Recorded::Transfer(Transfer::Ended) => {
+                    return self.end_connection().map(|()| None);
+                }
+                _ => drop(self.ahead.pop_front()),
+            }
+        }
+        self.run.at_end = true;
+        self.next = None;
+        Ok(None)
+    }
+
+    /// The rest of this connection is not recorded.
+    fn end_connection(&mut self) -> Result<(), Error> {
+        self.ahead.pop_front();
+        self.next = None;
+        self.run.at_end = !self.has_more_cycles()?;
+        Ok(())
+    }
+
+    /// The connection was lost: the controller is away until it was connected again.
+    fn be_absent(&mut self, machine: &mut Machine) -> Result<(), Error> {
+        self.next = None;
+        let mut gave_up = false;
+        let mut until = Duration::ZERO;
+        for index in 0.. {
+            let Some(entry) = self.look(index)? else {
+                // It did not come back while the program tried.
+                until += AFTER_ALL_ATTEMPTS;
+                self.run.at_end = true;
+                gave_up = true;
+                break;
+            };
+            until = entry.at;
+            match &entry.what {
+                Recorded::Transfer(Transfer::EndedBy(_)) => gave_up = true,
+                Recorded::Cycle(_) => break,
+                _ => {}
+            }
+        }
+        if self.paced || gave_up {
+            // Since the last response, because a program may have waited long for the next one.
+            let last = self.answered.map_or(until, |(_, last)| last);
+            machine.set_absent(true);
+            self.run.back_at = Some(Instant::now() + until.saturating_sub(last));
+        }
+        Ok(())
+    }
+
+    fn has_more_cycles(&mut self) -> Result<bool, Error> {
+        for index in 0.. {
+            match self.look(index)? {
+                Some(Entry { what: Recorded::Cycle(_), .. }) => return Ok(true),
+                Some(_) => {}
+                None => break,
+            }
+        }
+        Ok(false)
+    }
+
+    fn play(&mut self, at: Duration, cycle: &Cycle, machine: &mut Machine) {
+        self.run.cycles += 1;
+        self.terminals.resize_with(cycle.areas.len(), Terminals::default);
+        let alive = cycle.areas[0].state.io_slave_alive;
+        let mut what = None;
+        for (index, (area, terminals)) in cycle.areas.iter().zip(&mut self.terminals).enumerate() {
+            // Outputs are sent only to extensions that took part in the response before.
+            let before = index.checked_sub(1).map(|extension| machine.alive[extension]);
+            let Some(controller) = machine.controllers.get_mut(index) else { break };
+            if before.is_none_or(|alive| alive && !cycle.first) {
+                let differs = terminals.compare(area, &controller.outputs);
+                let name = if index == 0 { String::new() } else { format!("E{index}: ") };
+                what = what.or_else(|| differs.map(|differs| format!("{name}{differs}")));
+            }
+            controller.report_as(Some(terminals.report(area)));
+            controller.mic_lin = area.txt_inputs2.mic_lin;
+            controller.mic_log = area.txt_inputs2.mic_log;
+        }
+        machine.alive = alive.map(|alive| alive != 0);
+        if let (Some(what), None) = (what, &self.run.first_difference) {
+            self.run.first_difference = Some(Difference { cycle: cycle.number, at, what });
+        }
+        self.keep_pace(Some(at), machine);
+    }
+
+    /// Delays the response to when it came in the recording.
+    fn keep_pace(&mut self, at: Option<Duration>, machine: &mut Machine) {
+        let now = Instant::now();
+        let due = match self.answered {
+            Some((answered, last)) if self.paced => {
+                let pace = at.map_or(PACE, |at| at.saturating_sub(last));
+                now.max(answered + pace)
+            }
+            _ => now,
+        };
+        if due > now {
+            machine.disturb(FaultKind::Delay(due - now));
+        }
+        let last = self.answered.map_or(Duration::ZERO, |(_, last)| last + PACE);
+        self.answered = Some((due, at.unwrap_or(last)));
+    }
+
+    fn peek(&mut self) -> Result<Option<&Entry>, Error> {
+        self.look(0)
+    }
+
+    /// The entry at this place from now on.
+    fn look(&mut self, index: usize) -> Result<Option<&Entry>, Error> {
+        while self.ahead.len() <= index {
+            match self.recording.next() {
+                Some(entry) => self.ahead.push_back(entry?),
+                None => return Ok(None),
+            }
+        }
+        Ok(self.ahead.get(index))
+    }
+}
+
+fn cycle_of(entry: Entry) -> Option<(Duration, Cycle)> {
+    match entry.what {
+        Recorded::Cycle(cycle) => Some((entry.at, cycle)),
+        _ => None,
+    }
+}
+
+/// Lets the connection break as it did.
+fn disturb(failure: &Failure, machine: &mut Machine) {
+    match failure.kind {
+        FailureKind::NoAnswer => machine.disturb(FaultKind::Silence),
+        FailureKind::WrongData => machine.disturb(FaultKind::WrongCrc),
+        FailureKind::Closed => machine.disturb(FaultKind::Close { after: 0 }),
+        // The program itself, such as a panic of it.
+        _ => {}
+    }
+}

@@ -1,0 +1,151 @@
+//! What is in a recording, without its values.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+/// What is in a recording.
+#[derive(Debug, Serialize)]
+pub(crate) struct Survey {
+    /// Seconds since 1970.
+    pub(crate) started: f64,
+    pub(crate) seconds: f64,
+    pub(crate) bytes: u64,
+    pub(crate) device_name: String,
+    pub(crate) firmware: String,
+    pub(crate) address: String,
+    pub(crate) areas: usize,
+    /// The number of the last extension that took part.
+    pub(crate) extensions: usize,
+    pub(crate) transfers: u64,
+    pub(crate) cycles: u64,
+    /// Entries that are missing because the disk was too slow.
+    pub(crate) lost: u64,
+    pub(crate) shortest_cycle_ms: f64,
+    pub(crate) mean_cycle_ms: f64,
+    pub(crate) longest_cycle_ms: f64,
+    pub(crate) gaps: u64,
+    /// By kind.
+    pub(crate) events: BTreeMap<String, u64>,
+    pub(crate) pictures: u64,
+    /// When, and what.
+    pub(crate) errors: Vec<(f64, String)>,
+    pub(crate) is_cut_off: bool,
+}
+
+impl Survey {
+    /// Reads a recording to its end.
+    pub(crate) fn of(path: &Path) -> Result<Self, Error> {
+        let mut recording = Recording::open(path)?;
+        let progress = progress("reads");
+        let started = recording.started().duration_since(std::time::UNIX_EPOCH);
+        let mut survey = Self::empty(started.unwrap_or_default());
+        survey.bytes = std::fs::metadata(path).map_or(0, |file| file.len());
+        let mut measured = (0, Duration::ZERO);
+        for entry in recording.by_ref() {
+            let entry = entry?;
+            progress.inc(1);
+            survey.seconds = survey.seconds.max(entry.at.as_secs_f64());
+            match entry.what {
+                Recorded::Cycle(cycle) => survey.count(&cycle, &mut measured),
+                Recorded::Transfer(transfer) => survey.note(&transfer, entry.at),
+                Recorded::Event(event) => *survey.events.entry(event.event).or_default() += 1,
+                Recorded::Picture(_) => survey.pictures += 1,
+                _ => {}
+            }
+        }
+        progress.finish_and_clear();
+        let (count, total) = measured;
+        if count > 0 {
+            survey.mean_cycle_ms = millis(total) / f64::from(count);
+        }
+        survey.is_cut_off = recording.is_cut_off();
+        Ok(survey)
+    }
+
+    fn empty(started: Duration) -> Self {
+        Self {
+            started: started.as_secs_f64(),
+            seconds: 0.0,
+            bytes: 0,
+            // Those of a recording that has no beginning, because it was lost.
+            device_name: "TX2013".to_owned(),
+            firmware: "4.6.6".to_owned(),
+            address: String::new(),
+            areas: 0,
+            extensions: 0,
+            transfers: 0,
+            cycles: 0,
+            lost: 0,
+            shortest_cycle_ms: 0.0,
+            mean_cycle_ms: 0.0,
+            longest_cycle_ms: 0.0,
+            gaps: 0,
+            events: BTreeMap::new(),
+            pictures: 0,
+            errors: Vec::new(),
+            is_cut_off: false,
+        }
+    }
+
+    fn count(&mut self, cycle: &Cycle, (count, total): &mut (u32, Duration)) {
+        self.cycles += 1;
+        self.lost += cycle.lost;
+        self.areas = self.areas.max(cycle.areas.len());
+        let alive = cycle.areas[0].state.io_slave_alive;
+        let last = (0..MAX_EXTENSIONS).rev().find(|extension| alive[*extension] != 0);
+        self.extensions = self.extensions.max(last.map_or(0, |last| last + 1));
+        if cycle.first {
+            return;
+        }
+        let time = millis(cycle.since_last);
+        let is_first = *count == 0;
+        self.shortest_cycle_ms = if is_first { time } else { self.shortest_cycle_ms.min(time) };
+        self.longest_cycle_ms = self.longest_cycle_ms.max(time);
+        *count = count.saturating_add(1);
+        *total += cycle.since_last;
+    }
+
+    fn note(&mut self, transfer: &Transfer, at: Duration) {
+        let error = match transfer {
+            Transfer::Began { device_name, firmware, address, .. } => {
+                self.transfers += 1;
+                self.device_name.clone_from(device_name);
+                self.firmware.clone_from(firmware);
+                self.address.clone_from(address);
+                return;
+            }
+            Transfer::Lost(failure) => {
+                self.gaps += 1;
+                format!("the connection was lost: {}", failure.error)
+            }
+            Transfer::Failed(failure) => format!("a transfer could not begin: {}", failure.error),
+            Transfer::EndedBy(failure) => format!("the transfer ended: {}", failure.error),
+            Transfer::WatchdogExpired { limit_ms } => {
+                format!("the watchdog stopped the motors after {limit_ms} ms")
+            }
+            _ => return,
+        };
+        self.errors.push((at.as_secs_f64(), error));
+    }
+}
+
+fn millis(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// Counts entries on stderr, if that is a terminal.
+pub(crate) fn progress(doing: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{spinner} {msg} {human_pos} entries ({elapsed})");
+    let bar = ProgressBar::no_length();
+    if let Ok(style) = style {
+        bar.set_style(style);
+    }
+    bar.set_message(doing.to_owned());
+    bar
+}

@@ -1,0 +1,312 @@
+//! `txt record`, `info`, `csv` and `replay`, as they are used.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::{Counter, Direction, Motor};
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area_recorder::{Options, Recorder};
+use tempfile::TempDir;
+
+const DEADLINE: Duration = Duration::from_secs(60);
+
+fn txt(args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn run(args: &[&str]) -> Output {
+    txt(args).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+fn in_folder(folder: &TempDir, name: &str) -> String {
+    folder.path().join(name).to_str().unwrap().to_owned()
+}
+
+/// What a program decides, and in which hundredth of a second.
+type Decisions = Vec<(u16, String)>;
+
+/// A handler in lock-step, so that each run is the same whatever else the computer does.
+fn handler(port: u16) -> TransferAreaComHandler {
+    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).lock_step();
+    builder.reconnect(DEADLINE).build().unwrap()
+}
+
+/// Drives the slide to its end, resets its counter, and drives back by a distance, at this duty.
+fn control(handler: &TransferAreaComHandler, duty: i16) -> Result<Decisions, Error> {
+    let mut decisions = Vec::new();
+    let mut decide = |area: &FishX1Transfer, what: &str| {
+        let count = area.input.counter[0];
+        decisions.push((area.timer.timer_10ms, format!("{what} at {count}")));
+    };
+    let at_end = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[1] != 0;
+    handler.lock()[LOCAL_IO].output.duty[0] = duty;
+    let mut areas = handler.wait_until(at_end, DEADLINE)?;
+    areas[LOCAL_IO].output.duty[0] = 0;
+    areas[LOCAL_IO].start_counter_reset(Counter::C1);
+    decide(&areas[LOCAL_IO], "end");
+    drop(areas);
+    let areas = handler.wait_counter_reset(LOCAL_IO, Counter::C1, DEADLINE)?;
+    decide(&areas[LOCAL_IO], "reset");
+    drop(areas);
+    let mut areas = handler.lock();
+    let area = &mut areas[LOCAL_IO];
+    area.start_motor_ex_cmd(Motor::M1, duty, Direction::Ccw, &[], 200)?;
+    drop(areas);
+    let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE)?;
+    decide(&areas[LOCAL_IO], "back");
+    Ok(decisions)
+}
+
+/// A transfer with this program. When the connection is lost, it begins again.
+fn program(handler: &TransferAreaComHandler, duty: i16) -> Decisions {
+    handler.begin_transfer().unwrap();
+    let decisions = match control(handler, duty) {
+        Ok(decisions) => decisions,
+        Err(Error::ConnectionLost { cause }) => {
+            let is_crc = matches!(*cause, Error::WrongCrc { .. });
+            let mut decisions = vec![(0, format!("lost by a wrong checksum: {is_crc}"))];
+            decisions.extend(control(handler, duty).unwrap());
+            decisions
+        }
+        Err(error) => panic!("{error}"),
+    };
+    handler.end_transfer().unwrap();
+    decisions
+}
+
+/// Records the program on the slide, over this many transfers; returns what it decided.
+fn record(path: &str, fault: Option<Fault>, transfers: usize) -> Vec<Decisions> {
+    let mut txt = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).lock_step();
+    if let Some(fault) = fault {
+        txt = txt.fault(fault);
+    }
+    let txt = txt.device_name("SLIDE").start().unwrap();
+    let handler = handler(txt.port());
+    let options = Options::default().with_capacity(6_000);
+    let recorder = Recorder::start(&handler, Path::new(path), options).unwrap();
+    let decisions = (0..transfers).map(|_| program(&handler, DUTY_MAX)).collect();
+    assert_eq!(recorder.finish().unwrap().lost, 0);
+    decisions
+}
+
+/// `txt replay` on a free port. It is ended when this is dropped.
+struct Replay {
+    child: Child,
+    port: u16,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Replay {
+    fn start(path: &str, options: &[&str]) -> Self {
+        let mut child = txt(&["replay", path, "--port", "0"]).args(options).spawn().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap());
+        let mut line = String::new();
+        lines.read_line(&mut line).unwrap();
+        let port = line.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('.').next());
+        let port = port.unwrap_or_else(|| panic!("{line:?} has no port")).parse().unwrap();
+        assert!(line.contains("SLIDE"), "{line}");
+        Self { child, port, lines }
+    }
+
+    /// Waits until it ends; returns whether it ended well, and what it said.
+    fn end(mut self) -> (bool, String) {
+        let mut said = String::new();
+        self.lines.read_to_string(&mut said).unwrap();
+        let status = self.child.wait().unwrap();
+        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        (status.success(), said)
+    }
+}
+
+impl Drop for Replay {
+    fn drop(&mut self) {
+        // It has ended unless a test failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn the_same_program_decides_and_ends_the_same_against_a_replay() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 2);
+    assert_eq!(recorded[0].len(), 3);
+    assert!(recorded[0] != recorded[1], "the slide begins elsewhere the second time");
+
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    let handler = handler(replay.port);
+    let replayed: Vec<Decisions> = (0..2).map(|_| program(&handler, DUTY_MAX)).collect();
+    assert_eq!(handler.device_name().unwrap(), "SLIDE");
+    drop(handler);
+    assert_eq!(replayed, recorded);
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+    assert!(said.trim_end().ends_with("It did the same."), "{said}");
+}
+
+/// The second transfer continues the ids of the first, and a program that begins with it has none yet.
+#[test]
+fn ids_of_commands_are_those_of_the_program_that_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 2);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    for recorded in recorded {
+        assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded);
+    }
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+}
+
+#[test]
+fn a_program_that_does_something_else_is_told_where() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    program(&handler(replay.port), 400);
+    let (well, said) = replay.end();
+    assert!(!well, "{said}");
+    assert!(said.contains("outputs first differed in cycle 1, "), "{said}");
+    assert!(said.contains("O1 was 512 and is 400"), "{said}");
+    assert!(said.contains("the program did not do the same"), "{said}");
+}
+
+#[test]
+fn a_lost_connection_is_lost_again_in_the_same_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let fault = Fault::at_exchange(60, FaultKind::WrongCrc);
+    let recorded = record(&path, Some(fault), 1);
+    assert_eq!(recorded[0][0].1, "lost by a wrong checksum: true");
+    let info = said(&run(&["info", &path]));
+    assert!(info.contains("1, with 1 gaps"), "{info}");
+
+    let replay = Replay::start(&path, &["--once"]);
+    assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded[0]);
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+}
+
+#[test]
+fn a_replay_has_the_pace_of_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 1);
+    let replay = Replay::start(&path, &["--once"]);
+    let handler = handler(replay.port);
+    let begin = Instant::now();
+    assert_eq!(program(&handler, DUTY_MAX), recorded[0]);
+    // The recorded clock moved by 10 ms with each cycle.
+    let cycles = handler.statistics().cycles as u32;
+    assert!(begin.elapsed() >= Duration::from_millis(10) * (cycles - 1));
+    drop(handler);
+    assert!(replay.end().0);
+}
+
+#[test]
+fn a_recording_by_the_program_has_a_table_and_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let args = ["record", "--simulate", "slide", "--seconds", "0.6", "--input", "I4=cm", "-o"];
+    let args: Vec<&str> = args.into_iter().chain([&*path]).collect();
+    let recorded = run(&args);
+    assert!(recorded.status.success(), "{}", said(&recorded));
+    assert!(said(&recorded).contains(" cycles, 0 lost, "), "{}", said(&recorded));
+
+    let again = run(&args);
+    assert_eq!(again.status.code(), Some(1));
+    assert!(said(&again).contains("is there already; --force replaces it"), "{}", said(&again));
+
+    let info = run(&["info", &path, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!((&info["device_name"], &info["is_cut_off"]), (&"TX2013".into(), &false.into()));
+    let table = run(&["csv", &path, "I4", "C1"]);
+    let table = String::from_utf8(table.stdout).unwrap();
+    let mut lines = table.lines();
+    assert_eq!(lines.next(), Some("time,cycle,I4,C1"));
+    assert_eq!(lines.clone().count() as u64, info["cycles"].as_u64().unwrap());
+    // The slide is half way between 5 and 25 cm.
+    assert!(lines.all(|line| line.ends_with(",15,0")), "{table}");
+}
+
+#[test]
+fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let sentence = |args: &[&str]| {
+        let output = run(args);
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let said = said(&output);
+        assert_eq!(said.lines().filter(|line| !line.is_empty()).count(), 1, "{said}");
+        said
+    };
+    for command in ["info", "csv", "replay"] {
+        assert!(sentence(&[command, &path]).starts_with("can't read "));
+    }
+    std::fs::write(&path, "no recording").unwrap();
+    for command in ["info", "csv", "replay"] {
+        assert!(sentence(&[command, &path]).trim_end().ends_with("is no MCAP file"));
+    }
+    let missing = sentence(&["record", "--simulate", "nowhere", "-o", "other.mcap"]);
+    assert!(missing.contains("nowhere"), "{missing}");
+    let folder = in_folder(&folder, "no/such/run.mcap");
+    assert!(sentence(&["record", "--simulate", "-o", &folder]).starts_with("can't write "));
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_recording_well() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let child = txt(&["record", "--simulate", "-o", &path]).spawn().unwrap();
+    let begin = Instant::now();
+    let has_cycles = || {
+        let info = run(&["info", "--json", &path]);
+        let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap_or_default();
+        info["cycles"].as_u64().unwrap_or(0) > 0
+    };
+    // While it is written, it can be read up to there.
+    while !has_cycles() {
+        assert!(begin.elapsed() < DEADLINE, "nothing was written");
+    }
+    let id = child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", said(&output));
+    let info = run(&["info", &path]);
+    assert!(info.status.success() && !said(&info).contains("cut off"), "{}", said(&info));
+}
+
+/// A limit for the size of a file is a full disk.
+#[cfg(unix)]
+#[test]
+fn on_a_full_disk_it_ends_with_a_sentence_and_what_was_written_can_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let limited = "trap '' XFSZ; ulimit -f 40; exec \"$0\" \"$@\"";
+    let output = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_txt"), "record", "--simulate", "-o", &path])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let said_last = said(&output).lines().last().unwrap().to_owned();
+    assert!(said_last.starts_with("can't write "), "{said_last}");
+    assert!(said_last.ends_with(" cycles from before, which can be read"), "{said_last}");
+    let info = run(&["info", &path, "--json"]);
+    let info: serde_json::Value = serde_json::from_slice(&info.stdout).unwrap();
+    assert_eq!(info["is_cut_off"], true);
+    assert!(info["cycles"].as_u64() > Some(10), "{info}");
+}
