@@ -20,7 +20,7 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use super::connections::Kept;
 use super::files::{self, File};
 use super::page;
-use super::panel::Panel;
+use super::pages::Panel;
 
 /// How many pages may be open.
 const PAGES: usize = 200;
