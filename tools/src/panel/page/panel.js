@@ -42,7 +42,7 @@ const connection = new Connection({
   },
   failed: toast,
 });
-const wheel = new Wheel(connection);
+const wheel = new Wheel(connection, () => toast({ code: "silent", text: t("silent") }));
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
 function schedule() {
