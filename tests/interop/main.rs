@@ -12,6 +12,7 @@
 #![cfg(unix)]
 
 #[path = "../program/mod.rs"]
+#[allow(dead_code, reason = "no sample runs here")]
 mod program;
 
 mod ftrobopy;

@@ -69,13 +69,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         println!("{:#}", all.json());
     } else {
         print!("{}", all.table());
-        let silent = all.tried.iter().filter(|tried| !tried.perhaps_in_use);
-        let asked_for = silent.filter(|tried| args.addresses.contains(&tried.address));
-        asked_for.for_each(|tried| eprintln!("{tried}"));
     }
     if all.found.is_empty() {
         return Err(Error::NoController { tried: all.tried }.into());
     }
+    let silent = all.tried.iter().filter(|tried| !tried.perhaps_in_use);
+    let asked_for = silent.filter(|tried| args.addresses.contains(&tried.address));
+    asked_for.for_each(|tried| eprintln!("{tried}"));
     Ok(())
 }
 

@@ -89,6 +89,9 @@ impl Host {
             .watchdog(WATCHDOG)
             .reconnect(RECONNECT)
             .build()?;
+        if let Some(simulated) = &simulated {
+            simulated.configure(&mut handler.lock());
+        }
         let handler = Arc::new(handler);
         let (orders, for_worker) = bounded(WAITING);
         let (publish, state) = watch::channel(Arc::from(""));

@@ -63,8 +63,8 @@ fn carry_out(
         None => client.insert(handler.i2c()?),
     };
     match wish {
-        I2cWish::I2cScan => Ok(json!(scan(client)?)),
-        I2cWish::I2cRead { address, register, count } => {
+        I2cWish::Scan => Ok(json!(scan(client)?)),
+        I2cWish::Read { address, register, count } => {
             if !(1..=READ_MAX).contains(count) {
                 let given = i64::try_from(*count).unwrap_or(i64::MAX);
                 return Err(Trouble::out_of_range("number of bytes to read", given, 1, 256));
@@ -73,7 +73,7 @@ fn carry_out(
             client.read(*address, *register, &mut bytes)?;
             Ok(json!(bytes))
         }
-        I2cWish::I2cWrite { address, register, values } => {
+        I2cWish::Write { address, register, values } => {
             client.write(*address, *register, values)?;
             Ok(Value::Null)
         }

@@ -7,7 +7,7 @@ mod histogram;
 mod host;
 mod i2c;
 mod page;
-mod panel;
+mod pages;
 mod reply;
 mod server;
 mod state;
@@ -18,7 +18,7 @@ mod worker;
 mod world;
 
 use std::io::{self, Write};
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::path::Path;
 use std::sync::Arc;
 use std::thread;
@@ -29,7 +29,7 @@ use ft_transfer_area::simulator::world::{Script, World};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 
 use self::host::{Common, Host};
-use self::panel::Panel;
+use self::pages::Panel;
 use self::world::Simulated;
 use crate::interrupt;
 use crate::web::access::Access;
@@ -128,8 +128,11 @@ fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
 fn tell(panel: &Panel, address: SocketAddr) -> anyhow::Result<String> {
     let (port, token) = (address.port(), panel.access.token());
     let url = |ip: IpAddr| format!("http://{}/?token={token}", SocketAddr::new(ip, port));
-    let here =
-        if address.ip().is_unspecified() { Ipv4Addr::LOCALHOST.into() } else { address.ip() };
+    let here = match address.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
+        ip => ip,
+    };
     let mut out = io::stdout().lock();
     writeln!(out, "{}", url(here))?;
     if address.ip().is_unspecified() {

@@ -8,7 +8,7 @@ use futures_util::{SinkExt, StreamExt};
 use tokio::sync::mpsc;
 use tokio::time::{self, MissedTickBehavior};
 
-use super::panel::Panel;
+use super::pages::Panel;
 use super::reply::Answers;
 use super::wheel::Page;
 use super::worker::STATE_PERIOD;

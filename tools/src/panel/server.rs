@@ -16,7 +16,7 @@ use tokio::sync::Semaphore;
 
 use super::files::{self, File};
 use super::page;
-use super::panel::Panel;
+use super::pages::Panel;
 use crate::web::connections::Kept;
 use crate::web::pictures;
 

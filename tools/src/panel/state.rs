@@ -2,7 +2,7 @@
 
 use ft_transfer_area::transfer_area::{CounterMode, InputMode, IrInput};
 use ft_transfer_area::tx::{Counter, Input, Motor};
-use ft_transfer_area::{FishX1Transfer, Statistics};
+use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
 use super::camera::CameraState;
@@ -40,22 +40,6 @@ pub(super) struct Link<'a> {
     pub(super) cycles: u64,
     pub(super) late: u64,
     pub(super) gaps: u64,
-}
-
-impl<'a> Link<'a> {
-    pub(super) fn new(phase: Phase, error: Option<&'a Trouble>, statistics: Statistics) -> Self {
-        Self {
-            phase,
-            name: None,
-            firmware: None,
-            error,
-            cycle_ms: statistics.last_cycle.as_secs_f64() * 1000.0,
-            histogram: &[],
-            cycles: statistics.cycles,
-            late: statistics.late_reactions,
-            gaps: statistics.gaps,
-        }
-    }
 }
 
 #[derive(Serialize)]

@@ -95,11 +95,14 @@ pub(crate) struct CameraWish {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case")]
+#[serde(tag = "do")]
 pub(crate) enum I2cWish {
-    I2cScan,
-    I2cRead { address: u8, register: u8, count: usize },
-    I2cWrite { address: u8, register: u8, values: Vec<u8> },
+    #[serde(rename = "i2c_scan")]
+    Scan,
+    #[serde(rename = "i2c_read")]
+    Read { address: u8, register: u8, count: usize },
+    #[serde(rename = "i2c_write")]
+    Write { address: u8, register: u8, values: Vec<u8> },
 }
 
 /// For the world of a simulated TXT.

@@ -209,10 +209,15 @@ impl Worker {
         let state = HostState {
             at: self.common.begin.elapsed().as_millis(),
             link: Link {
+                phase: self.phase,
                 name: handler.device_name(),
                 firmware: handler.version().map(|version| version.to_string()),
+                error: self.error.as_ref(),
+                cycle_ms: statistics.last_cycle.as_secs_f64() * 1000.0,
                 histogram: self.histogram.bins(),
-                ..Link::new(self.phase, self.error.as_ref(), statistics)
+                cycles: statistics.cycles,
+                late: statistics.late_reactions,
+                gaps: statistics.gaps,
             },
             areas: state::areas(areas, self.phase == Phase::Running),
             world: self.simulated.as_ref().and_then(|simulated| simulated.report()),

@@ -2,8 +2,9 @@
 
 use ft_transfer_area::simulator::world::{Board, Remote, Sensor, World, WorldState};
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::transfer_area::{InputMode, MAX_EXTENSIONS};
 use ft_transfer_area::tx::{Input, Motor, Output};
+use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
 use super::trouble::Trouble;
@@ -103,6 +104,16 @@ impl Simulated {
         self.txt.with_machine(|machine| report(machine, world))
     }
 
+    /// Configures the areas for what is plugged in, so that the first look shows it.
+    pub(super) fn configure(&self, areas: &mut [FishX1Transfer]) {
+        self.txt.with_machine(|machine| {
+            let Some(world) = machine.world() else { return };
+            for (index, area) in areas.iter_mut().enumerate() {
+                configure(world, index, area);
+            }
+        });
+    }
+
     /// Changes the world as the page asks for.
     pub(super) fn act(&self, area: usize, wish: &WorldWish) -> Result<(), Trouble> {
         self.txt.with_machine(|machine| match wish {
@@ -115,6 +126,24 @@ impl Simulated {
             }
             WorldWish::Remote(wish) => set_remote(world_of(machine)?, wish),
         })
+    }
+}
+
+fn configure(world: &WorldState, index: usize, area: &mut FishX1Transfer) {
+    for input in Input::ALL {
+        let (mode, digital) = match world.sensor(index, input) {
+            Some(Sensor::Voltage { .. } | Sensor::Colour { .. }) => (InputMode::Voltage, false),
+            Some(Sensor::Trail { .. }) => (InputMode::Voltage, true),
+            Some(Sensor::Ultrasonic { .. }) => (InputMode::Ultrasonic, false),
+            Some(Sensor::Resistor { .. } | Sensor::Ntc { .. }) => (InputMode::Resistance, false),
+            Some(Sensor::PhotoTransistor { .. }) => (InputMode::Resistance15k, false),
+            _ => (InputMode::Resistance, true),
+        };
+        area.set_ft_uni_config(input, mode, digital);
+    }
+    for motor in Motor::ALL {
+        let lamps = motor.outputs().iter().any(|output| world.lamp(index, *output).is_some());
+        area.set_ft_motor_config(motor, !lamps);
     }
 }
 

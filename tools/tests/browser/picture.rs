@@ -21,7 +21,7 @@ fn the_picture_shows_a_machine_that_moves() -> Result<()> {
         let panel = Panel::start(&[])?;
         let page = Page::open(&client, &panel).await?;
         page.prefer("light").await?;
-        page.resize(1440, 940).await?;
+        page.resize(1440, 926).await?;
         page.wait_for_text("#role", "You drive").await?;
         move_the_machine(&page).await?;
         let picture = client.screenshot().await?;

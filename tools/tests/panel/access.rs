@@ -46,7 +46,6 @@ fn a_page_of_another_origin_neither_reads_nor_drives() {
             assert_eq!(post_stop(&panel, &panel.token, &origin), 403, "{origin}");
         }
     }
-    drives.done(json!({"do": "alive"}));
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
     assert_eq!(post_stop(&panel, &panel.token, &format!("Origin: {own}\r\n")), 204);
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));

@@ -1,7 +1,11 @@
 //! Many pages, and pages that do not read.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
 use ft_transfer_area::simulator::SimulatedTxt;
-use serde_json::json;
+use serde_json::{json, Value};
 
 use crate::page::is_running;
 use crate::program::Panel;
@@ -9,27 +13,26 @@ use crate::LIMIT;
 
 #[test]
 fn a_hundred_pages_look_and_one_drives() {
+    const PAGES: usize = 100;
     let txt = SimulatedTxt::builder().start().unwrap();
     let panel = Panel::of(&[&txt]);
-    let mut pages: Vec<_> = (0..100).map(|_| panel.page()).collect();
     let mut drives = panel.driver();
+    let (number, seen) = (drives.number, AtomicUsize::new(0));
     drives.done(json!({"do": "motor", "motor": 2, "duty": 321}));
-    let number = drives.number;
-    // The driver goes on to say that it is there.
-    let done = std::sync::atomic::AtomicBool::new(false);
-    std::thread::scope(|scope| {
-        scope.spawn(|| {
-            while !done.load(std::sync::atomic::Ordering::Relaxed) {
-                drives.state(0, is_running);
-            }
-        });
-        for page in &mut pages {
-            page.fall_silent();
-            let state =
-                page.state(0, |state| state["areas"][0]["motors"][2]["duty"] == json!([321, 0]));
-            assert_eq!(state["driver"], number);
+    // Each page reads all the time, as a browser does.
+    thread::scope(|scope| {
+        for _ in 0..PAGES {
+            scope.spawn(|| {
+                let mut page = panel.page();
+                let turns =
+                    |state: &Value| state["areas"][0]["motors"][2]["duty"] == json!([321, 0]);
+                let state = page.state(0, turns);
+                assert_eq!(state["driver"], number);
+                seen.fetch_add(1, Ordering::Relaxed);
+                page.state(0, |_| seen.load(Ordering::Relaxed) == PAGES);
+            });
         }
-        done.store(true, std::sync::atomic::Ordering::Relaxed);
+        drives.state(0, |_| seen.load(Ordering::Relaxed) == PAGES);
     });
 }
 
@@ -53,9 +56,9 @@ fn too_many_pages_are_refused() {
         let request = crate::page::request(&panel.address, &panel.token);
         crate::page::Page::connect(&panel.address, request).is_ok()
     };
-    let deadline = std::time::Instant::now() + LIMIT;
+    let deadline = Instant::now() + LIMIT;
     while !free() {
-        assert!(std::time::Instant::now() < deadline, "no place becomes free");
+        assert!(Instant::now() < deadline, "no place becomes free");
     }
 }
 
@@ -68,11 +71,10 @@ fn a_driver_that_never_reads_is_dropped_and_its_motors_stop() {
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
     // It says that it is there, but takes nothing.
     let stopped = || txt.with_machine(|machine| machine.controllers[0].outputs.duty[0] == 0);
-    let deadline = std::time::Instant::now() + LIMIT;
+    let deadline = Instant::now() + LIMIT;
     while !stopped() {
-        page.send("{\"do\":\"alive\"}");
-        assert!(std::time::Instant::now() < deadline, "the motor still turns");
-        txt.wait_until(std::time::Duration::from_millis(100), |_| false);
+        assert!(Instant::now() < deadline, "the motor still turns");
+        txt.wait_until(Duration::from_millis(100), |_| false);
     }
     let mut other = panel.page();
     other.state(0, |state| state["driver"].is_null() && is_running(state));

@@ -1,7 +1,10 @@
 //! A page without a browser.
 
-use std::io::ErrorKind;
-use std::net::TcpStream;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{json, Value};
@@ -12,15 +15,52 @@ use tungstenite::{Error, HandshakeError, Message, WebSocket};
 use crate::LIMIT;
 
 /// How often a page shows that it is there.
-const ALIVE: Duration = Duration::from_millis(200);
+const ALIVE_PERIOD: Duration = Duration::from_millis(100);
 
 pub(crate) struct Page {
-    socket: WebSocket<TcpStream>,
+    socket: WebSocket<Wire>,
     pub(crate) number: u64,
     seq: u64,
-    last_sent: Instant,
-    /// Whether it shows that it is there while it waits.
-    lively: bool,
+    /// Whether it shows that it is there, whatever else it does.
+    lively: Arc<AtomicBool>,
+}
+
+/// The connection. Messages are small enough to be written at once, so two threads can write whole ones.
+struct Wire {
+    stream: TcpStream,
+    writing: Arc<Mutex<()>>,
+}
+
+impl Read for Wire {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.stream.read(buffer)
+    }
+}
+
+impl Write for Wire {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let _whole = self.writing.lock();
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
+
+/// Sends `alive` again and again until the page is dropped.
+fn keep_alive(mut stream: TcpStream, writing: &Mutex<()>, lively: &Arc<AtomicBool>) {
+    let text = b"{\"do\":\"alive\"}";
+    // A text of this length, masked by zeros.
+    let mut frame = vec![0x81, 0x80 | text.len() as u8, 0, 0, 0, 0];
+    frame.extend_from_slice(text);
+    while Arc::strong_count(lively) > 1 {
+        thread::sleep(ALIVE_PERIOD);
+        let _whole = writing.lock();
+        if lively.load(Ordering::Relaxed) && stream.write_all(&frame).is_err() {
+            return;
+        }
+    }
 }
 
 impl Page {
@@ -32,14 +72,19 @@ impl Page {
     pub(crate) fn connect(address: &str, request: Request<()>) -> Result<Self, u16> {
         let stream = TcpStream::connect(address).unwrap();
         stream.set_read_timeout(Some(LIMIT)).unwrap();
-        let (socket, _) = match tungstenite::client(request, stream) {
+        let writing = Arc::new(Mutex::new(()));
+        let (also_writes, writes) = (stream.try_clone().unwrap(), Arc::clone(&writing));
+        let (socket, _) = match tungstenite::client(request, Wire { stream, writing }) {
             Ok(done) => done,
             Err(HandshakeError::Failure(Error::Http(response))) => {
                 return Err(response.status().as_u16())
             }
             Err(error) => panic!("{error}"),
         };
-        let mut page = Self { socket, number: 0, seq: 0, last_sent: Instant::now(), lively: true };
+        let lively = Arc::new(AtomicBool::new(true));
+        let keeps_alive = Arc::clone(&lively);
+        thread::spawn(move || keep_alive(also_writes, &writes, &keeps_alive));
+        let mut page = Self { socket, number: 0, seq: 0, lively };
         let hello = page.next();
         assert_eq!(hello["type"], "hello");
         page.number = hello["page"].as_u64().unwrap();
@@ -48,11 +93,10 @@ impl Page {
 
     /// From now on it says nothing by itself.
     pub(crate) fn fall_silent(&mut self) {
-        self.lively = false;
+        self.lively.store(false, Ordering::Relaxed);
     }
 
     pub(crate) fn send(&mut self, message: &str) {
-        self.last_sent = Instant::now();
         // Whether it arrives is seen by what comes back.
         let _ = self.socket.send(Message::text(message));
     }
@@ -111,11 +155,8 @@ impl Page {
         }
     }
 
-    /// The next message. States come all the time, so the page also says that it is there.
+    /// The next message.
     fn next(&mut self) -> Value {
-        if self.lively && self.last_sent.elapsed() > ALIVE {
-            self.send("{\"do\":\"alive\"}");
-        }
         loop {
             match self.socket.read().expect("the connection goes on") {
                 Message::Text(text) => return serde_json::from_str(&text).unwrap(),
@@ -139,10 +180,18 @@ impl Page {
 
     /// Ends the connection as a browser does that is closed, or without a word.
     pub(crate) fn close(mut self, politely: bool) {
+        self.fall_silent();
         if politely {
             self.socket.close(None).unwrap();
             self.socket.flush().unwrap();
         }
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        // The thread that keeps it alive has the connection, too.
+        let _ = self.socket.get_ref().stream.shutdown(Shutdown::Both);
     }
 }
 

@@ -21,7 +21,12 @@ fn buttons_sensors_and_remotes_are_moved_by_hand() {
     page.done(json!({"do": "press", "input": 0, "pressed": false}));
     page.state(0, |state| state["areas"][0]["inputs"][0]["value"] == 0);
 
-    page.done(json!({"do": "uni", "area": 1, "input": 1, "mode": "ultrasonic", "digital": false}));
+    // What is plugged in is configured from the start.
+    let ultrasonic = page.state(0, |_| true)["areas"][1]["inputs"][1].clone();
+    assert_eq!(
+        (&ultrasonic["mode"], &ultrasonic["digital"]),
+        (&json!("ultrasonic"), &json!(false))
+    );
     page.done(json!({"do": "sensor", "area": 1, "input": 1, "value": 123}));
     let state = page.state(0, |state| state["areas"][1]["inputs"][1]["value"] == 123);
     let wanted = json!({"input": 1, "kind": "ultrasonic", "value": 123.0, "min": 0.0, "max": 1024.0, "unit": "cm", "moved_by": null});
@@ -98,7 +103,7 @@ fn the_slide_of_a_file_moves_to_its_switch_and_lamps_glow() {
     let state = page.state(0, |state| state["areas"][0]["inputs"][4]["value"] == 1);
     assert!(slide(&state)["slide"].as_f64() > Some(0.9), "{state}");
     assert_eq!(sensor(&state, 0, 4)["moved_by"], 2);
-    page.done(json!({"do": "motor_kind", "motor": 3, "outputs": true}));
+    // A pair with a lamp is two outputs from the start.
     page.done(json!({"do": "output", "output": 6, "duty": 256}));
     page.state(0, |state| {
         state["world"]["boards"][0]["lamps"][0] == json!({"output": 6, "glow": 0.5})

@@ -34,7 +34,7 @@ export class Board {
     setText(this.title, this.area ? area.name : this.host.title);
     setText(this.line, this.area ? this.host.title : [state.link.firmware, this.host.simulated ? t("simulated") : ""].filter(Boolean).join(" · "));
     setText(this.cycle, this.host.pace);
-    const phase = area.alive ? state.link.phase : "absent";
+    const phase = area.alive || !this.area ? state.link.phase : "absent";
     setAttribute(this.phase, "data-phase", phase);
     setText(this.phase, phase === "absent" ? t("absent", { name: area.name }) : t(phase));
     this.inputs.update(area);

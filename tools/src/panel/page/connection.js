@@ -70,8 +70,10 @@ export class Connection {
   ask(command) {
     const seq = ++this.sequence;
     return new Promise((resolve, reject) => {
-      if (this.post({ ...command, seq })) this.waiting.set(seq, { resolve, reject });
-      else reject(null);
+      this.waiting.set(seq, { resolve, reject });
+      if (this.post({ ...command, seq })) return;
+      this.waiting.delete(seq);
+      reject(null);
     });
   }
 

@@ -32,6 +32,6 @@ export class Distance {
     setAttribute(this.progress, "aria-valuenow", done);
     setAttribute(this.progress, "data-ready", ready);
     const together = partner === null ? "" : ` · ${t("together", { name: `M${partner + 1}` })}`;
-    setText(this.text, `${number(done)} / ${number(distance)} ${t("pulses")}${together}${ready ? " ✓" : ""}`);
+    setText(this.text, `${number(done)} / ${number(distance)}${together}${ready ? " ✓" : ""}`);
   }
 }

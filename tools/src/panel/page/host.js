@@ -2,12 +2,12 @@
 
 import { Board } from "./board.js";
 import { Camera } from "./camera.js";
-import { button, h, setAttribute, watchSeen } from "./dom.js";
+import { button, h, setAttribute, setText, watchSeen } from "./dom.js";
 import { I2c } from "./i2c.js";
 import { Link } from "./link.js";
 import { Remotes } from "./remotes.js";
 import { Sound } from "./sound.js";
-import { t } from "./words.js";
+import { sentence, t } from "./words.js";
 import { World } from "./world.js";
 
 /** What is out of sight is brought up to date at each tenth state: a screen reader sees it too. */
@@ -34,9 +34,10 @@ export class HostView {
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
     this.chips = new Map();
+    this.trouble = h("p", { class: "trouble", role: "status", hidden: true });
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
-      areas.length > 1 ? this.chooser(areas, choose) : null, rows.flat(), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
+      areas.length > 1 ? this.chooser(areas, choose) : null, this.trouble, rows.flat(), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
   }
 
   chooser(areas, choose) {
@@ -56,14 +57,18 @@ export class HostView {
 
   update(drives) {
     const { state } = this.host;
-    const may = drives && state.link.phase === "running";
+    const { phase, error } = state.link;
+    const may = drives && phase === "running";
+    // An old error stays with the connection, below.
+    setAttribute(this.trouble, "hidden", !error || phase === "running");
+    setText(this.trouble, error ? sentence(error) : "");
     this.states += 1;
     this.parts.forEach((part, index) => {
       const seldom = part.element.isSeen === false && (this.states + index) % SELDOM;
       if (!seldom) part.update(state, may);
     });
     for (const [area, chip] of this.chips) setAttribute(chip, "data-absent", area !== "all" && !state.areas[area].alive);
-    setAttribute(this.element, "data-phase", state.link.phase);
+    setAttribute(this.element, "data-phase", phase);
   }
 
   key(input, pressed) {

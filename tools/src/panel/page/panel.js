@@ -17,6 +17,7 @@ const shown = { host: null, areas: new Map() };
 let view = null;
 let tabs = new Map();
 let due = false;
+let isLost = false;
 
 const connection = new Connection({
   hello(message) {
@@ -33,11 +34,15 @@ const connection = new Connection({
   },
   lost() {
     wheel.lost();
+    // Nothing moves that nobody sees.
+    view?.close();
+    view = null;
+    setText($("role"), "");
     setLost(true);
   },
   failed: toast,
 });
-const wheel = new Wheel(connection);
+const wheel = new Wheel(connection, () => toast({ code: "silent", text: t("silent") }));
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
 function schedule() {
@@ -108,6 +113,7 @@ function currentView() {
 }
 
 function show() {
+  if (isLost) return;
   const next = currentView();
   if (next && next !== view) {
     view?.close();
@@ -144,6 +150,7 @@ function showRole() {
 }
 
 function setLost(lost) {
+  isLost = lost;
   $("lost").hidden = !lost;
   $("main").inert = lost;
   $("banner").inert = lost;

@@ -5,8 +5,10 @@ const ASK_AGAIN_MS = 500;
 const GIVE_UP_MS = 1500;
 
 export class Wheel {
-  constructor(connection) {
+  /** `silent` is called when the program has taken the wheel away because it heard nothing of this page. */
+  constructor(connection, silent) {
     this.connection = connection;
+    this.silent = silent;
     this.wanted = true;
     this.mine = false;
     this.driver = null;
@@ -29,6 +31,7 @@ export class Wheel {
     this.driver = driver;
     this.mine = you_drive;
     const now = performance.now();
+    if (had && driver === null) this.silent();
     if (you_drive) this.wanted = true;
     else if (driver !== null) this.wanted &&= !had && now - this.greeted < GIVE_UP_MS;
     else if (this.wanted && !document.hidden && now - this.asked > ASK_AGAIN_MS) this.ask("drive");

@@ -126,3 +126,20 @@ impl Panel {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_that_leaves_drives_no_more() {
+        let access = Access::new([127, 0, 0, 1].into(), 8000).unwrap();
+        let panel = Panel::new(Vec::new(), Arc::new(Common::new()), access);
+        let (drives, looks) = (panel.enter(), panel.enter());
+        panel.common.wheel.drive(drives).unwrap();
+        panel.leave(looks);
+        assert_eq!(panel.common.wheel.look().0, Some(drives));
+        panel.leave(drives);
+        assert_eq!(panel.common.wheel.look().0, None);
+    }
+}
