@@ -2,7 +2,7 @@
 
 use anyhow::{ensure, Context, Result};
 use fantoccini::key::Key;
-use fantoccini::{Client, Locator};
+use fantoccini::Client;
 use ft_transfer_area::simulator::world::{Script, World};
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::tx::Motor;
@@ -112,8 +112,7 @@ async fn take_over(client: &Client) -> Result<()> {
     client.switch_to_window(second).await?;
     let page = Page::open(client, &panel).await?;
     page.wait_for_text("#banner", "drives. Here you can look.").await?;
-    let enabled = page.client.find(Locator::Css(FORWARD)).await?.is_enabled().await?;
-    ensure!(!enabled, "a page that looks has a button for the motor");
+    page.wait_for(&format!("{FORWARD}:disabled")).await?;
     // Anybody may stop.
     page.click("#stop").await?;
     ensure_seen(&txt, "the stop of a page that looks", all_off)?;

@@ -109,7 +109,13 @@ impl Page {
     }
 
     pub(crate) async fn click(&self, selector: &str) -> Result<()> {
-        Ok(self.reveal(selector).await?.click().await?)
+        loop {
+            match self.reveal(selector).await?.click().await {
+                // The page has replaced it between two commands, as when an extension appears.
+                Err(error) if error.is_stale_element_reference() => {}
+                clicked => return Ok(clicked?),
+            }
+        }
     }
 
     /// Presses the mouse on an element. It stays pressed until `release_mouse`.

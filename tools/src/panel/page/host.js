@@ -13,9 +13,9 @@ import { World } from "./world.js";
 /** What is out of sight is brought up to date at each tenth state: a screen reader sees it too. */
 const SELDOM = 10;
 
-/** The areas that are shown: those that are connected, and those that can be plugged in. */
-function shownAreas(state) {
-  return state.areas.map((_, index) => index).filter((index) => state.areas[index].alive || !index || state.world?.boards[index]);
+/** The areas that are shown: those that were connected, even if they are not now, and those that can be plugged in. */
+function shownAreas({ state, seen }) {
+  return state.areas.map((_, index) => index).filter((index) => seen.has(index) || state.world?.boards[index]);
 }
 
 export class HostView {
@@ -23,8 +23,8 @@ export class HostView {
   constructor(host, chosen, choose, { send, ask }) {
     const { state } = host;
     this.host = host;
-    this.shape = HostView.shape(state);
-    const areas = shownAreas(state);
+    this.shape = HostView.shape(host);
+    const areas = shownAreas(host);
     this.chosen = areas.includes(chosen) || chosen === "all" ? chosen : 0;
     const open = this.chosen === "all" ? areas : [this.chosen];
     this.boards = open.map((area) => new Board(host, area, send));
@@ -51,8 +51,8 @@ export class HostView {
   }
 
   /** Another shape needs another view. */
-  static shape(state) {
-    return shownAreas(state).map((area) => `${area}:${World.shape(state, area)}`).join();
+  static shape(host) {
+    return shownAreas(host).map((area) => `${area}:${World.shape(host.state, area)}`).join();
   }
 
   update(drives) {

@@ -108,7 +108,7 @@ function currentView() {
   if (shown.host === "all") return view ?? new Overview([...hosts.values()], choose);
   const host = hosts.get(shown.host);
   if (!host?.state) return null;
-  if (view?.shape === HostView.shape(host.state)) return view;
+  if (view?.shape === HostView.shape(host)) return view;
   return new HostView(host, shown.areas.get(shown.host) ?? 0, chooseArea, commands);
 }
 

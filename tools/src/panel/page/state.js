@@ -13,11 +13,13 @@ class Host {
     this.simulated = simulated;
     this.state = null;
     this.cycle = null;
+    this.seen = new Set([0]);
     this.histories = Array.from({ length: AREAS }, () => Array.from({ length: 8 }, () => new History()));
   }
 
   push(state) {
     state.areas.forEach((area, index) => {
+      if (area.alive) this.seen.add(index);
       area.inputs.forEach((input, number) => {
         const history = this.histories[index][number];
         const before = this.state?.areas[index]?.inputs[number];
