@@ -9,7 +9,9 @@ use ft_transfer_area::simulator::world::World;
 use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Motor};
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::{
+    Error, Exchange, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode, TxtClient,
+};
 use ft_transfer_area_recorder::{Options, Recorder};
 use tempfile::TempDir;
 
@@ -182,6 +184,35 @@ fn a_program_that_does_something_else_is_told_where() {
     assert!(said.contains("outputs first differed in cycle 1, "), "{said}");
     assert!(said.contains("O1 was 512 and is 400"), "{said}");
     assert!(said.contains("the program did not do the same"), "{said}");
+}
+
+#[test]
+fn a_program_that_leaves_sooner_or_later_is_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    // One that was killed, so it has stopped no motors.
+    let mut killed = TxtClient::connect("127.0.0.1", replay.port, TimeLimits::default()).unwrap();
+    let version = killed.query_status().unwrap().version;
+    killed.start_online().unwrap();
+    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let mut areas = [FishX1Transfer::default()];
+    areas[LOCAL_IO].output.duty[0] = DUTY_MAX;
+    (0..5).for_each(|_| killed.do_transfer(&mut exchange, &mut areas).unwrap());
+    drop(killed);
+    let (well, said) = replay.end();
+    assert!(!well && said.contains("it left, and the recorded one went on"), "{said}");
+
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    let later = handler(replay.port);
+    later.begin_transfer().unwrap();
+    control(&later, DUTY_MAX).unwrap();
+    later.wait_cycle().map(drop).unwrap();
+    later.wait_cycle().map(drop).unwrap();
+    later.end_transfer().unwrap();
+    let (well, said) = replay.end();
+    assert!(!well && said.contains("first differed in cycle"), "{said}");
 }
 
 #[test]

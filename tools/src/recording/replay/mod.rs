@@ -88,27 +88,31 @@ fn serve(
     interrupted: &Receiver<()>,
     once: bool,
 ) -> bool {
-    let mut served = None;
+    // Exchanges before the present connection. Without an exchange it was only asked who is there.
+    let mut before = 0;
+    let mut has_left = false;
     loop {
         let (connected, exchanges) =
             txt.with_machine(|machine| (machine.connected(), machine.exchanges()));
-        // Without an exchange it was only asked who is there.
-        let has_left = !connected && served.is_some_and(|before| before != exchanges);
-        if has_left {
+        let leaves = !connected && exchanges > before;
+        if leaves {
+            before = exchanges;
             lock(player).leave();
-            tell(lock(player).run());
         }
-        if !connected || served.is_none() {
-            served = Some(exchanges);
-        }
+        has_left = leaves || has_left && !connected;
         let run = lock(player).run().clone();
         match run.back_at {
             Some(back_at) if back_at <= Instant::now() => {
                 txt.with_machine(|machine| machine.set_absent(false));
                 lock(player).is_back();
             }
-            None if once && has_left && run.at_end => return run.first_difference.is_none(),
-            _ => {}
+            // It is expected back.
+            Some(_) => {}
+            None if leaves => tell(&run),
+            None => {}
+        }
+        if once && has_left && run.at_end && run.back_at.is_none() {
+            return run.first_difference.is_none();
         }
         match interrupted.recv_timeout(LOOK) {
             Err(RecvTimeoutError::Timeout) => {}

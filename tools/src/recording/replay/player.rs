@@ -133,10 +133,17 @@ impl Player {
 
     /// Leaves out what is left of the connection.
     fn skip_connection(&mut self) -> Result<(), Error> {
-        if self.next.take().is_some() {
+        if let Some(next) = self.next.take() {
             while let Some(entry) = self.peek()? {
+                let at = entry.at;
                 match &entry.what {
                     Recorded::Cycle(cycle) if cycle.first => break,
+                    Recorded::Cycle(_) => {
+                        self.ahead.pop_front();
+                        self.differs(next, at, || {
+                            "it left, and the recorded one went on".to_owned()
+                        });
+                    }
                     Recorded::Transfer(
                         Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_),
                     ) => break,
@@ -176,6 +183,8 @@ impl Player {
                     return self.end_connection().map(|()| None);
                 }
                 Recorded::Transfer(Transfer::Ended) => {
+                    let at = entry.at;
+                    self.differs(number, at, || "it goes on, and the recorded one left".to_owned());
                     return self.end_connection().map(|()| None);
                 }
                 _ => drop(self.ahead.pop_front()),
@@ -253,10 +262,16 @@ impl Player {
             controller.mic_log = area.txt_inputs2.mic_log;
         }
         machine.alive = alive.map(|alive| alive != 0);
-        if let (Some(what), None) = (what, &self.run.first_difference) {
-            self.run.first_difference = Some(Difference { cycle: cycle.number, at, what });
+        if let Some(what) = what {
+            self.differs(cycle.number, at, || what);
         }
         self.keep_pace(Some(at), machine);
+    }
+
+    /// Notes a difference, if it is the first.
+    fn differs(&mut self, cycle: u64, at: Duration, what: impl FnOnce() -> String) {
+        let first = &mut self.run.first_difference;
+        first.get_or_insert_with(|| Difference { cycle, at, what: what() });
     }
 
     /// Delays the response to when it came in the recording.
