@@ -36,9 +36,10 @@ enum Command {
     Simulate(simulate::Args),
 }
 
-/// What is logged unless `RUST_LOG` says more. The errors of a transfer and of a camera are returned to the
-/// commands, which tell them.
-const LOG: &str = "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off";
+/// What is logged unless `RUST_LOG` says more. The errors of a transfer, a camera and a recording are returned to
+/// the commands, which tell them.
+const LOG: &str =
+    "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off,ft_transfer_area_recorder=off";
 
 fn main() -> ExitCode {
     env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
@@ -57,8 +58,39 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{error:#}");
+            eprintln!("{}", sentence(&error));
             ExitCode::FAILURE
         }
+    }
+}
+
+/// An error with its causes. Some errors tell their cause themselves; it is not told again.
+fn sentence(error: &anyhow::Error) -> String {
+    let mut told = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if told.is_empty() {
+            told = cause;
+        } else if !told.contains(&cause) {
+            told = format!("{told}: {cause}");
+        }
+    }
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+
+    use anyhow::anyhow;
+
+    use super::sentence;
+
+    #[test]
+    fn each_cause_of_an_error_is_told_once() {
+        let cause = io::Error::other("no space");
+        assert_eq!(sentence(&anyhow!(cause).context("a.mcap")), "a.mcap: no space");
+        let cause = io::Error::other("no space");
+        let tells_its_cause = anyhow!(cause).context("can't write a.mcap: no space");
+        assert_eq!(sentence(&tells_its_cause), "can't write a.mcap: no space");
     }
 }

@@ -2,7 +2,8 @@
 
 use std::process::Command;
 
-const COMMANDS: [&str; 4] = ["camera", "find", "plot", "simulate"];
+const COMMANDS: [&str; 10] =
+    ["bridge", "camera", "csv", "find", "info", "panel", "plot", "record", "replay", "simulate"];
 
 #[test]
 fn the_help_of_each_command_fits_on_a_screen_and_ends_with_an_example() {
