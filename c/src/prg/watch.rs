@@ -59,8 +59,10 @@ impl Place {
     }
 }
 
-/// What the threads here and the program's share.
-#[derive(Default)]
+/// What the threads here and the program's share. It is no allocation, so a program that writes beyond its own
+/// allocations leaves it as it is.
+static SHARED: Shared = Shared::new();
+
 struct Shared {
     place: AtomicU8,
     /// Counts calls into the program.
@@ -73,6 +75,24 @@ struct Shared {
 }
 
 impl Shared {
+    const fn new() -> Self {
+        Self {
+            place: AtomicU8::new(Place::Outside as u8),
+            calls: AtomicU32::new(0),
+            over: AtomicBool::new(false),
+            end: AtomicBool::new(false),
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    /// Forgets an earlier program, whose threads have ended.
+    fn reset(&self) {
+        self.place.store(Place::Outside as u8, Ordering::Release);
+        for flag in [&self.over, &self.end, &self.ended] {
+            flag.store(false, Ordering::Release);
+        }
+    }
+
     fn place(&self) -> Place {
         Place::ALL[usize::from(self.place.load(Ordering::Acquire)) % Place::ALL.len()]
     }
@@ -81,7 +101,6 @@ impl Shared {
 /// Watches the program from other threads, while it lives. They were made before they are needed, and the one
 /// that ends the process does not allocate: the program may have crashed with the memory's lock in its hands.
 pub(super) struct Watch {
-    shared: Arc<Shared>,
     ender: JoinHandle<()>,
     watcher: JoinHandle<()>,
 }
@@ -89,44 +108,41 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn new(handler: Arc<TransferAreaComHandler>) -> io::Result<Self> {
         words::program_name();
-        let shared = Arc::new(Shared::default());
-        let for_ender = Arc::clone(&shared);
+        SHARED.reset();
         let ender = thread::Builder::new().name("ender".into()).spawn(move || {
-            while !for_ender.end.load(Ordering::Acquire) {
-                if for_ender.over.load(Ordering::Acquire) {
+            while !SHARED.end.load(Ordering::Acquire) {
+                if SHARED.over.load(Ordering::Acquire) {
                     return;
                 }
                 thread::park();
             }
             // What went wrong with the end is no news after what made it necessary.
             let _ = handler.end_transfer();
-            for_ender.ended.store(true, Ordering::Release);
+            SHARED.ended.store(true, Ordering::Release);
         })?;
-        let for_watcher = Arc::clone(&shared);
         let to_wake = ender.thread().clone();
-        let watcher = thread::Builder::new()
-            .name("watcher".into())
-            .spawn(move || watch(&for_watcher, &to_wake))?;
+        let watcher =
+            thread::Builder::new().name("watcher".into()).spawn(move || watch(&to_wake))?;
         if !WATCHES.swap(true, Ordering::AcqRel) {
             // SAFETY: the function lives as long as this library, and does not unwind.
             unsafe { libc::atexit(on_exit) };
         }
-        Ok(Self { shared, ender, watcher })
+        Ok(Self { ender, watcher })
     }
 
     /// Makes a call into the program.
     pub(super) fn call<R>(&self, place: Place, call: impl FnOnce() -> R) -> R {
-        self.shared.calls.fetch_add(1, Ordering::Relaxed);
-        self.shared.place.store(place as u8, Ordering::Release);
+        SHARED.calls.fetch_add(1, Ordering::Relaxed);
+        SHARED.place.store(place as u8, Ordering::Release);
         let result = call();
-        self.shared.place.store(Place::Outside as u8, Ordering::Release);
+        SHARED.place.store(Place::Outside as u8, Ordering::Release);
         result
     }
 
     /// Watches no more.
     pub(super) fn end(self) {
         WATCHES.store(false, Ordering::Release);
-        self.shared.over.store(true, Ordering::Release);
+        SHARED.over.store(true, Ordering::Release);
         self.ender.thread().unpark();
         for thread in [self.ender, self.watcher] {
             // They do not panic.
@@ -136,50 +152,46 @@ impl Watch {
 }
 
 /// The watcher's thread.
-fn watch(shared: &Shared, ender: &Thread) {
+fn watch(ender: &Thread) {
     signals::watch_from_here();
     let (mut call, mut looks, mut end_looks) = (0, 0, 0);
-    while !shared.over.load(Ordering::Acquire) {
+    while !SHARED.over.load(Ordering::Acquire) {
         thread::sleep(LOOK);
         if let Some(crash) = signals::crash() {
-            end(shared, ender, &["crashed in ", shared.place().name(), " with ", crash]);
+            end(ender, &["crashed in ", SHARED.place().name(), " with ", crash]);
         }
-        let place = shared.place();
+        let place = SHARED.place();
         if EXITS.load(Ordering::Acquire) {
-            end(shared, ender, &["exit was called in ", place.name()]);
+            end(ender, &["exit was called in ", place.name()]);
         }
-        let now = shared.calls.load(Ordering::Relaxed);
+        let now = SHARED.calls.load(Ordering::Relaxed);
         looks = if place == Place::Outside || now != call { 0 } else { looks + 1 };
         call = now;
         if looks > CALL_LOOKS {
-            end(shared, ender, &[place.name(), " has not returned for half a second"]);
+            end(ender, &[place.name(), " has not returned for half a second"]);
         }
         if let Some(reason) = system::stop_reason() {
             end_looks += 1;
             if end_looks > END_LOOKS && looks > END_LOOKS {
                 let name = signals::end_name(reason);
-                end(
-                    shared,
-                    ender,
-                    &["ended by ", name, ", while ", place.name(), " had not returned"],
-                );
+                end(ender, &["ended by ", name, ", while ", place.name(), " had not returned"]);
             }
         }
     }
 }
 
 /// Ends the transfer and the process, with a sentence of these parts. Does not allocate.
-fn end(shared: &Shared, ender: &Thread, what: &[&str]) -> ! {
-    shared.end.store(true, Ordering::Release);
+fn end(ender: &Thread, what: &[&str]) -> ! {
+    SHARED.end.store(true, Ordering::Release);
     ender.unpark();
     for _ in 0..LAST_EXCHANGE_LOOKS {
-        if shared.ended.load(Ordering::Acquire) {
+        if SHARED.ended.load(Ordering::Acquire) {
             break;
         }
         thread::sleep(LOOK);
     }
     keyboard::restore();
-    let outputs = if shared.ended.load(Ordering::Acquire) {
+    let outputs = if SHARED.ended.load(Ordering::Acquire) {
         "; all outputs are off\n"
     } else {
         "; the connection is closed, which switches all outputs off\n"
