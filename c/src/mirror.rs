@@ -210,20 +210,26 @@ impl<A: Area> Mirror<A> {
         txt_inputs.sound_cmd_id = known.sound.receive(id, id).0;
 
         let fields = InputFields::of(places.input);
-        fields.store(array, &input);
+        fields.store_values(array, &input);
         array.store(places.txt_inputs, txt_inputs);
         array.store(places.txt_inputs2, area.txt_inputs2);
         array.store(places.change, change(&known.input, &input));
         known.input = input;
 
-        // After the values, so a program that sees a flag also sees them.
+        // A program that sees a flag also sees the values, and one that sees an id also sees the flag: otherwise it
+        // could set a flag back before it is set.
+        for i in (0..4).filter(|i| done.0[*i]) {
+            fields.flag(array, fields.cnt_resetted, i, true);
+        }
+        for i in (0..4).filter(|i| done.1[*i]) {
+            fields.flag(array, fields.motor_ex_reached, i, true);
+        }
+        fields.store_ids(array, &input);
         for i in 0..4 {
             if done.0[i] {
-                fields.flag(array, fields.cnt_resetted, i, true);
                 told(Happened::CounterReset { area: index, counter: i });
             }
             if done.1[i] {
-                fields.flag(array, fields.motor_ex_reached, i, true);
                 told(Happened::MotorReached { area: index, motor: i });
             }
         }
@@ -318,11 +324,15 @@ impl InputFields {
         }
     }
 
-    /// Writes all but the flags.
-    fn store<A: Area>(&self, array: &AreaArray<A>, input: &InputValues) {
+    /// Writes all but the flags and the ids.
+    fn store_values<A: Area>(&self, array: &AreaArray<A>, input: &InputValues) {
         array.store(self.uni, input.uni);
         array.store(self.cnt_in, input.cnt_in);
         array.store(self.counter, input.counter);
+    }
+
+    /// Writes which commands are done.
+    fn store_ids<A: Area>(&self, array: &AreaArray<A>, input: &InputValues) {
         array.store(self.cnt_reset_cmd_id, input.cnt_reset_cmd_id);
         array.store(self.motor_ex_cmd_id, input.motor_ex_cmd_id);
     }

@@ -113,8 +113,10 @@ impl Running {
     }
 
     fn fail(&mut self, what: &str) -> ! {
+        // It may have ended already.
         let _ = self.child.kill();
-        panic!("{what}: {}", self.errors());
+        let errors = self.errors();
+        panic!("{what}: {:?}, {errors}", self.child.wait());
     }
 
     /// What it has written to the standard error, until its end.

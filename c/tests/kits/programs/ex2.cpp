@@ -107,8 +107,10 @@ static int calls()
         || ComHandler->GetInIOValue(LOCAL_IO, NoInput, input, over) != FTLIB_ERR_INVALID_PARAM
         || ComHandler->GetInIOValueAnalogue(LOCAL_IO, NoInput) != INVALID_VALUE) return 6;
     ComHandler->SetFtUniConfig(LOCAL_IO, I7, MODE_ULTRASONIC, false);
-    pause_ms(50);
-    if (ComHandler->GetInIOValue(LOCAL_IO, I7, input, over) != FTLIB_ERR_SUCCESS || input != 4096 || !over) return 7;
+    do {
+        pause_ms(5);
+        if (ComHandler->GetInIOValue(LOCAL_IO, I7, input, over) != FTLIB_ERR_SUCCESS) return 7;
+    } while (input != 4096 || !over);
     if (!ComHandler->StartI2C() || !ComHandler->StopI2C() || ComHandler->StopI2C()) return 8;
     if (ComHandler->ftxStartTransferArea() != FTLIB_ERR_THREAD_IS_RUNNING) return 9;
     say("calls");
