@@ -57,6 +57,9 @@ async fn turn_and_stop(client: &Client) -> Result<()> {
     page.click("#stop").await?;
     ensure_seen(&txt, "the stop button", all_off)?;
     page.wait_for(STOPPED).await?;
+    page.wait_for_text("#role", "You drive").await?;
+    let told = page.run("return document.querySelectorAll('.toast').length", json!(null)).await?;
+    ensure!(told == json!(0), "the page tells its user of the stop");
 
     page.tab_to("[aria-label='What is on M1']", FORWARD).await?;
     page.type_key(Key::Enter).await?;
@@ -91,6 +94,9 @@ async fn load_again_and_close(client: &Client) -> Result<()> {
     page.wait_for_text("#role", "You drive").await?;
     page.click(FORWARD).await?;
     ensure_seen(&txt, "M1 turns after a reload", turns)?;
+    page.run("fetch('/stop' + location.search, { method: 'POST' })", json!(null)).await?;
+    ensure_seen(&txt, "a stop from elsewhere", all_off)?;
+    page.wait_for_text(".toast", "Somebody else has stopped the motors.").await?;
     page.ensure_no_console_errors().await?;
 
     let elsewhere = client.new_window(true).await?;
