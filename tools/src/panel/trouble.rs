@@ -32,23 +32,39 @@ impl Trouble {
     }
 }
 
-/// The sentences of the library, except where they name functions of it.
 impl From<Error> for Trouble {
     fn from(error: Error) -> Self {
-        let text = match &error {
-            Error::NotAMotor { motor } => {
-                let [first, second] = motor.outputs();
-                format!(
-                    "{motor} is set to the single outputs {first} and {second}; make it a motor"
-                )
-            }
-            Error::NotAnOutput { output } => {
-                format!("{output} belongs to {}; make that two single outputs", output.motor())
-            }
-            Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
-            other => other.to_string(),
-        };
-        Self::new(code(&error), text)
+        Self::new(code(&error), sentence(&error))
+    }
+}
+
+/// The sentences of the library, except where they are for programmers.
+fn sentence(error: &Error) -> String {
+    match error {
+        Error::NotAMotor { motor } => {
+            let [first, second] = motor.outputs();
+            format!("{motor} is set to the single outputs {first} and {second}; make it a motor")
+        }
+        Error::NotAnOutput { output } => {
+            format!("{output} belongs to {}; make that two single outputs", output.motor())
+        }
+        Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
+        Error::ConnectTimedOut { address, limit } => format!(
+            "{address} did not answer within {limit:?}; check that the TXT is switched on and \
+             connected by USB, WLAN or Bluetooth"
+        ),
+        Error::NoAnswer { limit, .. } => {
+            format!("the controller did not answer within {limit:?}; check the connection to it")
+        }
+        Error::NotTaken { limit, .. } => {
+            format!("the controller took no command within {limit:?}; check the connection to it")
+        }
+        Error::ConnectionLost { cause } => format!(
+            "the connection is lost and is being made again, and all motors are off; what went \
+             wrong: {}",
+            sentence(cause)
+        ),
+        other => other.to_string(),
     }
 }
 
@@ -75,5 +91,22 @@ fn code(error: &Error) -> &'static str {
         Error::CameraAlreadyStarted => "camera_on",
         Error::I2cNoDevice { .. } => "i2c_no_device",
         _ => "controller",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_lost_connection_is_told_without_names_of_functions() {
+        let command = "ExchangeDataCmpr";
+        let cause = Error::NoAnswer { command, limit: Duration::from_secs(2), received: 0 };
+        let trouble = Trouble::from(Error::ConnectionLost { cause: Box::new(cause) });
+        assert_eq!(trouble.code, "connection_lost");
+        assert!(trouble.text.contains("did not answer within 2s"), "{}", trouble.text);
+        assert!(!trouble.text.contains("time_limits"), "{}", trouble.text);
     }
 }
