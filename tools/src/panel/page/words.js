@@ -27,7 +27,7 @@ const ENGLISH = {
   outputs: "Outputs", asMotor: "Motor", asOutputs: "2 outputs", kindOf: "What is on {name}",
   left: "{name} backwards", right: "{name} forward", stopOf: "Stop {name}", speedOf: "Speed of {name}", dutyOf: "Value of {name}",
   distance: "Distance", pulses: "pulses", pulsesOf: "Pulses for {name}", alone: "alone", withOf: "Motor that runs together with {name}",
-  go: "Go", goOf: "Start the distance of {name}", progressOf: "Distance of {name}", together: "with {name}",
+  go: "Go", goOf: "Start the distance of {name}", progressOf: "Distance of {name}", together: "with {name}", against: "against {name}", pulsesHint: "Two motors together: 0 is without an end",
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
@@ -40,8 +40,8 @@ const ENGLISH = {
   onKey: "ON", offKey: "OFF",
 
   link: "Connection", firmware: "Firmware", address: "Address", cycle: "Cycle", cycles: "Cycles", late: "Late reactions",
-  gaps: "Gaps", noError: "No error.", histogram: "Time from cycle to cycle", perBin: "{ms} ms: {count} cycles",
-  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 for ever", playing: "Sound {number} plays.", quiet: "Quiet.",
+  gaps: "Gaps", noError: "No error.", lastError: "Last error: {text}", histogram: "Time from cycle to cycle", perBin: "{ms} ms: {count} cycles",
+  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 for ever", playing: "Sound {number} plays.", quiet: "Quiet.", microphone: "Microphone: {level}",
   camera: "Camera", cameraOn: "Start", cameraOff: "Stop", size: "Picture size", rate: "Pictures a second", frames: "{count} pictures", cameraIdle: "The camera is off.", picture: "Picture of the camera",
   i2c: "I2C", scan: "Scan", scanning: "Scanning …", found: "Devices: {list}", foundNone: "No device answers.",
   device: "Device", register: "Register", count: "Bytes", values: "Values", read: "Read", write: "Write", written: "Written.",
@@ -76,7 +76,7 @@ const GERMAN = {
   outputs: "Ausgänge", asMotor: "Motor", asOutputs: "2 Ausgänge", kindOf: "Was an {name} hängt",
   left: "{name} rückwärts", right: "{name} vorwärts", stopOf: "{name} anhalten", speedOf: "Geschwindigkeit von {name}", dutyOf: "Wert von {name}",
   distance: "Strecke", pulses: "Impulse", pulsesOf: "Impulse für {name}", alone: "allein", withOf: "Motor, der mit {name} zusammen läuft",
-  go: "Los", goOf: "Strecke von {name} starten", progressOf: "Strecke von {name}", together: "mit {name}",
+  go: "Los", goOf: "Strecke von {name} starten", progressOf: "Strecke von {name}", together: "mit {name}", against: "gegen {name}", pulsesHint: "Zwei Motoren zusammen: 0 ist ohne Ende",
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
@@ -89,8 +89,8 @@ const GERMAN = {
   onKey: "ON", offKey: "OFF",
 
   link: "Verbindung", firmware: "Firmware", address: "Adresse", cycle: "Zyklus", cycles: "Zyklen", late: "Späte Reaktionen",
-  gaps: "Lücken", noError: "Kein Fehler.", histogram: "Zeit von Zyklus zu Zyklus", perBin: "{ms} ms: {count} Zyklen",
-  sound: "Klänge", play: "Spielen", silence: "Ruhe", repeat: "mal", soundLabel: "Klang", repeatLabel: "Wie oft, 0 für immer", playing: "Klang {number} spielt.", quiet: "Still.",
+  gaps: "Lücken", noError: "Kein Fehler.", lastError: "Letzter Fehler: {text}", histogram: "Zeit von Zyklus zu Zyklus", perBin: "{ms} ms: {count} Zyklen",
+  sound: "Klänge", play: "Spielen", silence: "Ruhe", repeat: "mal", soundLabel: "Klang", repeatLabel: "Wie oft, 0 für immer", playing: "Klang {number} spielt.", quiet: "Still.", microphone: "Mikrofon: {level}",
   camera: "Kamera", cameraOn: "Starten", cameraOff: "Anhalten", size: "Bildgröße", rate: "Bilder je Sekunde", frames: "{count} Bilder", cameraIdle: "Die Kamera ist aus.", picture: "Bild der Kamera",
   i2c: "I2C", scan: "Suchen", scanning: "Sucht …", found: "Geräte: {list}", foundNone: "Kein Gerät antwortet.",
   device: "Gerät", register: "Register", count: "Bytes", values: "Werte", read: "Lesen", write: "Schreiben", written: "Geschrieben.",
@@ -111,6 +111,7 @@ const SOUNDS = {
 /** German sentences for errors, by their code. English ones come from the program. */
 const GERMAN_ERRORS = {
   bad_address: "Das ist keine Adresse",
+  bad_message: "Das Programm hat die Nachricht der Seite nicht verstanden; lade die Seite neu",
   busy: "Zu viele Befehle auf einmal; der letzte wurde nicht ausgeführt",
   camera_on: "Die Kamera läuft schon",
   connect_failed: "Die Verbindung zum Controller kam nicht zustande",
@@ -122,8 +123,11 @@ const GERMAN_ERRORS = {
   host_not_found: "Diesen Namen gibt es im Netz nicht",
   i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
   motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",
+  no_host: "Diesen Controller hat das Programm nicht; lade die Seite neu",
   no_answer: "Der Controller antwortet nicht",
   no_controller: "Es wurde kein Controller gefunden",
+  not_a_motor: "Hier sind zwei Ausgänge eingestellt; stelle auf Motor um",
+  not_an_output: "Hier ist ein Motor eingestellt; stelle auf 2 Ausgänge um",
   not_connected: "Der Controller ist gerade nicht verbunden",
   not_driving: "Diese Seite sieht nur zu; sie muss zuerst übernehmen",
   out_of_range: "Diese Zahl ist zu groß oder zu klein",
