@@ -8,11 +8,14 @@ use serde::Serialize;
 pub(crate) struct Trouble {
     pub(crate) code: &'static str,
     pub(crate) text: String,
+    /// The code of what led to it. The text tells it already.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) cause: Option<&'static str>,
 }
 
 impl Trouble {
     pub(crate) fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Self { code, text: text.into() }
+        Self { code, text: text.into(), cause: None }
     }
 
     /// A message that can't be understood.
@@ -34,7 +37,13 @@ impl Trouble {
 
 impl From<Error> for Trouble {
     fn from(error: Error) -> Self {
-        Self::new(code(&error), sentence(&error))
+        let cause = match &error {
+            Error::ConnectionLost { cause } | Error::ReconnectFailed { cause, .. } => {
+                Some(code(cause))
+            }
+            _ => None,
+        };
+        Self { code: code(&error), text: sentence(&error), cause }
     }
 }
 
@@ -83,7 +92,14 @@ fn code(error: &Error) -> &'static str {
         Error::ConnectTimedOut { .. } => "connect_timed_out",
         Error::ConnectFailed { .. } => "connect_failed",
         Error::ConnectionClosed { .. } => "connection_closed",
-        Error::ConnectionLost { .. } => "connection_lost",
+        Error::ConnectionLost { .. } | Error::ReconnectFailed { .. } => "connection_lost",
+        Error::Io { .. } => "connection_broke",
+        Error::WrongId { .. }
+        | Error::WrongSize { .. }
+        | Error::TooLarge { .. }
+        | Error::DataEndsEarly { .. }
+        | Error::WrongCrc { .. } => "bad_answer",
+        Error::FrameSize { .. } | Error::BadPicture { .. } => "bad_picture",
         Error::NoAnswer { .. } | Error::NotTaken { .. } => "no_answer",
         Error::FirmwareTooOld { .. } => "firmware_too_old",
         Error::NotStarted => "not_connected",
@@ -105,7 +121,7 @@ mod tests {
         let command = "ExchangeDataCmpr";
         let cause = Error::NoAnswer { command, limit: Duration::from_secs(2), received: 0 };
         let trouble = Trouble::from(Error::ConnectionLost { cause: Box::new(cause) });
-        assert_eq!(trouble.code, "connection_lost");
+        assert_eq!((trouble.code, trouble.cause), ("connection_lost", Some("no_answer")));
         assert!(trouble.text.contains("did not answer within 2s"), "{}", trouble.text);
         assert!(!trouble.text.contains("time_limits"), "{}", trouble.text);
     }

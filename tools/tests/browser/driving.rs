@@ -146,5 +146,11 @@ async fn take_over(client: &Client) -> Result<()> {
     client.switch_to_window(first).await?;
     page.wait_for_text("#banner", "drives. Here you can look.").await?;
     page.wait_for(".board:disabled").await?;
+
+    drop(txt);
+    page.wait_for_text(".trouble:not([hidden])", "The connection is lost").await?;
+    page.click("#language").await?;
+    // With its cause.
+    page.wait_for_text(".trouble:not([hidden])", "alle Motoren sind aus: D").await?;
     page.ensure_no_console_errors().await
 }

@@ -8,7 +8,7 @@ const ENGLISH = {
   hosts: "Controllers", all: "All", areas: "Master and extensions", master: "TXT", extension: "Extension",
   driving: "You drive", looking: "Looking only",
   driverOther: "Page {page} drives. Here you can look.", driverNobody: "Nobody drives. The motors are off.",
-  "freed-silent": "This page was silent for a second, so the motors were stopped.",
+  "freed-silent": "The program heard nothing of this page for a second, so the motors were stopped.",
   "freed-hang": "The program hung for a moment, so the motors were stopped.",
   "freed-stop": "Somebody else has stopped the motors.",
   takeOver: "Take over", drive: "Drive",
@@ -57,7 +57,7 @@ const GERMAN = {
   hosts: "Controller", all: "Alle", areas: "Master und Erweiterungen", master: "TXT", extension: "Erweiterung",
   driving: "Du steuerst", looking: "Nur ansehen",
   driverOther: "Seite {page} steuert. Hier kannst du zusehen.", driverNobody: "Niemand steuert. Die Motoren sind aus.",
-  "freed-silent": "Diese Seite war eine Sekunde lang still, deshalb sind die Motoren aus.",
+  "freed-silent": "Das Programm hat eine Sekunde lang nichts von dieser Seite gehört, deshalb sind die Motoren aus.",
   "freed-hang": "Das Programm hing einen Moment lang, deshalb sind die Motoren aus.",
   "freed-stop": "Jemand anders hat die Motoren angehalten.",
   takeOver: "Übernehmen", drive: "Steuern",
@@ -111,20 +111,23 @@ const SOUNDS = {
 /** German sentences for errors, by their code. English ones come from the program. */
 const GERMAN_ERRORS = {
   bad_address: "Das ist keine Adresse",
+  bad_answer: "Der Controller hat Unverständliches geantwortet; ist es wirklich ein TXT?",
   bad_message: "Das Programm hat die Nachricht der Seite nicht verstanden; lade die Seite neu",
+  bad_picture: "Das Bild der Kamera ist beschädigt",
   busy: "Zu viele Befehle auf einmal; der letzte wurde nicht ausgeführt",
   camera_on: "Die Kamera läuft schon",
   connect_failed: "Die Verbindung zum Controller kam nicht zustande",
+  connection_broke: "Die Verbindung ist abgerissen; ist der Controller noch an und in Reichweite?",
   connect_timed_out: "Der Controller antwortet nicht; ist er eingeschaltet, und stimmt die Adresse?",
-  connection_closed: "Der Controller hat die Verbindung beendet",
-  connection_lost: "Die Verbindung zum Controller ist verloren",
+  connection_closed: "Der Controller hat die Verbindung beendet; ist er noch an, und benutzt ihn ein anderes Programm?",
+  connection_lost: "Die Verbindung ist verloren und wird neu gemacht, alle Motoren sind aus",
   connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
   firmware_too_old: "Die Firmware des Controllers ist zu alt",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
   i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
   motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",
   no_host: "Diesen Controller hat das Programm nicht; lade die Seite neu",
-  no_answer: "Der Controller antwortet nicht",
+  no_answer: "Der Controller antwortet nicht; prüfe die Verbindung zu ihm",
   no_controller: "Es wurde kein Controller gefunden",
   not_a_motor: "Hier sind zwei Ausgänge eingestellt; stelle auf Motor um",
   not_an_output: "Hier ist ein Motor eingestellt; stelle auf 2 Ausgänge um",
@@ -173,8 +176,9 @@ export function sounds() {
 }
 
 /** An error of the program as a sentence. */
-export function sentence({ code, text }) {
-  const said = (language === "de" && GERMAN_ERRORS[code]) || text;
+export function sentence({ code, text, cause }) {
+  const german = language === "de" ? GERMAN_ERRORS : {};
+  const said = [german[code] ?? text, german[code] && german[cause]].filter(Boolean).join(": ");
   return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
 }
 
