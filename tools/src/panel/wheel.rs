@@ -204,12 +204,9 @@ mod tests {
     fn the_last_driver_learns_why_it_drives_no_more() {
         let wheel = Wheel::default();
         assert_eq!(wheel.driver(), Err(None));
-        let free: [(fn(&Wheel), Freed); 3] = [
-            (|wheel| assert!(wheel.release(1)), Freed::Left),
-            (Wheel::stop_after_hang, Freed::Hang),
-            (Wheel::stop, Freed::Stop),
-        ];
-        for (free, why) in free {
+        let ends: [fn(&Wheel); 3] =
+            [|wheel| assert!(wheel.release(1)), Wheel::stop_after_hang, Wheel::stop];
+        for (free, why) in ends.iter().zip([Freed::Left, Freed::Hang, Freed::Stop]) {
             wheel.drive(1).unwrap();
             assert_eq!(wheel.driver(), Ok(1));
             free(&wheel);
