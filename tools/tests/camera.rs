@@ -178,6 +178,20 @@ fn a_folder_that_can_not_be_made_is_named() {
 }
 
 #[test]
+fn a_file_that_is_no_film_is_refused() {
+    let (txt, folder) = (quick(), tempfile::tempdir().unwrap());
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    for output in [file, folder.path().join("picture.jpg")] {
+        let refused = run(&txt, &["--count", "1"], &output);
+        assert_eq!(refused.status.code(), Some(1));
+        assert!(text(&refused.stderr).contains("is the name of a file"), "{refused:?}");
+        assert!(!output.is_dir());
+    }
+    txt.with_machine(|machine| assert_eq!(machine.exchanges(), 0));
+}
+
+#[test]
 fn without_a_camera_it_asks_for_the_plug() {
     let builder = SimulatedTxt::builder().camera_stall_after(2);
     let txt = builder.camera_start_up(Duration::ZERO).start().unwrap();

@@ -1,6 +1,5 @@
 //! Pictures in files.
 
-use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -90,11 +89,18 @@ pub(super) enum Target {
 impl Target {
     /// A film if the name ends with `.mjpeg`, or a folder, which is made.
     pub(super) fn new(path: &Path, force: bool) -> anyhow::Result<Self> {
-        let is_film =
-            ["mjpeg", "mjpg"].map(OsStr::new).iter().any(|end| path.extension() == Some(end));
-        if is_film {
+        let ends_with =
+            |ends: &[&str]| path.extension().is_some_and(|end| ends.iter().any(|one| end == *one));
+        if ends_with(&["mjpeg", "mjpg"]) {
             let file = open(path, force)?;
             return Ok(Self::Film { path: path.to_owned(), file, size: 0 });
+        }
+        let is_file = path.exists() || ends_with(&["jpg", "jpeg", "png", "avi", "mp4"]);
+        if is_file && !path.is_dir() {
+            bail!(
+                "{} is the name of a file; pictures need a folder, or one file that ends with .mjpeg",
+                path.display()
+            );
         }
         fs::create_dir_all(path).with_context(|| path.display().to_string())?;
         Ok(Self::Folder { folder: path.to_owned(), number: 0, force })

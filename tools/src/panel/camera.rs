@@ -60,7 +60,7 @@ impl Camera {
         self.picture.subscribe()
     }
 
-    fn lock(&self) -> MutexGuard<'_, CameraState> {
+    pub(super) fn lock(&self) -> MutexGuard<'_, CameraState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

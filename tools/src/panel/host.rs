@@ -207,3 +207,57 @@ pub(super) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<
     let thread = thread::Builder::new().name(name.to_owned()).spawn(work);
     thread.map(drop).map_err(|error| Error::ThreadNotStarted { cause: error.into() })
 }
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::simulator::SimulatedTxt;
+
+    use super::super::reply::Answers;
+    use super::super::wheel::Freed;
+    use super::*;
+
+    const LIMIT: Duration = Duration::from_secs(30);
+
+    /// Waits until it is true, while page 1 shows that it is there.
+    fn wait_until(common: &Common, what: &str, is_true: impl Fn() -> bool) {
+        let begin = Instant::now();
+        while !is_true() {
+            assert!(begin.elapsed() < LIMIT, "{what}");
+            common.wheel.sign_of_life(1);
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[test]
+    fn motors_stop_when_the_worker_hangs_and_what_was_ordered_meanwhile_moves_nothing() {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        let common = Arc::new(Common::new());
+        let host = Host::at(&txt.address().to_string(), 1, &common).unwrap();
+        let duty = || txt.with_machine(|machine| machine.controllers[0].outputs.duty);
+        let (answers, mut waiting) = Answers::channel();
+        let order = |motor| {
+            let turn = common.wheel.turn_of(1).unwrap();
+            host.order(turn, 0, AreaWish::Motor { motor, duty: 512 }, answers.reply(Some(1)));
+        };
+
+        wait_until(&common, "it is connected", || host.running.load(Ordering::Relaxed));
+        common.wheel.drive(1).unwrap();
+        order(0);
+        wait_until(&common, "M1 turns", || duty()[0] == 512);
+        assert!(waiting.blocking_recv().unwrap().contains("\"ok\":true"));
+
+        // The worker needs the camera's state for its report.
+        let hang = host.camera.lock();
+        wait_until(&common, "the watchdog has stopped M1", || duty() == [0; 8]);
+        order(1);
+        drop(hang);
+        wait_until(&common, "nobody drives", || common.wheel.driver().is_err());
+        let answer = waiting.blocking_recv().unwrap();
+        assert!(answer.contains("\"stopped\""), "{answer}");
+        assert_eq!(common.wheel.driver(), Err(Some(Freed::Hang)));
+        assert_eq!(duty(), [0; 8]);
+
+        common.end();
+        assert!(host.wait_for_end(Instant::now() + LIMIT));
+    }
+}

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
 
-use serde_json::json;
+use serde_json::{json, Value};
 
 use super::host::{Common, Host};
 use super::reply::{Answers, Reply};
@@ -58,11 +58,13 @@ impl Panel {
     /// The newest state of a controller, for this page.
     pub(crate) fn state(&self, id: usize, page: Page) -> Option<String> {
         let state = self.hosts.get(id)?.state.borrow().clone();
-        let driver = self.common.wheel.look().0;
-        let name = driver.map_or_else(|| "null".to_owned(), |driver| driver.to_string());
-        let drives = driver == Some(page);
+        let (driver, freed) = match self.common.wheel.driver() {
+            Ok(driver) => (json!(driver), Value::Null),
+            Err(freed) => (Value::Null, json!(freed)),
+        };
+        let drives = driver == json!(page);
         Some(format!(
-            r#"{{"type":"state","host":{id},"driver":{name},"you_drive":{drives},{state}}}"#
+            r#"{{"type":"state","host":{id},"driver":{driver},"freed":{freed},"you_drive":{drives},{state}}}"#
         ))
     }
 

@@ -8,11 +8,14 @@ use serde::Serialize;
 pub(crate) struct Trouble {
     pub(crate) code: &'static str,
     pub(crate) text: String,
+    /// The code of what led to it. The text tells it already.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) cause: Option<&'static str>,
 }
 
 impl Trouble {
     pub(crate) fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Self { code, text: text.into() }
+        Self { code, text: text.into(), cause: None }
     }
 
     /// A message that can't be understood.
@@ -32,23 +35,45 @@ impl Trouble {
     }
 }
 
-/// The sentences of the library, except where they name functions of it.
 impl From<Error> for Trouble {
     fn from(error: Error) -> Self {
-        let text = match &error {
-            Error::NotAMotor { motor } => {
-                let [first, second] = motor.outputs();
-                format!(
-                    "{motor} is set to the single outputs {first} and {second}; make it a motor"
-                )
+        let cause = match &error {
+            Error::ConnectionLost { cause } | Error::ReconnectFailed { cause, .. } => {
+                Some(code(cause))
             }
-            Error::NotAnOutput { output } => {
-                format!("{output} belongs to {}; make that two single outputs", output.motor())
-            }
-            Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
-            other => other.to_string(),
+            _ => None,
         };
-        Self::new(code(&error), text)
+        Self { code: code(&error), text: sentence(&error), cause }
+    }
+}
+
+/// The sentences of the library, except where they are for programmers.
+fn sentence(error: &Error) -> String {
+    match error {
+        Error::NotAMotor { motor } => {
+            let [first, second] = motor.outputs();
+            format!("{motor} is set to the single outputs {first} and {second}; make it a motor")
+        }
+        Error::NotAnOutput { output } => {
+            format!("{output} belongs to {}; make that two single outputs", output.motor())
+        }
+        Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
+        Error::ConnectTimedOut { address, limit } => format!(
+            "{address} did not answer within {limit:?}; check that the TXT is switched on and \
+             connected by USB, WLAN or Bluetooth"
+        ),
+        Error::NoAnswer { limit, .. } => {
+            format!("the controller did not answer within {limit:?}; check the connection to it")
+        }
+        Error::NotTaken { limit, .. } => {
+            format!("the controller took no command within {limit:?}; check the connection to it")
+        }
+        Error::ConnectionLost { cause } => format!(
+            "the connection is lost and is being made again, and all motors are off; what went \
+             wrong: {}",
+            sentence(cause)
+        ),
+        other => other.to_string(),
     }
 }
 
@@ -67,7 +92,14 @@ fn code(error: &Error) -> &'static str {
         Error::ConnectTimedOut { .. } => "connect_timed_out",
         Error::ConnectFailed { .. } => "connect_failed",
         Error::ConnectionClosed { .. } => "connection_closed",
-        Error::ConnectionLost { .. } => "connection_lost",
+        Error::ConnectionLost { .. } | Error::ReconnectFailed { .. } => "connection_lost",
+        Error::Io { .. } => "connection_broke",
+        Error::WrongId { .. }
+        | Error::WrongSize { .. }
+        | Error::TooLarge { .. }
+        | Error::DataEndsEarly { .. }
+        | Error::WrongCrc { .. } => "bad_answer",
+        Error::FrameSize { .. } | Error::BadPicture { .. } => "bad_picture",
         Error::NoAnswer { .. } | Error::NotTaken { .. } => "no_answer",
         Error::FirmwareTooOld { .. } => "firmware_too_old",
         Error::NotStarted => "not_connected",
@@ -75,5 +107,22 @@ fn code(error: &Error) -> &'static str {
         Error::CameraAlreadyStarted => "camera_on",
         Error::I2cNoDevice { .. } => "i2c_no_device",
         _ => "controller",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    #[test]
+    fn a_lost_connection_is_told_without_names_of_functions() {
+        let command = "ExchangeDataCmpr";
+        let cause = Error::NoAnswer { command, limit: Duration::from_secs(2), received: 0 };
+        let trouble = Trouble::from(Error::ConnectionLost { cause: Box::new(cause) });
+        assert_eq!((trouble.code, trouble.cause), ("connection_lost", Some("no_answer")));
+        assert!(trouble.text.contains("did not answer within 2s"), "{}", trouble.text);
+        assert!(!trouble.text.contains("time_limits"), "{}", trouble.text);
     }
 }

@@ -3,6 +3,8 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+
 use super::trouble::Trouble;
 
 /// How long the driving page may be silent.
@@ -25,6 +27,21 @@ pub(crate) struct Wheel {
 struct State {
     driver: Option<Driver>,
     turn: u64,
+    freed: Option<Freed>,
+}
+
+/// Why the last driver drives no more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Freed {
+    /// It has let go.
+    Left,
+    /// Somebody has pressed the stop, or the driver has sent nonsense.
+    Stop,
+    /// It was silent.
+    Silent,
+    /// This program did not look after a controller for too long.
+    Hang,
 }
 
 #[derive(Debug)]
@@ -38,6 +55,12 @@ impl Wheel {
     pub(crate) fn look(&self) -> (Option<Page>, u64) {
         let state = self.state();
         (state.page(), state.turn)
+    }
+
+    /// The present driver; if nobody drives, why the last one does not.
+    pub(crate) fn driver(&self) -> Result<Page, Option<Freed>> {
+        let state = self.state();
+        state.page().ok_or(state.freed)
     }
 
     /// This page is there.
@@ -54,7 +77,7 @@ impl Wheel {
             Some(driver) if driver == page => Ok(()),
             Some(_) => Err(Trouble::new("taken", "another page drives; take the wheel from it")),
             None => {
-                state.hand_to(Some(page));
+                state.hand_to(page);
                 Ok(())
             }
         }
@@ -64,7 +87,7 @@ impl Wheel {
     pub(crate) fn take(&self, page: Page) {
         let mut state = self.state();
         if state.page() != Some(page) {
-            state.hand_to(Some(page));
+            state.hand_to(page);
         }
     }
 
@@ -73,7 +96,7 @@ impl Wheel {
         let mut state = self.state();
         let drove = state.page() == Some(page);
         if drove {
-            state.hand_to(None);
+            state.free(Freed::Left);
         }
         drove
     }
@@ -83,7 +106,12 @@ impl Wheel {
     /// Commands of the driver may still be on their way here, also from a page that hangs. They come without
     /// the wheel, so they move nothing.
     pub(crate) fn stop(&self) {
-        self.state().hand_to(None);
+        self.state().free(Freed::Stop);
+    }
+
+    /// The same, because this program did not look after a controller for too long.
+    pub(crate) fn stop_after_hang(&self) {
+        self.state().free(Freed::Hang);
     }
 
     /// The turn for a command of this page, if it may give one.
@@ -100,7 +128,7 @@ impl Wheel {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let silent = |driver: &Driver| driver.last_sign.elapsed() > SILENCE_LIMIT;
         if state.driver.as_ref().is_some_and(silent) {
-            state.hand_to(None);
+            state.free(Freed::Silent);
         }
         state
     }
@@ -111,8 +139,16 @@ impl State {
         self.driver.as_ref().map(|driver| driver.page)
     }
 
-    fn hand_to(&mut self, page: Option<Page>) {
-        self.driver = page.map(|page| Driver { page, last_sign: Instant::now() });
+    fn hand_to(&mut self, page: Page) {
+        self.driver = Some(Driver { page, last_sign: Instant::now() });
+        self.turn += 1;
+    }
+
+    fn free(&mut self, why: Freed) {
+        // Who did not drive has lost nothing: the reason of the last driver stays.
+        if self.driver.take().is_some() {
+            self.freed = Some(why);
+        }
         self.turn += 1;
     }
 }
@@ -159,7 +195,24 @@ mod tests {
         let long_ago = Instant::now().checked_sub(2 * SILENCE_LIMIT).unwrap();
         wheel.state().driver.as_mut().unwrap().last_sign = long_ago;
         assert_eq!(wheel.look(), (None, turn + 1));
+        assert_eq!(wheel.driver(), Err(Some(Freed::Silent)));
         wheel.sign_of_life(1);
         assert_eq!(wheel.look().0, None, "it has to ask again");
+    }
+
+    #[test]
+    fn the_last_driver_learns_why_it_drives_no_more() {
+        let wheel = Wheel::default();
+        assert_eq!(wheel.driver(), Err(None));
+        let ends: [fn(&Wheel); 3] =
+            [|wheel| assert!(wheel.release(1)), Wheel::stop_after_hang, Wheel::stop];
+        for (free, why) in ends.iter().zip([Freed::Left, Freed::Hang, Freed::Stop]) {
+            wheel.drive(1).unwrap();
+            assert_eq!(wheel.driver(), Ok(1));
+            free(&wheel);
+            assert_eq!(wheel.driver(), Err(Some(why)));
+        }
+        wheel.stop_after_hang();
+        assert_eq!(wheel.driver(), Err(Some(Freed::Stop)), "nobody has lost the wheel by it");
     }
 }

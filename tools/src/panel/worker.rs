@@ -106,7 +106,12 @@ impl Worker {
         while !self.common.is_ending() {
             match self.cycle() {
                 Ok(()) => {}
-                Err(Error::WaitTimedOut { .. } | Error::WatchdogExpired { .. }) => self.idle(),
+                Err(Error::WaitTimedOut { .. }) => self.idle(),
+                Err(Error::WatchdogExpired { .. }) => {
+                    // What was ordered meanwhile comes too late to be wanted.
+                    self.common.wheel.stop_after_hang();
+                    self.idle();
+                }
                 Err(error @ Error::ConnectionLost { .. }) => self.lose(Phase::Gap, error),
                 Err(error) => return self.lose(Phase::Connecting, error),
             }

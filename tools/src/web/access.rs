@@ -44,8 +44,12 @@ impl Access {
     /// refused. A browser sends a number only if it went to this number.
     pub(crate) fn host<'a>(&self, headers: &'a HeaderMap) -> Option<&'a str> {
         let host = headers.get(HOST)?.to_str().ok()?;
-        let (name, port) = host.rsplit_once(':')?;
-        if port.parse() != Ok(self.port) {
+        let (name, port) = match host.rsplit_once(':') {
+            Some((name, port)) if !port.ends_with(']') => (name, port.parse().ok()?),
+            // Browsers leave out the usual port.
+            _ => (host, 80),
+        };
+        if port != self.port {
             return None;
         }
         let number = name.trim_start_matches('[').trim_end_matches(']').parse::<IpAddr>();
@@ -91,6 +95,11 @@ mod tests {
             assert_eq!(here.host(&headers(host, None)), None, "{host}");
         }
         assert_eq!(here.host(&HeaderMap::new()), None);
+        let usual = Access::new([127, 0, 0, 1].into(), 80).unwrap();
+        for host in ["127.0.0.1", "localhost", "[::1]", "127.0.0.1:80"] {
+            assert_eq!(usual.host(&headers(host, None)), Some(host));
+        }
+        assert_eq!(usual.host(&headers("evil.example", None)), None);
         let beyond = Access::new([0, 0, 0, 0].into(), 8000).unwrap();
         assert!(beyond.host(&headers("192.168.1.5:8000", None)).is_some());
         assert!(beyond.host(&headers("evil.example:8000", None)).is_none());

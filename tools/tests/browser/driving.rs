@@ -57,6 +57,9 @@ async fn turn_and_stop(client: &Client) -> Result<()> {
     page.click("#stop").await?;
     ensure_seen(&txt, "the stop button", all_off)?;
     page.wait_for(STOPPED).await?;
+    page.wait_for_text("#role", "You drive").await?;
+    let told = page.run("return document.querySelectorAll('.toast').length", json!(null)).await?;
+    ensure!(told == json!(0), "the page tells its user of the stop");
 
     page.tab_to("[aria-label='What is on M1']", FORWARD).await?;
     page.type_key(Key::Enter).await?;
@@ -91,6 +94,11 @@ async fn load_again_and_close(client: &Client) -> Result<()> {
     page.wait_for_text("#role", "You drive").await?;
     page.click(FORWARD).await?;
     ensure_seen(&txt, "M1 turns after a reload", turns)?;
+    txt.with_machine(|machine| machine.controllers[0].mic_lin = 4711);
+    page.wait_for_text(".microphone", "4,711").await?;
+    page.run("fetch('/stop' + location.search, { method: 'POST' })", json!(null)).await?;
+    ensure_seen(&txt, "a stop from elsewhere", all_off)?;
+    page.wait_for_text(".toast", "Somebody else has stopped the motors.").await?;
     page.ensure_no_console_errors().await?;
 
     let elsewhere = client.new_window(true).await?;
@@ -121,10 +129,28 @@ async fn take_over(client: &Client) -> Result<()> {
     page.wait_for_text("#role", "You drive").await?;
     page.click(FORWARD).await?;
     ensure_seen(&txt, "M1 turns by the second page", turns)?;
+    let against =
+        "const [motor, pulses] = arguments[0].map((label) => document.querySelector(label));
+        motor.value = '1/against';
+        motor.dispatchEvent(new Event('change'));
+        pulses.value = 0";
+    let fields =
+        ["[aria-label='Motor that runs together with M1']", "[aria-label='Pulses for M1']"];
+    page.run(against, json!(fields)).await?;
+    page.click("[aria-label='Start the distance of M1']").await?;
+    ensure_seen(&txt, "M2 turns the other way", |machine| {
+        machine.controllers[0].outputs.duty[..4] == [512, 0, 0, 512]
+    })?;
     page.ensure_no_console_errors().await?;
 
     client.switch_to_window(first).await?;
     page.wait_for_text("#banner", "drives. Here you can look.").await?;
     page.wait_for(".board:disabled").await?;
+
+    drop(txt);
+    page.wait_for_text(".trouble:not([hidden])", "The connection is lost").await?;
+    page.click("#language").await?;
+    // With its cause.
+    page.wait_for_text(".trouble:not([hidden])", "alle Motoren sind aus: D").await?;
     page.ensure_no_console_errors().await
 }

@@ -111,7 +111,7 @@ fn a_driving_page_that_is_silent_stops_the_motors_and_drives_no_more() {
     looks.fall_silent();
     page.fall_silent();
     wait_for_stop(&txt);
-    page.state(0, |state| state["driver"].is_null());
+    page.state(0, |state| state["freed"] == "silent" && state["driver"].is_null());
     // A page that only looks may be silent.
     looks.state(0, |state| state["driver"].is_null());
     assert_eq!(page.refused(json!({"do": "motor", "motor": 0, "duty": 9})), "not_driving");
@@ -133,6 +133,7 @@ fn any_page_stops_all_controllers() {
     };
     turn_all(&mut drives);
     looks.done(json!({"do": "stop"}));
+    drives.state(0, |state| state["freed"] == "stop" && state["driver"].is_null());
     txts.iter().for_each(wait_for_stop);
     drives.done(json!({"do": "drive"}));
     turn_all(&mut drives);

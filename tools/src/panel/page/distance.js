@@ -9,14 +9,18 @@ export class Distance {
   /** `duty` gives the speed and direction that are set. */
   constructor(index, send, duty) {
     const name = `M${index + 1}`;
-    this.pulses = h("input", { type: "number", min: 1, max: PULSES_MAX, step: 1, value: 200, inputmode: "numeric", "aria-label": t("pulsesOf", { name }) });
+    this.pulses = h("input", { type: "number", min: 1, max: PULSES_MAX, step: 1, value: 200, inputmode: "numeric", title: t("pulsesHint"), "aria-label": t("pulsesOf", { name }) });
     const others = [0, 1, 2, 3].filter((other) => other !== index);
-    this.with = select(t("withOf", { name }), [["", t("alone")], ...others.map((other) => [other, t("together", { name: `M${other + 1}` })])],
-      () => hold(this.with));
+    this.with = select(t("withOf", { name }), [["", t("alone")], ...others.flatMap((other) => ["together", "against"].map((way) => [`${other}/${way}`, t(way, { name: `M${other + 1}` })]))],
+      (value) => {
+        hold(this.with);
+        // Two motors may turn together without an end.
+        this.pulses.min = value ? 0 : 1;
+      });
     this.go = button(t("go"), () => {
       if (!this.pulses.reportValidity()) return;
-      const partner = this.with.value === "" ? null : Number(this.with.value);
-      send({ do: "distance", motor: index, duty: duty(), pulses: Number(this.pulses.value), with: partner });
+      const [partner, way] = this.with.value.split("/");
+      send({ do: "distance", motor: index, duty: duty(), pulses: Number(this.pulses.value), with: partner ? Number(partner) : null, opposite: way === "against" });
     }, { class: "small", "aria-label": t("goOf", { name }) });
     this.bar = h("i", {});
     this.text = h("span", {});

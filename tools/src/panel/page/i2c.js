@@ -62,7 +62,7 @@ export class I2c {
 
   async read() {
     const place = this.place();
-    const bytes = await this.ask({ do: "i2c_read", ...place, count: parse(this.count.value, 1, 255) });
+    const bytes = await this.ask({ do: "i2c_read", ...place, count: parse(this.count.value, 1, 256) });
     return `${hex(place.register)}: ${bytes.map(hex).join(" ")} = ${bytes.join(", ")}`;
   }
 

@@ -50,7 +50,9 @@ export class Link {
     setAttribute(this.facts.late, "data-some", link.late > 0);
     setAttribute(this.facts.gaps, "data-some", link.gaps > 0);
     this.histogram.update(link.histogram);
-    setText(this.error, link.error ? sentence(link.error) : t("noError"));
+    // The last error stays: when there were gaps, it says why.
+    const last = this.host.lastError ? t("lastError", { text: sentence(this.host.lastError) }) : t("noError");
+    setText(this.error, link.error ? sentence(link.error) : last);
     setAttribute(this.error, "data-error", Boolean(link.error));
   }
 }

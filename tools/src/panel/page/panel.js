@@ -42,7 +42,7 @@ const connection = new Connection({
   },
   failed: toast,
 });
-const wheel = new Wheel(connection, () => toast({ code: "silent", text: t("silent") }));
+const wheel = new Wheel(connection, (why) => toast({ code: "", text: t(`freed-${why}`) }));
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
 function schedule() {

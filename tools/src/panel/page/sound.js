@@ -1,7 +1,7 @@
-// The loudspeaker.
+// The loudspeaker and the microphone.
 
 import { button, card, h, select, setText } from "./dom.js";
-import { sounds, t } from "./words.js";
+import { number, sounds, t } from "./words.js";
 
 export class Sound {
   constructor(host, send) {
@@ -10,15 +10,17 @@ export class Sound {
     const sound = select(t("soundLabel"), names, () => {});
     const repeat = h("input", { type: "number", min: 0, max: 65535, value: 1, "aria-label": t("repeatLabel"), title: t("repeatLabel") });
     this.text = h("p", { class: "note", role: "status" });
+    this.microphone = h("p", { class: "note microphone" });
     this.controls = h("fieldset", { class: "row" }, sound, repeat, h("span", { class: "unit" }, t("repeat")),
       button(t("play"), () => repeat.reportValidity() && play(Number(sound.value), Number(repeat.value)), { class: "primary" }),
       button(t("silence"), () => play(0, 1)));
-    this.element = card("sound", t("sound"), this.controls, this.text);
+    this.element = card("sound", t("sound"), this.controls, this.text, this.microphone);
   }
 
   update(state, may) {
     this.controls.disabled = !may;
-    const { playing, index } = state.areas[0].sound;
+    const { sound: { playing, index }, microphone: [level] } = state.areas[0];
     setText(this.text, playing ? t("playing", { number: index }) : t("quiet"));
+    setText(this.microphone, t("microphone", { level: number(level) }));
   }
 }

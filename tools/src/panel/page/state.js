@@ -12,6 +12,7 @@ class Host {
     this.address = address;
     this.simulated = simulated;
     this.state = null;
+    this.lastError = null;
     this.cycle = null;
     this.seen = new Set([0]);
     this.histories = Array.from({ length: AREAS }, () => Array.from({ length: 8 }, () => new History()));
@@ -29,6 +30,7 @@ class Host {
       });
     });
     this.cycle = this.cycle === null ? state.link.cycle_ms : this.cycle + (state.link.cycle_ms - this.cycle) * SMOOTH;
+    this.lastError = state.link.error ?? this.lastError;
     this.state = state;
   }
 

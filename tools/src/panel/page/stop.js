@@ -17,6 +17,7 @@
 
   function stop() {
     const socket = window.panelSocket;
+    window.panelStopped = performance.now();
     try {
       if (socket && socket.readyState === WebSocket.OPEN) socket.send('{"do":"stop"}');
     } finally {

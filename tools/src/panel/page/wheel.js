@@ -3,12 +3,14 @@
 const ASK_AGAIN_MS = 500;
 // After a reload the page before may still be there for a moment.
 const GIVE_UP_MS = 1500;
+// So long after this page's stop, which stop.js leaves in `window.panelStopped`, the stop is its own.
+const OWN_STOP_MS = 3000;
 
 export class Wheel {
-  /** `silent` is called when the program has taken the wheel away because it heard nothing of this page. */
-  constructor(connection, silent) {
+  /** `freed` is called when the program has taken the wheel away: "silent", "hang" or, by another page, "stop". */
+  constructor(connection, freed) {
     this.connection = connection;
-    this.silent = silent;
+    this.freed = freed;
     this.wanted = true;
     this.mine = false;
     this.driver = null;
@@ -26,12 +28,13 @@ export class Wheel {
     this.mine = false;
   }
 
-  state({ driver, you_drive }) {
+  state({ driver, freed, you_drive }) {
     const had = this.mine;
     this.driver = driver;
     this.mine = you_drive;
     const now = performance.now();
-    if (had && driver === null) this.silent();
+    const byItself = freed === "left" || (freed === "stop" && now - (window.panelStopped ?? -Infinity) < OWN_STOP_MS);
+    if (had && driver === null && !byItself) this.freed(freed);
     if (you_drive) this.wanted = true;
     else if (driver !== null) this.wanted &&= !had && now - this.greeted < GIVE_UP_MS;
     else if (this.wanted && !document.hidden && now - this.asked > ASK_AGAIN_MS) this.ask("drive");

@@ -8,7 +8,9 @@ const ENGLISH = {
   hosts: "Controllers", all: "All", areas: "Master and extensions", master: "TXT", extension: "Extension",
   driving: "You drive", looking: "Looking only",
   driverOther: "Page {page} drives. Here you can look.", driverNobody: "Nobody drives. The motors are off.",
-  silent: "This page was silent for a second, so the motors were stopped.",
+  "freed-silent": "The program heard nothing of this page for a second, so the motors were stopped.",
+  "freed-hang": "The program hung for a moment, so the motors were stopped.",
+  "freed-stop": "Somebody else has stopped the motors.",
   takeOver: "Take over", drive: "Drive",
   lostTitle: "No connection to the program",
   lostText: "It was ended, or does not answer. It switches all motors off by itself. This page keeps trying. If you start it again, open the address that it prints.",
@@ -25,7 +27,7 @@ const ENGLISH = {
   outputs: "Outputs", asMotor: "Motor", asOutputs: "2 outputs", kindOf: "What is on {name}",
   left: "{name} backwards", right: "{name} forward", stopOf: "Stop {name}", speedOf: "Speed of {name}", dutyOf: "Value of {name}",
   distance: "Distance", pulses: "pulses", pulsesOf: "Pulses for {name}", alone: "alone", withOf: "Motor that runs together with {name}",
-  go: "Go", goOf: "Start the distance of {name}", progressOf: "Distance of {name}", together: "with {name}",
+  go: "Go", goOf: "Start the distance of {name}", progressOf: "Distance of {name}", together: "with {name}", against: "against {name}", pulsesHint: "Two motors together: 0 is without an end",
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
@@ -38,8 +40,8 @@ const ENGLISH = {
   onKey: "ON", offKey: "OFF",
 
   link: "Connection", firmware: "Firmware", address: "Address", cycle: "Cycle", cycles: "Cycles", late: "Late reactions",
-  gaps: "Gaps", noError: "No error.", histogram: "Time from cycle to cycle", perBin: "{ms} ms: {count} cycles",
-  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 for ever", playing: "Sound {number} plays.", quiet: "Quiet.",
+  gaps: "Gaps", noError: "No error.", lastError: "Last error: {text}", histogram: "Time from cycle to cycle", perBin: "{ms} ms: {count} cycles",
+  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 for ever", playing: "Sound {number} plays.", quiet: "Quiet.", microphone: "Microphone: {level}",
   camera: "Camera", cameraOn: "Start", cameraOff: "Stop", size: "Picture size", rate: "Pictures a second", frames: "{count} pictures", cameraIdle: "The camera is off.", picture: "Picture of the camera",
   i2c: "I2C", scan: "Scan", scanning: "Scanning …", found: "Devices: {list}", foundNone: "No device answers.",
   device: "Device", register: "Register", count: "Bytes", values: "Values", read: "Read", write: "Write", written: "Written.",
@@ -55,7 +57,9 @@ const GERMAN = {
   hosts: "Controller", all: "Alle", areas: "Master und Erweiterungen", master: "TXT", extension: "Erweiterung",
   driving: "Du steuerst", looking: "Nur ansehen",
   driverOther: "Seite {page} steuert. Hier kannst du zusehen.", driverNobody: "Niemand steuert. Die Motoren sind aus.",
-  silent: "Diese Seite war eine Sekunde lang still, deshalb sind die Motoren aus.",
+  "freed-silent": "Das Programm hat eine Sekunde lang nichts von dieser Seite gehört, deshalb sind die Motoren aus.",
+  "freed-hang": "Das Programm hing einen Moment lang, deshalb sind die Motoren aus.",
+  "freed-stop": "Jemand anders hat die Motoren angehalten.",
   takeOver: "Übernehmen", drive: "Steuern",
   lostTitle: "Keine Verbindung zum Programm",
   lostText: "Es wurde beendet oder antwortet nicht. Die Motoren schaltet es selbst aus. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
@@ -72,7 +76,7 @@ const GERMAN = {
   outputs: "Ausgänge", asMotor: "Motor", asOutputs: "2 Ausgänge", kindOf: "Was an {name} hängt",
   left: "{name} rückwärts", right: "{name} vorwärts", stopOf: "{name} anhalten", speedOf: "Geschwindigkeit von {name}", dutyOf: "Wert von {name}",
   distance: "Strecke", pulses: "Impulse", pulsesOf: "Impulse für {name}", alone: "allein", withOf: "Motor, der mit {name} zusammen läuft",
-  go: "Los", goOf: "Strecke von {name} starten", progressOf: "Strecke von {name}", together: "mit {name}",
+  go: "Los", goOf: "Strecke von {name} starten", progressOf: "Strecke von {name}", together: "mit {name}", against: "gegen {name}", pulsesHint: "Zwei Motoren zusammen: 0 ist ohne Ende",
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
@@ -85,8 +89,8 @@ const GERMAN = {
   onKey: "ON", offKey: "OFF",
 
   link: "Verbindung", firmware: "Firmware", address: "Adresse", cycle: "Zyklus", cycles: "Zyklen", late: "Späte Reaktionen",
-  gaps: "Lücken", noError: "Kein Fehler.", histogram: "Zeit von Zyklus zu Zyklus", perBin: "{ms} ms: {count} Zyklen",
-  sound: "Klänge", play: "Spielen", silence: "Ruhe", repeat: "mal", soundLabel: "Klang", repeatLabel: "Wie oft, 0 für immer", playing: "Klang {number} spielt.", quiet: "Still.",
+  gaps: "Lücken", noError: "Kein Fehler.", lastError: "Letzter Fehler: {text}", histogram: "Zeit von Zyklus zu Zyklus", perBin: "{ms} ms: {count} Zyklen",
+  sound: "Klänge", play: "Spielen", silence: "Ruhe", repeat: "mal", soundLabel: "Klang", repeatLabel: "Wie oft, 0 für immer", playing: "Klang {number} spielt.", quiet: "Still.", microphone: "Mikrofon: {level}",
   camera: "Kamera", cameraOn: "Starten", cameraOff: "Anhalten", size: "Bildgröße", rate: "Bilder je Sekunde", frames: "{count} Bilder", cameraIdle: "Die Kamera ist aus.", picture: "Bild der Kamera",
   i2c: "I2C", scan: "Suchen", scanning: "Sucht …", found: "Geräte: {list}", foundNone: "Kein Gerät antwortet.",
   device: "Gerät", register: "Register", count: "Bytes", values: "Werte", read: "Lesen", write: "Schreiben", written: "Geschrieben.",
@@ -107,19 +111,26 @@ const SOUNDS = {
 /** German sentences for errors, by their code. English ones come from the program. */
 const GERMAN_ERRORS = {
   bad_address: "Das ist keine Adresse",
+  bad_answer: "Der Controller hat Unverständliches geantwortet; ist es wirklich ein TXT?",
+  bad_message: "Das Programm hat die Nachricht der Seite nicht verstanden; lade die Seite neu",
+  bad_picture: "Das Bild der Kamera ist beschädigt",
   busy: "Zu viele Befehle auf einmal; der letzte wurde nicht ausgeführt",
   camera_on: "Die Kamera läuft schon",
   connect_failed: "Die Verbindung zum Controller kam nicht zustande",
+  connection_broke: "Die Verbindung ist abgerissen; ist der Controller noch an und in Reichweite?",
   connect_timed_out: "Der Controller antwortet nicht; ist er eingeschaltet, und stimmt die Adresse?",
-  connection_closed: "Der Controller hat die Verbindung beendet",
-  connection_lost: "Die Verbindung zum Controller ist verloren",
+  connection_closed: "Der Controller hat die Verbindung beendet; ist er noch an, und benutzt ihn ein anderes Programm?",
+  connection_lost: "Die Verbindung ist verloren und wird neu gemacht, alle Motoren sind aus",
   connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
   firmware_too_old: "Die Firmware des Controllers ist zu alt",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
   i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
   motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",
-  no_answer: "Der Controller antwortet nicht",
+  no_host: "Diesen Controller hat das Programm nicht; lade die Seite neu",
+  no_answer: "Der Controller antwortet nicht; prüfe die Verbindung zu ihm",
   no_controller: "Es wurde kein Controller gefunden",
+  not_a_motor: "Hier sind zwei Ausgänge eingestellt; stelle auf Motor um",
+  not_an_output: "Hier ist ein Motor eingestellt; stelle auf 2 Ausgänge um",
   not_connected: "Der Controller ist gerade nicht verbunden",
   not_driving: "Diese Seite sieht nur zu; sie muss zuerst übernehmen",
   out_of_range: "Diese Zahl ist zu groß oder zu klein",
@@ -165,8 +176,9 @@ export function sounds() {
 }
 
 /** An error of the program as a sentence. */
-export function sentence({ code, text }) {
-  const said = (language === "de" && GERMAN_ERRORS[code]) || text;
+export function sentence({ code, text, cause }) {
+  const german = language === "de" ? GERMAN_ERRORS : {};
+  const said = [german[code] ?? text, german[code] && german[cause]].filter(Boolean).join(": ");
   return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
 }
 
