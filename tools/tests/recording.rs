@@ -293,8 +293,26 @@ fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
     }
     let missing = sentence(&["record", "--simulate", "nowhere", "-o", "other.mcap"]);
     assert!(missing.contains("nowhere"), "{missing}");
+    // Nobody listens there, and nothing is in the way of the next attempt.
+    let path = in_folder(&folder, "none.mcap");
+    let nobody = sentence(&["record", "127.0.0.1:1", "-o", &path]);
+    assert!(nobody.starts_with("nothing listens at 127.0.0.1:1"), "{nobody}");
+    assert!(!Path::new(&path).exists());
     let folder = in_folder(&folder, "no/such/run.mcap");
     assert!(sentence(&["record", "--simulate", "-o", &folder]).starts_with("can't write "));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_takes_nothing_is_told_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let full = std::fs::File::create("/dev/full").unwrap();
+    let output = txt(&["info", &path]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let full = "can't write the output: No space left on device";
+    assert!(said(&output).starts_with(full), "{}", said(&output));
 }
 
 #[cfg(unix)]
