@@ -78,7 +78,10 @@ fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Res
         .firmware(firmware)
         .extensions(survey.extensions)
         .on_exchange(move |machine| lock(&player).answer(machine));
-    Ok(txt.start()?)
+    let txt = txt.start()?;
+    // Until the first one is due. A program never sees a test card that was not recorded.
+    txt.with_machine(|machine| machine.set_camera_picture(survey.first_picture.clone()));
+    Ok(txt)
 }
 
 /// Serves programs until Ctrl-C, or until the first one has left; returns whether the last one did the same.
