@@ -4,6 +4,7 @@ mod areas;
 mod online;
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::camera::Camera;
@@ -253,6 +254,16 @@ impl Machine {
     /// from StartCameraOnline on, before it serves.
     pub fn camera(&self) -> Option<StartCameraOnline> {
         self.camera.run().map(|run| run.settings)
+    }
+
+    /// From now on the camera sends this picture, a JPEG file; `None` for its test card, which it sends at
+    /// first. The picture should have the size that the client asks for.
+    pub fn set_camera_picture(&mut self, jpeg: Option<Vec<u8>>) {
+        self.camera.picture = jpeg.map(Arc::from);
+    }
+
+    pub(super) fn camera_picture(&self) -> Option<Arc<[u8]>> {
+        self.camera.picture.clone()
     }
 
     /// How many camera frames have been sent since the start, with the one that is being sent.

@@ -10,6 +10,8 @@ use ft_transfer_area::{
 use indicatif::ProgressBar;
 use serde_json::{json, Value};
 
+use crate::print;
+
 const AFTER: &str = "\
 It asks at 192.168.7.2 (USB), 192.168.8.2 (WLAN), 192.168.9.2 (Bluetooth), 127.0.0.1 and at the
 addresses that you give, all at the same time. This moves nothing. A controller on which somebody is
@@ -65,10 +67,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         all.try_cameras();
     }
     progress.finish_and_clear();
-    if args.json {
-        println!("{:#}", all.json());
-    } else {
-        print!("{}", all.table());
+    let answer = if args.json { format!("{:#}", all.json()) } else { all.table() };
+    if !answer.is_empty() {
+        print::line(answer.trim_end_matches('\n'))?;
     }
     if all.found.is_empty() {
         return Err(Error::NoController { tried: all.tried }.into());

@@ -5,6 +5,7 @@ mod camera;
 mod find;
 mod interrupt;
 mod panel;
+mod print;
 mod recording;
 mod simulate;
 mod web;
@@ -16,11 +17,13 @@ use env_logger::Env;
 
 /// See, record, find and simulate fischertechnik ROBOTICS TXT controllers.
 #[derive(Parser)]
-#[command(name = "txt", version, max_term_width = 100)]
+#[command(name = "txt", version, max_term_width = 100, after_help = EXAMPLE)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
+
+const EXAMPLE: &str = "Example: txt panel     shows a simulated TXT with its page in the browser";
 
 #[derive(Subcommand)]
 enum Command {

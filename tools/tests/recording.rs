@@ -10,7 +10,8 @@ use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Motor};
 use ft_transfer_area::{
-    Error, Exchange, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode, TxtClient,
+    CameraFrame, CameraOptions, Error, Exchange, FishX1Transfer, TimeLimits,
+    TransferAreaComHandler, TransferMode, TxtClient,
 };
 use ft_transfer_area_recorder::{Options, Recorder};
 use tempfile::TempDir;
@@ -247,6 +248,52 @@ fn a_replay_has_the_pace_of_its_recording() {
     assert!(replay.end().0);
 }
 
+/// A camera's pictures of 320×240.
+const PICTURES: [&[u8]; 2] = [
+    include_bytes!("../../tests/camera/clean_320x240_420.jpg"),
+    include_bytes!("../../tests/camera/clean_320x240_422.jpg"),
+];
+
+#[test]
+fn recorded_pictures_come_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let txt = SimulatedTxt::builder().device_name("SLIDE").lock_step().start().unwrap();
+    let recorded = handler(txt.port());
+    let recorder = Recorder::start(&recorded, &path, Options::default()).unwrap();
+    recorded.begin_transfer().unwrap();
+    for (index, picture) in PICTURES.into_iter().enumerate() {
+        recorder.frames().record(&CameraFrame::new(picture.to_vec()));
+        let begin = Instant::now();
+        while recorder.recorded().frames <= index as u64 {
+            assert!(begin.elapsed() < DEADLINE, "the picture is not recorded");
+        }
+        (0..20).for_each(|_| drop(recorded.wait_cycle().unwrap()));
+    }
+    recorded.end_transfer().unwrap();
+    recorder.finish().unwrap();
+
+    let replay = Replay::start(&path, &["--fast"]);
+    let builder = TransferAreaComHandler::builder("127.0.0.1").port(replay.port);
+    let handler = builder.camera_port(replay.port + 1).lock_step().build().unwrap();
+    handler.begin_transfer().unwrap();
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    let picture = || frames.recv_timeout(DEADLINE).unwrap().jpeg().unwrap().into_owned();
+    assert!(picture() == PICTURES[0], "before the first cycle the first picture");
+    // In a cycle after the one in which the second one came.
+    (0..40).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    let begin = Instant::now();
+    loop {
+        let picture = picture();
+        if picture == PICTURES[1] {
+            break;
+        }
+        assert!(picture == PICTURES[0], "a picture that was not recorded");
+        assert!(begin.elapsed() < DEADLINE, "the second picture does not come");
+    }
+    handler.end_transfer().unwrap();
+}
+
 #[test]
 fn a_recording_by_the_program_has_a_table_and_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
@@ -293,8 +340,26 @@ fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
     }
     let missing = sentence(&["record", "--simulate", "nowhere", "-o", "other.mcap"]);
     assert!(missing.contains("nowhere"), "{missing}");
+    // Nobody listens there, and nothing is in the way of the next attempt.
+    let path = in_folder(&folder, "none.mcap");
+    let nobody = sentence(&["record", "127.0.0.1:1", "-o", &path]);
+    assert!(nobody.starts_with("nothing listens at 127.0.0.1:1"), "{nobody}");
+    assert!(!Path::new(&path).exists());
     let folder = in_folder(&folder, "no/such/run.mcap");
     assert!(sentence(&["record", "--simulate", "-o", &folder]).starts_with("can't write "));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_takes_nothing_is_told_in_a_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let full = std::fs::File::create("/dev/full").unwrap();
+    let output = txt(&["info", &path]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let full = "can't write the output: No space left on device";
+    assert!(said(&output).starts_with(full), "{}", said(&output));
 }
 
 #[cfg(unix)]

@@ -26,23 +26,23 @@ const FALSE_MARKERS: [[u8; 2]; 3] = [[0xFF, 0xC0], [0xFF, 0xDA], [0xFF, 0xD3]];
 ///
 /// It fails only if the encoder fails, which is not expected.
 pub(super) fn frame(card: TestCard, number: u64, tables: bool) -> Result<Vec<u8>, EncodingError> {
-    let mut bytes = picture(card)?;
-    if !tables {
-        bytes = without_tables(&bytes);
-    }
-    bytes.extend(garbage(number));
-    Ok(bytes)
+    Ok(frame_of(&picture(card)?, number, tables))
 }
 
-/// A JPEG with baseline 4:2:2 and the standard's Huffman tables, without its end.
+/// The same of any picture, a JPEG file.
+pub(super) fn frame_of(jpeg: &[u8], number: u64, tables: bool) -> Vec<u8> {
+    let picture = jpeg.strip_suffix(&END_OF_IMAGE).unwrap_or(jpeg);
+    let mut bytes = if tables { picture.to_vec() } else { without_tables(picture) };
+    bytes.extend(garbage(number));
+    bytes
+}
+
+/// A JPEG with baseline 4:2:2 and the standard's Huffman tables.
 fn picture(card: TestCard) -> Result<Vec<u8>, EncodingError> {
     let mut bytes = Vec::new();
     let mut encoder = Encoder::new(&mut bytes, QUALITY);
     encoder.set_sampling_factor(SamplingFactor::F_2_1);
     encoder.encode_image(card)?;
-    if bytes.ends_with(&END_OF_IMAGE) {
-        bytes.truncate(bytes.len() - END_OF_IMAGE.len());
-    }
     Ok(bytes)
 }
 

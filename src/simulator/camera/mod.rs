@@ -7,6 +7,7 @@ mod frame;
 pub(super) mod server;
 mod test_card;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use crate::wire::StartCameraOnline;
@@ -24,6 +25,8 @@ const DEFAULT_RATE: u32 = 15;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Camera {
     run: Option<CameraRun>,
+    /// What it sends instead of its test card.
+    pub(super) picture: Option<Arc<[u8]>>,
     /// How often it was started.
     starts: u64,
     /// Frames sent so far.

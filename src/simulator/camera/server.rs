@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::connection::Clients;
-use super::frame::frame;
+use super::frame::{frame, frame_of};
 use super::test_card::TestCard;
 use super::{CameraRun, Format};
 use crate::simulator::end::End;
@@ -120,8 +120,12 @@ impl Connection<'_> {
     /// The frame with this number, and its header before it.
     fn packet(&self, number: u64, frames_ready: u64) -> Result<Vec<u8>, End> {
         let Format { width, height, .. } = self.run.format;
-        let card = TestCard::new(width, height, number);
-        let frame = frame(card, number, self.server.settings.tables).map_err(io::Error::other)?;
+        let tables = self.server.settings.tables;
+        let frame = match self.server.shared.look(Machine::camera_picture) {
+            Some(picture) => frame_of(&picture, number, tables),
+            None => frame(TestCard::new(width, height, number), number, tables)
+                .map_err(io::Error::other)?,
+        };
         let header = CameraFrameHeader {
             frames_ready: i32::try_from(frames_ready).unwrap_or(i32::MAX),
             // Width and height are at most 4096, so their products fit.

@@ -31,11 +31,16 @@ pub(crate) fn recorded(
         }
         _ => return None,
     };
+    let y = match told.event {
+        Event::JoystickMoved { y, .. } => Some(y.into()),
+        _ => None,
+    };
     Some(RecordedEvent {
         event: format!("{:?}", told.event.kind()),
         controller: controller(area),
         terminal,
         value,
+        y,
         cycle: told.cycle,
     })
 }

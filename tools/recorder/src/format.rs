@@ -142,6 +142,9 @@ pub struct RecordedEvent {
     pub terminal: String,
     /// Its new value, its position, or the id of its command.
     pub value: i64,
+    /// Of a joystick: backwards to forward. Its `value` is left to right.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y: Option<i64>,
     /// The cycle of its response.
     pub cycle: u64,
 }
@@ -223,7 +226,7 @@ pub(crate) fn schema_of(topic: &str) -> (&'static str, Value) {
         EVENTS => (
             "ft.Event",
             object(json!({ "event": string(), "controller": string(), "terminal": string(),
-                "value": integer(), "cycle": integer() })),
+                "value": integer(), "y": integer(), "cycle": integer() })),
         ),
         STATISTICS => (
             "ft.Statistics",

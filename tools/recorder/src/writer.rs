@@ -63,6 +63,11 @@ impl WallClock {
         Self { began: Instant::now(), began_ns: nanos(since_1970) }
     }
 
+    /// No cycle is before the beginning. In lock-step the first ones may be: their clock is that of the transfer.
+    fn reach_back_to(&mut self, time: Instant) {
+        self.began = self.began.min(time);
+    }
+
     fn ns(&self, time: Instant) -> u64 {
         // One of the two differences is 0.
         let before = nanos(self.began.saturating_duration_since(time));
@@ -172,6 +177,7 @@ impl Writer {
 
     /// A cycle, before which this number of entries was lost.
     pub(crate) fn cycle(&mut self, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+        self.clock.reach_back_to(cycle.arrived);
         let ns = self.clock.ns(cycle.arrived);
         if lost > 0 {
             let message = format!("{lost} entries before this are missing: the disk was too slow");

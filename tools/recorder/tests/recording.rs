@@ -89,6 +89,7 @@ fn every_cycle_comes_back_with_its_outputs_inputs_and_configuration() {
         for (index, controller) in (1..).zip(&mut machine.controllers) {
             controller.uni = [number * index; 8];
             controller.ir[2].right_x = (number % 16) as i8;
+            controller.ir[2].right_y = -4;
             controller.mic_log = number as u16;
         }
         machine.alive[0] = number < 40;
@@ -136,11 +137,42 @@ fn every_cycle_comes_back_with_its_outputs_inputs_and_configuration() {
         matches!(transfers[..], [Transfer::Began { areas: 2, .. }, Transfer::Ended]),
         "{transfers:?}"
     );
+    let moved = entries.iter().find_map(|entry| match &entry.what {
+        Recorded::Event(event) if event.event == "JoystickMoved" => Some(event),
+        _ => None,
+    });
+    let moved = moved.expect("the remote's joystick was moved");
+    assert_eq!((moved.y, moved.terminal.ends_with("Right")), (Some(-4), true), "{moved:?}");
     let events = entries.iter().filter(|entry| {
         matches!(&entry.what,
         Recorded::Event(event) if event.event == "ExtensionChanged" && event.controller == "E1")
     });
     assert_eq!(events.count(), 1);
+}
+
+/// The clock of a handler in lock-step is that of its cycles, which may be behind.
+#[test]
+fn cycles_in_lock_step_keep_their_times() {
+    const STEP: Duration = Duration::from_millis(10);
+
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let txt = unpaced().lock_step().start().unwrap();
+    let handler = handler_for(&txt).lock_step().build().unwrap();
+    // Longer than a few cycles.
+    std::thread::sleep(5 * STEP);
+    let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
+    handler.begin_transfer().unwrap();
+    (0..20).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    let (entries, _) = read(&path).unwrap();
+    let cycles = entries.iter().filter(|entry| matches!(entry.what, Recorded::Cycle(_)));
+    let times: Vec<Duration> = cycles.map(|entry| entry.at).collect();
+    assert!(
+        times.len() >= 20 && times.windows(2).all(|pair| pair[1] - pair[0] == STEP),
+        "{times:?}"
+    );
 }
 
 #[test]

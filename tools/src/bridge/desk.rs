@@ -6,7 +6,7 @@ use crossbeam_channel::{Receiver, TryRecvError};
 use ft_transfer_area::{Event, FishX1Transfer, TimedEvent};
 use rumqttc::{LastWill, QoS};
 
-use super::broker::{random, Broker, Message, News, Publisher};
+use super::broker::{Broker, Message, News, Publisher};
 use super::commands::{stop_all, Command};
 use super::report::{json, say, Complaint, Happened, Master, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
@@ -49,20 +49,17 @@ pub(crate) struct Desk {
 
 impl Desk {
     pub(crate) fn open(setup: Setup) -> anyhow::Result<Self> {
-        let state = State {
-            state: Stage::Ended,
-            reason: Some("the bridge has just been started".to_owned()),
-            host: setup.host.clone(),
-            device: None,
-            firmware: None,
-            bridge: format!("{:016x}", random()),
-        };
+        let state = State::at_start(&setup.host);
         let reason = Some("the bridge has lost its connection to the broker".to_owned());
         let gone = json(&State { state: Stage::Gone, reason, ..state.clone() });
         let will = LastWill::new(setup.topics.of(STATE), gone, QoS::AtLeastOnce, true);
         let news = setup.broker.connect(will, setup.topics.filters())?;
+        Ok(Self::new(setup, state, news))
+    }
+
+    fn new(setup: Setup, state: State, news: Receiver<News>) -> Self {
         let values = Values::new(&setup.topics, setup.areas, setup.noise);
-        Ok(Self {
+        Self {
             setup,
             news,
             publisher: None,
@@ -73,7 +70,14 @@ impl Desk {
             heard: Instant::now(),
             untold: None,
             printed: None,
-        })
+        }
+    }
+
+    /// Without a broker: what comes from one is sent through a channel.
+    #[cfg(test)]
+    pub(crate) fn without_broker(setup: Setup, news: Receiver<News>) -> Self {
+        let state = State::at_start(&setup.host);
+        Self::new(setup, state, news)
     }
 
     pub(crate) fn say(&self, line: &str) {

@@ -171,3 +171,76 @@ impl<'a> Machine<'a> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use crossbeam_channel::unbounded;
+    use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+
+    use super::*;
+    use crate::bridge::broker::{Broker, Message, News};
+    use crate::bridge::topics::Topics;
+    use crate::bridge::values::Noise;
+
+    /// What is given up after this many exchanges.
+    const TOO_MANY: usize = 4_000;
+
+    fn setup(host: String) -> Setup {
+        Setup {
+            broker: Broker::new("127.0.0.1", None, Duration::from_secs(4)).unwrap(),
+            topics: Topics::new("ft", "press"),
+            name: "press".to_owned(),
+            host,
+            areas: 1,
+            noise: Noise { every: Duration::ZERO, deadband: 1 },
+            master_limit: None,
+        }
+    }
+
+    fn turn(duty: i16) -> News {
+        News::Message(Message {
+            topic: "ft/press/M1/set".to_owned(),
+            payload: format!("{{\"duty\": {duty}}}").into_bytes(),
+            retained: false,
+        })
+    }
+
+    /// The command is there before the first response is. Its sender can't know that the controller is back.
+    #[test]
+    fn a_command_in_the_first_cycle_after_a_gap_moves_nothing() {
+        let (broker, news) = unbounded();
+        let stop = Arc::new(AtomicBool::new(false));
+        let duties = Arc::new(Mutex::new(Vec::new()));
+        let (stopping, seen) = (Arc::clone(&stop), Arc::clone(&duties));
+        let mut first_connection = None;
+        let txt = SimulatedTxt::builder()
+            .fault(Fault::at_exchange(5, FaultKind::Close { after: 0 }))
+            .on_exchange(move |machine| {
+                let connection = machine.connections();
+                if *first_connection.get_or_insert(connection) == connection {
+                    return;
+                }
+                let duty = machine.controllers[0].outputs.duty[0];
+                let mut seen = seen.lock().unwrap();
+                seen.push(duty);
+                // The later ones are for those cycles that follow.
+                let command = if seen.len() == 1 { 300 } else { 44 };
+                broker.send(turn(command)).unwrap();
+                if duty == 44 || seen.len() == TOO_MANY {
+                    stopping.store(true, Ordering::Relaxed);
+                }
+            })
+            .start()
+            .unwrap();
+        let host = txt.address().to_string();
+        let handler = handler(&host, 1).unwrap();
+        let events = handler.events(&KINDS, 1000).unwrap();
+        let desk = Desk::without_broker(setup(host), news);
+        Machine { handler, events, desk, stop: &stop, lost: 0, told_lost: 0 }.run().unwrap();
+        let duties = duties.lock().unwrap();
+        assert!(!duties.contains(&300), "{duties:?}");
+        assert!(duties.contains(&44), "later commands move it");
+    }
+}

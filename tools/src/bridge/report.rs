@@ -6,6 +6,8 @@ use std::time::Duration;
 use ft_transfer_area::Event;
 use serde::Serialize;
 
+use super::broker::random;
+
 /// The state of a bridge, as the payload of its topic.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(crate) struct State {
@@ -22,6 +24,20 @@ pub(crate) struct State {
     pub(crate) firmware: Option<String>,
     /// A number for each bridge, to tell two of the same name apart.
     pub(crate) bridge: String,
+}
+
+impl State {
+    /// Of a bridge that has just been started.
+    pub(crate) fn at_start(host: &str) -> Self {
+        Self {
+            state: Stage::Ended,
+            reason: Some("the bridge has just been started".to_owned()),
+            host: host.to_owned(),
+            device: None,
+            firmware: None,
+            bridge: format!("{:016x}", random()),
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -10,6 +10,7 @@ use crossbeam_channel::Receiver;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::source::{Next, Source};
+use crate::print;
 
 /// How many pictures are saved, and when.
 pub(super) struct Plan {
@@ -46,11 +47,11 @@ pub(super) fn save(
         }
     }
     progress.finish_and_clear();
-    println!("{}", told(saved, target));
+    print::line(told(saved, target))?;
     // Between pictures that are not wanted, nothing is lost.
     let lost = if plan.every.is_none() { source.dropped() } else { 0 };
     if lost + damaged > 0 {
-        println!("{lost} more came too fast to be saved, {damaged} were damaged");
+        print::line(format_args!("{lost} more came too fast to be saved, {damaged} were damaged"))?;
     }
     source.end()?;
     match plan.count {

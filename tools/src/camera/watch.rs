@@ -18,6 +18,7 @@ use tokio::runtime::Runtime;
 use tokio::sync::{watch, Semaphore};
 
 use super::source::{Next, Source};
+use crate::print;
 use crate::web::access::Access;
 use crate::web::connections::{self, Kept};
 use crate::web::{self, pictures};
@@ -75,7 +76,7 @@ pub(super) fn watch(
     let (sender, newest) = watch::channel(Arc::from([]));
     let router = page.router(newest);
     let Page { runtime, listener, address, .. } = page;
-    println!("{address}");
+    print::line(&address)?;
     thread::Builder::new()
         .name(String::from("server"))
         .spawn(move || runtime.block_on(connections::serve(listener, router)))?;

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use super::survey::Survey;
+use crate::print;
 
 /// How many errors are listed.
 const LISTED: usize = 10;
@@ -28,11 +29,10 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let survey = Survey::of(&args.file)?;
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&survey)?);
+        print::line(serde_json::to_string_pretty(&survey)?)
     } else {
-        print!("{}", text(&survey));
+        print::line(text(&survey).trim_end())
     }
-    Ok(())
 }
 
 fn text(survey: &Survey) -> String {

@@ -14,7 +14,7 @@ use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::interrupt;
+use crate::{interrupt, print};
 
 /// How often the progress is shown, and the recorder looked after.
 const LOOK: Duration = Duration::from_millis(100);
@@ -94,7 +94,10 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let simulated = args.simulate.as_deref().map(simulate).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
     let recorder = Recorder::start(&handler, &args.output, Options::default())?;
-    handler.begin_transfer()?;
+    if let Err(error) = handler.begin_transfer() {
+        discard(recorder);
+        return Err(error.into());
+    }
     let camera = start_camera(&args, &handler, recorder.frames())?;
     let recorded = watch(&args, &handler, &recorder, &interrupted);
     let ended = handler.end_transfer();
@@ -103,9 +106,20 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let _ = camera.join();
     }
     let totals = recorder.finish()?;
-    println!("{}", Told { path: &args.output, totals });
+    print::line(Told { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
+}
+
+/// Removes a file that has no cycle, so that it is not in the way of the next attempt.
+fn discard(recorder: Recorder) {
+    let path = recorder.path().to_owned();
+    drop(recorder);
+    // It may be a pipe or a device.
+    if path.is_file() {
+        // Without it the error of the transfer is told all the same.
+        let _ = std::fs::remove_file(path);
+    }
 }
 
 fn simulate(world: &str) -> anyhow::Result<SimulatedTxt> {

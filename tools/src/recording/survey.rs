@@ -33,6 +33,8 @@ pub(crate) struct Survey {
     /// By kind.
     pub(crate) events: BTreeMap<String, u64>,
     pub(crate) pictures: u64,
+    #[serde(skip)]
+    pub(crate) first_picture: Option<Vec<u8>>,
     /// When, and what.
     pub(crate) errors: Vec<(f64, String)>,
     pub(crate) is_cut_off: bool,
@@ -55,7 +57,10 @@ impl Survey {
                 Recorded::Cycle(cycle) => survey.count(&cycle, &mut measured),
                 Recorded::Transfer(transfer) => survey.note(&transfer, entry.at),
                 Recorded::Event(event) => *survey.events.entry(event.event).or_default() += 1,
-                Recorded::Picture(_) => survey.pictures += 1,
+                Recorded::Picture(jpeg) => {
+                    survey.pictures += 1;
+                    survey.first_picture.get_or_insert(jpeg);
+                }
                 _ => {}
             }
         }
@@ -88,6 +93,7 @@ impl Survey {
             gaps: 0,
             events: BTreeMap::new(),
             pictures: 0,
+            first_picture: None,
             errors: Vec::new(),
             is_cut_off: false,
         }

@@ -9,7 +9,7 @@ use std::thread;
 
 use ft_transfer_area::simulator::SimulatedTxt;
 
-use crate::interrupt;
+use crate::{interrupt, print};
 
 pub(crate) use options::Args;
 
@@ -17,9 +17,9 @@ pub(crate) use options::Args;
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     let txt = Arc::new(args.builder().start()?);
-    println!("main 127.0.0.1:{}", txt.port());
-    println!("camera 127.0.0.1:{}", txt.camera_port());
-    println!("i2c 127.0.0.1:{}", txt.i2c_port());
+    print::line(format_args!("main 127.0.0.1:{}", txt.port()))?;
+    print::line(format_args!("camera 127.0.0.1:{}", txt.camera_port()))?;
+    print::line(format_args!("i2c 127.0.0.1:{}", txt.i2c_port()))?;
 
     let typed = Arc::downgrade(&txt);
     thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;

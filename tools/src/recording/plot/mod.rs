@@ -12,6 +12,7 @@ use anyhow::{bail, Context};
 use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use crate::print;
 use tracks::Tracks;
 
 const AFTER: &str = "\
@@ -62,9 +63,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let picture = tracks.picture(&file, args.title)?;
-    fs::write(&output, draw::svg(&picture)?).with_context(|| output.display().to_string())?;
-    println!("{}", output.display());
-    Ok(())
+    fs::write(&output, draw::svg(&picture)?)
+        .with_context(|| format!("can't write {}", output.display()))?;
+    print::line(output.display())
 }
 
 /// Reads the part of the recording that is drawn.

@@ -14,7 +14,7 @@ use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{FirmwareVersion, PORT};
 
 use super::survey::Survey;
-use crate::interrupt;
+use crate::{interrupt, print};
 use player::{Player, Run};
 
 /// How often it is checked whether a program has left, or a gap is over.
@@ -53,15 +53,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let player = Player::open(args.file.clone(), !args.fast)?;
     let player = Arc::new(Mutex::new(player));
     let txt = start(&survey, args.port, &player)?;
-    println!(
+    print::line(format_args!(
         "Replays {} ({}, firmware {}, {} cycles) at 127.0.0.1:{}. Ctrl-C ends it.",
         args.file.display(),
         survey.device_name,
         survey.firmware,
         survey.cycles,
         txt.port()
-    );
-    let same = serve(&txt, &player, &interrupted, args.once);
+    ))?;
+    let same = serve(&txt, &player, &interrupted, args.once)?;
     anyhow::ensure!(same || !args.once, "the program did not do the same");
     Ok(())
 }
@@ -78,7 +78,10 @@ fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Res
         .firmware(firmware)
         .extensions(survey.extensions)
         .on_exchange(move |machine| lock(&player).answer(machine));
-    Ok(txt.start()?)
+    let txt = txt.start()?;
+    // Until the first one is due. A program never sees a test card that was not recorded.
+    txt.with_machine(|machine| machine.set_camera_picture(survey.first_picture.clone()));
+    Ok(txt)
 }
 
 /// Serves programs until Ctrl-C, or until the first one has left; returns whether the last one did the same.
@@ -87,7 +90,7 @@ fn serve(
     player: &Mutex<Player>,
     interrupted: &Receiver<()>,
     once: bool,
-) -> bool {
+) -> anyhow::Result<bool> {
     // Exchanges before the present connection. Without an exchange it was only asked who is there.
     let mut before = 0;
     let mut has_left = false;
@@ -108,38 +111,41 @@ fn serve(
             }
             // It is expected back.
             Some(_) => {}
-            None if leaves => tell(&run),
+            None if leaves => tell(&run)?,
             None => {}
         }
         if once && has_left && run.at_end && run.back_at.is_none() {
-            return run.first_difference.is_none();
+            return Ok(run.first_difference.is_none());
         }
         match interrupted.recv_timeout(LOOK) {
             Err(RecvTimeoutError::Timeout) => {}
-            _ => return run.first_difference.is_none(),
+            _ => return Ok(run.first_difference.is_none()),
         }
     }
 }
 
 /// Says how a program did when it has left.
-fn tell(run: &Run) {
+fn tell(run: &Run) -> anyhow::Result<()> {
     let to_come = if run.at_end { "" } else { "; the recording has more connections" };
     match &run.first_difference {
-        None => println!(
+        None => print::line(format_args!(
             "The program has left after {} recorded cycles. It did the same{to_come}.",
             run.cycles
-        ),
-        Some(first) => println!(
+        ))?,
+        Some(first) => print::line(format_args!(
             "The program has left after {} recorded cycles. Its outputs first differed in cycle {}, \
              {:.2} s after the beginning: {}{to_come}.",
             run.cycles,
             first.cycle,
             first.at.as_secs_f64(),
             first.what
-        ),
+        ))?,
     }
-    if let Some(error) = &run.error {
-        println!("The recording could not be read to its end: {error}");
+    match &run.error {
+        Some(error) => {
+            print::line(format_args!("The recording could not be read to its end: {error}"))
+        }
+        None => Ok(()),
     }
 }
 

@@ -187,6 +187,10 @@ impl Player {
                     self.differs(number, at, || "it goes on, and the recorded one left".to_owned());
                     return self.end_connection().map(|()| None);
                 }
+                Recorded::Picture(jpeg) => {
+                    machine.set_camera_picture(Some(jpeg.clone()));
+                    self.ahead.pop_front();
+                }
                 _ => drop(self.ahead.pop_front()),
             }
         }
