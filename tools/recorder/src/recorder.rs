@@ -6,14 +6,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{bounded, never, select, Receiver, Sender};
+use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
-    CameraFrame, CycleLog, EventKind, Events, LogEntry, Logged, TimedEvent, TransferAreaComHandler,
+    CameraFrame, CycleLog, EventKind, Events, LogEntry, Logged, TransferAreaComHandler,
 };
 use mcap::McapResult;
 
 use crate::error::Error;
 use crate::writer::{Losses, Writer};
+
+/// How often it is looked for new entries.
+const LOOK: Duration = Duration::from_millis(10);
 
 /// How often everything is handed to the operating system, and the statistics are written.
 const FLUSH: Duration = Duration::from_millis(500);
@@ -27,7 +30,7 @@ const FRAMES: usize = 32;
 #[non_exhaustive]
 pub struct Options {
     /// How many cycles wait for a slow disk before the next ones are lost; the default 500 is about five seconds,
-    /// and takes 5 MB.
+    /// and takes 5 MB. Fewer than 10 may lose cycles on a fast disk, too.
     pub capacity: usize,
 }
 
@@ -268,43 +271,44 @@ impl Worker {
     }
 
     /// Records until the recorder or the handler ends, then what has come in until then.
+    ///
+    /// It looks from time to time and waits for no entry: waking it would cost the transfer more than the entry.
     fn record_until_stopped(&mut self) -> McapResult<()> {
-        let (log, stopped) = (self.log.receiver().clone(), self.stopped.clone());
-        let mut events = self.events.receiver().clone();
-        let frames = self.frames.clone();
         loop {
-            let due = self.flushed + FLUSH;
-            select! {
-                recv(log) -> entry => match entry {
-                    Ok(entry) => self.entry(&entry)?,
-                    Err(_) => break,
-                },
-                recv(events) -> told => match told {
-                    Ok(told) => self.writer.event(&told)?,
-                    Err(_) => events = never(),
-                },
-                recv(frames) -> frame => if let Ok(frame) = frame {
-                    self.frame(&frame)?;
-                },
-                recv(stopped) -> _ => break,
-                default(due.saturating_duration_since(Instant::now())) => {}
+            let stopped = self.stopped.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout);
+            let goes_on = self.take_all()?;
+            if stopped || !goes_on {
+                return Ok(());
             }
-            if Instant::now() >= due {
+            if self.flushed.elapsed() >= FLUSH {
                 self.writer.flush()?;
                 self.flushed = Instant::now();
             }
         }
-        self.rest()
     }
 
-    /// What has come in already.
-    fn rest(&mut self) -> McapResult<()> {
-        let entries: Vec<LogEntry> = self.log.receiver().try_iter().collect();
-        entries.iter().try_for_each(|entry| self.entry(entry))?;
-        let events: Vec<TimedEvent> = self.events.receiver().try_iter().collect();
-        events.iter().try_for_each(|told| self.writer.event(told))?;
-        let frames: Vec<CameraFrame> = self.frames.try_iter().collect();
-        frames.iter().try_for_each(|frame| self.frame(frame))
+    /// Records what has come in until now; returns whether the handler is still there.
+    fn take_all(&mut self) -> McapResult<bool> {
+        let mut goes_on = true;
+        // One more, to see the end.
+        for _ in 0..=self.log.receiver().len() {
+            match self.log.try_recv() {
+                Ok(entry) => self.entry(&entry)?,
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => goes_on = false,
+            }
+        }
+        for _ in 0..self.events.receiver().len() {
+            if let Ok(told) = self.events.try_recv() {
+                self.writer.event(&told)?;
+            }
+        }
+        for _ in 0..self.frames.len() {
+            if let Ok(frame) = self.frames.try_recv() {
+                self.frame(&frame)?;
+            }
+        }
+        Ok(goes_on)
     }
 
     fn entry(&mut self, entry: &LogEntry) -> McapResult<()> {
