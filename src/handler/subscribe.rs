@@ -53,10 +53,11 @@ impl TransferArea {
     /// channel has ended.
     ///
     /// ```
+    /// # #[cfg(feature = "simulator")] {
     /// use ft_transfer_area::simulator::SimulatedTxt;
     /// use ft_transfer_area::{Logged, TransferAreaComHandler};
     ///
-    /// # fn main() -> Result<(), ft_transfer_area::Error> {
+    /// # fn run() -> Result<(), ft_transfer_area::Error> {
     /// let txt = SimulatedTxt::builder().start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
     /// let log = handler.cycle_log(500)?; // five seconds
@@ -71,6 +72,8 @@ impl TransferArea {
     /// let cycles = entries.iter().filter(|entry| matches!(entry, Logged::Cycle(_)));
     /// assert!(cycles.count() >= 2, "the last one stops the motors");
     /// # Ok(())
+    /// # }
+    /// # run().unwrap();
     /// # }
     /// ```
     ///
