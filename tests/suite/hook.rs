@@ -189,7 +189,12 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     let record = Record::default();
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
-    let handler = build(&txt, Duration::ZERO);
+    // So long that no guard makes the hook miss its turn, however late its thread runs on.
+    let handler = handler_for(&txt)
+        .reaction_window(DEADLINE)
+        .hook_limit(DEADLINE)
+        .build()
+        .unwrap();
     let area = handler.transfer_area();
     let mut calls = 0;
     handler.set_cycle_hook(move |areas| {
@@ -218,7 +223,7 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     handler.clear_cycle_hook();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 100;
+    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 100;
     wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[0] == 100);
     handler.end_transfer().unwrap();
 }
