@@ -1,0 +1,88 @@
+//! Measures the library, and what a user would take instead, side by side in one run.
+//!
+//! ```text
+//! cargo bench --bench performance                     # everything: docs/performance.md and its pictures
+//! cargo bench --bench performance -- --short          # the same with few repetitions, into target/performance/short
+//! cargo bench --bench performance -- cycle reaction   # only these parts
+//! ```
+//!
+//! The results of each single measurement are CSV files in target/performance.
+
+mod child;
+mod clients;
+mod cycle;
+mod peer;
+mod place;
+mod report;
+mod stats;
+
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+use report::Report;
+
+#[derive(Parser)]
+#[command(about = "Measures the library, and writes docs/performance.md")]
+struct Options {
+    /// Few repetitions, to see that everything works; writes into target/performance/short
+    #[arg(long)]
+    short: bool,
+    /// The parts to measure; all if none is named
+    #[arg(value_parser = part_named)]
+    parts: Vec<Part>,
+    /// What Cargo adds
+    #[arg(long, hide = true)]
+    bench: bool,
+    #[command(subcommand)]
+    role: Option<Role>,
+}
+
+/// What another process of this program does.
+#[derive(Clone, Subcommand)]
+enum Role {
+    #[command(hide = true)]
+    Peer(peer::Peer),
+    #[command(hide = true)]
+    CycleClient(cycle::Client),
+}
+
+/// A part of the document.
+#[derive(Clone, Copy)]
+struct Part {
+    name: &'static str,
+    measure: fn(&Report) -> Result<()>,
+}
+
+const PARTS: [Part; 1] = [Part { name: "cycle", measure: cycle::measure }];
+
+fn part_named(name: &str) -> Result<Part, String> {
+    PARTS
+        .into_iter()
+        .find(|part| part.name == name)
+        .ok_or_else(|| format!("there are only {}", PARTS.map(|part| part.name).join(", ")))
+}
+
+fn main() -> Result<()> {
+    let options = Options::parse();
+    match &options.role {
+        Some(Role::Peer(peer)) => return peer.serve(),
+        Some(Role::CycleClient(client)) => return client.run(),
+        None => {}
+    }
+    // `cargo test --benches` only asks whether it compiles.
+    if !options.bench {
+        return Ok(());
+    }
+    let report = Report::new(options.short)?;
+    let parts = if options.parts.is_empty() { PARTS.to_vec() } else { options.parts };
+    for part in parts {
+        let begin = Instant::now();
+        eprintln!("{} ...", part.name);
+        (part.measure)(&report)?;
+        eprintln!("{} took {:.0?}", part.name, begin.elapsed());
+    }
+    println!("{}", report.document().display());
+    Ok(())
+}
