@@ -5,6 +5,8 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 use anyhow::{Context, Result};
 
+use crate::process::Process;
+
 /// A process that serves until this is dropped.
 pub(crate) struct Server {
     child: Child,
@@ -16,7 +18,7 @@ impl Server {
     pub(crate) fn start(arguments: &[String]) -> Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .args(arguments)
-            .stdin(Stdio::null())
+            .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .spawn()?;
         let out = child.stdout.take().context("no output")?;
@@ -29,6 +31,11 @@ impl Server {
         let size = self.out.read_line(&mut line)?;
         anyhow::ensure!(size > 0, "the other process ended");
         Ok(line.trim_end().to_owned())
+    }
+
+    /// What it takes now.
+    pub(crate) fn process(&self) -> Result<Process> {
+        Process::of(self.child.id())
     }
 
     /// The number that it prints next, such as its port.

@@ -29,6 +29,9 @@ pub(crate) struct Load {
 }
 
 impl Load {
+    /// The master alone, and nothing changes.
+    pub(crate) const IDLE: Self = Self { areas: 1, changing: false, simple: false };
+
     /// The arguments for another process.
     pub(crate) fn arguments(self) -> Vec<String> {
         let mut arguments = vec!["--areas".to_owned(), self.areas.to_string()];
@@ -145,6 +148,13 @@ impl Direct {
         let exchange = Exchange::new(load.mode(), version);
         let areas = vec![FishX1Transfer::default(); load.areas];
         Ok(Self { client, exchange, areas, load })
+    }
+
+    /// One exchange, and what the program does with its response.
+    pub(crate) fn cycle(&mut self, answer: impl FnOnce(&mut [FishX1Transfer])) -> Result<()> {
+        self.client.do_transfer(&mut self.exchange, &mut self.areas)?;
+        answer(&mut self.areas);
+        Ok(())
     }
 }
 

@@ -5,6 +5,7 @@ use clap::Args;
 
 use crate::child::{self, Server};
 use crate::clients::{Client as _, Direct, Load, Raw, Waiting};
+use crate::ftrobopy::Ftrobopy;
 use crate::place::{stay_on, Place};
 use crate::report::{Report, Table};
 use crate::stats::Sorted;
@@ -96,7 +97,32 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         }
     }
     raw.flush()?;
-    report.table("cycle", &table)
+    report.table("cycle", &table)?;
+    beside_ftrobopy(report)
+}
+
+/// ftrobopy does not compress, unless it has an extension.
+fn beside_ftrobopy(report: &Report) -> Result<()> {
+    let Some(ftrobopy) = Ftrobopy::find(report)? else { return Ok(()) };
+    let load = Load { simple: true, ..Load::IDLE };
+    let mut table =
+        Table::new(["master alone, not compressed, placed by the system", "µs per cycle"]);
+    let mut theirs = Vec::new();
+    let mut ours = Vec::new();
+    for _ in 0..report.times(3, 1) {
+        ours.extend(rounds(report, Place::Free, load)?);
+        let mut peer = vec!["peer".to_owned()];
+        peer.extend(load.arguments());
+        let mut peer = Server::start(&peer)?;
+        let time = ftrobopy.run("cycles", peer.number()?, report.times(5000, 200))?;
+        theirs.push(time.trim().parse::<f64>()? / 1000.0);
+    }
+    for (which, name) in ["ping-pong", "`do_transfer`", "`wait_cycle`"].into_iter().enumerate() {
+        let times = Sorted::of(ours.iter().map(|round| round[which]));
+        table.row([name.to_owned(), times.with_spread(1)]);
+    }
+    table.row(["ftrobopy".to_owned(), Sorted::of(theirs).with_spread(0)]);
+    report.table("cycle_ftrobopy", &table)
 }
 
 fn rounds(report: &Report, place: Place, load: Load) -> Result<Vec<Round>> {

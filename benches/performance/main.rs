@@ -10,10 +10,18 @@
 
 mod child;
 mod clients;
+mod cost;
 mod cycle;
+mod examiner;
+mod ftrobopy;
 mod peer;
 mod place;
+mod plot;
+mod process;
+mod programs;
+mod reaction;
 mod report;
+mod scale;
 mod stats;
 
 use std::time::Instant;
@@ -46,6 +54,20 @@ enum Role {
     Peer(peer::Peer),
     #[command(hide = true)]
     CycleClient(cycle::Client),
+    #[command(hide = true)]
+    Examiner(examiner::Examiner),
+    #[command(hide = true)]
+    Program(programs::Program),
+    #[command(hide = true)]
+    Busy,
+    #[command(hide = true)]
+    Cycles(cost::Cycles),
+    #[command(hide = true)]
+    Memory(cost::Memory),
+    #[command(hide = true)]
+    Simulated(scale::Simulated),
+    #[command(hide = true)]
+    Handlers(scale::Handlers),
 }
 
 /// A part of the document.
@@ -55,7 +77,12 @@ struct Part {
     measure: fn(&Report) -> Result<()>,
 }
 
-const PARTS: [Part; 1] = [Part { name: "cycle", measure: cycle::measure }];
+const PARTS: [Part; 4] = [
+    Part { name: "cycle", measure: cycle::measure },
+    Part { name: "cost", measure: cost::measure },
+    Part { name: "reaction", measure: reaction::measure },
+    Part { name: "scale", measure: scale::measure },
+];
 
 fn part_named(name: &str) -> Result<Part, String> {
     PARTS
@@ -69,6 +96,13 @@ fn main() -> Result<()> {
     match &options.role {
         Some(Role::Peer(peer)) => return peer.serve(),
         Some(Role::CycleClient(client)) => return client.run(),
+        Some(Role::Examiner(examiner)) => return examiner.serve(),
+        Some(Role::Program(program)) => return program.run(),
+        Some(Role::Simulated(simulated)) => return simulated.serve(),
+        Some(Role::Handlers(handlers)) => return handlers.run(),
+        Some(Role::Cycles(cycles)) => return cycles.run(),
+        Some(Role::Memory(memory)) => return memory.run(),
+        Some(Role::Busy) => return programs::be_busy(),
         None => {}
     }
     // `cargo test --benches` only asks whether it compiles.

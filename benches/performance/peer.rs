@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use anyhow::{bail, Context, Result};
+use anyhow::{bail, ensure, Context, Result};
 use clap::Args;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
@@ -31,8 +31,7 @@ pub(crate) struct Peer {
 impl Peer {
     pub(crate) fn serve(&self) -> Result<()> {
         stay_on(self.core)?;
-        let listener = TcpListener::bind("127.0.0.1:0")?;
-        println!("{}", listener.local_addr()?.port());
+        let (listener, _i2c) = listen()?;
         let canned = Canned::new(&self.load)?;
         let pace = Duration::from_micros(self.pace);
         thread::scope(|scope| loop {
@@ -41,6 +40,19 @@ impl Peer {
             // A client may leave at any time.
             scope.spawn(move || Connection::new(stream, canned, pace).and_then(Connection::serve));
         })
+    }
+}
+
+/// Listens, and prints the port. ftrobopy also wants the port for I2C.
+pub(crate) fn listen() -> Result<(TcpListener, TcpListener)> {
+    loop {
+        let listener = TcpListener::bind("127.0.0.1:0")?;
+        let port = listener.local_addr()?.port();
+        // Another program may have that one.
+        if let Ok(i2c) = TcpListener::bind(("127.0.0.1", port.saturating_add(2))) {
+            println!("{port}");
+            return Ok((listener, i2c));
+        }
     }
 }
 
@@ -63,12 +75,16 @@ impl Canned {
                 compressed_response(&mut compressor, load.areas, changed, response)?;
             }
         }
-        let mut status = Vec::new();
-        let version = FirmwareVersion::new(4, 6, 6);
-        QueryStatusResponse { device_name: *b"Canned\0\0\0\0\0\0\0\0\0\0", version }
-            .emit(&mut status);
-        Ok(Self { exchanges, status })
+        Ok(Self { exchanges, status: status_response() })
     }
+}
+
+/// The answer to QueryStatus.
+pub(crate) fn status_response() -> Vec<u8> {
+    let mut status = Vec::new();
+    let version = FirmwareVersion::new(4, 6, 6);
+    QueryStatusResponse { device_name: *b"Canned\0\0\0\0\0\0\0\0\0\0", version }.emit(&mut status);
+    status
 }
 
 /// The value of all words of a response.
@@ -113,7 +129,7 @@ struct Connection<'a> {
     stream: TcpStream,
     canned: &'a Canned,
     pace: Duration,
-    buffer: Box<[u8; 8192]>,
+    incoming: Incoming,
     exchanges: usize,
     last: Instant,
 }
@@ -121,27 +137,24 @@ struct Connection<'a> {
 impl<'a> Connection<'a> {
     fn new(stream: TcpStream, canned: &'a Canned, pace: Duration) -> Result<Self> {
         stream.set_nodelay(true)?;
-        let last = Instant::now();
-        Ok(Self { stream, canned, pace, buffer: Box::new([0; 8192]), exchanges: 0, last })
+        let (incoming, last) = (Incoming::default(), Instant::now());
+        Ok(Self { stream, canned, pace, incoming, exchanges: 0, last })
     }
 
     fn serve(mut self) -> Result<()> {
         let Canned { exchanges, status } = self.canned;
         loop {
-            let id = self.read_command()?;
-            let Some(command) = CommandId::from_id(id) else {
-                return self.serve_raw();
-            };
-            match command {
-                CommandId::QueryStatus => self.stream.write_all(status)?,
-                CommandId::ExchangeData | CommandId::ExchangeDataCmpr => {
-                    thread::sleep(self.pace.saturating_sub(self.last.elapsed()));
-                    self.last = Instant::now();
+            let (id, _) = self.incoming.read_command(&mut self.stream)?;
+            match CommandId::from_id(id) {
+                None => return self.serve_raw(),
+                Some(CommandId::QueryStatus) => self.stream.write_all(status)?,
+                Some(CommandId::ExchangeData | CommandId::ExchangeDataCmpr) => {
+                    self.keep_pace();
                     let turn = self.exchanges;
                     self.stream.write_all(&exchanges[turn])?;
                     self.exchanges = if turn == 2 { 1 } else { turn + 1 };
                 }
-                other => {
+                Some(other) => {
                     self.exchanges = 0;
                     let mut answer = Vec::new();
                     other.response().emit(&mut answer);
@@ -151,39 +164,60 @@ impl<'a> Connection<'a> {
         }
     }
 
-    /// Reads one whole command; returns its id.
-    fn read_command(&mut self) -> Result<u32> {
-        let mut read = 0;
-        loop {
-            let count = self.stream.read(&mut self.buffer[read..])?;
-            if count == 0 {
-                bail!("the client has left");
-            }
-            read += count;
-            if let Some((id, size)) = command_size(&self.buffer[..read])? {
-                if read >= size {
-                    return Ok(id);
-                }
-            }
+    fn keep_pace(&mut self) {
+        if self.pace.is_zero() {
+            return;
         }
+        thread::sleep(self.pace.saturating_sub(self.last.elapsed()));
+        self.last = Instant::now();
     }
 
     /// Sends packets of the same sizes back and forth, without a look at them.
     fn serve_raw(mut self) -> Result<()> {
         let response = &self.canned.exchanges[1];
-        let (_, sizes) = self.buffer.split_at(ID_LEN);
-        let request = u32_at(sizes)? as usize;
+        let request = u32_at(&self.incoming.bytes()[ID_LEN..])? as usize;
         self.stream.write_all(&u32::try_from(response.len())?.to_le_bytes())?;
         loop {
-            let mut read = 0;
-            while read < request {
-                let count = self.stream.read(&mut self.buffer[read..])?;
-                if count == 0 {
-                    return Ok(());
-                }
-                read += count;
-            }
+            self.incoming
+                .fill(&mut self.stream, |read| Ok((read.len() >= request).then_some(())))?;
             self.stream.write_all(response)?;
+        }
+    }
+}
+
+/// The bytes of a command.
+pub(crate) struct Incoming(Box<[u8; 8192]>);
+
+impl Default for Incoming {
+    fn default() -> Self {
+        Self(Box::new([0; 8192]))
+    }
+}
+
+impl Incoming {
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.0[..]
+    }
+
+    /// Reads one whole command; returns its id and its size.
+    pub(crate) fn read_command(&mut self, stream: &mut TcpStream) -> Result<(u32, usize)> {
+        self.fill(stream, |read| Ok(command_size(read)?.filter(|(_, size)| read.len() >= *size)))
+    }
+
+    /// Reads until what has been read is enough for a result.
+    fn fill<T>(
+        &mut self,
+        stream: &mut TcpStream,
+        enough: impl Fn(&[u8]) -> Result<Option<T>>,
+    ) -> Result<T> {
+        let mut read = 0;
+        loop {
+            let count = stream.read(&mut self.0[read..])?;
+            ensure!(count > 0, "the client has left");
+            read += count;
+            if let Some(result) = enough(&self.0[..read])? {
+                return Ok(result);
+            }
         }
     }
 }

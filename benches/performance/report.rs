@@ -43,6 +43,11 @@ impl Report {
         }
     }
 
+    /// The folder for what is made on the way.
+    pub(crate) fn raw_folder(&self) -> &Path {
+        &self.raw
+    }
+
     /// A file for the results of each single measurement.
     pub(crate) fn raw(&self, name: &str, header: &[&str]) -> Result<csv::Writer<fs::File>> {
         let mut writer = csv::Writer::from_path(self.raw.join(format!("{name}.csv")))?;
