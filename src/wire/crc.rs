@@ -18,12 +18,12 @@ pub fn crc_of_words(words: &[u16]) -> u32 {
     // Hashing in pieces keeps the buffer on the stack and lets crc32fast work on many bytes.
     const PIECE: usize = 64;
     let mut hasher = Hasher::new();
-    let mut bytes = [0; 2 * PIECE];
+    let mut bytes = [[0; 2]; PIECE];
     for piece in words.chunks(PIECE) {
-        for (pair, word) in bytes.chunks_exact_mut(2).zip(piece) {
-            pair.copy_from_slice(&word.to_be_bytes().map(u8::reverse_bits));
+        for (pair, word) in bytes.iter_mut().zip(piece) {
+            *pair = word.reverse_bits().to_le_bytes();
         }
-        hasher.update(&bytes[..2 * piece.len()]);
+        hasher.update(bytes[..piece.len()].as_flattened());
     }
     (!hasher.finalize()).reverse_bits()
 }
