@@ -160,7 +160,7 @@ fn change(words: &mut [u16], random: &mut Random) {
 #[test]
 fn words_of_all_kinds_are_compressed_and_expanded_as_defined() {
     let mut random = Random(1);
-    for round in 0..200 {
+    for round in 0..800 {
         let mut compressor = Compressor::new();
         let mut expander = Expander::new();
         let mut state = vec![0; 9 * 52];
@@ -206,7 +206,7 @@ fn runs_of_all_lengths_are_compressed_and_expanded_as_defined() {
 #[test]
 fn random_bytes_are_expanded_as_defined() {
     let mut random = Random(2);
-    for _ in 0..5000 {
+    for _ in 0..20_000 {
         let previous: Vec<u16> = (0..random.below(200)).map(|_| random.word()).collect();
         let mut data: Vec<u8> = (0..random.below(50)).map(|_| random.word() as u8).collect();
         // More runs than there are in random bytes.
