@@ -70,7 +70,7 @@ impl Inputs {
         self.alive = active_extensions;
         let takes_part = |area: &usize| *area == 0 || active_extensions & 1 << (area - 1) != 0;
         let indices = (0..=u16::BITS as usize).filter(takes_part);
-        for (index, words) in indices.zip(words.chunks_exact(words_per_area)) {
+        for (words, index) in words.chunks_exact(words_per_area).zip(indices) {
             // The mask has bits for more extensions than there can be areas.
             if let Some(area) = self.areas.get_mut(index) {
                 *area = AreaInputs::from_words(words);

@@ -1,6 +1,6 @@
 //! The outputs of an area, as they are sent.
 
-use std::{array, mem};
+use std::mem;
 
 use crate::terminals::Output;
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
@@ -18,9 +18,9 @@ impl Outputs {
     /// The output part of the area with this index (0 the master).
     pub(super) fn of(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
         let duty = area.output.duty.map(|duty| duty.clamp(0, DUTY_MAX));
-        let is_out = array::from_fn(|output| duty[output] != area.output.duty[output]);
-        if is_out != self.out_of_range[index] {
-            self.warn(index, &area.output.duty, is_out);
+        // Nearly always all duties are in range, and were before.
+        if duty != area.output.duty || self.out_of_range[index] != [false; IZ_PWM_CHAN] {
+            self.warn(index, &area.output.duty, &duty);
         }
         ExchangeData {
             duty,
@@ -35,11 +35,12 @@ impl Outputs {
     }
 
     /// Remembers which duties are out of range, and warns of those that were not before.
-    fn warn(&mut self, index: usize, duty: &[i16; IZ_PWM_CHAN], is_out: [bool; IZ_PWM_CHAN]) {
-        let was_out = mem::replace(&mut self.out_of_range[index], is_out);
-        for (output, duty) in Output::ALL.into_iter().zip(duty) {
-            if is_out[output.index()] && !was_out[output.index()] {
-                let sent = duty.clamp(&0, &DUTY_MAX);
+    fn warn(&mut self, index: usize, duties: &[i16; IZ_PWM_CHAN], sent: &[i16; IZ_PWM_CHAN]) {
+        for output in Output::ALL {
+            let (duty, sent) = (duties[output.index()], sent[output.index()]);
+            let is_out = sent != duty;
+            let was_out = mem::replace(&mut self.out_of_range[index][output.index()], is_out);
+            if is_out && !was_out {
                 log::warn!(
                     "{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
                 );
