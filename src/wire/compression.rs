@@ -121,7 +121,6 @@ impl BitWriter<'_> {
 }
 
 /// The code for a run of at least one unchanged word and at most [`LONGEST_RUN`], and its number of bits.
-#[inline(never)]
 fn run_code(run: usize) -> (u32, u32) {
     if run == 1 {
         return (code::UNCHANGED, 2);
