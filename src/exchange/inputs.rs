@@ -70,10 +70,10 @@ impl Inputs {
         self.alive = active_extensions;
         let takes_part = |area: &usize| *area == 0 || active_extensions & 1 << (area - 1) != 0;
         let indices = (0..=u16::BITS as usize).filter(takes_part);
-        for (index, words) in indices.zip(words.chunks_exact(words_per_area)) {
+        for (words, index) in words.chunks_exact(words_per_area).zip(indices) {
             // The mask has bits for more extensions than there can be areas.
             if let Some(area) = self.areas.get_mut(index) {
-                *area = Some(AreaInputs::from_words(words));
+                *area = AreaInputs::from_words(words);
             }
         }
     }
@@ -98,26 +98,10 @@ pub(crate) fn apply_report(
 
 impl AreaInputs {
     /// Reads one area's part of a compressed response, 50 or 52 words.
-    fn from_words(words: &[u16]) -> Self {
-        let mut words = words.iter().copied();
-        let mut next = || words.next().unwrap_or_default();
-        let mut data = ExchangeDataResponse::default();
-        data.uni.fill_with(|| next() as i16);
-        data.counter_input.fill_with(|| next() as i16);
-        data.counter.fill_with(|| next() as i16);
-        data.counter_reset_id.fill_with(&mut next);
-        data.motor_command_id.fill_with(&mut next);
-        data.sound_command_id = next();
-        data.ir.fill_with(|| IrRemote {
-            left_x: next() as i8,
-            left_y: next() as i8,
-            right_x: next() as i8,
-            right_y: next() as i8,
-            bits: next() as u8,
-        });
-        let microphone =
-            (words.len() == 2).then(|| std::array::from_fn(|_| words.next().unwrap_or_default()));
-        Self { data, microphone }
+    fn from_words(words: &[u16]) -> Option<Self> {
+        let (data, rest) = words.split_first_chunk()?;
+        let data = ExchangeDataResponse::from_words(data);
+        Some(Self { data, microphone: rest.first_chunk().copied() })
     }
 
     fn apply(&self, area: &mut FishX1Transfer) {
@@ -140,7 +124,9 @@ impl AreaInputs {
             }
         }
         area.txt_inputs.sound_cmd_id = self.data.sound_command_id;
-        area.txt_inputs.ir_input = self.data.ir.map(ir_input);
+        for (input, &remote) in area.txt_inputs.ir_input.iter_mut().zip(&self.data.ir) {
+            *input = ir_input(remote);
+        }
         if let Some([lin, log]) = self.microphone {
             area.txt_inputs2.mic_lin = lin;
             area.txt_inputs2.mic_log = log;
@@ -155,10 +141,13 @@ fn note_done(remembered: &mut u16, done: u16) -> bool {
 
 /// A remote as the transfer area has it: with both halves of each axis after its value.
 fn ir_input(remote: IrRemote) -> IrInput {
+    // Most remotes are at rest.
+    if remote == IrRemote::default() {
+        return IrInput::default();
+    }
     let axis = |value: i8| {
-        let magnitude = u16::from(value.unsigned_abs());
-        let (negative, positive) = if value < 0 { (magnitude, 0) } else { (0, magnitude) };
-        (i16::from(value), negative, positive)
+        let value = i16::from(value);
+        (value, (-value).max(0) as u16, value.max(0) as u16)
     };
     let bit = |index: u8| u16::from(remote.bits >> index & 1);
     let (joy_left_x, joy_left_x_to_left, joy_left_x_to_right) = axis(remote.left_x);

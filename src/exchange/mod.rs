@@ -30,12 +30,10 @@ pub enum TransferMode {
     Simple,
 }
 
-/// Words per area in a compressed request.
-const REQUEST_WORDS: usize = 27;
 /// The most compressed bytes of a request: 18 bits for each word.
-const MAX_REQUEST_DATA: usize = (MAX_AREAS * REQUEST_WORDS * 18).div_ceil(8);
+const MAX_REQUEST_DATA: usize = (MAX_AREAS * ExchangeData::WORDS * 18).div_ceil(8);
 /// Words per area in a compressed response of firmware before 4.2.4.
-const RESPONSE_WORDS: usize = 50;
+const RESPONSE_WORDS: usize = ExchangeDataResponse::WORDS;
 /// Words per area in a compressed response from firmware 4.2.4 on, with the microphone.
 const RESPONSE_WORDS_WITH_MICROPHONE: usize = 52;
 
@@ -105,7 +103,7 @@ impl Exchange {
             sent_configs: [None; MAX_AREAS],
             outputs: Outputs::default(),
             inputs: Inputs::default(),
-            words: Vec::with_capacity(MAX_AREAS * RESPONSE_WORDS_WITH_MICROPHONE),
+            words: Vec::with_capacity(MAX_AREAS * ExchangeData::WORDS),
             data: Vec::with_capacity(MAX_REQUEST_DATA),
         }
     }
@@ -170,7 +168,7 @@ impl Exchange {
         let active = 1 | u32::from(active_extensions) << 1;
         for (index, area) in areas.iter().enumerate() {
             if active & 1 << index != 0 {
-                push_outputs(&mut self.words, &self.outputs.of(index, area));
+                self.words.extend_from_slice(&self.outputs.of(index, area).words());
             }
         }
         self.data.clear();
@@ -207,33 +205,23 @@ impl Exchange {
                 found: response.len(),
             });
         }
-        let areas = 1 + header.active_extensions.count_ones() as usize;
-        self.expand(data, areas, header.crc)?;
-        self.inputs.take_compressed(header.active_extensions, &self.words, self.word_count);
-        Ok(())
-    }
-
-    /// Expands a response into `self.words`. Tries both numbers of words per area until one of them has
-    /// been right.
-    fn expand(&mut self, data: &[u8], areas: usize, crc: u32) -> Result<(), Error> {
-        let other = self.other_word_count;
-        self.expand_with(self.word_count, data, areas, crc).or_else(|error| match other {
+        self.take_in(self.word_count, data, &header).or_else(|error| match self.other_word_count {
             // The error for the number by the firmware's version is the better message.
-            Some(count) => self.expand_with(count, data, areas, crc).map_err(|_| error),
+            Some(other) => self.take_in(other, data, &header).map_err(|_| error),
             None => Err(error),
         })
     }
 
-    fn expand_with(
+    /// Takes in a response if it has this number of words per area; then all later ones must have it.
+    fn take_in(
         &mut self,
         word_count: usize,
         data: &[u8],
-        areas: usize,
-        crc: u32,
+        header: &CmprHeader,
     ) -> Result<(), Error> {
-        let words = self.expander.expand(data, word_count * areas, crc)?;
-        self.words.clear();
-        self.words.extend_from_slice(words);
+        let areas = 1 + header.active_extensions.count_ones() as usize;
+        let words = self.expander.expand(data, word_count * areas, header.crc)?;
+        self.inputs.take_compressed(header.active_extensions, words, word_count);
         self.word_count = word_count;
         self.other_word_count = None;
         Ok(())
@@ -258,16 +246,6 @@ pub(crate) fn check_area_count(given: usize) -> Result<(), Error> {
     } else {
         Err(Error::AreaCount { given })
     }
-}
-
-/// Appends one area's part of a compressed request, 27 words.
-fn push_outputs(words: &mut Vec<u16>, outputs: &ExchangeData) {
-    words.extend(outputs.duty.map(|duty| duty as u16));
-    words.extend(outputs.master.map(|master| master as u16));
-    words.extend(outputs.distance);
-    words.extend(outputs.motor_command_id);
-    words.extend(outputs.counter_reset_id);
-    words.extend([outputs.sound_command_id, outputs.sound_index, outputs.sound_repeat]);
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! The outputs of an area, as they are sent.
 
+use std::mem;
+
 use crate::terminals::Output;
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
 use crate::wire::ExchangeData;
@@ -15,9 +17,10 @@ pub(super) struct Outputs {
 impl Outputs {
     /// The output part of the area with this index (0 the master).
     pub(super) fn of(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
-        let mut duty = area.output.duty;
-        for (output, duty) in Output::ALL.into_iter().zip(&mut duty) {
-            *duty = self.in_range(index, output, *duty);
+        let duty = area.output.duty.map(|duty| duty.clamp(0, DUTY_MAX));
+        // Nearly always all duties are in range, and were before.
+        if duty != area.output.duty || self.out_of_range[index] != [false; IZ_PWM_CHAN] {
+            self.warn(index, &area.output.duty, &duty);
         }
         ExchangeData {
             duty,
@@ -31,17 +34,18 @@ impl Outputs {
         }
     }
 
-    /// The duty that is sent for this one.
-    fn in_range(&mut self, index: usize, output: Output, duty: i16) -> i16 {
-        let sent = duty.clamp(0, DUTY_MAX);
-        let is_out = sent != duty;
-        let was_out = std::mem::replace(&mut self.out_of_range[index][output.index()], is_out);
-        if is_out && !was_out {
-            log::warn!(
-                "{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
-            );
+    /// Remembers which duties are out of range, and warns of those that were not before.
+    fn warn(&mut self, index: usize, duties: &[i16; IZ_PWM_CHAN], sent: &[i16; IZ_PWM_CHAN]) {
+        for output in Output::ALL {
+            let (duty, sent) = (duties[output.index()], sent[output.index()]);
+            let is_out = sent != duty;
+            let was_out = mem::replace(&mut self.out_of_range[index][output.index()], is_out);
+            if is_out && !was_out {
+                log::warn!(
+                    "{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
+                );
+            }
         }
-        sent
     }
 }
 

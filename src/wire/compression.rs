@@ -4,6 +4,8 @@
 //! kept by their position in the sequence; both sides start with zeros. Codes are written into bytes
 //! from the lowest bit up; [`guide::protocol`](crate::guide::protocol) has the table.
 
+use std::mem;
+
 use super::crc_of_words;
 use crate::error::Error;
 
@@ -42,27 +44,37 @@ impl Compressor {
         if self.previous.len() < words.len() {
             self.previous.resize(words.len(), 0);
         }
+        let previous = &mut self.previous[..words.len()];
         let mut bits = BitWriter { out, pending: 0, count: 0 };
-        let mut run = 0;
-        for (previous, &word) in self.previous.iter_mut().zip(words) {
-            if word == *previous {
-                run += 1;
+        let mut done = 0;
+        while done < words.len() {
+            let (before, word) = (previous[done], words[done]);
+            if word == before {
+                let run = equal_at_start(&previous[done..], &words[done..]);
+                bits.put_run(run);
+                done += run;
                 continue;
             }
-            bits.put_run(run);
-            run = 0;
-            if word == toggled(*previous) {
+            if word == toggled(before) {
                 bits.put(code::TOGGLE, 2);
             } else {
-                bits.put(code::WORD, 2);
-                bits.put(u32::from(word), 16);
+                bits.put(code::WORD | u32::from(word) << 2, 18);
             }
-            *previous = word;
+            previous[done] = word;
+            done += 1;
         }
-        bits.put_run(run);
         bits.finish();
         crc_of_words(words)
     }
+}
+
+/// How many words at the start of both are equal.
+fn equal_at_start(left: &[u16], right: &[u16]) -> usize {
+    const BLOCK: usize = 8;
+    let blocks = left.chunks_exact(BLOCK).zip(right.chunks_exact(BLOCK));
+    let done = BLOCK * blocks.take_while(|(left, right)| left == right).count();
+    let words = left[done..].iter().zip(&right[done..]);
+    done + words.take_while(|(left, right)| left == right).count()
 }
 
 /// The word that the toggle code makes of the previous one.
@@ -70,58 +82,61 @@ fn toggled(previous: u16) -> u16 {
     u16::from(previous == 0)
 }
 
+/// Writes bits, and gives away eight bytes at a time.
 struct BitWriter<'a> {
     out: &'a mut Vec<u8>,
-    pending: u32,
+    pending: u64,
+    /// How many bits of `pending` count, less than 64.
     count: u32,
 }
 
 impl BitWriter<'_> {
-    /// Writes the lowest `count` bits of `value`, at most 16.
+    /// Writes the lowest `count` bits of `value`, at most 32. Its other bits are 0.
     fn put(&mut self, value: u32, count: u32) {
+        let value = u64::from(value);
         self.pending |= value << self.count;
-        self.count += count;
-        while self.count >= 8 {
-            self.out.push(self.pending as u8);
-            self.pending >>= 8;
-            self.count -= 8;
+        let sum = self.count + count;
+        if sum >= 64 {
+            self.out.extend_from_slice(&self.pending.to_le_bytes());
+            // What had no room.
+            self.pending = value >> (64 - self.count);
         }
+        self.count = sum % 64;
     }
 
     /// Writes a run of unchanged words.
     fn put_run(&mut self, mut run: usize) {
-        while run > LONGEST_RUN {
-            self.put_short_run(LONGEST_RUN);
-            run -= LONGEST_RUN;
-        }
-        self.put_short_run(run);
-    }
-
-    fn put_short_run(&mut self, run: usize) {
-        match run {
-            0 => {}
-            1 => self.put(code::UNCHANGED, 2),
-            _ => {
-                self.put(code::RUN, 2);
-                for (bits, base) in RUN_STEPS {
-                    let escape = (1 << bits) - 1;
-                    // At most LONGEST_RUN, so the last step always holds it.
-                    let number = (run - base) as u32;
-                    if number < escape {
-                        self.put(number, bits);
-                        break;
-                    }
-                    self.put(escape, bits);
-                }
-            }
+        while run > 0 {
+            let part = run.min(LONGEST_RUN);
+            let (value, count) = run_code(part);
+            self.put(value, count);
+            run -= part;
         }
     }
 
     fn finish(self) {
-        if self.count > 0 {
-            self.out.push(self.pending as u8);
+        let bytes = self.pending.to_le_bytes();
+        self.out.extend_from_slice(&bytes[..self.count.div_ceil(8) as usize]);
+    }
+}
+
+/// The code for a run of at least one unchanged word and at most [`LONGEST_RUN`], and its number of bits.
+fn run_code(run: usize) -> (u32, u32) {
+    if run == 1 {
+        return (code::UNCHANGED, 2);
+    }
+    let mut value = code::RUN;
+    let mut count = 2;
+    for (bits, base) in RUN_STEPS {
+        let escape = (1 << bits) - 1;
+        let number = (run - base).min(escape);
+        value |= (number as u32) << count;
+        count += bits;
+        if number < escape {
+            break;
         }
     }
+    (value, count)
 }
 
 /// Expands the words of the other side. Keeps those of its previous packet.
@@ -152,17 +167,24 @@ impl Expander {
         if self.previous.len() < count {
             self.previous.resize(count, 0);
         }
+        // Unchanged words stay as they are here.
         self.words.clear();
-        let mut bits = BitReader { data, position: 0 };
-        while self.words.len() < count {
-            let done = self.words.len();
-            let previous = &self.previous[done..count];
-            match bits.next_code(previous[0]) {
+        self.words.extend_from_slice(&self.previous[..count]);
+        let words = &mut self.words[..];
+        let mut bits = BitReader { data, pending: 0, count: 0 };
+        let mut done = 0;
+        while done < words.len() {
+            match bits.next_code() {
                 // The checksum is enough to find a run that is too long.
-                Some(Code::Run(run)) => {
-                    self.words.extend_from_slice(&previous[..run.min(previous.len())]);
+                Some(Code::Run(run)) => done += run,
+                Some(Code::Toggle) => {
+                    words[done] = toggled(words[done]);
+                    done += 1;
                 }
-                Some(Code::Word(word)) => self.words.push(word),
+                Some(Code::Word(word)) => {
+                    words[done] = word;
+                    done += 1;
+                }
                 None => return Err(Error::DataEndsEarly { expected: count, found: done }),
             }
         }
@@ -178,35 +200,56 @@ impl Expander {
 enum Code {
     /// This number of unchanged words.
     Run(usize),
+    /// The word that [`toggled`] makes of the previous one.
+    Toggle,
     /// This word.
     Word(u16),
 }
 
+/// Reads bits, and takes in four bytes at a time.
 struct BitReader<'a> {
+    /// What is not yet in `pending`.
     data: &'a [u8],
-    /// In bits.
-    position: usize,
+    pending: u64,
+    /// How many bits of `pending` count.
+    count: u32,
 }
 
 impl BitReader<'_> {
-    /// Reads `count` bits, at most 16; `None` when there are fewer.
-    fn take(&mut self, count: u32) -> Option<u32> {
-        let byte = self.position / 8;
-        let shift = self.position % 8;
-        let end = (shift + count as usize).div_ceil(8);
-        let bytes = self.data.get(byte..byte + end)?;
-        let value = bytes.iter().rev().fold(0, |value, &byte| value << 8 | u32::from(byte));
-        self.position += count as usize;
-        Some(value >> shift & ((1 << count) - 1))
-    }
-
-    fn next_code(&mut self, previous: u16) -> Option<Code> {
+    /// Reads the next code; `None` when the data ends before it does.
+    fn next_code(&mut self) -> Option<Code> {
+        // The longest code has 32 bits.
+        if self.count < 32 {
+            self.load();
+        }
         Some(match self.take(2)? {
             code::UNCHANGED => Code::Run(1),
             code::RUN => Code::Run(self.take_run()?),
-            code::TOGGLE => Code::Word(toggled(previous)),
+            code::TOGGLE => Code::Toggle,
             _ => Code::Word(self.take(16)? as u16),
         })
+    }
+
+    /// Makes `pending` 32 bits longer, or by what there is.
+    fn load(&mut self) {
+        let mut append = |bits: u32, count| {
+            self.pending |= u64::from(bits) << self.count;
+            self.count += count;
+        };
+        if let Some((bytes, rest)) = self.data.split_first_chunk() {
+            append(u32::from_le_bytes(*bytes), 32);
+            self.data = rest;
+        } else {
+            mem::take(&mut self.data).iter().for_each(|&byte| append(byte.into(), 8));
+        }
+    }
+
+    /// Takes `count` of the pending bits, at most 16; `None` when there are fewer.
+    fn take(&mut self, count: u32) -> Option<u32> {
+        self.count = self.count.checked_sub(count)?;
+        let value = self.pending as u32 & ((1 << count) - 1);
+        self.pending >>= count;
+        Some(value)
     }
 
     fn take_run(&mut self) -> Option<usize> {
@@ -222,73 +265,4 @@ impl BitReader<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn compress(words: &[u16]) -> (Vec<u8>, u32) {
-        let mut data = Vec::new();
-        let crc = Compressor::new().compress(words, &mut data);
-        (data, crc)
-    }
-
-    #[test]
-    fn a_word_an_unchanged_one_and_a_word() {
-        let (data, crc) = compress(&[4660, 0, 43981]);
-        assert_eq!(data, [0xD3, 0x48, 0x70, 0xF3, 0x2A]);
-        assert_eq!(crc, 0x2CE3_04E0);
-    }
-
-    #[test]
-    fn a_run_longer_than_4370_is_split_there() {
-        // 01 11 1111 11111111 and 16 bits for 4370 = 275 + 4095, then 00 for the last word.
-        let (data, _) = compress(&[0; 4371]);
-        assert_eq!(data, [0xFD, 0xFF, 0xFF, 0x0F, 0x00]);
-        let (data, crc) = compress(&[0; 9000]);
-        assert_eq!(Expander::new().expand(&data, 9000, crc).unwrap(), [0; 9000]);
-    }
-
-    #[test]
-    fn words_beyond_a_shorter_packet_keep_their_place() {
-        let mut compressor = Compressor::new();
-        let mut expander = Expander::new();
-        for words in [&[7, 8, 9][..], &[1], &[1, 8, 9]] {
-            let mut data = Vec::new();
-            let crc = compressor.compress(words, &mut data);
-            assert_eq!(expander.expand(&data, words.len(), crc).unwrap(), words);
-        }
-        let mut data = Vec::new();
-        compressor.compress(&[1, 8, 9], &mut data);
-        assert_eq!(data.len(), 1, "one run of three");
-    }
-
-    #[test]
-    fn an_error_leaves_the_expander_as_it_was() {
-        let mut expander = Expander::new();
-        let (data, crc) = compress(&[5, 6, 7]);
-        assert_eq!(
-            expander.expand(&data[..4], 3, crc),
-            Err(Error::DataEndsEarly { expected: 3, found: 1 })
-        );
-        assert_eq!(
-            expander.expand(&data, 3, crc ^ 1),
-            Err(Error::WrongCrc { announced: crc ^ 1, computed: crc })
-        );
-        let (unchanged, crc) = compress(&[0; 3]);
-        assert_eq!(expander.expand(&unchanged, 3, crc).unwrap(), [0; 3]);
-    }
-
-    #[test]
-    fn random_bytes_expand_or_err() {
-        let mut state = 0x2545_F491_u32;
-        let mut data = [0; 64];
-        for round in 0..10_000 {
-            for byte in &mut data {
-                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-                *byte = (state >> 24) as u8;
-            }
-            let mut expander = Expander::new();
-            let result = expander.expand(&data[..round % 65], round % 470, 0);
-            assert!(matches!(result, Err(Error::DataEndsEarly { .. } | Error::WrongCrc { .. })));
-        }
-    }
-}
+mod tests;

@@ -16,14 +16,14 @@ use crc32fast::Hasher;
 #[doc(alias = "GetCrc")]
 pub fn crc_of_words(words: &[u16]) -> u32 {
     // Hashing in pieces keeps the buffer on the stack and lets crc32fast work on many bytes.
-    const PIECE: usize = 64;
+    const PIECE: usize = 128;
     let mut hasher = Hasher::new();
-    let mut bytes = [0; 2 * PIECE];
+    let mut bytes = [[0; 2]; PIECE];
     for piece in words.chunks(PIECE) {
-        for (pair, word) in bytes.chunks_exact_mut(2).zip(piece) {
-            pair.copy_from_slice(&word.to_be_bytes().map(u8::reverse_bits));
+        for (pair, word) in bytes.iter_mut().zip(piece) {
+            *pair = word.reverse_bits().to_le_bytes();
         }
-        hasher.update(&bytes[..2 * piece.len()]);
+        hasher.update(bytes[..piece.len()].as_flattened());
     }
     (!hasher.finalize()).reverse_bits()
 }
@@ -32,19 +32,31 @@ pub fn crc_of_words(words: &[u16]) -> u32 {
 mod tests {
     use super::*;
 
-    #[test]
-    fn the_high_byte_of_a_word_comes_first() {
-        let words = [0x3132, 0x3334, 0x3536, 0x3738];
-        // The definition, bit by bit.
+    /// The definition, bit by bit.
+    fn defined(words: &[u16]) -> u32 {
         let mut register = 0xFFFF_FFFF_u32;
-        for byte in words.iter().flat_map(|word: &u16| word.to_be_bytes()) {
+        for byte in words.iter().flat_map(|word| word.to_be_bytes()) {
             register ^= u32::from(byte) << 24;
             for _ in 0..8 {
                 let carry = register & 0x8000_0000 != 0;
                 register = (register << 1) ^ if carry { 0x04C1_1DB7 } else { 0 };
             }
         }
-        assert_eq!(crc_of_words(&words), register);
+        register
+    }
+
+    #[test]
+    fn the_high_byte_of_a_word_comes_first() {
+        assert_eq!(crc_of_words(&[0x3132, 0x3334]), defined(&[0x3132, 0x3334]));
+        assert_ne!(crc_of_words(&[0x3132, 0x3334]), crc_of_words(&[0x3231, 0x3433]));
+    }
+
+    #[test]
+    fn any_number_of_words_has_the_checksum_of_the_definition() {
+        let words: Vec<u16> = (0..600_u16).map(|i| i.wrapping_mul(40_503)).collect();
+        for count in 0..words.len() {
+            assert_eq!(crc_of_words(&words[..count]), defined(&words[..count]), "{count} words");
+        }
     }
 
     #[test]

@@ -61,6 +61,8 @@ pub struct ExchangeData {
 impl ExchangeData {
     /// Size of the packet in bytes.
     pub const LEN: usize = 60;
+    /// How many words it has in the compressed exchange.
+    pub(crate) const WORDS: usize = 27;
 
     /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
@@ -81,13 +83,20 @@ impl ExchangeData {
     /// Appends the packet to `out`.
     pub fn emit(&self, out: &mut Vec<u8>) {
         CommandId::ExchangeData.emit(out);
-        push_values(out, self.duty);
-        push_values(out, self.master);
-        push_words(out, self.distance);
-        push_words(out, self.motor_command_id);
-        push_words(out, self.counter_reset_id);
-        push_words(out, [self.sound_command_id, self.sound_index, self.sound_repeat]);
+        push_words(out, self.words());
         out.extend_from_slice(&[0; 2]);
+    }
+
+    /// The words, in the order of both exchanges.
+    pub(crate) fn words(&self) -> [u16; Self::WORDS] {
+        let mut words = [0; Self::WORDS];
+        words[..8].copy_from_slice(&self.duty.map(|duty| duty as u16));
+        words[8..12].copy_from_slice(&self.master.map(|master| master as u16));
+        words[12..16].copy_from_slice(&self.distance);
+        words[16..20].copy_from_slice(&self.motor_command_id);
+        words[20..24].copy_from_slice(&self.counter_reset_id);
+        words[24..].copy_from_slice(&[self.sound_command_id, self.sound_index, self.sound_repeat]);
+        words
     }
 }
 
@@ -142,6 +151,32 @@ pub struct ExchangeDataResponse {
 impl ExchangeDataResponse {
     /// Size of the packet in bytes.
     pub const LEN: usize = 80;
+    /// How many words it has in the compressed exchange.
+    pub(crate) const WORDS: usize = 50;
+
+    /// The inputs in these words of the compressed exchange.
+    pub(crate) fn from_words(words: &[u16; Self::WORDS]) -> Self {
+        use std::array::from_fn;
+
+        Self {
+            uni: from_fn(|i| words[i] as i16),
+            counter_input: from_fn(|i| words[8 + i] as i16),
+            counter: from_fn(|i| words[12 + i] as i16),
+            counter_reset_id: from_fn(|i| words[16 + i]),
+            motor_command_id: from_fn(|i| words[20 + i]),
+            sound_command_id: words[24],
+            ir: from_fn(|i| {
+                let axis = |axis| words[25 + 5 * i + axis] as i8;
+                IrRemote {
+                    left_x: axis(0),
+                    left_y: axis(1),
+                    right_x: axis(2),
+                    right_y: axis(3),
+                    bits: words[29 + 5 * i] as u8,
+                }
+            }),
+        }
+    }
 
     /// Reads the packet. Fails when id or size are wrong.
     pub fn parse(bytes: &[u8]) -> Result<Self, Error> {
