@@ -292,6 +292,37 @@ mod tests {
     }
 
     #[test]
+    fn an_exchange_allocates_nothing() {
+        let (mut session, mut machine) = (session(), Machine::new(1));
+        machine.start_online();
+        let (mut script, mut out): (Script, _) = (Box::new(|_| {}), Vec::new());
+        let mut compressor = Compressor::new();
+        let commands = [(); 3].map(|()| {
+            [100, 200, 300].map(|duty| {
+                let (mut data, mut command) = (Vec::new(), Vec::new());
+                let crc = compressor.compress(&[duty; 2 * COMMAND_WORDS], &mut data);
+                let extra_size = data.len() as u32;
+                let header = CmprHeader { extra_size, crc, active_extensions: 1 };
+                header.emit_command(&mut command);
+                command.extend(data);
+                command
+            })
+        });
+        let mut answer_all = |commands: &[Vec<u8>]| {
+            for command in commands {
+                out.clear();
+                session.answer(command, &mut machine, &mut script, &mut out).unwrap();
+            }
+        };
+        answer_all(&commands[0]);
+        let allocations = allocation_counter::measure(|| {
+            answer_all(&commands[1]);
+            answer_all(&commands[2]);
+        });
+        assert_eq!(allocations.count_total, 0);
+    }
+
+    #[test]
     fn commands_out_of_place_are_not_answered() {
         let (mut session, mut machine) = (session(), Machine::new(0));
         let early = answer(&mut session, &mut machine, &compressed(&[0; 27], 0));
