@@ -190,7 +190,11 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
     // So long that no guard makes the hook miss its turn, however late its thread runs on.
-    let handler = handler_for(&txt).reaction_window(DEADLINE).hook_limit(DEADLINE).build().unwrap();
+    let handler = handler_for(&txt)
+        .reaction_window(DEADLINE)
+        .hook_limit(DEADLINE)
+        .build()
+        .unwrap();
     let area = handler.transfer_area();
     let mut calls = 0;
     handler.set_cycle_hook(move |areas| {
