@@ -12,6 +12,7 @@ use super::fault::{Fault, DELAYS};
 use super::faults::Faults;
 use super::i2c::server::{I2cServer, WRITE_LIMIT};
 use super::machine::Machine;
+use super::port::Port;
 use super::ports::Ports;
 use super::server::Server;
 use super::session::{Script, Settings};
@@ -24,6 +25,9 @@ use crate::transfer_area::MAX_EXTENSIONS;
 
 /// The machine time of an exchange without pace.
 const UNPACED_STEP: Duration = Duration::from_millis(10);
+
+/// The shortest idle limit.
+const IDLE_LIMIT_MIN: Duration = Duration::from_millis(5);
 
 /// The settings of a simulated TXT.
 #[must_use = "nothing is simulated before `start`"]
@@ -138,10 +142,10 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// How long a connection may be without commands before it is closed. The default is 5 s. It is
-    /// checked every 5 ms, so a shorter limit is 5 ms too.
+    /// How long a connection may be without commands before it is closed. The default is 5 s. A
+    /// limit of less than 5 ms is 5 ms.
     pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
-        self.idle_limit = idle_limit;
+        self.idle_limit = idle_limit.max(IDLE_LIMIT_MIN);
         self
     }
 
@@ -285,18 +289,19 @@ impl SimulatedTxtBuilder {
             shared: Arc::new(Shared::new(machine)),
             threads: Vec::new(),
         };
-        let (clients, camera_doorman) = Clients::of(self.camera_connection, camera_listener)?;
-        let camera =
-            CameraServer { clients, shared: Arc::clone(&txt.shared), settings: self.camera };
-        let i2c = I2cServer {
-            listener: i2c_listener,
-            shared: Arc::clone(&txt.shared),
-            idle_limit: self.idle_limit,
-            write_limit: WRITE_LIMIT,
-        };
+        let port = |name, is_camera| Port::new(Arc::clone(&txt.shared), name, is_camera);
+        let mut camera_port = port("camera", true)?;
+        let (clients, camera_doorman) =
+            Clients::of(self.camera_connection, camera_listener, &mut camera_port)?;
+        let camera = CameraServer { clients, port: camera_port, settings: self.camera };
+        let mut i2c_port = port("I2C", false)?;
+        i2c_port.listen(i2c_listener)?;
+        let i2c =
+            I2cServer { port: i2c_port, idle_limit: self.idle_limit, write_limit: WRITE_LIMIT };
+        let mut main_port = port("main", false)?;
+        main_port.listen(listener)?;
         let server = Server {
-            listener,
-            shared: Arc::clone(&txt.shared),
+            port: main_port,
             settings: self.settings(),
             pace: if self.lock_step { Duration::ZERO } else { self.pace },
             lock_step: self.lock_step,

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use super::shared::{is_due_to_waiting, Stopped};
+use super::shared::Stopped;
 
 /// Why a connection ends.
 #[derive(Debug)]
@@ -44,12 +44,7 @@ impl From<Stopped> for End {
 }
 
 impl From<io::Error> for End {
-    /// Reading goes on waiting, so a timeout is one of writing.
     fn from(error: io::Error) -> Self {
-        if is_due_to_waiting(&error) {
-            Self::Unread
-        } else {
-            Self::Broken(error)
-        }
+        Self::Broken(error)
     }
 }

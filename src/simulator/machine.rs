@@ -312,6 +312,20 @@ impl Machine {
         self.clock = Clock::Machine;
     }
 
+    /// The camera's time, if it is started and only exchanges let its time pass.
+    pub(super) fn camera_time(&self) -> Option<Duration> {
+        let goes_by_exchanges = matches!(self.clock, Clock::Machine);
+        self.camera.run().filter(|_| goes_by_exchanges).map(|_| self.time())
+    }
+
+    /// How long it is by the system's clock until this time of the camera; `None` when that has come. It is
+    /// for ever when only exchanges let it come.
+    pub(super) fn time_until(&self, due: Duration) -> Option<Duration> {
+        let left = due.saturating_sub(self.now());
+        let waits = if matches!(self.clock, Clock::Machine) { Duration::MAX } else { left };
+        (!left.is_zero()).then_some(waits)
+    }
+
     /// The present time of the camera.
     pub(super) fn now(&self) -> Duration {
         match self.clock {

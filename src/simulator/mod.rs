@@ -129,11 +129,13 @@ mod faults;
 #[cfg(feature = "__fuzzing")]
 pub(crate) mod fuzzing;
 mod i2c;
+mod inbox;
 mod journal;
 mod machine;
 mod motor;
 mod oddity;
 mod outgoing;
+mod port;
 mod ports;
 mod random;
 // It replays recordings that are in the repository, not in the package.
@@ -164,9 +166,11 @@ use shared::Shared;
 
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.
 ///
-/// Dropping it closes the connections and waits for its threads. That takes a few milliseconds, or
-/// at most about a second if a client does not read responses. It also waits for a running
-/// [script](SimulatedTxtBuilder::on_exchange) and for the encoder of a camera picture.
+/// Dropping it closes the connections and waits for its threads. They end at once, except that a running
+/// [script](SimulatedTxtBuilder::on_exchange) and the encoder of a camera picture are waited for.
+///
+/// It has three threads, one for each port. A thread that has nothing to do sleeps until something comes or is
+/// due. So hundreds of simulated TXTs can be in one program; each needs about 10 open files on Linux.
 pub struct SimulatedTxt {
     address: SocketAddr,
     camera_port: u16,

@@ -35,6 +35,8 @@ pub(super) struct Session {
     compressor: Compressor,
     /// Kept for the next use.
     words: Vec<u16>,
+    /// Kept for the next use.
+    data: Vec<u8>,
 }
 
 impl Session {
@@ -45,6 +47,7 @@ impl Session {
             expander: Expander::new(),
             compressor: Compressor::new(),
             words: Vec::new(),
+            data: Vec::new(),
         }
     }
 
@@ -142,14 +145,20 @@ impl Session {
         }
         let areas = 1 + mask.count_ones() as usize;
         let count = areas * COMMAND_WORDS;
-        if has_surplus(&self.expander, data, count, crc) {
+        // Without the last byte first: if that is enough, this byte has no part in the words. Otherwise the
+        // expander stays as it was.
+        self.words.clear();
+        let needed = data.split_last().map_or(data, |(_, needed)| needed);
+        if let Ok(words) = self.expander.expand(needed, count, crc) {
+            self.words.extend_from_slice(words);
             machine.note_oddity(&Oddity::SurplusData);
+        } else {
+            self.words.extend_from_slice(self.expander.expand(data, count, crc)?);
         }
-        let words = self.expander.expand(data, count, crc)?;
         machine.note_mask(mask);
         let extensions = (0..MAX_EXTENSIONS).filter(|extension| mask >> extension & 1 != 0);
         let controllers = std::iter::once(0).chain(extensions.map(|extension| extension + 1));
-        for (controller, area) in controllers.zip(words.chunks_exact(COMMAND_WORDS)) {
+        for (controller, area) in controllers.zip(self.words.chunks_exact(COMMAND_WORDS)) {
             machine.take_over(controller, words::outputs(area));
         }
         Ok(())
@@ -170,19 +179,14 @@ impl Session {
                 self.words.extend([controller.mic_lin, controller.mic_log]);
             }
         }
-        let mut data = Vec::new();
-        let crc = self.compressor.compress(&self.words, &mut data);
+        self.data.clear();
+        let crc = self.compressor.compress(&self.words, &mut self.data);
         // At most 1053 bytes.
-        let extra_size = data.len() as u32;
+        let extra_size = self.data.len() as u32;
         let header = CmprHeader { extra_size, crc, active_extensions: machine.alive_mask() };
         header.emit_response(out);
-        out.extend_from_slice(&data);
+        out.extend_from_slice(&self.data);
     }
-}
-
-/// Whether all words can be read without the last byte. If needed bits are missing, they can't.
-fn has_surplus(expander: &Expander, data: &[u8], count: usize, crc: u32) -> bool {
-    data.split_last().is_some_and(|(_, needed)| expander.clone().expand(needed, count, crc).is_ok())
 }
 
 fn update_config(
@@ -285,6 +289,37 @@ mod tests {
                 assert_eq!((&words[50..52], &words[102..]), (&[7, 0][..], &[0, 9][..]));
             }
         }
+    }
+
+    #[test]
+    fn an_exchange_allocates_nothing() {
+        let (mut session, mut machine) = (session(), Machine::new(1));
+        machine.start_online();
+        let (mut script, mut out): (Script, _) = (Box::new(|_| {}), Vec::new());
+        let mut compressor = Compressor::new();
+        let commands = [(); 3].map(|()| {
+            [100, 200, 300].map(|duty| {
+                let (mut data, mut command) = (Vec::new(), Vec::new());
+                let crc = compressor.compress(&[duty; 2 * COMMAND_WORDS], &mut data);
+                let extra_size = data.len() as u32;
+                let header = CmprHeader { extra_size, crc, active_extensions: 1 };
+                header.emit_command(&mut command);
+                command.extend(data);
+                command
+            })
+        });
+        let mut answer_all = |commands: &[Vec<u8>]| {
+            for command in commands {
+                out.clear();
+                session.answer(command, &mut machine, &mut script, &mut out).unwrap();
+            }
+        };
+        answer_all(&commands[0]);
+        let allocations = allocation_counter::measure(|| {
+            answer_all(&commands[1]);
+            answer_all(&commands[2]);
+        });
+        assert_eq!(allocations.count_total, 0);
     }
 
     #[test]

@@ -1,16 +1,12 @@
 //! What the threads of a simulated TXT and its owner share.
 
-use std::io;
-use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
+use mio::Waker;
 use parking_lot::{Condvar, Mutex};
 
 use super::machine::Machine;
 use crate::pause::Clock;
-
-/// How often a thread that waits for its socket checks whether it should end.
-pub(super) const POLL: Duration = Duration::from_millis(5);
 
 /// The simulated TXT is being dropped, and its threads should end.
 #[derive(Debug)]
@@ -21,10 +17,20 @@ pub(super) struct Shared {
     machine: Mutex<Machine>,
     /// The machine may have changed.
     changed: Condvar,
+    /// Something has changed that the camera's thread may wait for.
+    camera_changed: Condvar,
     stopping: Mutex<bool>,
     stopped: Condvar,
-    /// The clock for the pace.
+    /// The clock for the pace and the camera.
     clock: Clock,
+    /// One for each thread that waits for sockets.
+    wakers: Mutex<Vec<ThreadWaker>>,
+}
+
+/// Wakes a thread that waits for sockets.
+struct ThreadWaker {
+    waker: Waker,
+    is_camera: bool,
 }
 
 impl Shared {
@@ -36,16 +42,35 @@ impl Shared {
         Self {
             machine: Mutex::new(machine),
             changed: Condvar::new(),
+            camera_changed: Condvar::new(),
             stopping: Mutex::new(false),
             stopped: Condvar::new(),
             clock,
+            wakers: Mutex::new(Vec::new()),
         }
+    }
+
+    /// Wakes one more thread when the threads should end; that of the camera also when the camera is started or
+    /// stopped.
+    pub(super) fn add_waker(&self, waker: Waker, is_camera: bool) {
+        self.wakers.lock().push(ThreadWaker { waker, is_camera });
     }
 
     /// Reads or changes the machine.
     pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
-        let result = f(&mut self.machine.lock());
+        let mut machine = self.machine.lock();
+        let (run, time) = (machine.camera_run(), machine.camera_time());
+        let result = f(&mut machine);
+        let is_other_run = machine.camera_run() != run;
+        let is_news = is_other_run || machine.camera_time() != time;
+        drop(machine);
         self.changed.notify_all();
+        if is_news {
+            self.camera_changed.notify_all();
+        }
+        if is_other_run {
+            self.wake(|thread| thread.is_camera);
+        }
         result
     }
 
@@ -66,14 +91,60 @@ impl Shared {
         !waited.timed_out() || condition(&machine)
     }
 
+    /// Waits for the camera until `look` has a result. Until then it tells after which time it has to look again,
+    /// if there are no news of the camera before.
+    pub(super) fn wait_for_camera<R>(
+        &self,
+        look: impl Fn(&Machine) -> Result<R, Duration>,
+    ) -> Result<R, Stopped> {
+        let mut machine = self.machine.lock();
+        loop {
+            self.check()?;
+            let limit = match look(&machine) {
+                Ok(result) => return Ok(result),
+                Err(limit) => limit,
+            };
+            match Instant::now().checked_add(limit) {
+                Some(deadline) => {
+                    self.clock.wait_until(&self.camera_changed, &mut machine, deadline);
+                }
+                None => self.camera_changed.wait(&mut machine),
+            }
+        }
+    }
+
     /// Tells the threads to end.
     pub(super) fn stop(&self) {
         *self.stopping.lock() = true;
         self.stopped.notify_all();
+        // The camera's thread may have checked this and not wait yet: it has the machine until then.
+        drop(self.machine.lock());
+        self.camera_changed.notify_all();
+        self.wake(|_| true);
+    }
+
+    /// Wakes these threads, if they wait for sockets.
+    fn wake(&self, which: impl Fn(&ThreadWaker) -> bool) {
+        for thread in self.wakers.lock().iter().filter(|thread| which(thread)) {
+            if let Err(error) = thread.waker.wake() {
+                log::error!("a thread of the simulated TXT can't be woken: {error}");
+            }
+        }
+    }
+
+    /// Whether the thread may go on.
+    pub(super) fn check(&self) -> Result<(), Stopped> {
+        if *self.stopping.lock() {
+            return Err(Stopped);
+        }
+        Ok(())
     }
 
     /// Waits for this time, or until the thread should end.
     pub(super) fn rest(&self, time: Duration) -> Result<(), Stopped> {
+        if time.is_zero() {
+            return self.check();
+        }
         let mut stopping = self.stopping.lock();
         self.clock.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
         if *stopping {
@@ -81,56 +152,15 @@ impl Shared {
         }
         Ok(())
     }
-
-    /// Waits for a client of a listener that does not block. `port` is its name in the log.
-    ///
-    /// Reading from the connection times out after [`POLL`].
-    pub(super) fn accept(&self, listener: &TcpListener, port: &str) -> Result<TcpStream, Stopped> {
-        loop {
-            if let Some((stream, client)) = try_accept(listener) {
-                log::info!("{client} connects to the {port} port");
-                return Ok(stream);
-            }
-            self.rest(POLL)?;
-        }
-    }
-}
-
-/// A client that waits to be accepted, if there is one. The listener does not block.
-pub(super) fn try_accept(listener: &TcpListener) -> Option<(TcpStream, SocketAddr)> {
-    match accept(listener) {
-        Ok(accepted) => Some(accepted),
-        Err(error) if is_due_to_waiting(&error) => None,
-        // A client that has closed again, or too many open files: the next client may succeed.
-        Err(error) => {
-            log::warn!("a client could not be accepted: {error}");
-            None
-        }
-    }
-}
-
-fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
-    let (stream, client) = listener.accept()?;
-    // Some systems pass the listener's mode on.
-    stream.set_nonblocking(false)?;
-    stream.set_nodelay(true)?;
-    stream.set_read_timeout(Some(POLL))?;
-    Ok((stream, client))
-}
-
-/// Whether nothing has arrived yet, or a signal came instead.
-pub(super) fn is_due_to_waiting(error: &io::Error) -> bool {
-    use io::ErrorKind::{Interrupted, TimedOut, WouldBlock};
-
-    matches!(error.kind(), Interrupted | TimedOut | WouldBlock)
 }
 
 #[cfg(test)]
 mod tests {
     use std::thread;
-    use std::time::Instant;
 
     use super::*;
+
+    const MOMENT: Duration = Duration::from_millis(5);
 
     #[test]
     fn a_rest_lasts_its_time_or_until_the_threads_should_end() {
@@ -138,9 +168,9 @@ mod tests {
             let shared = Shared::with_clock(Machine::new(0), clock);
             let begin = Instant::now();
             for _ in 0..5 {
-                shared.rest(POLL).unwrap();
+                shared.rest(MOMENT).unwrap();
             }
-            assert!(begin.elapsed() >= 5 * POLL);
+            assert!(begin.elapsed() >= 5 * MOMENT);
             thread::scope(|scope| {
                 let shared = &shared;
                 let rests = [Duration::from_secs(3600), Duration::MAX]

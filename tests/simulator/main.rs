@@ -9,6 +9,7 @@ mod endings;
 mod exchange;
 mod faults;
 mod i2c;
+mod idle;
 mod lock_step;
 mod microphone;
 mod motor_control;

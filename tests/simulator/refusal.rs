@@ -43,6 +43,17 @@ fn a_second_client_is_refused_during_exchanges_too() {
 }
 
 #[test]
+fn a_second_client_is_refused_while_the_first_has_sent_half_a_command() {
+    let txt = unpaced().start().unwrap();
+    let mut first = Client::online(&txt);
+    let query = CommandId::QueryStatus.id().to_le_bytes();
+    first.send(&query[..2]);
+    assert_eq!(Client::connect(&txt).until_closed(), []);
+    first.send(&query[2..]);
+    ResponseId::QueryStatus.check(&first.receive(24)).unwrap();
+}
+
+#[test]
 fn a_second_client_waits_while_the_first_is_not_online() {
     let txt = unpaced().start().unwrap();
     let mut first = Client::connect(&txt);

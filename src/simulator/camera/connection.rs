@@ -1,13 +1,15 @@
 //! How camera clients connect.
 
 use std::io;
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener};
 use std::time::Duration;
 
-use crossbeam_channel::{unbounded, Receiver, RecvTimeoutError, Sender};
+use crossbeam_channel::{unbounded, Receiver, Sender};
+use mio::net::TcpStream;
 
 use crate::simulator::machine::Machine;
-use crate::simulator::shared::{try_accept, Shared, Stopped, POLL};
+use crate::simulator::port::Port;
+use crate::simulator::shared::Stopped;
 
 /// When the simulated camera accepts connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -33,7 +35,7 @@ pub enum CameraConnection {
 #[derive(Debug)]
 pub(in crate::simulator) enum Clients {
     /// A port that accepts connections all the time.
-    Open(TcpListener),
+    Open,
     /// A port that accepts connections while the camera serves.
     WhileServing(SocketAddr),
     /// The clients that the main connection's thread finds.
@@ -52,9 +54,13 @@ impl Clients {
     pub(in crate::simulator) fn of(
         connection: CameraConnection,
         listener: TcpListener,
+        port: &mut Port,
     ) -> io::Result<(Self, Option<Doorman>)> {
         Ok(match connection {
-            CameraConnection::Waits => (Self::Open(listener), None),
+            CameraConnection::Waits => {
+                port.listen(listener)?;
+                (Self::Open, None)
+            }
             CameraConnection::Txt => (Self::WhileServing(listener.local_addr()?), None),
             CameraConnection::Txt40 => {
                 let (found, clients) = unbounded();
@@ -64,21 +70,16 @@ impl Clients {
     }
 
     /// Waits for the next client.
-    pub(super) fn next(&self, shared: &Shared, start_up: Duration) -> Result<TcpStream, Stopped> {
+    pub(super) fn next(&self, port: &mut Port, start_up: Duration) -> Result<TcpStream, Stopped> {
         match self {
-            Self::Open(listener) => shared.accept(listener, "camera"),
+            Self::Open => port.accept(),
             Self::WhileServing(address) => loop {
-                if let Some(stream) = accept_while_serving(*address, shared, start_up)? {
+                if let Some(stream) = accept_while_serving(*address, port, start_up)? {
                     return Ok(stream);
                 }
             },
-            Self::Found(clients) => loop {
-                match clients.recv_timeout(POLL) {
-                    Ok(stream) => return Ok(stream),
-                    Err(RecvTimeoutError::Timeout) => shared.rest(Duration::ZERO)?,
-                    Err(RecvTimeoutError::Disconnected) => return Err(Stopped),
-                }
-            },
+            // The doorman leaves when the threads should end.
+            Self::Found(clients) => clients.recv().map_err(|_| Stopped),
         }
     }
 }
@@ -86,51 +87,54 @@ impl Clients {
 impl Doorman {
     /// Checks once whether a client is connected.
     pub(in crate::simulator) fn look(&self) {
-        match try_accept(&self.listener) {
-            Some((stream, client)) => {
+        match accept(&self.listener) {
+            Ok((stream, client)) => {
                 log::info!("{client} is connected to the camera port and gets frames");
                 // This fails only when the camera's thread, and so the simulated TXT, is ending.
                 let _ = self.found.send(stream);
             }
-            None => log::warn!("no client is connected to the camera port, so none gets frames"),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                log::warn!("no client is connected to the camera port, so none gets frames");
+            }
+            Err(error) => log::warn!("a client could not be accepted: {error}"),
         }
     }
 }
 
-/// Whether the camera is started, and has been for long enough.
-fn is_serving(shared: &Shared, start_up: Duration) -> bool {
-    shared.look(Machine::camera_on_for).is_some_and(|elapsed| elapsed >= start_up)
+/// A client of a listener that does not block.
+fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
+    let (stream, client) = listener.accept()?;
+    stream.set_nonblocking(true)?;
+    stream.set_nodelay(true)?;
+    Ok((TcpStream::from_std(stream), client))
 }
 
-fn listen(address: SocketAddr) -> io::Result<TcpListener> {
-    let listener = TcpListener::bind(address)?;
-    listener.set_nonblocking(true)?;
-    Ok(listener)
+/// Whether the camera serves. Until then, how long that takes at most without news.
+fn serves(machine: &Machine, start_up: Duration) -> Result<(), Duration> {
+    let run = machine.camera_run().ok_or(Duration::MAX)?;
+    machine.time_until(run.since.saturating_add(start_up)).map_or(Ok(()), Err)
 }
 
 /// Waits until the camera serves and then for a client, if one comes before it is stopped.
 fn accept_while_serving(
     address: SocketAddr,
-    shared: &Shared,
+    port: &mut Port,
     start_up: Duration,
 ) -> Result<Option<TcpStream>, Stopped> {
-    while !is_serving(shared, start_up) {
-        shared.rest(POLL)?;
+    port.shared().wait_for_camera(|machine| serves(machine, start_up))?;
+    if let Err(error) = listen(address, port) {
+        log::warn!("the camera does not serve at {address}: {error}");
+        port.shared().with_machine(Machine::stop_camera);
+        return Ok(None);
     }
-    let listener = match listen(address) {
-        Ok(listener) => listener,
-        Err(error) => {
-            log::warn!("the camera does not serve at {address}: {error}");
-            shared.with_machine(Machine::stop_camera);
-            return Ok(None);
-        }
-    };
-    while is_serving(shared, start_up) {
-        if let Some((stream, client)) = try_accept(&listener) {
-            log::info!("{client} connects to the camera port");
-            return Ok(Some(stream));
-        }
-        shared.rest(POLL)?;
-    }
-    Ok(None)
+    let client =
+        port.accept_while(|shared| shared.look(|machine| serves(machine, start_up).is_ok()));
+    port.close();
+    client
+}
+
+fn listen(address: SocketAddr, port: &mut Port) -> io::Result<()> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    port.listen(listener)
 }

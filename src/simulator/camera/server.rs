@@ -1,9 +1,9 @@
 //! The thread of the camera connection and its sockets.
 
-use std::io::{self, Read, Write};
-use std::net::TcpStream;
-use std::sync::Arc;
+use std::io;
 use std::time::Duration;
+
+use mio::net::TcpStream;
 
 use super::connection::Clients;
 use super::frame::{frame, frame_of};
@@ -11,8 +11,12 @@ use super::test_card::TestCard;
 use super::{CameraRun, Format};
 use crate::simulator::end::End;
 use crate::simulator::machine::Machine;
-use crate::simulator::shared::{is_due_to_waiting, Shared, Stopped, POLL};
+use crate::simulator::port::{Link, Port};
+use crate::simulator::shared::{Shared, Stopped};
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
+
+/// Why a connection ends when the camera is stopped or started again.
+const STOPPED: End = End::Closed("the camera was stopped");
 
 /// How the camera behaves with any requested settings.
 #[derive(Clone, Copy, Debug)]
@@ -28,14 +32,14 @@ pub(in crate::simulator) struct CameraSettings {
 /// Serves one camera client after another while the camera is started.
 pub(in crate::simulator) struct CameraServer {
     pub(in crate::simulator) clients: Clients,
-    pub(in crate::simulator) shared: Arc<Shared>,
+    pub(in crate::simulator) port: Port,
     pub(in crate::simulator) settings: CameraSettings,
 }
 
 impl CameraServer {
     /// Serves clients until the thread should end.
-    pub(in crate::simulator) fn run(self) {
-        while let Ok(stream) = self.clients.next(&self.shared, self.settings.start_up) {
+    pub(in crate::simulator) fn run(mut self) {
+        while let Ok(stream) = self.clients.next(&mut self.port, self.settings.start_up) {
             let Ok(run) = self.wait_until_ready() else { return };
             let Some(run) = run else {
                 log::info!("the camera does not serve: the connection is closed");
@@ -49,19 +53,17 @@ impl CameraServer {
 
     /// The start of the camera, once its start-up time has passed; `None` when it is off.
     fn wait_until_ready(&self) -> Result<Option<CameraRun>, Stopped> {
-        loop {
-            let (run, now) = self.shared.look(|machine| (machine.camera_run(), machine.now()));
-            if run.is_none_or(|run| now.saturating_sub(run.since) >= self.settings.start_up) {
-                return Ok(run);
-            }
-            self.shared.rest(POLL)?;
-        }
+        self.port.shared().wait_for_camera(|machine| {
+            let Some(run) = machine.camera_run() else { return Ok(None) };
+            let due = run.since.saturating_add(self.settings.start_up);
+            machine.time_until(due).map_or(Ok(Some(run)), Err)
+        })
     }
 
-    fn serve(&self, stream: TcpStream, run: CameraRun) -> Result<(), End> {
-        stream.set_write_timeout(Some(POLL))?;
-        let begin = self.shared.look(Machine::now);
-        let mut connection = Connection { server: self, stream, run, begin, sent: 0, next: 0 };
+    fn serve(&mut self, stream: TcpStream, run: CameraRun) -> Result<(), End> {
+        let begin = self.port.shared().look(Machine::now);
+        let link = Link::new(&self.port, stream)?;
+        let mut connection = Connection { server: self, link, run, begin, sent: 0, next: 0 };
         loop {
             connection.send_frame()?;
             connection.read_acknowledge()?;
@@ -70,8 +72,8 @@ impl CameraServer {
 }
 
 struct Connection<'a> {
-    server: &'a CameraServer,
-    stream: TcpStream,
+    server: &'a mut CameraServer,
+    link: Link,
     run: CameraRun,
     /// When the first frame was produced, by the machine's clock.
     begin: Duration,
@@ -91,7 +93,7 @@ impl Connection<'_> {
         let frames_ready = number - self.next + 1;
         let bytes = self.packet(number, frames_ready)?;
         // Counted before the client can read it.
-        self.server.shared.with_machine(Machine::note_camera_frame);
+        self.server.port.shared().with_machine(Machine::note_camera_frame);
         self.write(&bytes)?;
         log::trace!("camera frame {number} is sent, {frames_ready} were ready");
         self.sent += 1;
@@ -101,27 +103,23 @@ impl Connection<'_> {
 
     /// Waits until there is a new frame. Returns the number of the newest.
     fn next_frame(&self) -> Result<u64, End> {
-        let due = self.run.format.due(self.next);
-        loop {
-            let wait = due.saturating_sub(self.elapsed());
-            self.rest(wait.min(POLL))?;
-            let newest = self.run.format.newest(self.elapsed());
-            if newest >= self.next {
-                return Ok(newest);
+        let due = self.begin.saturating_add(self.run.format.due(self.next));
+        self.server.port.shared().wait_for_camera(|machine| {
+            if machine.camera_run() != Some(self.run) {
+                return Ok(Err(STOPPED));
             }
-        }
-    }
-
-    /// The time for which this client has been served.
-    fn elapsed(&self) -> Duration {
-        self.server.shared.look(Machine::now).saturating_sub(self.begin)
+            let now = machine.now();
+            machine
+                .time_until(due)
+                .map_or_else(|| Ok(Ok(self.run.format.newest(now.saturating_sub(self.begin)))), Err)
+        })?
     }
 
     /// The frame with this number, and its header before it.
     fn packet(&self, number: u64, frames_ready: u64) -> Result<Vec<u8>, End> {
         let Format { width, height, .. } = self.run.format;
         let tables = self.server.settings.tables;
-        let frame = match self.server.shared.look(Machine::camera_picture) {
+        let frame = match self.server.port.shared().look(Machine::camera_picture) {
             Some(picture) => frame_of(&picture, number, tables),
             None => frame(TestCard::new(width, height, number), number, tables)
                 .map_err(io::Error::other)?,
@@ -143,14 +141,11 @@ impl Connection<'_> {
     /// Reads the acknowledge of the frame.
     fn read_acknowledge(&mut self) -> Result<(), End> {
         let mut id = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
-        let mut read = 0;
-        while read < id.len() {
-            read += self.read(&mut id[read..])?;
-        }
+        self.read(&mut id)?;
         if id != CAMERA_FRAME_ACKNOWLEDGE {
             return Err(End::Misbehaved(format!("{id:02X?} is not the acknowledge of a frame")));
         }
-        self.server.shared.with_machine(Machine::note_camera_acknowledge);
+        self.server.port.shared().with_machine(Machine::note_camera_acknowledge);
         Ok(())
     }
 
@@ -158,51 +153,37 @@ impl Connection<'_> {
     fn fall_silent(&mut self) -> Result<(), End> {
         log::info!("the camera sends nothing more, as ordered");
         loop {
-            self.read(&mut [0; 64])?;
+            self.read(&mut [0])?;
         }
     }
 
-    /// Reads some bytes, at least one.
-    fn read(&mut self, buffer: &mut [u8]) -> Result<usize, End> {
-        loop {
-            self.rest(Duration::ZERO)?;
-            match self.stream.read(buffer) {
-                Ok(0) => return Err(End::Left),
-                Ok(count) => return Ok(count),
-                Err(error) if is_due_to_waiting(&error) => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
+    /// Fills the buffer.
+    fn read(&mut self, buffer: &mut [u8]) -> Result<(), End> {
+        let run = self.run;
+        self.link.read_all(&mut self.server.port, buffer, None, |shared| check(shared, run))
     }
 
     /// Writes all bytes, as slowly as the client reads them.
-    fn write(&mut self, mut bytes: &[u8]) -> Result<(), End> {
-        while !bytes.is_empty() {
-            self.rest(Duration::ZERO)?;
-            match self.stream.write(bytes) {
-                Ok(0) => return Err(End::Left),
-                Ok(count) => bytes = &bytes[count..],
-                Err(error) if is_due_to_waiting(&error) => {}
-                Err(error) => return Err(error.into()),
-            }
-        }
-        Ok(())
+    fn write(&mut self, bytes: &[u8]) -> Result<(), End> {
+        let run = self.run;
+        self.link.write_all(&mut self.server.port, bytes, None, |shared| check(shared, run))
     }
+}
 
-    /// Waits for this time, if the connection may go on.
-    fn rest(&self, time: Duration) -> Result<(), End> {
-        self.server.shared.rest(time)?;
-        if self.server.shared.look(Machine::camera_run) == Some(self.run) {
-            Ok(())
-        } else {
-            Err(End::Closed("the camera was stopped"))
-        }
+/// Whether the connection may go on in this run of the camera.
+fn check(shared: &Shared, run: CameraRun) -> Result<(), End> {
+    shared.check()?;
+    if shared.look(Machine::camera_run) == Some(run) {
+        Ok(())
+    } else {
+        Err(STOPPED)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::net::{Ipv4Addr, TcpListener};
+    use std::sync::Arc;
     use std::thread;
 
     use super::*;
@@ -219,15 +200,17 @@ mod tests {
         machine.start_camera(asked_for);
         let run = machine.camera_run().unwrap();
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
-        let _client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let _client = std::net::TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let (stream, _) = listener.accept().unwrap();
-        stream.set_write_timeout(Some(POLL)).unwrap();
-        let settings = CameraSettings { start_up: POLL, tables: true, stall_after: None };
+        stream.set_nonblocking(true).unwrap();
+        let start_up = Duration::ZERO;
+        let settings = CameraSettings { start_up, tables: true, stall_after: None };
         let shared = Arc::new(Shared::new(machine));
-        let clients = Clients::Open(listener);
-        let server = CameraServer { clients, shared: Arc::clone(&shared), settings };
+        let port = Port::new(Arc::clone(&shared), "camera", true).unwrap();
+        let mut server = CameraServer { clients: Clients::Open, port, settings };
+        let link = Link::new(&server.port, TcpStream::from_std(stream)).unwrap();
         let begin = Duration::ZERO;
-        let mut connection = Connection { server: &server, stream, run, begin, sent: 0, next: 0 };
+        let mut connection = Connection { server: &mut server, link, run, begin, sent: 0, next: 0 };
         thread::scope(|scope| {
             let writing = scope.spawn(|| connection.write(&vec![0; TOO_MUCH]));
             event(&shared);

@@ -1,14 +1,13 @@
 //! The thread of the I2C connection and its sockets.
 
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+use mio::net::TcpStream;
 
 use super::{ADDRESS_MAX, I2C_REGISTERS};
 use crate::error::Error;
 use crate::simulator::end::End;
-use crate::simulator::shared::{is_due_to_waiting, Shared};
+use crate::simulator::port::{Link, Port};
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
 /// The most bytes to write: the number of a register and a value for each register.
@@ -66,8 +65,7 @@ pub(in crate::simulator) fn answer(
 
 /// Serves one I2C client after another.
 pub(in crate::simulator) struct I2cServer {
-    pub(in crate::simulator) listener: TcpListener,
-    pub(in crate::simulator) shared: Arc<Shared>,
+    pub(in crate::simulator) port: Port,
     pub(in crate::simulator) idle_limit: Duration,
     /// [`WRITE_LIMIT`], and less in a test.
     pub(in crate::simulator) write_limit: Duration,
@@ -75,74 +73,69 @@ pub(in crate::simulator) struct I2cServer {
 
 impl I2cServer {
     /// Serves clients until the thread should end.
-    pub(in crate::simulator) fn run(self) {
-        while let Ok(stream) = self.shared.accept(&self.listener, "I2C") {
-            self.shared.with_machine(|machine| machine.i2c().client_came());
+    pub(in crate::simulator) fn run(mut self) {
+        while let Ok(stream) = self.port.accept() {
+            self.port.shared().with_machine(|machine| machine.i2c().client_came());
             let end = self.serve(stream);
-            self.shared.with_machine(|machine| machine.i2c().client_left());
+            self.port.shared().with_machine(|machine| machine.i2c().client_left());
             end.tell("the I2C client");
         }
     }
 
-    fn serve(&self, mut stream: TcpStream) -> End {
-        if let Err(error) = stream.set_write_timeout(Some(self.write_limit)) {
-            return error.into();
-        }
+    fn serve(&mut self, stream: TcpStream) -> End {
+        let mut link = match Link::new(&self.port, stream) {
+            Ok(link) => link,
+            Err(error) => return error.into(),
+        };
         loop {
-            if let Err(end) = self.serve_request(&mut stream) {
+            if let Err(end) = self.serve_request(&mut link) {
                 return end;
             }
         }
     }
 
     /// Reads a request, carries it out and sends the response.
-    fn serve_request(&self, stream: &mut TcpStream) -> Result<(), End> {
-        let begin = Instant::now();
+    fn serve_request(&mut self, link: &mut Link) -> Result<(), End> {
+        let deadline = Instant::now().checked_add(self.idle_limit);
         let mut header = [0; I2cRequestHeader::LEN];
-        self.read(stream, &mut header, begin)?;
+        self.read(link, &mut header, deadline)?;
         let request = Request::parse(&header).map_err(End::Misbehaved)?;
         let mut write = vec![0; request.write];
-        self.read(stream, &mut write, begin)?;
+        self.read(link, &mut write, deadline)?;
         let Request { address, read, .. } = request;
-        let read =
-            self.shared.with_machine(|machine| machine.i2c().transfer(address, &write, read));
+        let shared = self.port.shared();
+        let read = shared.with_machine(|machine| machine.i2c().transfer(address, &write, read));
         match &read {
             Some(read) => log::info!("{request:02x?}: {write:02x?} written, {read:02x?} read"),
             None => log::warn!("there is no I2C device with the address {address:#04x}"),
         }
-        Ok(stream.write_all(&response(read))?)
+        link.write_all(&mut self.port, &response(read), Some(self.write_limit), |_| Ok(()))
     }
 
-    /// Fills the buffer, at most until the idle limit.
+    /// Fills the buffer, at most until the deadline.
     fn read(
-        &self,
-        stream: &mut TcpStream,
-        mut buffer: &mut [u8],
-        begin: Instant,
+        &mut self,
+        link: &mut Link,
+        buffer: &mut [u8],
+        deadline: Option<Instant>,
     ) -> Result<(), End> {
-        while !buffer.is_empty() {
-            match stream.read(buffer) {
-                Ok(0) => return Err(End::Left),
-                Ok(count) => buffer = &mut buffer[count..],
-                Err(error) if is_due_to_waiting(&error) => {}
-                Err(error) => return Err(error.into()),
-            }
-            self.shared.rest(Duration::ZERO)?;
-            if !buffer.is_empty() && begin.elapsed() >= self.idle_limit {
-                // The real controller does so too, and its clients expect it.
-                return Err(End::Closed("no request came in time"));
-            }
-        }
-        Ok(())
+        link.read_all(&mut self.port, buffer, deadline, |_| Ok(())).map_err(|end| match end {
+            // The real controller does so too, and its clients expect it.
+            End::Idle => End::Closed("no request came in time"),
+            end => end,
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::net::Ipv4Addr;
+    use std::io::Write;
+    use std::net::{Ipv4Addr, TcpListener};
+    use std::sync::Arc;
 
     use super::*;
     use crate::simulator::machine::Machine;
+    use crate::simulator::shared::Shared;
 
     fn header(device: u32, write_len: u32, read_len: u16) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -168,15 +161,15 @@ mod tests {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
         let (stream, _) = listener.accept().unwrap();
+        stream.set_nonblocking(true).unwrap();
         // The answers are far more than the sockets hold.
         client.write_all(&header(1, 0, u16::MAX).repeat(500)).unwrap();
         let shared = Arc::new(Shared::new(machine));
-        let server = I2cServer {
-            listener,
-            shared,
+        let mut server = I2cServer {
+            port: Port::new(shared, "I2C", false).unwrap(),
             idle_limit: Duration::MAX,
             write_limit: Duration::from_millis(100),
         };
-        assert!(matches!(server.serve(stream), End::Unread));
+        assert!(matches!(server.serve(TcpStream::from_std(stream)), End::Unread));
     }
 }

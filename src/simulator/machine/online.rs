@@ -1,7 +1,5 @@
 //! What the connections do with the machine, and what it remembers of them.
 
-use std::time::Duration;
-
 use super::Machine;
 use crate::simulator::camera::CameraRun;
 use crate::simulator::controller::Controller;
@@ -112,11 +110,6 @@ impl Machine {
     /// The present start of the camera.
     pub(in crate::simulator) fn camera_run(&self) -> Option<CameraRun> {
         self.camera.run()
-    }
-
-    /// How long the camera has been started; `None` while it is not.
-    pub(in crate::simulator) fn camera_on_for(&self) -> Option<Duration> {
-        self.camera.run().map(|run| self.now().saturating_sub(run.since))
     }
 
     /// Counts a camera frame.
