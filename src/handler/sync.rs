@@ -4,12 +4,14 @@ use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{
-    current_thread, lock_soon, park, thread_id, Condvar, Mutex, MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, park, thread_id, yield_until, Condvar, Mutex, MutexGuard, Thread,
+    ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
 pub(super) use self::model::{
-    current_thread, lock_soon, park, thread_id, Condvar, Mutex, MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, park, thread_id, yield_until, Condvar, Mutex, MutexGuard, Thread,
+    ThreadId,
 };
 
 /// Waits for news, for ever without a deadline; returns whether the deadline came first.
@@ -51,6 +53,8 @@ pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<In
 
 #[cfg(not(all(test, shuttle)))]
 mod real {
+    use std::time::{Duration, Instant};
+
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
     pub(crate) use std::thread::{current as current_thread, park, Thread, ThreadId};
 
@@ -67,6 +71,17 @@ mod real {
             std::hint::spin_loop();
         }
         mutex.lock()
+    }
+
+    /// For how long a thread yields: as long as it may take to wake another one.
+    const YIELDS: Duration = Duration::from_micros(100);
+
+    /// Gives the core to other threads, for a moment, until something has happened that they are about to do.
+    pub(crate) fn yield_until<T>(guard: &mut MutexGuard<'_, T>, happened: impl Fn(&T) -> bool) {
+        let begin = Instant::now();
+        while !happened(guard) && begin.elapsed() < YIELDS {
+            MutexGuard::unlocked(guard, std::thread::yield_now);
+        }
     }
 
     /// Which thread this is. Asking the standard library each time would count a reference.
@@ -95,6 +110,20 @@ mod model {
 
     pub(crate) fn lock_soon<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         mutex.lock()
+    }
+
+    /// Another thread may run, or not.
+    pub(crate) fn yield_until<T>(guard: &mut MutexGuard<'_, T>, happened: impl Fn(&T) -> bool) {
+        if !happened(guard) {
+            let_others_run(guard);
+        }
+    }
+
+    fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {
+        guard.guard = None;
+        shuttle::thread::yield_now();
+        let locked = guard.mutex.lock();
+        guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
     }
 
     #[derive(Debug, Default)]
@@ -165,10 +194,7 @@ mod model {
             guard: &mut MutexGuard<'_, T>,
             _deadline: Instant,
         ) -> TimedOut {
-            guard.guard = None;
-            shuttle::thread::yield_now();
-            let locked = guard.mutex.lock();
-            guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
+            let_others_run(guard);
             TimedOut(shuttle::rand::thread_rng().gen_bool(0.5))
         }
 

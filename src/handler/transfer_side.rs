@@ -7,12 +7,16 @@ use super::events::{Event, KindSet, Logged, LoggedCycle};
 use super::shared::{Controller, Shared, State};
 use super::state::Stop;
 use super::statistics::Statistics;
-use super::sync::{earlier, wait_on_time, wait_until};
+use super::sync::{earlier, wait_on_time, wait_until, yield_until};
 use super::unfinished::Cut;
 use crate::camera::CameraServer;
 use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::transfer_area::FishX1Transfer;
+
+/// Responses that come faster than this are not those of a real controller, which needs 10 ms. Then waking this
+/// thread again would take longer than what the program does.
+const QUICK_CYCLE: Duration = Duration::from_millis(1);
 
 /// What the transfer thread learns when it delivers a response.
 #[derive(Clone, Copy, Debug)]
@@ -150,6 +154,9 @@ impl Shared {
     ) -> Option<Stop> {
         let mut state = self.state_soon();
         let end = state.window_end(length);
+        if state.statistics.last_cycle < QUICK_CYCLE {
+            yield_until(&mut state, |state| !state.window.is_being_answered());
+        }
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let deadline = earlier(end, state.watchdog.deadline());
             if wait_on_time(&self.attended, &mut state, deadline) {
