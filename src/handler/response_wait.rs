@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::events::Step;
 use super::shared::{Shared, State};
-use super::sync::{current_thread, wait_until, MutexGuard};
+use super::sync::{current_thread, wait_until, yield_until, MutexGuard};
 use super::taken::{Known, Taken};
 use crate::error::Error;
 
@@ -40,8 +40,12 @@ impl Shared {
         };
         // In lock-step only responses move the time.
         let by_clock = deadline.filter(|_| !self.is_lock_step());
+        let waits =
+            |state: &State| matches!(state.progress(known, response, transfer), Progress::Waits);
+        let mut is_there = state.is_quick() && yield_until(state, by_clock, |state| !waits(state));
         loop {
-            let timed_out = wait_until(&self.arrived, state, by_clock);
+            let timed_out =
+                !std::mem::take(&mut is_there) && wait_until(&self.arrived, state, by_clock);
             match state.progress(known, response, transfer) {
                 Progress::Told(response) if !state.is_too_late(deadline) => {
                     return Ok(Some(response));

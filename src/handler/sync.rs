@@ -55,6 +55,8 @@ pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<In
 mod real {
     use std::time::{Duration, Instant};
 
+    use super::earlier;
+
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
     pub(crate) use std::thread::{current as current_thread, park, Thread, ThreadId};
 
@@ -76,12 +78,21 @@ mod real {
     /// For how long a thread yields: as long as it may take to wake another one.
     const YIELDS: Duration = Duration::from_micros(100);
 
-    /// Gives the core to other threads, for a moment, until something has happened that they are about to do.
-    pub(crate) fn yield_until<T>(guard: &mut MutexGuard<'_, T>, happened: impl Fn(&T) -> bool) {
-        let begin = Instant::now();
-        while !happened(guard) && begin.elapsed() < YIELDS {
+    /// Gives the core to other threads until something has happened that they are about to do, but only for a
+    /// moment, and not beyond the deadline; returns whether it has happened.
+    pub(crate) fn yield_until<T>(
+        guard: &mut MutexGuard<'_, T>,
+        deadline: Option<Instant>,
+        happened: impl Fn(&T) -> bool,
+    ) -> bool {
+        let end = earlier(Some(Instant::now() + YIELDS), deadline);
+        while end.is_some_and(|end| Instant::now() < end) {
+            if happened(guard) {
+                return true;
+            }
             MutexGuard::unlocked(guard, std::thread::yield_now);
         }
+        false
     }
 
     /// Which thread this is. Asking the standard library each time would count a reference.
@@ -113,10 +124,15 @@ mod model {
     }
 
     /// Another thread may run, or not.
-    pub(crate) fn yield_until<T>(guard: &mut MutexGuard<'_, T>, happened: impl Fn(&T) -> bool) {
+    pub(crate) fn yield_until<T>(
+        guard: &mut MutexGuard<'_, T>,
+        _deadline: Option<Instant>,
+        happened: impl Fn(&T) -> bool,
+    ) -> bool {
         if !happened(guard) {
             let_others_run(guard);
         }
+        happened(guard)
     }
 
     fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {

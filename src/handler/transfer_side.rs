@@ -14,10 +14,6 @@ use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::transfer_area::FishX1Transfer;
 
-/// Responses that come faster than this are not those of a real controller, which needs 10 ms. Then waking this
-/// thread again would take longer than what the program does.
-const QUICK_CYCLE: Duration = Duration::from_millis(1);
-
 /// What the transfer thread learns when it delivers a response.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Delivered {
@@ -154,8 +150,8 @@ impl Shared {
     ) -> Option<Stop> {
         let mut state = self.state_soon();
         let end = state.window_end(length);
-        if state.statistics.last_cycle < QUICK_CYCLE {
-            yield_until(&mut state, |state| !state.window.is_being_answered());
+        if state.is_quick() {
+            yield_until(&mut state, end, |state| !state.window.is_being_answered());
         }
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let deadline = earlier(end, state.watchdog.deadline());
