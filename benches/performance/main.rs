@@ -11,9 +11,12 @@
 mod child;
 mod clients;
 mod cycle;
+mod micro;
 mod peer;
+mod pictures;
 mod place;
 mod report;
+mod rounds;
 mod stats;
 
 use std::time::Instant;
@@ -55,7 +58,10 @@ struct Part {
     measure: fn(&Report) -> Result<()>,
 }
 
-const PARTS: [Part; 1] = [Part { name: "cycle", measure: cycle::measure }];
+const PARTS: [Part; 2] = [
+    Part { name: "cycle", measure: cycle::measure },
+    Part { name: "micro", measure: micro::measure },
+];
 
 fn part_named(name: &str) -> Result<Part, String> {
     PARTS
