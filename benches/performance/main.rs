@@ -8,6 +8,7 @@
 //!
 //! The results of each single measurement are CSV files in target/performance.
 
+mod camera;
 mod child;
 mod clients;
 mod cycle;
@@ -15,6 +16,7 @@ mod micro;
 mod peer;
 mod pictures;
 mod place;
+mod processor;
 mod report;
 mod rounds;
 mod stats;
@@ -49,6 +51,8 @@ enum Role {
     Peer(peer::Peer),
     #[command(hide = true)]
     CycleClient(cycle::Client),
+    #[command(hide = true)]
+    CameraPeer(camera::CameraPeer),
 }
 
 /// A part of the document.
@@ -58,9 +62,10 @@ struct Part {
     measure: fn(&Report) -> Result<()>,
 }
 
-const PARTS: [Part; 2] = [
+const PARTS: [Part; 3] = [
     Part { name: "cycle", measure: cycle::measure },
     Part { name: "micro", measure: micro::measure },
+    Part { name: "camera", measure: camera::measure },
 ];
 
 fn part_named(name: &str) -> Result<Part, String> {
@@ -75,6 +80,7 @@ fn main() -> Result<()> {
     match &options.role {
         Some(Role::Peer(peer)) => return peer.serve(),
         Some(Role::CycleClient(client)) => return client.run(),
+        Some(Role::CameraPeer(peer)) => return peer.serve(),
         None => {}
     }
     // `cargo test --benches` only asks whether it compiles.
