@@ -12,6 +12,9 @@ use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
 /// Longer than a frame ever takes here.
 const LIMIT: Duration = Duration::from_secs(10);
 
+/// Enough for a program that wakes up late.
+const CHANNEL_FRAMES: usize = 100;
+
 /// A client of a camera.
 pub(crate) trait Client {
     /// Waits for the next frame; returns its size.
@@ -63,7 +66,8 @@ impl Channel {
     /// Begins a transfer with the peer on this port, and starts the camera on the other.
     pub(crate) fn connect(port: u16, camera_port: u16) -> Result<Self> {
         let handler = transfer(port, camera_port)?;
-        let frames = handler.start_camera(CameraOptions::default())?;
+        let options = CameraOptions::default().with_channel_frames(CHANNEL_FRAMES);
+        let frames = handler.start_camera(options)?;
         Ok(Self { handler, frames })
     }
 

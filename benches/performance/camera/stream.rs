@@ -116,16 +116,18 @@ pub(crate) fn measure_latency(report: &Report, controller: &Controller) -> Resul
     for round in 0..report.times(8, 1) {
         let plain = latency(&packet, frames, |port| {
             let mut plain = Plain::connect(port)?;
+            let mut sequence = 0;
             Ok(move || {
                 plain.frame()?;
-                Ok([Instant::now(); 2])
+                sequence += 1;
+                Ok((sequence - 1, [Instant::now(); 2]))
             })
         })?;
         let channel = latency(&packet, frames, |port| {
             let mut channel = Channel::connect(controller.port, port)?;
             Ok(move || {
                 let frame = channel.next()?;
-                Ok([frame.arrived, Instant::now()])
+                Ok((frame.sequence, [frame.arrived, Instant::now()]))
             })
         })?;
         note("reads alone", round, &plain[1])?;
@@ -157,8 +159,9 @@ pub(crate) fn measure_latency(report: &Report, controller: &Controller) -> Resul
     report.table("camera_latency", &table)
 }
 
-/// Times in µs from the last byte of each frame until the two moments that the client tells.
-fn latency<F: FnMut() -> Result<[Instant; 2]>>(
+/// Times in µs from the last byte of each frame until the two moments that the client tells, with the number
+/// of the frame.
+fn latency<F: FnMut() -> Result<(u64, [Instant; 2])>>(
     packet: &[u8],
     frames: usize,
     connect: impl FnOnce(u16) -> Result<F>,
@@ -172,10 +175,15 @@ fn latency<F: FnMut() -> Result<[Instant; 2]>>(
         // It ends with an error when the client has left.
         scope.spawn(move || serve_and_tell(&listener, packet, PERIOD, &tell));
         let mut next = connect(port)?;
+        // Those that came in while the camera was started may have waited, or be lost.
+        while next()?.1[0].elapsed() > PERIOD / 2 {}
         let mut times = [vec![], vec![]];
+        let mut sent = told.iter().enumerate();
         for _ in 0..frames {
-            let moments = next()?;
-            let sent = told.recv().context("the camera has ended")?;
+            let (sequence, moments) = next()?;
+            let (_, sent) = sent
+                .find(|(number, _)| *number as u64 == sequence)
+                .context("the camera has ended")?;
             for (times, moment) in times.iter_mut().zip(moments) {
                 times.push(moment.duration_since(sent).as_secs_f64() * 1e6);
             }
