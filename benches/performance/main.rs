@@ -12,6 +12,7 @@ mod camera;
 mod child;
 mod clients;
 mod cycle;
+mod first_motor;
 mod micro;
 mod peer;
 mod pictures;
@@ -62,10 +63,11 @@ struct Part {
     measure: fn(&Report) -> Result<()>,
 }
 
-const PARTS: [Part; 3] = [
+const PARTS: [Part; 4] = [
     Part { name: "cycle", measure: cycle::measure },
     Part { name: "micro", measure: micro::measure },
     Part { name: "camera", measure: camera::measure },
+    Part { name: "first_motor", measure: first_motor::measure },
 ];
 
 fn part_named(name: &str) -> Result<Part, String> {

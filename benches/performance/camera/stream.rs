@@ -201,8 +201,14 @@ pub(crate) fn measure_load(report: &Report, controller: &Controller) -> Result<(
     let time = Duration::from_millis(report.times(2000, 200) as u64);
     let uses: [(&str, Use); 4] = [
         ("received", |channel| channel.next().map(drop)),
-        ("received and repaired (`jpeg`)", |channel| Ok(drop(channel.next()?.jpeg()?))),
-        ("received and decoded (`to_rgb`)", |channel| Ok(drop(channel.next()?.to_rgb()?))),
+        ("received and repaired (`jpeg`)", |channel| {
+            channel.next()?.jpeg()?;
+            Ok(())
+        }),
+        ("received and decoded (`to_rgb`)", |channel| {
+            channel.next()?.to_rgb()?;
+            Ok(())
+        }),
         ("received and decoded by zune-jpeg", |channel| {
             let frame = channel.next()?;
             let decoded = JpegDecoder::new(ZCursor::new(&frame.jpeg()?)).decode();
