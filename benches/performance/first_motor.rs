@@ -71,7 +71,7 @@ impl Clone {
 
     /// Cargo as a user calls it, in a folder of its own for each thing that is measured.
     fn cargo(&self, target: &str) -> Command {
-        let mut cargo = Command::new(env!("CARGO"));
+        let mut cargo = Command::new("cargo");
         cargo.current_dir(self.sources()).stdin(Stdio::null());
         // Crates come from the cache: how long they take to come in depends on the network alone.
         cargo.env("CARGO_NET_OFFLINE", "true");
