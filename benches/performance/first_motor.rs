@@ -15,6 +15,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
     let mut raw = report.raw("first_motor", &["what", "value", "unit"])?;
     let mut table = Table::new(["what", "value"]);
     let mut note = |what: &str, value: String, unit: &str| -> Result<()> {
+        eprintln!("{what}: {value} {unit}");
         raw.write_record([what, &value, unit])?;
         table.row([what.to_owned(), format!("{value} {unit}").trim_end().to_owned()]);
         Ok(())
@@ -156,14 +157,17 @@ impl Program {
     fn size(&self, clone: &Clone) -> Result<u64> {
         let project = clone.folder.path().join(self.name);
         fs::create_dir_all(project.join("src"))?;
-        let source = match self.source {
-            Some(source) => source.to_owned(),
-            None => first_program(&fs::read_to_string(clone.sources().join("README.md"))?)?,
+        let (source, dependency) = match self.source {
+            Some(source) => (source.to_owned(), ""),
+            None => {
+                let readme = fs::read_to_string(clone.sources().join("README.md"))?;
+                (first_program(&readme)?, "ft-transfer-area = { path = \"../clone\" }\n")
+            }
         };
         fs::write(project.join("src/main.rs"), source)?;
         let manifest = format!(
-            "[package]\nname = \"{}\"\nedition = \"2021\"\n\n[dependencies]\n\
-             ft-transfer-area = {{ path = \"../clone\" }}\n\n[profile.release]\nstrip = true\n",
+            "[package]\nname = \"{}\"\nedition = \"2021\"\n\n[dependencies]\n{dependency}\n\
+             [profile.release]\nstrip = true\n",
             self.name
         );
         fs::write(project.join("Cargo.toml"), manifest)?;
