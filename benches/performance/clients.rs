@@ -49,7 +49,7 @@ impl Load {
     }
 
     /// Changes all outputs, if they change.
-    fn change(self, areas: &mut [FishX1Transfer], number: u32) {
+    pub(crate) fn change(self, areas: &mut [FishX1Transfer], number: u32) {
         if !self.changing {
             return;
         }

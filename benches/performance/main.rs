@@ -8,19 +8,24 @@
 //!
 //! The results of each single measurement are CSV files in target/performance.
 
+mod camera;
 mod child;
 mod clients;
 mod cost;
 mod cycle;
 mod examiner;
+mod first_motor;
 mod ftrobopy;
+mod micro;
 mod peer;
+mod pictures;
 mod place;
 mod plot;
 mod process;
 mod programs;
 mod reaction;
 mod report;
+mod rounds;
 mod scale;
 mod stats;
 
@@ -68,6 +73,8 @@ enum Role {
     Simulated(scale::Simulated),
     #[command(hide = true)]
     Handlers(scale::Handlers),
+    #[command(hide = true)]
+    CameraPeer(camera::CameraPeer),
 }
 
 /// A part of the document.
@@ -77,11 +84,14 @@ struct Part {
     measure: fn(&Report) -> Result<()>,
 }
 
-const PARTS: [Part; 4] = [
+const PARTS: [Part; 7] = [
     Part { name: "cycle", measure: cycle::measure },
     Part { name: "cost", measure: cost::measure },
     Part { name: "reaction", measure: reaction::measure },
     Part { name: "scale", measure: scale::measure },
+    Part { name: "micro", measure: micro::measure },
+    Part { name: "camera", measure: camera::measure },
+    Part { name: "first_motor", measure: first_motor::measure },
 ];
 
 fn part_named(name: &str) -> Result<Part, String> {
@@ -103,6 +113,7 @@ fn main() -> Result<()> {
         Some(Role::Cycles(cycles)) => return cycles.run(),
         Some(Role::Memory(memory)) => return memory.run(),
         Some(Role::Busy) => return programs::be_busy(),
+        Some(Role::CameraPeer(peer)) => return peer.serve(),
         None => {}
     }
     // `cargo test --benches` only asks whether it compiles.

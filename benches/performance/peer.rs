@@ -9,7 +9,7 @@ use anyhow::{bail, ensure, Context, Result};
 use clap::Args;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
-    StartOnline, UpdateConfig, ID_LEN,
+    StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
 };
 use ft_transfer_area::FirmwareVersion;
 
@@ -57,14 +57,14 @@ pub(crate) fn listen() -> Result<(TcpListener, TcpListener)> {
 }
 
 /// The responses of exchanges.
-struct Canned {
+pub(crate) struct Canned {
     /// The first after StartOnline, and then two in turn.
-    exchanges: [Vec<u8>; 3],
+    pub(crate) exchanges: [Vec<u8>; 3],
     status: Vec<u8>,
 }
 
 impl Canned {
-    fn new(load: &Load) -> Result<Self> {
+    pub(crate) fn new(load: &Load) -> Result<Self> {
         let mut exchanges = [const { Vec::new() }; 3];
         let mut compressor = Compressor::new();
         for (index, response) in exchanges.iter_mut().enumerate() {
@@ -239,6 +239,7 @@ fn command_size(bytes: &[u8]) -> Result<Option<(u32, usize)>> {
         Some(CommandId::ExchangeData) => ExchangeData::LEN,
         Some(CommandId::StartOnline) => StartOnline::LEN,
         Some(CommandId::UpdateConfig) => UpdateConfig::LEN,
+        Some(CommandId::StartCameraOnline) => StartCameraOnline::LEN,
         Some(_) => ID_LEN,
         None if id == RAW_HELLO => 2 * ID_LEN,
         None => bail!("{id:#x} is no command"),

@@ -1,6 +1,7 @@
 //! What a process takes.
 
 use std::fs;
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 use nix::sys::resource::{getrusage, UsageWho};
@@ -26,6 +27,11 @@ impl Usage {
         let usage = getrusage(UsageWho::RUSAGE_SELF)?;
         let processor = (usage.user_time() + usage.system_time()).num_nanoseconds();
         Ok(Self { processor, switches: usage.voluntary_context_switches() })
+    }
+
+    /// The processor time.
+    pub(crate) fn time(self) -> Duration {
+        Duration::from_nanos(self.processor.unsigned_abs())
     }
 
     /// What was used since then, for each of these cycles.

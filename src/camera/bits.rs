@@ -2,7 +2,7 @@
 
 /// Takes the bits of a scan as they are read, and the markers between them.
 pub(super) trait BitSink: Default {
-    /// The next bits, as the lowest `count` of `bits`; at most 16.
+    /// The next bits, as the lowest `count` of `bits`; at most 32.
     fn put(&mut self, bits: u64, count: u32);
     /// A restart marker, before which the last byte is filled up.
     fn put_marker(&mut self, marker: u8);
@@ -29,6 +29,15 @@ impl<'a> BitReader<'a> {
         Self { data, position, buffer: 0, count: 0 }
     }
 
+    /// The next `count` bits without reading them; `None` when there are fewer than 32.
+    pub(super) fn peek(&mut self, count: u32) -> Option<usize> {
+        if self.count < 32 {
+            self.fill();
+        }
+        let below = self.count.checked_sub(32)? + 32 - count;
+        Some((self.buffer >> below) as usize & ((1 << count) - 1))
+    }
+
     /// The next 16 bits without reading them; ones after the end of the data.
     pub(super) fn peek16(&mut self) -> u32 {
         self.fill();
@@ -41,7 +50,7 @@ impl<'a> BitReader<'a> {
         }
     }
 
-    /// Reads this number of bits, at most 16, into `sink`; `None` when there are fewer.
+    /// Reads this number of bits, at most 32, into `sink`; `None` when there are fewer.
     pub(super) fn read(&mut self, count: u32, sink: &mut impl BitSink) -> Option<()> {
         if self.count < count {
             self.fill();
@@ -75,8 +84,19 @@ impl<'a> BitReader<'a> {
         Some(())
     }
 
-    /// Fills the buffer to at least 16 bits, or to the end of the data.
+    /// Fills the buffer to at least 32 bits, or to the end of the data.
     fn fill(&mut self) {
+        if self.count <= 32 {
+            let next = self.data.get(self.position..).and_then(<[u8]>::first_chunk);
+            if let Some(word) = next.map(|bytes| u32::from_be_bytes(*bytes)) {
+                if !has_ones(word) {
+                    self.position += 4;
+                    self.buffer = self.buffer << 32 | u64::from(word);
+                    self.count += 32;
+                    return;
+                }
+            }
+        }
         while self.count <= 48 {
             let Some(&byte) = self.data.get(self.position) else { return };
             if byte == 0xFF {
@@ -90,6 +110,12 @@ impl<'a> BitReader<'a> {
             self.count += 8;
         }
     }
+}
+
+/// Whether a byte of it is 0xFF.
+fn has_ones(word: u32) -> bool {
+    // The lowest such byte borrows from nothing, so its highest bit stays.
+    (!word).wrapping_sub(0x0101_0101) & word & 0x8080_8080 != 0
 }
 
 /// Writes bits, highest first, with a zero byte after each 0xFF.

@@ -104,10 +104,16 @@ impl HuffmanTable {
 
     /// Reads a code into `sink` and returns its value; `None` when the code is wrong, or the data ends.
     pub(super) fn read(&self, bits: &mut BitReader<'_>, sink: &mut impl BitSink) -> Option<u8> {
-        let code = bits.peek16();
-        let length = 1 + self.limits.iter().position(|&limit| code < limit)?;
-        bits.read(length as u32, sink)?;
-        let number = (code >> (16 - length)) as i32;
-        self.values.get((number + self.offsets[length - 1]) as usize).copied()
+        let (length, value) = self.find(bits.peek16())?;
+        bits.read(length, sink)?;
+        Some(value)
+    }
+
+    /// The length and the value of the code at the start of these 16 bits.
+    pub(super) fn find(&self, bits: u32) -> Option<(u32, u8)> {
+        let length = 1 + self.limits.iter().position(|&limit| bits < limit)?;
+        let number = (bits >> (16 - length)) as i32;
+        let value = self.values.get((number + self.offsets[length - 1]) as usize)?;
+        Some((length as u32, *value))
     }
 }

@@ -10,6 +10,7 @@ mod parser;
 mod planes;
 mod repair;
 mod server;
+mod steps;
 mod stream;
 mod yuv;
 

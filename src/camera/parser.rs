@@ -6,6 +6,7 @@
 use super::bits::{fill_bytes, BitReader, BitSink};
 use super::header::{bad, bad_scan, Frame, Grid};
 use super::huffman::{HuffmanTable, STANDARD_TABLES};
+use super::steps::{Meaning, Steps};
 use crate::error::Error;
 
 pub(super) mod marker {
@@ -231,12 +232,9 @@ fn read_units<S: BitSink>(
     };
     let mut readers = Vec::new();
     for Part { tables, grid, bits, .. } in parts {
-        readers.push((
-            grid.blocks_in_unit(),
-            table(0, *tables >> 4)?,
-            table(1, *tables & 15)?,
-            bits,
-        ));
+        let dc = Codes::new(table(0, *tables >> 4)?, dc_meaning);
+        let ac = Codes::new(table(1, *tables & 15)?, ac_meaning);
+        readers.push((grid.blocks_in_unit(), dc, ac, bits));
     }
     let mut restarts = (0..8).cycle();
     let mut read = || {
@@ -259,31 +257,61 @@ fn read_units<S: BitSink>(
     Ok(read())
 }
 
+/// The codes of a table, and what their values mean.
+struct Codes<'a> {
+    table: &'a HuffmanTable,
+    meaning: fn(u8) -> Option<Meaning>,
+    steps: Steps,
+}
+
+impl<'a> Codes<'a> {
+    fn new(table: &'a HuffmanTable, meaning: fn(u8) -> Option<Meaning>) -> Self {
+        Self { table, meaning, steps: Steps::new(table, meaning) }
+    }
+
+    /// Reads a code and its value into `sink`; returns by how much it advances, and whether it is the last.
+    fn read(&self, bits: &mut BitReader<'_>, sink: &mut impl BitSink) -> Option<(usize, bool)> {
+        let (size, advance, is_last) = (self.meaning)(self.table.read(bits, sink)?)?;
+        bits.read(size.into(), sink)?;
+        Some((advance.into(), is_last))
+    }
+}
+
+/// The first coefficient of a block, after which the other table is used.
+fn dc_meaning(size: u8) -> Option<Meaning> {
+    (size <= 11).then_some((size, 0, true))
+}
+
+/// The other coefficients: a run of zeros and the size of the value after it.
+fn ac_meaning(code: u8) -> Option<Meaning> {
+    match (code >> 4, code & 15) {
+        (0, 0) => Some((0, 0, true)),
+        (15, 0) => Some((0, 16, false)),
+        // Decoders do not agree on where the next code begins.
+        (_, 0) => None,
+        (run, size) => Some((size, run + 1, false)),
+    }
+}
+
 fn read_block(
     bits: &mut BitReader<'_>,
-    dc: &HuffmanTable,
-    ac: &HuffmanTable,
+    dc: &Codes<'_>,
+    ac: &Codes<'_>,
     sink: &mut impl BitSink,
 ) -> Option<()> {
-    let size = dc.read(bits, sink)?;
-    if size > 11 {
-        return None;
+    if dc.steps.read(bits, sink, 1).is_none() {
+        dc.read(bits, sink)?;
     }
-    bits.read(size.into(), sink)?;
     let mut index = 1;
     while index < BLOCK {
-        let code = ac.read(bits, sink)?;
-        let (run, size) = (usize::from(code >> 4), code & 15);
-        match (run, size) {
-            (0, 0) => return Some(()),
-            (15, 0) => index += 16,
-            // Decoders do not agree on where the next code begins.
-            (_, 0) => return None,
-            _ => {
-                index += run + 1;
-                bits.read(size.into(), sink)?;
-            }
+        let (advance, is_last) = match ac.steps.read(bits, sink, BLOCK - index) {
+            Some(step) => (step.advance.into(), step.is_last),
+            None => ac.read(bits, sink)?,
+        };
+        if is_last {
+            return Some(());
         }
+        index += advance;
     }
     // Nor do they agree after a run that goes beyond the block.
     (index == BLOCK).then_some(())
