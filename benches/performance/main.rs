@@ -16,6 +16,7 @@ mod cycle;
 mod examiner;
 mod first_motor;
 mod ftrobopy;
+mod machine;
 mod micro;
 mod peer;
 mod pictures;
@@ -121,6 +122,7 @@ fn main() -> Result<()> {
         return Ok(());
     }
     let report = Report::new(options.short)?;
+    machine::describe(&report)?;
     let parts = if options.parts.is_empty() { PARTS.to_vec() } else { options.parts };
     for part in parts {
         let begin = Instant::now();

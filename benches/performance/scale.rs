@@ -12,6 +12,7 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TransferAreaComHandler};
 
 use crate::child::{self, Server};
+use crate::machine::allow_many_files;
 use crate::plot::Picture;
 use crate::process::{Process, Usage};
 use crate::report::{Report, Table};
@@ -29,6 +30,7 @@ pub(crate) struct Simulated {
 
 impl Simulated {
     pub(crate) fn serve(&self) -> Result<()> {
+        allow_many_files()?;
         let controllers: Vec<SimulatedTxt> = (0..self.count)
             .map(|_| SimulatedTxt::builder().pace(PACE).start())
             .collect::<Result<_, _>>()?;

@@ -40,23 +40,26 @@ impl Shared {
         };
         // In lock-step only responses move the time.
         let by_clock = deadline.filter(|_| !self.is_lock_step());
-        let waits =
-            |state: &State| matches!(state.progress(known, response, transfer), Progress::Waits);
-        let mut is_there = state.is_quick() && yield_until(state, by_clock, |state| !waits(state));
+        if state.is_quick() {
+            yield_until(state, by_clock, |state| {
+                !matches!(state.progress(known, response, transfer), Progress::Waits)
+            });
+        }
+        let mut timed_out = false;
         loop {
-            let timed_out =
-                !std::mem::take(&mut is_there) && wait_until(&self.arrived, state, by_clock);
             match state.progress(known, response, transfer) {
                 Progress::Told(response) if !state.is_too_late(deadline) => {
                     return Ok(Some(response));
                 }
-                Progress::Waits if !timed_out => continue,
-                _ => {}
+                Progress::Waits if !timed_out => {
+                    timed_out = wait_until(&self.arrived, state, by_clock);
+                }
+                _ => break,
             }
-            self.give_up(state, response);
-            state.check_wait(known, transfer)?;
-            return Ok(None);
         }
+        self.give_up(state, response);
+        state.check_wait(known, transfer)?;
+        Ok(None)
     }
 
     /// Begins a wait, unless there is already a response for the handle to return.

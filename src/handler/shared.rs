@@ -170,10 +170,10 @@ impl Shared {
 
 impl State {
     /// Whether responses come so quickly that it takes longer to wake a thread for one. A real controller needs
-    /// 10 ms, but a simulated one may have no pace.
+    /// 10 ms, but a simulated one may have no pace, or be in lock-step.
     pub(super) fn is_quick(&self) -> bool {
         const QUICK: Duration = Duration::from_millis(1);
-        self.statistics.last_cycle < QUICK
+        self.clock.is_lock_step() || self.statistics.last_cycle < QUICK
     }
 
     /// For how long the transfer has been running, or was running when it ended.

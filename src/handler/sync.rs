@@ -79,20 +79,16 @@ mod real {
     const YIELDS: Duration = Duration::from_micros(100);
 
     /// Gives the core to other threads until something has happened that they are about to do, but only for a
-    /// moment, and not beyond the deadline; returns whether it has happened.
+    /// moment, and not beyond the deadline.
     pub(crate) fn yield_until<T>(
         guard: &mut MutexGuard<'_, T>,
         deadline: Option<Instant>,
         happened: impl Fn(&T) -> bool,
-    ) -> bool {
+    ) {
         let end = earlier(Some(Instant::now() + YIELDS), deadline);
-        while end.is_some_and(|end| Instant::now() < end) {
-            if happened(guard) {
-                return true;
-            }
+        while !happened(guard) && end.is_some_and(|end| Instant::now() < end) {
             MutexGuard::unlocked(guard, std::thread::yield_now);
         }
-        false
     }
 
     /// Which thread this is. Asking the standard library each time would count a reference.
@@ -128,11 +124,10 @@ mod model {
         guard: &mut MutexGuard<'_, T>,
         _deadline: Option<Instant>,
         happened: impl Fn(&T) -> bool,
-    ) -> bool {
+    ) {
         if !happened(guard) {
             let_others_run(guard);
         }
-        happened(guard)
     }
 
     fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {

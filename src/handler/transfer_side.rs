@@ -180,6 +180,9 @@ impl Shared {
     /// whether a command is to be sent first.
     pub(super) fn wait_for_step(&self) -> bool {
         let mut state = self.state();
+        yield_until(&mut state, None, |state| {
+            state.transfer.stop().is_some() || state.next_may_leave()
+        });
         while state.clock.is_lock_step() && state.transfer.stop().is_none() {
             if state.command.is_some() {
                 return true;
