@@ -132,7 +132,7 @@ fn rounds(report: &Report, place: Place, load: Load) -> Result<Vec<Round>> {
     let mut peer = Server::start(&peer)?;
     let port = peer.number()?;
     let rounds = report.times(15, 1);
-    let cycles = report.times(1500, 100);
+    let cycles = report.times(1000, 100);
     let mut client = child::arguments([&"cycle-client", &"--port", &port]);
     client.extend(child::arguments([&"--rounds", &rounds, &"--cycles", &cycles]));
     client.extend(load.arguments());

@@ -116,6 +116,8 @@ impl Clone {
     fn dependencies(&self, features: &[&str]) -> Result<[usize; 2]> {
         let count = |depth: &str| -> Result<usize> {
             let mut cargo = self.cargo("tree");
+            // It may want to know packages for other systems.
+            cargo.env("CARGO_NET_OFFLINE", "false");
             cargo.args(["tree", "--package", "ft-transfer-area", "--edges", "normal,build"]);
             cargo.args(["--prefix", "none", "--no-dedupe", "--format", "{p}", "--depth", depth]);
             let out = cargo.args(features).stderr(Stdio::inherit()).output()?;

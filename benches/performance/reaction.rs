@@ -43,7 +43,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         let cores = std::thread::available_parallelism()?.get();
         let _load: Vec<Server> =
             (0..if busy { cores } else { 0 }).map(|_| start_load()).collect::<Result<_>>()?;
-        let cycles = report.times(1500, 50);
+        let cycles = report.times(1200, 50);
         for program in Way::ALL.map(Some).into_iter().chain([None]) {
             let (name, seen) = match (program, &ftrobopy) {
                 (Some(way), _) => (way.name(), run(way, cycles)?),
