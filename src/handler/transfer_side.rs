@@ -208,6 +208,7 @@ impl Shared {
         let mut state = self.state();
         let cause = Box::new(error.clone());
         state.interruptions.note(Error::ConnectionLost { cause });
+        state.window.interrupt();
         state.hand_over.stop(Cut::Connection);
         areas.copy_from_slice(state.hand_over.outgoing());
         state.transfer.reconnect();
@@ -347,6 +348,7 @@ impl State {
         let number = self.interruptions.count() + 1;
         let limit = self.watchdog.check(self.clock.now(), number)?;
         self.interruptions.note(Error::WatchdogExpired { limit });
+        self.window.interrupt();
         self.hand_over.stop(Cut::Motors);
         Some(limit)
     }

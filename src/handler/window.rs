@@ -11,6 +11,8 @@ pub(super) struct Window {
     open: bool,
     /// Threads that wait for the next response.
     waiting: usize,
+    /// Threads whose wait was ended by an interruption, and that have not noticed it yet.
+    leaving: usize,
     /// Threads that have waited for this response and have not dropped their guards.
     reacting: usize,
     /// Whether there was any such thread.
@@ -35,17 +37,23 @@ impl Window {
     /// A thread ends its wait that began when `response` was the newest, without answering.
     pub(super) fn give_up(&mut self, response: u64) {
         if self.response == response {
-            self.waiting -= 1;
+            let counted = if self.leaving > 0 { &mut self.leaving } else { &mut self.waiting };
+            *counted -= 1;
         } else {
             self.react(response + 1);
         }
+    }
+
+    /// An interruption ends the waits of all threads: they do not ask for a response any more.
+    pub(super) fn interrupt(&mut self) {
+        self.leaving += std::mem::take(&mut self.waiting);
     }
 
     /// Opens the window of a response: all waiting threads are expected to answer. Returns their number.
     pub(super) fn open(&mut self, response: u64) -> usize {
         self.response = response;
         self.open = true;
-        self.reacting = std::mem::take(&mut self.waiting);
+        self.reacting = std::mem::take(&mut self.waiting) + std::mem::take(&mut self.leaving);
         self.used = self.reacting > 0;
         self.put_off = false;
         self.reacting
@@ -96,9 +104,10 @@ impl Window {
         self.reacting > 0
     }
 
-    /// Whether a thread waits for the next response, and no thread is still answering this one.
+    /// Whether a thread waits for the next response, and no thread is still answering this one or has still to
+    /// learn of an interruption.
     pub(super) fn is_next_asked_for(&self) -> bool {
-        self.waiting > 0 && self.reacting == 0
+        self.waiting > 0 && self.leaving == 0 && self.reacting == 0
     }
 
     /// Closes the window, because the outputs that answer the response `newest` are taken.
@@ -177,6 +186,23 @@ mod tests {
         assert!(window.is_next_asked_for());
         window.give_up(1);
         assert!(!window.is_next_asked_for());
+    }
+
+    #[test]
+    fn a_thread_that_has_not_noticed_an_interruption_asks_for_nothing() {
+        let mut window = Window::default();
+        window.expect();
+        window.interrupt();
+        assert!(!window.is_next_asked_for());
+        window.expect();
+        assert!(!window.is_next_asked_for(), "the first one has still to learn of it");
+        window.give_up(0);
+        assert!(window.is_next_asked_for());
+        window.interrupt();
+        window.open(1);
+        assert!(!window.is_attended(), "it is expected until it has left");
+        window.give_up(0);
+        assert!(window.is_attended());
     }
 
     #[test]
