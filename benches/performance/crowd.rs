@@ -127,7 +127,9 @@ fn beside(crowd: &Crowd, responses: usize) -> Result<Seen> {
     let late = handler.statistics().late_reactions;
     handler.end_transfer()?;
     drop(txt);
-    Ok(Seen { requests: requests.iter().collect(), got, late, locks })
+    // The first request follows no response, and the one after the last response may stop the motors.
+    let requests = requests.iter().skip(first as usize).take(responses).collect();
+    Ok(Seen { requests, got, late, locks })
 }
 
 /// Answers responses until there were this many; returns how many it got.
