@@ -1,98 +1,168 @@
-//! A thread waits for cycles while other threads lock all the time. Does it get each response, and is
-//! its answer in the next request?
-//!
-//! `cargo bench --bench crowd`
+//! A program waits for cycles while other threads lock all the time: whether it gets each response, and whether its
+//! answer is in the next request.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::mpsc;
+use std::thread;
 use std::time::{Duration, Instant};
 
+use anyhow::{anyhow, Result};
 use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 
-/// Five seconds at the controller's pace.
-const RESPONSES: usize = 500;
+use crate::report::{Report, Table};
+use crate::stats::Sorted;
 
-fn main() {
-    println!("others  work  responses  got    answered in time  late  lock: median  99 %");
-    for (lockers, work) in [(0, 0), (1, 0), (4, 0), (1, 100), (4, 100)] {
-        measure(lockers, Duration::from_micros(work));
-    }
+/// Threads that lock all the time.
+struct Crowd {
+    name: &'static str,
+    count: usize,
+    /// How long each works under its guard.
+    work: Duration,
 }
 
-/// The value of I1 in a response, and the value of O1 in the next request.
-type Answer = (i16, i16);
+const CROWDS: [Crowd; 5] = [
+    Crowd { name: "none", count: 0, work: Duration::ZERO },
+    Crowd { name: "one", count: 1, work: Duration::ZERO },
+    Crowd { name: "four", count: 4, work: Duration::ZERO },
+    Crowd {
+        name: "one that works for 100 µs each time",
+        count: 1,
+        work: Duration::from_micros(100),
+    },
+    Crowd {
+        name: "four that work for 100 µs each time",
+        count: 4,
+        work: Duration::from_micros(100),
+    },
+];
 
-/// Each of the other threads works for this time under its guard.
-fn measure(lockers: usize, work: Duration) {
-    let answers = Arc::new(Mutex::new(Vec::<Answer>::new()));
-    let noted = Arc::clone(&answers);
+/// What was seen beside a crowd.
+struct Seen {
+    /// For each request: the value of I1 in the response before it, and its value of O1.
+    requests: Vec<(i16, i16)>,
+    /// How many responses the program got.
+    got: usize,
+    late: u64,
+    /// How long the last thread waited for the areas each time, in µs.
+    locks: Vec<f64>,
+}
+
+pub(crate) fn measure(report: &Report) -> Result<()> {
+    let mut requests = report.raw("crowd", &["other threads", "request", "I1 was", "O1 is"])?;
+    let mut locks = report.raw("crowd_locks", &["other threads", "lock µs"])?;
+    let mut table = Table::new([
+        "other threads",
+        "responses that the program got",
+        "answered in the next request",
+        "late reactions",
+        "lock time of the last thread: median",
+        "99 %",
+    ]);
+    // At the controller's pace.
+    let responses = report.times(500, 20);
+    for crowd in CROWDS {
+        let seen = beside(&crowd, responses)?;
+        for (number, (asked, answer)) in seen.requests.iter().enumerate() {
+            let numbers = [number.to_string(), asked.to_string(), answer.to_string()];
+            requests
+                .write_record([crowd.name].into_iter().chain(numbers.iter().map(String::as_str)))?;
+        }
+        for lock in &seen.locks {
+            locks.write_record([crowd.name, &lock.to_string()])?;
+        }
+        table.row(row(&crowd, responses, seen));
+    }
+    requests.flush()?;
+    locks.flush()?;
+    report.table("crowd", &table)
+}
+
+fn row(crowd: &Crowd, responses: usize, seen: Seen) -> [String; 6] {
+    let answered = seen.requests.iter().filter(|(asked, answer)| asked == answer).count();
+    let percent = |part: usize, all: usize| format!("{:.1} %", 100.0 * part as f64 / all as f64);
+    let locks = Sorted::of(seen.locks);
+    [
+        crowd.name.to_owned(),
+        percent(seen.got, responses),
+        percent(answered, seen.requests.len()),
+        seen.late.to_string(),
+        format!("{:.1} µs", locks.median()),
+        format!("{:.1} µs", locks.quantile(0.99)),
+    ]
+}
+
+fn beside(crowd: &Crowd, responses: usize) -> Result<Seen> {
+    let (noted, requests) = mpsc::channel();
     let mut asked = 0;
     let txt = SimulatedTxt::builder().on_exchange(move |machine| {
         let master = &mut machine.controllers[LOCAL_IO];
-        noted.lock().expect("no panic").push((asked, master.outputs.duty[0]));
+        // Nobody asks for it any more when the measurement has failed.
+        let _ = noted.send((asked, master.outputs.duty[0]));
         asked = asked % 500 + 1;
         master.uni[0] = asked;
     });
-    let txt = txt.start().expect("a simulated TXT");
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build();
-    let handler = handler.expect("good settings");
-    handler.begin_transfer().expect("a transfer");
-    let stop = AtomicBool::new(false);
-    let mut got = 0;
-    let mut locked = std::thread::scope(|scope| {
-        for _ in 0..lockers {
+    let txt = txt.start()?;
+    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build()?;
+    handler.begin_transfer()?;
+    // Before the others begin.
+    answer(&handler, handler.statistics().cycles + 1)?;
+    let first = handler.statistics().cycles;
+    let end = first + responses as u64;
+    let over = AtomicBool::new(false);
+    let (got, locks) = thread::scope(|scope| {
+        for _ in 0..crowd.count {
             let area = handler.transfer_area();
-            let stop = &stop;
-            scope.spawn(move || {
-                while !stop.load(Ordering::Relaxed) {
-                    let _areas = area.lock();
-                    let begin = Instant::now();
-                    while begin.elapsed() < work {
-                        std::hint::spin_loop();
-                    }
-                }
-            });
+            scope.spawn(|| lock_all_the_time(area, crowd.work, &over));
         }
         let area = handler.transfer_area();
-        let locks = scope.spawn({
-            let stop = &stop;
-            move || lock_now_and_then(&area, stop)
-        });
-        let end = handler.statistics().cycles as usize + RESPONSES;
-        while (handler.statistics().cycles as usize) < end {
-            let mut areas = handler.wait_cycle().expect("a response");
-            areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
-            got += 1;
-        }
-        stop.store(true, Ordering::Relaxed);
-        locks.join().expect("no panic")
-    });
+        let locks = scope.spawn(|| lock_now_and_then(area, &over));
+        let got = answer(&handler, end);
+        // Also after an error: the scope waits for all threads.
+        over.store(true, Ordering::Relaxed);
+        let locks = locks.join().map_err(|_| anyhow!("the thread that locks has panicked"))?;
+        Ok::<_, anyhow::Error>((got?, locks))
+    })?;
     let late = handler.statistics().late_reactions;
-    handler.end_transfer().expect("a good end");
-    let answers = answers.lock().expect("no panic");
-    let count = answers.len();
-    let answered = answers.iter().filter(|(asked, answer)| asked == answer).count();
-    locked.sort_unstable();
-    let at = |part: usize| locked[(locked.len() - 1) * part / 100];
-    println!(
-        "{lockers:6}  {work:4?}  {count:9}  {:5.1} %  {:13.1} %  {late:4}  {:12.1?}  {:.1?}",
-        100.0 * got as f64 / RESPONSES as f64,
-        100.0 * answered as f64 / count as f64,
-        at(50),
-        at(99),
-    );
+    handler.end_transfer()?;
+    drop(txt);
+    // The first request follows no response, and the one after the last response may stop the motors.
+    let requests = requests.iter().skip(first as usize).take(responses).collect();
+    Ok(Seen { requests, got, late, locks })
 }
 
-/// How long another thread waits for the areas.
-fn lock_now_and_then(area: &ft_transfer_area::TransferArea, stop: &AtomicBool) -> Vec<Duration> {
+/// Answers responses until there were this many; returns how many it got.
+fn answer(handler: &TransferAreaComHandler, end: u64) -> Result<usize, Error> {
+    let mut got = 0;
+    while handler.statistics().cycles < end {
+        let mut areas = handler.wait_cycle()?;
+        areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
+        got += 1;
+    }
+    Ok(got)
+}
+
+fn lock_all_the_time(area: TransferArea, work: Duration, over: &AtomicBool) {
+    while !over.load(Ordering::Relaxed) {
+        let _areas = area.lock();
+        let begin = Instant::now();
+        while begin.elapsed() < work {
+            std::hint::spin_loop();
+        }
+    }
+}
+
+/// How long another thread waits for the areas, in µs.
+fn lock_now_and_then(area: TransferArea, over: &AtomicBool) -> Vec<f64> {
     let mut took = Vec::new();
-    while !stop.load(Ordering::Relaxed) {
-        std::thread::sleep(Duration::from_millis(3));
+    loop {
         let begin = Instant::now();
         drop(area.lock());
-        took.push(begin.elapsed());
+        took.push(begin.elapsed().as_secs_f64() * 1e6);
+        if over.load(Ordering::Relaxed) {
+            return took;
+        }
+        thread::sleep(Duration::from_millis(3));
     }
-    took
 }

@@ -12,10 +12,12 @@ mod camera;
 mod child;
 mod clients;
 mod cost;
+mod crowd;
 mod cycle;
 mod examiner;
 mod first_motor;
 mod ftrobopy;
+mod loops;
 mod machine;
 mod micro;
 mod peer;
@@ -85,10 +87,12 @@ struct Part {
     measure: fn(&Report) -> Result<()>,
 }
 
-const PARTS: [Part; 7] = [
+const PARTS: [Part; 9] = [
     Part { name: "cycle", measure: cycle::measure },
     Part { name: "cost", measure: cost::measure },
     Part { name: "reaction", measure: reaction::measure },
+    Part { name: "crowd", measure: crowd::measure },
+    Part { name: "loops", measure: loops::measure },
     Part { name: "scale", measure: scale::measure },
     Part { name: "micro", measure: micro::measure },
     Part { name: "camera", measure: camera::measure },

@@ -40,9 +40,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
     let mut lines = Vec::new();
     for busy in [false, true] {
         let machine = if busy { "busy" } else { "idle" };
-        let cores = std::thread::available_parallelism()?.get();
-        let _load: Vec<Server> =
-            (0..if busy { cores } else { 0 }).map(|_| start_load()).collect::<Result<_>>()?;
+        let _load = load(busy)?;
         let cycles = report.times(1200, 50);
         for program in Way::ALL.map(Some).into_iter().chain([None]) {
             let (name, seen) = match (program, &ftrobopy) {
@@ -108,6 +106,12 @@ fn row(machine: &str, name: &str, seen: &Seen) -> [String; 11] {
         format!("{processor:.0} µs"),
         format!("{waits:.1}"),
     ]
+}
+
+/// On a busy machine, a process for each core that keeps it busy until it is dropped.
+pub(crate) fn load(busy: bool) -> Result<Vec<Server>> {
+    let cores = std::thread::available_parallelism()?.get();
+    (0..if busy { cores } else { 0 }).map(|_| start_load()).collect()
 }
 
 fn start_load() -> Result<Server> {

@@ -20,6 +20,7 @@ mod interruptions;
 #[cfg(all(test, shuttle))]
 mod model;
 mod panic_check;
+mod patience;
 mod program_side;
 mod reconnect;
 mod response_wait;

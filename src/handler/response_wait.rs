@@ -3,8 +3,8 @@
 use std::time::Instant;
 
 use super::events::Step;
-use super::shared::{Shared, State};
-use super::sync::{current_thread, wait_until, yield_until, MutexGuard};
+use super::shared::{stay_awake, Shared, ShortWait, State};
+use super::sync::{current_thread, wait_until, MutexGuard};
 use super::taken::{Known, Taken};
 use crate::error::Error;
 
@@ -40,11 +40,9 @@ impl Shared {
         };
         // In lock-step only responses move the time.
         let by_clock = deadline.filter(|_| !self.is_lock_step());
-        if state.is_quick() {
-            yield_until(state, by_clock, |state| {
-                !matches!(state.progress(known, response, transfer), Progress::Waits)
-            });
-        }
+        stay_awake(state, ShortWait::Response, by_clock, |state| {
+            !matches!(state.progress(known, response, transfer), Progress::Waits)
+        });
         let mut timed_out = false;
         loop {
             match state.progress(known, response, transfer) {

@@ -22,9 +22,10 @@ use super::events::{Event, Listeners, LoggedBeginning, TimedEvent};
 use super::hand_over::HandOver;
 use super::hook_slot::HookSlot;
 use super::interruptions::Interruptions;
+use super::patience::Patience;
 use super::state::Transfer;
 use super::statistics::Statistics;
-use super::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
+use super::sync::{lock_soon, yield_until, Condvar, Mutex, MutexGuard, Thread};
 use super::watchdog::Watchdog;
 use super::window::Window;
 use crate::camera::CameraControl;
@@ -58,6 +59,8 @@ pub(super) struct State {
     pub(super) interruptions: Interruptions,
     pub(super) hook: HookSlot,
     pub(super) statistics: Statistics,
+    /// For each kind of [`ShortWait`].
+    patience: [Patience; 2],
     /// Counts the responses of all transfers.
     pub(super) delivered: u64,
     /// When the last response of this connection came in.
@@ -74,6 +77,34 @@ pub(super) struct State {
     pub(super) camera: Option<Arc<CameraControl>>,
     /// The controller of the last connection.
     pub(super) controller: Option<Controller>,
+}
+
+/// Waits that are sometimes over sooner than a thread could go to sleep and be woken.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum ShortWait {
+    /// Of the program for a response.
+    Response,
+    /// Of the transfer thread for the program's answer.
+    Answer,
+}
+
+/// Stays awake for a moment, until something has `happened` that other threads are about to do, if that is likely to be
+/// quicker than to sleep: a real controller needs 10 ms for a response, but a simulated one may have no pace, or be in
+/// lock-step.
+pub(super) fn stay_awake(
+    state: &mut MutexGuard<'_, State>,
+    wait: ShortWait,
+    deadline: Option<Instant>,
+    happened: impl Fn(&State) -> bool,
+) {
+    const QUICK: Duration = Duration::from_millis(1);
+    let is_quick = state.clock.is_lock_step() || state.statistics.last_cycle < QUICK;
+    if !is_quick || !state.patience[wait as usize].stays_awake() {
+        return;
+    }
+    if !yield_until(state, deadline, happened) {
+        state.patience[wait as usize].lose();
+    }
 }
 
 /// The controller of a connection.
@@ -99,6 +130,7 @@ impl Shared {
             interruptions: Interruptions::default(),
             hook: HookSlot::default(),
             statistics: Statistics::default(),
+            patience: Default::default(),
             delivered: 0,
             last_response: None,
             arrived: clock.now(),
@@ -169,13 +201,6 @@ impl Shared {
 }
 
 impl State {
-    /// Whether responses come so quickly that it takes longer to wake a thread for one. A real controller needs
-    /// 10 ms, but a simulated one may have no pace, or be in lock-step.
-    pub(super) fn is_quick(&self) -> bool {
-        const QUICK: Duration = Duration::from_millis(1);
-        self.clock.is_lock_step() || self.statistics.last_cycle < QUICK
-    }
-
     /// For how long the transfer has been running, or was running when it ended.
     pub(super) fn elapsed(&self) -> Duration {
         self.transfer.elapsed(self.clock.now())

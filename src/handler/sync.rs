@@ -79,16 +79,22 @@ mod real {
     const YIELDS: Duration = Duration::from_micros(100);
 
     /// Gives the core to other threads until something has happened that they are about to do, but only for a
-    /// moment, and not beyond the deadline.
+    /// moment, and not beyond the deadline; returns whether it happened in time.
     pub(crate) fn yield_until<T>(
         guard: &mut MutexGuard<'_, T>,
         deadline: Option<Instant>,
         happened: impl Fn(&T) -> bool,
-    ) {
+    ) -> bool {
         let end = earlier(Some(Instant::now() + YIELDS), deadline);
-        while !happened(guard) && end.is_some_and(|end| Instant::now() < end) {
+        let is_over = || end.is_some_and(|end| Instant::now() >= end);
+        while !happened(guard) {
+            if is_over() {
+                return false;
+            }
             MutexGuard::unlocked(guard, std::thread::yield_now);
         }
+        // On a busy machine, a yield may take much longer.
+        !is_over()
     }
 
     /// Which thread this is. Asking the standard library each time would count a reference.
@@ -124,10 +130,11 @@ mod model {
         guard: &mut MutexGuard<'_, T>,
         _deadline: Option<Instant>,
         happened: impl Fn(&T) -> bool,
-    ) {
+    ) -> bool {
         if !happened(guard) {
             let_others_run(guard);
         }
+        happened(guard)
     }
 
     fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {
