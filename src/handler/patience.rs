@@ -1,10 +1,15 @@
 //! Whether it pays to stay awake for what other threads are about to do.
 
-/// A thread that was not answered in time sleeps during this many later waits.
+use std::time::Duration;
+
+/// A thread that gave its core away for a moment, and got it back after this time, is not alone: other threads have
+/// work for it.
+const BUSY: Duration = Duration::from_millis(1);
+
+/// So many waits sleep then. A thread that sleeps gets a core sooner than one that gives its core away.
 const WAITS_ASLEEP: u32 = 1000;
 
-/// What one kind of wait has learned: while each processor has its own work, or the other side is slow, a thread that
-/// stays awake only takes time from others.
+/// What the threads of a transfer have learned about their cores.
 #[derive(Debug, Default)]
 pub(super) struct Patience {
     asleep: u32,
@@ -18,9 +23,11 @@ impl Patience {
         stays
     }
 
-    /// A thread has stayed awake, and it was in vain.
-    pub(super) fn lose(&mut self) {
-        self.asleep = WAITS_ASLEEP;
+    /// A thread has stayed awake for this time.
+    pub(super) fn learn(&mut self, took: Duration) {
+        if took >= BUSY {
+            self.asleep = WAITS_ASLEEP;
+        }
     }
 }
 
@@ -29,10 +36,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_wait_in_vain_lets_later_ones_sleep_for_a_while() {
+    fn waits_sleep_for_a_while_when_others_need_the_core() {
         let mut patience = Patience::default();
+        patience.learn(BUSY / 2);
         assert!((0..10).all(|_| patience.stays_awake()));
-        patience.lose();
+        patience.learn(BUSY);
         assert!((0..WAITS_ASLEEP).all(|_| !patience.stays_awake()));
         assert!(patience.stays_awake());
     }

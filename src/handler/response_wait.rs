@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::events::Step;
-use super::shared::{stay_awake, Shared, ShortWait, State};
+use super::shared::{stay_awake, Shared, State};
 use super::sync::{current_thread, wait_until, MutexGuard};
 use super::taken::{Known, Taken};
 use crate::error::Error;
@@ -40,7 +40,7 @@ impl Shared {
         };
         // In lock-step only responses move the time.
         let by_clock = deadline.filter(|_| !self.is_lock_step());
-        stay_awake(state, ShortWait::Response, by_clock, |state| {
+        stay_awake(state, by_clock, |state| {
             !matches!(state.progress(known, response, transfer), Progress::Waits)
         });
         let mut timed_out = false;

@@ -59,8 +59,7 @@ pub(super) struct State {
     pub(super) interruptions: Interruptions,
     pub(super) hook: HookSlot,
     pub(super) statistics: Statistics,
-    /// For each kind of [`ShortWait`].
-    patience: [Patience; 2],
+    patience: Patience,
     /// Counts the responses of all transfers.
     pub(super) delivered: u64,
     /// When the last response of this connection came in.
@@ -79,31 +78,19 @@ pub(super) struct State {
     pub(super) controller: Option<Controller>,
 }
 
-/// Waits that are sometimes over sooner than a thread could go to sleep and be woken.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum ShortWait {
-    /// Of the program for a response.
-    Response,
-    /// Of the transfer thread for the program's answer.
-    Answer,
-}
-
 /// Stays awake for a moment, until something has `happened` that other threads are about to do, if that is likely to be
 /// quicker than to sleep: a real controller needs 10 ms for a response, but a simulated one may have no pace, or be in
 /// lock-step.
 pub(super) fn stay_awake(
     state: &mut MutexGuard<'_, State>,
-    wait: ShortWait,
     deadline: Option<Instant>,
     happened: impl Fn(&State) -> bool,
 ) {
     const QUICK: Duration = Duration::from_millis(1);
     let is_quick = state.clock.is_lock_step() || state.statistics.last_cycle < QUICK;
-    if !is_quick || !state.patience[wait as usize].stays_awake() {
-        return;
-    }
-    if !yield_until(state, deadline, happened) {
-        state.patience[wait as usize].lose();
+    if is_quick && state.patience.stays_awake() {
+        let took = yield_until(state, deadline, happened);
+        state.patience.learn(took);
     }
 }
 
@@ -130,7 +117,7 @@ impl Shared {
             interruptions: Interruptions::default(),
             hook: HookSlot::default(),
             statistics: Statistics::default(),
-            patience: Default::default(),
+            patience: Patience::default(),
             delivered: 0,
             last_response: None,
             arrived: clock.now(),

@@ -55,8 +55,6 @@ pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<In
 mod real {
     use std::time::{Duration, Instant};
 
-    use super::earlier;
-
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
     pub(crate) use std::thread::{current as current_thread, park, Thread, ThreadId};
 
@@ -76,25 +74,22 @@ mod real {
     }
 
     /// For how long a thread yields: as long as it may take to wake another one.
-    const YIELDS: Duration = Duration::from_micros(100);
+    const YIELDS: Duration = Duration::from_micros(200);
 
     /// Gives the core to other threads until something has happened that they are about to do, but only for a
-    /// moment, and not beyond the deadline; returns whether it happened in time.
+    /// moment, and not beyond the deadline. Returns how long it took: longer than a moment if other threads kept
+    /// the core.
     pub(crate) fn yield_until<T>(
         guard: &mut MutexGuard<'_, T>,
         deadline: Option<Instant>,
         happened: impl Fn(&T) -> bool,
-    ) -> bool {
-        let end = earlier(Some(Instant::now() + YIELDS), deadline);
-        let is_over = || end.is_some_and(|end| Instant::now() >= end);
-        while !happened(guard) {
-            if is_over() {
-                return false;
-            }
+    ) -> Duration {
+        let begin = Instant::now();
+        let limit = deadline.map_or(YIELDS, |end| YIELDS.min(end.saturating_duration_since(begin)));
+        while !happened(guard) && begin.elapsed() < limit {
             MutexGuard::unlocked(guard, std::thread::yield_now);
         }
-        // On a busy machine, a yield may take much longer.
-        !is_over()
+        begin.elapsed()
     }
 
     /// Which thread this is. Asking the standard library each time would count a reference.
@@ -110,7 +105,7 @@ mod real {
 #[cfg(all(test, shuttle))]
 mod model {
     use std::ops::{Deref, DerefMut};
-    use std::time::Instant;
+    use std::time::{Duration, Instant};
 
     use shuttle::rand::Rng;
     use shuttle::sync;
@@ -130,11 +125,11 @@ mod model {
         guard: &mut MutexGuard<'_, T>,
         _deadline: Option<Instant>,
         happened: impl Fn(&T) -> bool,
-    ) -> bool {
+    ) -> Duration {
         if !happened(guard) {
             let_others_run(guard);
         }
-        happened(guard)
+        Duration::ZERO
     }
 
     fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {

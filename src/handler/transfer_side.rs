@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::command::Command;
 use super::events::{Event, KindSet, Logged, LoggedCycle};
-use super::shared::{stay_awake, Controller, Shared, ShortWait, State};
+use super::shared::{stay_awake, Controller, Shared, State};
 use super::state::Stop;
 use super::statistics::Statistics;
 use super::sync::{earlier, wait_on_time, wait_until};
@@ -150,7 +150,7 @@ impl Shared {
     ) -> Option<Stop> {
         let mut state = self.state_soon();
         let end = state.window_end(length);
-        stay_awake(&mut state, ShortWait::Answer, end, |state| !state.window.is_being_answered());
+        stay_awake(&mut state, end, |state| !state.window.is_being_answered());
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let deadline = earlier(end, state.watchdog.deadline());
             if wait_on_time(&self.attended, &mut state, deadline) {
@@ -178,7 +178,7 @@ impl Shared {
     /// whether a command is to be sent first.
     pub(super) fn wait_for_step(&self) -> bool {
         let mut state = self.state();
-        stay_awake(&mut state, ShortWait::Answer, None, |state| {
+        stay_awake(&mut state, None, |state| {
             state.transfer.stop().is_some() || state.next_may_leave()
         });
         while state.clock.is_lock_step() && state.transfer.stop().is_none() {
