@@ -76,6 +76,9 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         "ping-pong, µs",
         "`do_transfer`, of it",
         "`wait_cycle`, of it",
+        "quickest tenth: ping-pong, µs",
+        "`do_transfer`, of it",
+        "`wait_cycle`, of it",
     ]);
     for place in Place::ALL {
         for load in loads() {
@@ -85,14 +88,19 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
                 row.extend(round.map(|time| time.to_string()));
                 raw.write_record(row)?;
             }
+            let times = |which: usize| Sorted::of(rounds.iter().map(|round| round[which]));
             let of_raw =
                 |which: usize| Sorted::of(rounds.iter().map(|round| round[which] / round[0]));
+            let [quick, direct, waiting] = [0, 1, 2].map(|which| times(which).quantile(0.1));
             table.row([
                 place.name().to_owned(),
                 name(load),
-                Sorted::of(rounds.iter().map(|round| round[0])).with_spread(1),
+                times(0).with_spread(1),
                 of_raw(1).with_spread(2),
                 of_raw(2).with_spread(2),
+                format!("{quick:.1}"),
+                format!("{:.2}", direct / quick),
+                format!("{:.2}", waiting / quick),
             ]);
         }
     }
@@ -131,8 +139,8 @@ fn rounds(report: &Report, place: Place, load: Load) -> Result<Vec<Round>> {
     peer.extend(place.arguments(true));
     let mut peer = Server::start(&peer)?;
     let port = peer.number()?;
-    let rounds = report.times(15, 1);
-    let cycles = report.times(1000, 100);
+    let rounds = report.times(40, 1);
+    let cycles = report.times(300, 100);
     let mut client = child::arguments([&"cycle-client", &"--port", &port]);
     client.extend(child::arguments([&"--rounds", &rounds, &"--cycles", &cycles]));
     client.extend(load.arguments());

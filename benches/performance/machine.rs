@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Command;
 use std::thread::available_parallelism;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use nix::sys::resource::{getrlimit, setrlimit, Resource};
 
 use crate::report::{Report, Table};
@@ -24,6 +24,31 @@ pub(crate) fn describe(report: &Report) -> Result<()> {
     row("system", format!("Linux {}", kernel.trim()));
     row("compiler", String::from_utf8_lossy(&compiler).trim().to_owned());
     report.table("machine", &table)
+}
+
+/// How much processor time the host of a virtual machine has taken away so far, and all that has passed.
+#[derive(Clone, Copy)]
+pub(crate) struct Stolen {
+    stolen: f64,
+    passed: f64,
+}
+
+impl Stolen {
+    pub(crate) fn so_far() -> Result<Self> {
+        let stat = fs::read_to_string("/proc/stat")?;
+        let line = stat.lines().next().context("no processors")?;
+        let words = line.split_whitespace().skip(1).take(8);
+        let times: Vec<f64> = words.map(|time| Ok(time.parse()?)).collect::<Result<_>>()?;
+        // The eighth time of proc(5).
+        let stolen = *times.get(7).context("no stolen time")?;
+        Ok(Self { stolen, passed: times.iter().sum() })
+    }
+
+    /// The share since then, in %.
+    pub(crate) fn share(self) -> Result<f64> {
+        let now = Self::so_far()?;
+        Ok(100.0 * (now.stolen - self.stolen) / (now.passed - self.passed))
+    }
 }
 
 /// Lets this process have as many open files as the system allows: each connection is one, and a simulated TXT has some

@@ -37,7 +37,7 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::{Parser, Subcommand};
 
-use report::Report;
+use report::{Report, Table};
 
 #[derive(Parser)]
 #[command(about = "Measures the library, and writes docs/performance.md")]
@@ -129,10 +129,14 @@ fn main() -> Result<()> {
     machine::describe(&report)?;
     let parts = if options.parts.is_empty() { PARTS.to_vec() } else { options.parts };
     for part in parts {
-        let begin = Instant::now();
+        let (begin, stolen) = (Instant::now(), machine::Stolen::so_far()?);
         eprintln!("{} ...", part.name);
         (part.measure)(&report)?;
-        eprintln!("{} took {:.0?}", part.name, begin.elapsed());
+        let (took, stolen) = (begin.elapsed().as_secs(), stolen.share()?);
+        eprintln!("{} took {took} s", part.name);
+        let mut noise = Table::new(["this part took", "the host took away of the processors"]);
+        noise.row([format!("{took} s"), format!("{stolen:.1} %")]);
+        report.table(&format!("{} noise", part.name), &noise)?;
     }
     println!("{}", report.document().display());
     Ok(())

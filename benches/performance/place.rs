@@ -5,6 +5,8 @@ use anyhow::{Context, Result};
 /// Where the client and its peer run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
+    /// Both on the same core.
+    Together,
     /// Each on a core of its own.
     Apart,
     /// Where the operating system puts them.
@@ -12,10 +14,11 @@ pub(crate) enum Place {
 }
 
 impl Place {
-    pub(crate) const ALL: [Self; 2] = [Self::Apart, Self::Free];
+    pub(crate) const ALL: [Self; 3] = [Self::Together, Self::Apart, Self::Free];
 
     pub(crate) fn name(self) -> &'static str {
         match self {
+            Self::Together => "all on one core",
             Self::Apart => "a core each",
             Self::Free => "placed by the system",
         }
@@ -23,10 +26,12 @@ impl Place {
 
     /// The arguments that put the client, or its peer, onto its core.
     pub(crate) fn arguments(self, of_peer: bool) -> Vec<String> {
-        match self {
-            Self::Apart => vec!["--core".to_owned(), usize::from(of_peer).to_string()],
-            Self::Free => Vec::new(),
-        }
+        let core = match self {
+            Self::Together => 0,
+            Self::Apart => usize::from(of_peer),
+            Self::Free => return Vec::new(),
+        };
+        vec!["--core".to_owned(), core.to_string()]
     }
 }
 
