@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{anyhow, Result};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+pub(crate) use plotters::prelude::SeriesLabelPosition;
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (900, 420);
@@ -33,6 +34,8 @@ pub(crate) struct Picture<'a> {
     pub(crate) lines: Vec<(String, Vec<(f64, f64)>)>,
     /// Whether each point is marked.
     pub(crate) marked: bool,
+    /// Where no line is.
+    pub(crate) names: SeriesLabelPosition,
 }
 
 impl Picture<'_> {
@@ -75,7 +78,7 @@ impl Picture<'_> {
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::UpperLeft)
+            .position(self.names.clone())
             .label_font(text(14))
             .background_style(GROUND.0)
             .border_style(GRID.0)

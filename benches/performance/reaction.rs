@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 
 use crate::child::{self, Server};
 use crate::ftrobopy::Ftrobopy;
-use crate::plot::Picture;
+use crate::plot::{Picture, SeriesLabelPosition};
 use crate::programs::Way;
 use crate::report::{Report, Table};
 use crate::stats::Sorted;
@@ -72,6 +72,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         rows: &[0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],
         lines,
         marked: false,
+        names: SeriesLabelPosition::LowerLeft,
     };
     picture.write(&report.picture("reaction"))?;
     report.table("reaction", &table)

@@ -13,7 +13,7 @@ use ft_transfer_area::{Error, TransferAreaComHandler};
 
 use crate::child::{self, Server};
 use crate::machine::allow_many_files;
-use crate::plot::Picture;
+use crate::plot::{Picture, SeriesLabelPosition};
 use crate::process::{Process, Usage};
 use crate::report::{Report, Table};
 use crate::stats::Sorted;
@@ -187,6 +187,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         rows: &[0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0],
         lines,
         marked: true,
+        names: SeriesLabelPosition::UpperLeft,
     };
     picture.write(&report.picture("scale"))?;
     report.table("scale", &table)
