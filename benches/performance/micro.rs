@@ -11,7 +11,7 @@ use crate::clients::Load;
 use crate::peer::Canned;
 use crate::pictures::{Format, Motif};
 use crate::report::{Report, Table};
-use crate::rounds::{alternate, shown, Work};
+use crate::rounds::{alternate, quickest, shown, Work};
 
 /// Words of the master's part of a request, and of a response.
 const WORD_COUNTS: [usize; 2] = [27, 52];
@@ -36,9 +36,9 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
         add_picture(&mut works, Format::new(Motif::TestCard, width, height))?;
     }
     let times = alternate(report, "micro", report.times(200, 2), &mut works)?;
-    let mut table = Table::new(["what", "time"]);
+    let mut table = Table::new(["what", "time", "the quickest round"]);
     for (work, times) in works.iter().zip(&times) {
-        table.row([work.name.clone(), shown(times)]);
+        table.row([work.name.clone(), shown(times), quickest(times)]);
     }
     report.table("micro", &table)
 }

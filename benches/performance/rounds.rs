@@ -75,6 +75,14 @@ pub(crate) fn shown(times: &[f64]) -> String {
     }
 }
 
+/// The shortest of these times, in which nothing else disturbed the work.
+pub(crate) fn quickest(times: &[f64]) -> String {
+    match times.iter().copied().fold(f64::INFINITY, f64::min) {
+        nanos @ ..1000.0 => format!("{nanos:.0} ns"),
+        nanos => format!("{:.2} µs", nanos / 1000.0),
+    }
+}
+
 fn in_micros(times: &[f64]) -> Sorted {
     Sorted::of(times.iter().map(|nanos| nanos / 1000.0))
 }
