@@ -1,5 +1,7 @@
 //! What a cycle costs from end to end, beside packets of the same sizes that only go back and forth.
 
+use std::time::Duration;
+
 use anyhow::{Context, Result};
 use clap::Args;
 
@@ -49,13 +51,23 @@ impl Client {
         let (port, load) = (self.port, self.load);
         let mut raw = Raw::connect(port, load)?;
         let mut direct = Direct::connect(port, load)?;
-        for _ in 0..self.rounds {
-            let [first, second] = [raw.time(self.cycles)?, direct.time(self.cycles)?];
-            // A handler whose program does not wait goes on by itself, so it is there only for its turn.
-            let mut waiting = Waiting::connect(port, load)?;
-            waiting.cycles(self.cycles / 10)?;
-            let third = waiting.time(self.cycles)?;
-            let times = [first, second, third].map(|time| time.as_nanos().to_string());
+        for round in 0..self.rounds {
+            // What went before may have kept the cores awake.
+            let mut times = [Duration::ZERO; 3];
+            for turn in 0..3 {
+                let which = (round + turn) % 3;
+                times[which] = match which {
+                    0 => raw.time(self.cycles)?,
+                    1 => direct.time(self.cycles)?,
+                    _ => {
+                        // A handler whose program does not wait goes on by itself, so it is there only for its turn.
+                        let mut waiting = Waiting::connect(port, load)?;
+                        waiting.cycles(self.cycles / 10)?;
+                        waiting.time(self.cycles)?
+                    }
+                };
+            }
+            let times = times.map(|time| time.as_nanos().to_string());
             println!("{}", times.join(" "));
         }
         Ok(())
