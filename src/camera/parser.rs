@@ -278,12 +278,12 @@ impl<'a> Codes<'a> {
 }
 
 /// The first coefficient of a block, after which the other table is used.
-fn dc_meaning(size: u8) -> Option<Meaning> {
+pub(super) fn dc_meaning(size: u8) -> Option<Meaning> {
     (size <= 11).then_some((size, 0, true))
 }
 
 /// The other coefficients: a run of zeros and the size of the value after it.
-fn ac_meaning(code: u8) -> Option<Meaning> {
+pub(super) fn ac_meaning(code: u8) -> Option<Meaning> {
     match (code >> 4, code & 15) {
         (0, 0) => Some((0, 0, true)),
         (15, 0) => Some((0, 16, false)),

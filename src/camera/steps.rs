@@ -86,6 +86,7 @@ fn codes(table: &HuffmanTable, meaning: fn(u8) -> Option<Meaning>) -> [(u8, Step
 mod tests {
     use super::super::bits::BitWriter;
     use super::super::huffman::STANDARD_TABLES;
+    use super::super::parser::{ac_meaning, dc_meaning};
     use super::*;
 
     /// What was read.
@@ -156,21 +157,6 @@ mod tests {
         tables
     }
 
-    /// Each value is the last, as for the first coefficient of a block.
-    fn size(value: u8) -> Option<Meaning> {
-        (value <= 11).then_some((value, 0, true))
-    }
-
-    /// A run and a size, as for the other coefficients.
-    fn run_and_size(value: u8) -> Option<Meaning> {
-        match (value >> 4, value & 15) {
-            (0, 0) => Some((0, 0, true)),
-            (15, 0) => Some((0, 16, false)),
-            (_, 0) => None,
-            (run, size) => Some((size, run + 1, false)),
-        }
-    }
-
     /// What a step has to be.
     #[derive(Debug, Default, PartialEq)]
     struct Expected {
@@ -207,7 +193,7 @@ mod tests {
     /// Compares all steps of a table with its codes; returns how many steps have several codes.
     fn compare(table: &HuffmanTable, numbers: &mut Numbers) -> usize {
         let mut several = 0;
-        for meaning in [size, run_and_size] {
+        for meaning in [dc_meaning, ac_meaning] {
             let steps = Steps::new(table, meaning);
             for first in 0..COUNT {
                 let scan = numbers.scan(first);
@@ -271,7 +257,7 @@ mod tests {
 
     #[test]
     fn near_the_end_of_the_data_nothing_is_read_in_steps() {
-        let steps = Steps::new(&standard_tables()[1], run_and_size);
+        let steps = Steps::new(&standard_tables()[1], ac_meaning);
         let scan = [0; 8];
         for size in 0..=scan.len() {
             let mut taken = Taken::default();

@@ -78,9 +78,7 @@ impl Port {
             stream.set_nodelay(true)?;
             Ok((stream, client))
         }) {
-            Ok((stream, client)) => {
-                return Some((stream, client));
-            }
+            Ok(accepted) => return Some(accepted),
             Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_caller = false,
             // A client that has closed again, or too many open files: the next client may succeed.
             Err(error) => log::warn!("a client could not be accepted: {error}"),
