@@ -2,10 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use log::debug;
-
 use crate::client::{found_host, Connection, PacketNames, TimeLimits, PORT};
 use crate::error::Error;
+use crate::notices::notice;
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
 /// The highest address of a device: it has 7 bits.
@@ -202,7 +201,7 @@ impl I2cClient {
             return Ok(connection);
         }
         let Self { host, port, limits, .. } = self;
-        debug!("a new I2C connection to {host}:{port} is made");
+        notice!(Debug, "a new I2C connection to {host}:{port} is made");
         Connection::connect(host, *port, *limits)
     }
 }

@@ -121,6 +121,7 @@ pub mod fuzzing;
 pub mod guide;
 mod handler;
 mod i2c;
+mod notices;
 mod pause;
 #[cfg(feature = "simulator")]
 pub mod simulator;

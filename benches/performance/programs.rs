@@ -90,10 +90,13 @@ impl Program {
                 }
             }
             Way::Hooked => {
-                handler.set_cycle_hook(|areas| {
-                    copy_input(areas);
-                    ControlFlow::Continue(())
-                });
+                handler
+                    .set_cycle_hook(|areas| {
+                        let areas = areas.unwrap();
+                        copy_input(areas);
+                        ControlFlow::Continue(())
+                    })
+                    .unwrap();
                 while goes_on() {
                     thread::sleep(Duration::from_millis(100));
                 }

@@ -12,6 +12,7 @@ use super::response::response_size;
 use super::PORT;
 use crate::error::Error;
 use crate::found::{ConnectionKind, FoundController, TriedAddress};
+use crate::notices::notice;
 use crate::wire::{CommandId, QueryStatusResponse};
 
 /// The host that means the only controller that is found.
@@ -157,7 +158,7 @@ pub(crate) fn found_host(host: &str, port: u16, limit: Duration) -> Result<Strin
         return Ok(host.to_owned());
     }
     let controller = only(find_usual(port, limit.min(AUTO_LIMIT))?)?;
-    log::info!("found {controller}");
+    notice!(Info, "found {controller}");
     Ok(controller.address.ip().to_string())
 }
 

@@ -2,6 +2,7 @@
 
 use std::mem;
 
+use crate::notices::notice;
 use crate::terminals::Output;
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
 use crate::wire::ExchangeData;
@@ -41,7 +42,8 @@ impl Outputs {
             let is_out = sent != duty;
             let was_out = mem::replace(&mut self.out_of_range[index][output.index()], is_out);
             if is_out && !was_out {
-                log::warn!(
+                notice!(
+                    Warn,
                     "{output} in area {index} has duty {duty}, which is not 0..={DUTY_MAX}: {sent} is sent"
                 );
             }
@@ -51,16 +53,17 @@ impl Outputs {
 
 #[cfg(test)]
 mod tests {
-    use std::cell::RefCell;
+    use std::time::Duration;
+
+    use parking_lot::Mutex;
 
     use super::*;
+    use crate::notices;
 
-    /// Collects the warnings of each thread, and so of each test.
+    /// Collects the warnings of all tests.
     struct Warnings;
 
-    thread_local! {
-        static WARNINGS: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
-    }
+    static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
     impl log::Log for Warnings {
         fn enabled(&self, _: &log::Metadata<'_>) -> bool {
@@ -68,10 +71,18 @@ mod tests {
         }
 
         fn log(&self, record: &log::Record<'_>) {
-            WARNINGS.with_borrow_mut(|warnings| warnings.push(record.args().to_string()));
+            WARNINGS.lock().push(record.args().to_string());
         }
 
         fn flush(&self) {}
+    }
+
+    /// The new warnings of a test that alone uses these duties.
+    fn warnings(duties: &[i16]) -> Vec<String> {
+        notices::flush(Duration::from_secs(30));
+        let of_test =
+            |text: &String| duties.iter().any(|duty| text.contains(&format!("has duty {duty},")));
+        std::mem::take(&mut *WARNINGS.lock()).into_iter().filter(of_test).collect()
     }
 
     #[test]
@@ -97,15 +108,15 @@ mod tests {
         let mut send = |index, duty| {
             area.output.duty[2] = duty;
             outputs.of(index, &area);
-            WARNINGS.take()
+            warnings(&[30_001, -777])
         };
-        let first = "O3 in area 0 has duty 30000, which is not 0..=512: 512 is sent";
-        assert_eq!(send(0, 30_000), [first]);
-        assert!((0..100).all(|_| send(0, 30_000).is_empty()));
+        let first = "O3 in area 0 has duty 30001, which is not 0..=512: 512 is sent";
+        assert_eq!(send(0, 30_001), [first]);
+        assert!((0..100).all(|_| send(0, 30_001).is_empty()));
         // Another area has outputs of its own.
-        assert_eq!(send(8, -1), ["O3 in area 8 has duty -1, which is not 0..=512: 0 is sent"]);
-        assert!(send(0, i16::MIN).is_empty(), "it was not in range between");
+        assert_eq!(send(8, -777), ["O3 in area 8 has duty -777, which is not 0..=512: 0 is sent"]);
+        assert!(send(0, -777).is_empty(), "it was not in range between");
         assert!(send(0, 512).is_empty());
-        assert_eq!(send(0, 30_000), [first]);
+        assert_eq!(send(0, 30_001), [first]);
     }
 }

@@ -205,9 +205,10 @@ impl TransferArea {
         Ok(guard)
     }
 
-    /// Stores that a wait of this handle has returned the guard's response.
+    /// Stores that a wait of this handle has returned the guard's response. Another thread that shares the
+    /// handle may have returned a newer one meanwhile.
     pub(super) fn note_returned(&self, guard: &TransferAreaGuard<'_>) {
-        self.known.returned.store(guard.response(), Ordering::Relaxed);
+        self.known.returned.fetch_max(guard.window(), Ordering::Relaxed);
     }
 
     /// The guard of areas that this thread has taken.

@@ -1,15 +1,15 @@
 //! Who has the areas, and who is next.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use super::sync::ThreadId;
+use super::sync::{current_thread, Thread, ThreadId};
 use crate::transfer_area::FishX1Transfer;
 
 /// A thread that locks the areas takes them out, and puts them back afterwards.
 ///
 /// No thread overtakes waiting ones, so a thread that locks repeatedly does not starve the others. The
-/// cycle hook comes first, then threads that answer a response, for which the areas are kept while its
-/// window is open, then threads that just lock.
+/// kinds of threads take turns by their rank, and while the window of a response is open, the areas are
+/// kept for the threads that were told of it.
 #[derive(Debug)]
 pub(super) struct AreaLock {
     /// `None` while a thread has them.
@@ -20,26 +20,48 @@ pub(super) struct AreaLock {
     /// The kind of the waiting thread that the areas were promised to.
     promised: Option<Waiter>,
     /// How many threads wait, by kind.
-    waiting: [usize; 2],
-    /// How many threads were told of a response and have not taken the areas yet. Until they have, no
-    /// thread of the other kind gets them.
-    expected: usize,
-    hook_waits: bool,
+    waiting: [usize; Waiter::COUNT],
+    /// How many threads were told of a response and have not taken the areas yet, by kind. Until they have,
+    /// no thread of a later kind gets them.
+    expected: [usize; Waiter::COUNT],
 }
 
 /// Which thread has the areas, and since when.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Holder {
-    pub(super) thread: ThreadId,
+    pub(super) thread: Thread,
     pub(super) since: Instant,
 }
 
-/// The kinds of threads of the program that wait for the areas.
+impl Holder {
+    /// The calling thread, from now on.
+    pub(super) fn now() -> Self {
+        Self { thread: current_thread(), since: Instant::now() }
+    }
+
+    pub(super) fn held(&self) -> Duration {
+        self.since.elapsed()
+    }
+}
+
+/// How a message names a thread.
+pub(super) fn name_of(thread: &Thread) -> String {
+    thread.name().map_or("a thread without a name".into(), |name| format!("the thread {name:?}"))
+}
+
+/// The kinds of threads that wait for the areas, by their rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Waiter {
+    /// The cycle hook, so that the others find what it wrote.
+    Hook,
     /// The next request waits for the thread.
     Reacting,
     Other,
+}
+
+impl Waiter {
+    pub(super) const COUNT: usize = 3;
+    const BY_RANK: [Self; Self::COUNT] = [Self::Hook, Self::Reacting, Self::Other];
 }
 
 impl AreaLock {
@@ -49,9 +71,8 @@ impl AreaLock {
             turn: 0,
             holder: None,
             promised: None,
-            waiting: [0; 2],
-            expected: 0,
-            hook_waits: false,
+            waiting: [0; Waiter::COUNT],
+            expected: [0; Waiter::COUNT],
         }
     }
 
@@ -61,32 +82,33 @@ impl AreaLock {
         waiter: Waiter,
         holder: Holder,
     ) -> Option<(Vec<FishX1Transfer>, u64)> {
-        let others_first = waiter == Waiter::Other && self.expected > 0;
-        if self.promised.is_some() || self.hook_waits || others_first {
+        let others_first = self.expected[..waiter as usize].iter().any(|expected| *expected > 0);
+        if self.promised.is_some() || others_first {
             return None;
         }
         self.take(holder)
     }
 
-    /// Keeps the areas for threads that were just told of a response.
-    pub(super) fn expect(&mut self, threads: usize) {
-        self.expected = threads;
+    /// Keeps the areas for so many threads of a kind, which were just told of a response.
+    pub(super) fn expect(&mut self, waiter: Waiter, threads: usize) {
+        self.expected[waiter as usize] = threads;
     }
 
-    /// Keeps the areas for one more such thread.
+    /// Keeps the areas for one more reacting thread.
     pub(super) fn expect_one_more(&mut self) {
-        self.expected += 1;
+        self.expected[Waiter::Reacting as usize] += 1;
     }
 
     /// One of these threads has come. Returns the kind to wake, as [`put_back`](Self::put_back).
-    pub(super) fn arrive(&mut self) -> Option<Waiter> {
-        self.expected = self.expected.saturating_sub(1);
+    pub(super) fn arrive(&mut self, waiter: Waiter) -> Option<Waiter> {
+        let expected = &mut self.expected[waiter as usize];
+        *expected = expected.saturating_sub(1);
         self.promise_if_free()
     }
 
     /// Stops keeping the areas. Returns the kind to wake, as [`put_back`](Self::put_back).
     pub(super) fn expect_nobody(&mut self) -> Option<Waiter> {
-        self.expected = 0;
+        self.expected = [0; Waiter::COUNT];
         self.promise_if_free()
     }
 
@@ -100,24 +122,11 @@ impl AreaLock {
         self.take(holder)
     }
 
-    /// Takes the areas for the cycle hook, or makes it the next one.
-    pub(super) fn take_for_hook(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
-        let taken = if self.promised.is_none() { self.take(holder) } else { None };
-        self.hook_waits = taken.is_none();
-        taken
-    }
-
     fn take(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
         let areas = self.areas.take()?;
         self.turn += 1;
         self.holder = Some(holder);
         Some((areas, self.turn))
-    }
-
-    /// The hook's turn has passed. Returns the kind to wake, as [`put_back`](Self::put_back).
-    pub(super) fn pass_hook(&mut self) -> Option<Waiter> {
-        self.hook_waits = false;
-        self.promise_if_free()
     }
 
     fn promise_if_free(&mut self) -> Option<Waiter> {
@@ -135,6 +144,17 @@ impl AreaLock {
     /// A thread has waited for the areas.
     pub(super) fn waited(&mut self, waiter: Waiter) {
         self.waiting[waiter as usize] -= 1;
+    }
+
+    /// Whether the cycle hook waits for the areas. It may change its mind; then this returns the kind to wake,
+    /// as [`put_back`](Self::put_back).
+    pub(super) fn hook_waits(&mut self, waits: bool) -> Option<Waiter> {
+        self.waiting[Waiter::Hook as usize] = usize::from(waits);
+        if waits || self.promised != Some(Waiter::Hook) {
+            return None;
+        }
+        self.promised = None;
+        self.promise_if_free()
     }
 
     /// Puts the areas back; returns the kind of waiters of which one is to be woken. Areas from a holder
@@ -155,74 +175,64 @@ impl AreaLock {
     }
 
     fn promise(&mut self) -> Option<Waiter> {
-        if self.hook_waits {
-            return None;
-        }
-        let [reacting, other] = self.waiting.map(|waiting| waiting > 0);
-        self.promised = match (reacting, self.expected) {
-            (true, _) => Some(Waiter::Reacting),
-            (false, 0) if other => Some(Waiter::Other),
-            (false, _) => None,
+        let is_wanted = |waiter: &Waiter| {
+            self.waiting[*waiter as usize] > 0 || self.expected[*waiter as usize] > 0
         };
+        let first = Waiter::BY_RANK.into_iter().find(is_wanted)?;
+        self.promised = Some(first).filter(|first| self.waiting[*first as usize] > 0);
         self.promised
     }
 
-    /// Hands the areas to another thread.
-    pub(super) fn hand_to(&mut self, thread: ThreadId) {
-        if let Some(holder) = &mut self.holder {
-            holder.thread = thread;
-        }
+    pub(super) fn holder(&self) -> Option<&Holder> {
+        self.holder.as_ref()
     }
 
-    pub(super) fn hook_waits(&self) -> bool {
-        self.hook_waits
-    }
-
-    pub(super) fn holder(&self) -> Option<Holder> {
-        self.holder
+    /// Whether this thread has the areas.
+    pub(super) fn is_held_by(&self, thread: ThreadId) -> bool {
+        self.holder.as_ref().is_some_and(|holder| holder.thread.id() == thread)
     }
 
     /// Whether this is still the turn of a holder.
     pub(super) fn is_turn(&self, turn: u64) -> bool {
         self.turn == turn
     }
+
+    /// The turn of the current holder, or of the last one.
+    pub(super) fn turn(&self) -> u64 {
+        self.turn
+    }
 }
 
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
-    use crate::handler::sync::thread_id;
 
     fn lock() -> AreaLock {
         AreaLock::new(vec![FishX1Transfer::default()])
     }
 
-    fn me() -> Holder {
-        Holder { thread: thread_id(), since: Instant::now() }
-    }
-
     #[test]
     fn no_thread_overtakes_a_waiting_one() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
-        assert!(lock.try_take(Waiter::Other, me()).is_none());
+        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        assert!(lock.try_take(Waiter::Other, Holder::now()).is_none());
         lock.wait(Waiter::Other);
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
-        assert!(lock.try_take(Waiter::Other, me()).is_none(), "they are promised");
-        assert!(lock.take_promised(Waiter::Reacting, me()).is_none(), "to another kind");
-        assert!(lock.take_promised(Waiter::Other, me()).is_some());
+        assert!(lock.try_take(Waiter::Other, Holder::now()).is_none(), "they are promised");
+        assert!(lock.take_promised(Waiter::Reacting, Holder::now()).is_none(), "to another kind");
+        assert!(lock.take_promised(Waiter::Other, Holder::now()).is_some());
         lock.waited(Waiter::Other);
-        assert!(lock.take_promised(Waiter::Other, me()).is_none(), "once");
+        assert!(lock.take_promised(Waiter::Other, Holder::now()).is_none(), "once");
     }
 
     #[test]
     fn a_thread_that_answers_a_response_comes_before_one_that_just_locks() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
+        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         lock.wait(Waiter::Other);
         lock.wait(Waiter::Reacting);
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
-        let (areas, turn) = lock.take_promised(Waiter::Reacting, me()).unwrap();
+        let (areas, turn) = lock.take_promised(Waiter::Reacting, Holder::now()).unwrap();
         lock.waited(Waiter::Reacting);
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
     }
@@ -230,50 +240,63 @@ mod tests {
     #[test]
     fn the_areas_are_kept_for_threads_that_were_told_of_a_response() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
+        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         lock.wait(Waiter::Other);
-        lock.expect(2);
+        lock.expect(Waiter::Reacting, 2);
         assert_eq!(lock.put_back(areas, turn), None);
-        assert!(lock.try_take(Waiter::Other, me()).is_none());
-        let (areas, turn) = lock.try_take(Waiter::Reacting, me()).unwrap();
-        assert_eq!(lock.arrive(), None, "it has them");
+        assert!(lock.try_take(Waiter::Other, Holder::now()).is_none());
+        let (areas, turn) = lock.try_take(Waiter::Reacting, Holder::now()).unwrap();
+        assert_eq!(lock.arrive(Waiter::Reacting), None, "it has them");
         assert_eq!(lock.put_back(areas, turn), None, "another one is still to come");
-        assert_eq!(lock.arrive(), Some(Waiter::Other), "it does not take them");
-        assert!(lock.take_promised(Waiter::Other, me()).is_some());
+        assert_eq!(lock.arrive(Waiter::Reacting), Some(Waiter::Other), "it does not take them");
+        assert!(lock.take_promised(Waiter::Other, Holder::now()).is_some());
     }
 
     #[test]
     fn the_areas_are_kept_no_longer_than_the_window_is_open() {
         let mut lock = lock();
-        lock.expect(1);
+        lock.expect(Waiter::Reacting, 1);
         lock.wait(Waiter::Other);
         assert_eq!(lock.expect_nobody(), Some(Waiter::Other));
     }
 
     #[test]
-    fn the_hook_comes_first_unless_its_turn_has_passed() {
+    fn the_hook_comes_first_until_its_window_is_over() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
+        lock.expect(Waiter::Hook, 1);
+        lock.expect(Waiter::Reacting, 1);
+        assert!(lock.try_take(Waiter::Other, Holder::now()).is_none());
+        assert!(lock.try_take(Waiter::Reacting, Holder::now()).is_none());
         lock.wait(Waiter::Reacting);
-        assert!(lock.take_for_hook(me()).is_none());
-        assert_eq!(lock.put_back(areas, turn), None);
-        assert!(lock.try_take(Waiter::Other, me()).is_none());
-        let (areas, turn) = lock.take_for_hook(me()).unwrap();
-        assert!(!lock.hook_waits());
+        let (areas, turn) = lock.try_take(Waiter::Hook, Holder::now()).unwrap();
+        assert_eq!(lock.arrive(Waiter::Hook), None, "it has them");
         assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
-        let (areas, turn) = lock.take_promised(Waiter::Reacting, me()).unwrap();
-        assert!(lock.take_for_hook(me()).is_none());
-        assert_eq!(lock.put_back(areas, turn), None);
-        assert_eq!(lock.pass_hook(), Some(Waiter::Reacting));
+        let (areas, turn) = lock.take_promised(Waiter::Reacting, Holder::now()).unwrap();
+        lock.wait(Waiter::Reacting);
+        lock.expect(Waiter::Hook, 1);
+        assert_eq!(lock.put_back(areas, turn), None, "kept for the hook");
+        assert_eq!(lock.expect_nobody(), Some(Waiter::Reacting));
+    }
+
+    #[test]
+    fn the_hook_may_decline_the_areas_that_it_was_promised() {
+        let mut lock = lock();
+        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        lock.wait(Waiter::Other);
+        assert_eq!(lock.hook_waits(true), None);
+        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Hook));
+        assert_eq!(lock.hook_waits(false), Some(Waiter::Other));
+        assert!(lock.take_promised(Waiter::Hook, Holder::now()).is_none());
+        assert!(lock.take_promised(Waiter::Other, Holder::now()).is_some());
     }
 
     #[test]
     fn a_holder_whose_turn_is_over_puts_nothing_back() {
         let mut lock = lock();
-        let (mut areas, turn) = lock.try_take(Waiter::Other, me()).unwrap();
+        let (mut areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         areas[0].output.duty[0] = 512;
         lock.replace(vec![FishX1Transfer::default()]);
-        let (fresh, next) = lock.try_take(Waiter::Other, me()).unwrap();
+        let (fresh, next) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         assert_eq!(lock.put_back(areas, turn), None);
         assert!(lock.holder().is_some(), "another one has them now");
         assert_eq!(fresh[0].output.duty[0], 0);

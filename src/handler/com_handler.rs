@@ -1,7 +1,7 @@
 //! The handler: a background thread exchanges the transfer area with the controller.
 
+use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::Arc;
-use std::thread::JoinHandle;
 use std::time::Duration;
 
 use parking_lot::{Mutex, MutexGuard};
@@ -14,10 +14,15 @@ use super::settings::Settings;
 use super::shared::{Controller, Shared};
 use super::statistics::Statistics;
 use super::thread::TransferThread;
+use super::thread_slot::ThreadSlot;
 use super::watchdog::Watchdog;
 use crate::camera::CameraStream;
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
+use crate::notices;
+
+/// How long the end of a transfer waits for the logger, so that a program that ends then has its last lines.
+const FLUSH: Duration = Duration::from_millis(100);
 
 /// Exchanges transfer areas with a controller in the background: a port of the kit's
 /// `ftIF2013TransferAreaComHandler`.
@@ -69,8 +74,7 @@ use crate::firmware::FirmwareVersion;
 pub struct TransferAreaComHandler {
     settings: Settings,
     area: TransferArea,
-    /// The transfer's number and its thread.
-    thread: Mutex<Option<(u64, JoinHandle<()>)>>,
+    thread: ThreadSlot,
     camera: Mutex<Camera>,
 }
 
@@ -88,11 +92,12 @@ impl TransferAreaComHandler {
         let clock = Clock::new(settings.lock_step);
         // In lock-step a program that computes stops the time.
         let watchdog = settings.watchdog.filter(|_| !settings.lock_step);
-        let shared = Shared::new(settings.areas, Watchdog::new(watchdog), clock);
+        let watchdog = Watchdog::new(watchdog);
+        let shared = Shared::new(settings.areas, watchdog, settings.hook_limit, clock);
         Self {
             settings,
             area: TransferArea::new(Arc::new(shared)),
-            thread: Mutex::default(),
+            thread: ThreadSlot::default(),
             camera: Mutex::default(),
         }
     }
@@ -154,8 +159,18 @@ impl TransferAreaComHandler {
         shared.begin()?;
         self.area.learn(|known| shared.know_all(known));
         let number = shared.number();
-        self.join_threads(number);
-        self.try_begin(number).inspect_err(|error| shared.fail(error.clone()))
+        let begin = || {
+            self.join_threads(number);
+            self.try_begin(number)
+        };
+        match catch_unwind(AssertUnwindSafe(begin)) {
+            Ok(result) => result.inspect_err(|error| shared.fail(error.clone())),
+            Err(panic) => {
+                // Otherwise the transfer would be beginning for ever.
+                shared.fail(Error::ProgramPanicked);
+                resume_unwind(panic)
+            }
+        }
     }
 
     fn try_begin(&self, number: u64) -> Result<(), Error> {
@@ -169,31 +184,28 @@ impl TransferAreaComHandler {
         let (mut link, config_updates) = handshake::connect(&settings, limit, &areas, found)?;
         // What was written meanwhile.
         let areas = shared.outgoing();
-        if let Err(stop) = shared.run(config_updates) {
-            // Even if that fails, the connection is closed.
-            let _ = link.client.stop_online();
-            return stop.result().and(Err(Error::NotStarted));
-        }
-        let work = TransferThread::new(link, areas, Arc::clone(shared), settings);
-        let thread = std::thread::Builder::new()
-            .name("transfer-area".to_owned())
-            .spawn(move || work.run())
-            .map_err(|error| {
+        self.thread.start(number, || {
+            if let Err(stop) = shared.run(config_updates) {
+                // Even if that fails, the connection is closed.
+                let _ = link.client.stop_online();
+                return stop.result().and(Err(Error::NotStarted));
+            }
+            let work = TransferThread::new(link, areas, Arc::clone(shared), settings);
+            let thread = std::thread::Builder::new().name("transfer-area".to_owned());
+            thread.spawn(move || work.run()).map_err(|error| {
                 // It was running, so the program may have written outputs.
                 shared.leave(&mut []);
                 Error::not_started(error)
-            })?;
-        *self.thread.lock() = Some((number, thread));
-        Ok(())
+            })
+        })
     }
 
     /// Stops all motors with a last exchange, ends online mode and closes the connection.
     ///
-    /// Blocks until this is done, at most as long as the time limits and the [limit of the cycle
-    /// hook](crate::TransferAreaComHandlerBuilder::hook_limit) allow; while a lost connection is made
-    /// again, until the current attempt has failed. Does nothing when the transfer has already ended without
-    /// an error, or never began. Inside a cycle hook it does not block, and the transfer ends when the hook
-    /// has returned.
+    /// Blocks until this is done, at most as long as the time limits allow; while a lost connection is
+    /// re-established, until the current attempt has failed. A logger that blocks holds it for 0.1 s at most.
+    /// It waits for no other thread of the program, so it also works under a guard and in a cycle hook. Does
+    /// nothing when the transfer has already ended without an error, or never began.
     ///
     /// # Errors
     ///
@@ -206,23 +218,15 @@ impl TransferAreaComHandler {
     pub fn end_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
         let number = shared.ask_to_end();
-        // The hook can't wait for itself: the transfer ends when it has returned.
-        if shared.hook_runs_here() {
-            return Ok(());
-        }
         shared.wait_until_begun(number);
         self.join_threads(number);
+        notices::flush(FLUSH);
         self.area.error().map_or(Ok(()), Err)
     }
 
     /// Waits for the threads of transfers up to this number.
     fn join_threads(&self, number: u64) {
-        // Locked meanwhile, so that other threads that end the transfer wait, too.
-        let mut thread = self.thread.lock();
-        if let Some((_, thread)) = thread.take_if(|(of, _)| *of <= number) {
-            // The thread catches its own panics, so there is nothing to report here.
-            let _ = thread.join();
-        }
+        self.thread.join(number);
         if self.area.shared().number() > number {
             return;
         }

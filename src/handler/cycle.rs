@@ -7,7 +7,6 @@ use std::time::Duration;
 use super::command::Command;
 use super::events::Comparison;
 use super::handshake::Link;
-use super::hook_thread::HookThread;
 use super::shared::Shared;
 use super::state::Stop;
 use super::transfer_side::Delivered;
@@ -26,6 +25,8 @@ pub(super) struct Cycle {
     areas: Vec<FishX1Transfer>,
     /// How the controller's camera server was started, while it is running.
     camera: Option<StartCameraOnline>,
+    /// After a gap, the camera's server, which is to be started again.
+    camera_to_restart: Option<SocketAddr>,
     /// The last two responses, if there are listeners for events.
     inputs_before: Inputs,
     inputs: Inputs,
@@ -50,6 +51,7 @@ impl Cycle {
             window,
             areas,
             camera: None,
+            camera_to_restart: None,
             inputs_before: Inputs::default(),
             inputs: Inputs::default(),
             configs_before,
@@ -58,7 +60,7 @@ impl Cycle {
     }
 
     /// One cycle. Returns a stop if the transfer is to stop.
-    pub(super) fn run(&mut self, hook: &mut HookThread) -> Result<Option<Stop>, Error> {
+    pub(super) fn run(&mut self) -> Result<Option<Stop>, Error> {
         if self.shared.is_lock_step() {
             // Before the first request, too.
             while self.shared.wait_for_step() {
@@ -70,9 +72,6 @@ impl Cycle {
         }
         self.run_command()?;
         let delivered = self.exchange()?;
-        if delivered.opens_later {
-            hook.take_turn()?;
-        }
         Ok(self.finish(&delivered))
     }
 
@@ -142,8 +141,13 @@ impl Cycle {
         self.shared.listeners.lock().tell_response(&comparison, number, cycle, arrived);
     }
 
-    /// Sends the program's command, if there is one.
+    /// Sends the program's command, if there is one. After a gap, starts the camera again before that.
     fn run_command(&mut self) -> Result<(), Error> {
+        if let (Some(start), Some(server)) = (&self.camera, self.camera_to_restart.take()) {
+            let server = CameraServer::before_start(server);
+            self.link.client.start_camera_online(start)?;
+            self.shared.resume_camera(server);
+        }
         let client = &mut self.link.client;
         match self.shared.command() {
             Some(Command::StartCamera(start)) => {
@@ -161,28 +165,25 @@ impl Cycle {
     }
 
     /// Goes on with a new connection after a lost one: makes the first exchange on it, with the current
-    /// outputs, and starts the camera again if it was running; returns its server.
+    /// outputs. The next cycle starts the camera again, if it was running, with its server at `camera`.
     pub(super) fn go_on_with(
         &mut self,
         link: Link,
         camera: Option<SocketAddr>,
-    ) -> Result<(Delivered, Option<CameraServer>), Error> {
+    ) -> Result<Delivered, Error> {
         self.configs_before = *link.exchange.sent_configs();
         self.configs_changed = false;
         self.link = link;
         self.areas = self.shared.outgoing();
-        let delivered = self.exchange()?;
-        let Some(start) = &self.camera else { return Ok((delivered, None)) };
-        let server = camera.map(CameraServer::before_start);
-        self.link.client.start_camera_online(start)?;
-        Ok((delivered, server))
+        self.camera_to_restart = camera;
+        self.exchange()
     }
 
     /// Stops the motors with a last exchange and ends online mode.
     pub(super) fn leave(&mut self) -> Result<(), Error> {
         let delivered = self.exchange()?;
         self.announce(&delivered);
-        if self.camera.is_some() {
+        if self.camera.is_some() && self.camera_to_restart.is_none() {
             self.link.client.stop_camera_online()?;
         }
         self.link.client.stop_online()

@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use super::panic_check::PanicCheck;
 use super::shared::Shared;
-use super::taken::Taken;
+use super::taken::{Purpose, Taken};
 use crate::transfer_area::FishX1Transfer;
 
 /// The areas, locked: a slice with the master at
@@ -80,19 +80,19 @@ impl<'a> TransferAreaGuard<'a> {
         self.taken.arrived
     }
 
-    /// The newest response whose window was opened when this was locked.
-    pub(super) fn response(&self) -> u64 {
-        self.taken.response
+    /// The newest window when this was locked.
+    pub(super) fn window(&self) -> u64 {
+        self.taken.window
     }
 
-    /// The newest response that does not have to be waited for any more. One that came in while this
-    /// thread did not expect it has to be: its window still waits for a thread.
+    /// The newest window that does not have to be waited for any more. One that opened while this thread
+    /// did not expect it has to be: it still waits for a thread.
     pub(super) fn attended(&self) -> u64 {
-        let expected = self.taken.reacts_to == Some(self.taken.response);
-        if expected {
-            self.taken.response
+        let window = self.taken.window;
+        if self.taken.purpose == Purpose::Reacts(window) {
+            window
         } else {
-            self.taken.response.saturating_sub(1)
+            window.saturating_sub(1)
         }
     }
 }

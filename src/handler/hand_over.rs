@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::unfinished::{Cut, Unfinished};
+use super::unfinished::{CommandIds, Cut, Unfinished};
 use crate::exchange::Inputs;
 use crate::transfer_area::FishX1Transfer;
 
@@ -20,6 +20,8 @@ pub(super) struct HandOver {
     /// Whether the outputs were stopped or refused, and that is not yet in the areas.
     outputs_due: bool,
     unfinished: Unfinished,
+    /// The ids of the commands in the areas that a guard has, if the outputs were stopped since it got them.
+    ids_of_guard: Option<CommandIds>,
 }
 
 impl HandOver {
@@ -30,6 +32,7 @@ impl HandOver {
             inputs_due: false,
             outputs_due: false,
             unfinished: Unfinished::default(),
+            ids_of_guard: None,
         }
     }
 
@@ -38,6 +41,7 @@ impl HandOver {
     /// Brings the areas up to date for a guard: copies what has come in into them, and sets the
     /// master's timers to the time since the transfer began.
     pub(super) fn bring_up_to_date(&mut self, areas: &mut [FishX1Transfer], elapsed: Duration) {
+        self.ids_of_guard = None;
         if std::mem::take(&mut self.outputs_due) {
             for (area, outgoing) in areas.iter_mut().zip(&self.outgoing) {
                 area.output = outgoing.output;
@@ -52,12 +56,16 @@ impl HandOver {
         }
     }
 
-    /// Takes the areas as a guard leaves them; the outputs only if they count.
+    /// Takes the areas as a guard leaves them; the outputs only if they count. Commands that are refused by
+    /// this are never reported as done.
     pub(super) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
         if outputs_count {
             self.outgoing.copy_from_slice(areas);
             return;
         }
+        let ids = self.ids_of_guard.unwrap_or_else(|| CommandIds::of(&self.outgoing));
+        self.unfinished.refuse(&ids, areas, &self.outgoing, &mut self.incoming);
+        self.inputs_due = true;
         for (outgoing, area) in self.outgoing.iter_mut().zip(areas) {
             let FishX1Transfer { output, txt_outputs, .. } = *outgoing;
             *outgoing = FishX1Transfer { output, txt_outputs, ..*area };
@@ -75,6 +83,12 @@ impl HandOver {
     pub(super) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
         areas.clone_from(&self.outgoing);
         self.inputs_due = true;
+    }
+
+    /// Areas for the next guard, when the last one has not given its own back.
+    pub(super) fn replacement(&mut self) -> Vec<FishX1Transfer> {
+        self.inputs_due = true;
+        self.outgoing.clone()
     }
 
     // The transfer's side.
@@ -96,8 +110,9 @@ impl HandOver {
         &self.incoming
     }
 
-    /// Stops all outputs. Commands that are cut off by this never read as done.
+    /// Stops all outputs. Commands that are cut off by this are never reported as done.
     pub(super) fn stop(&mut self, cut: Cut) {
+        self.ids_of_guard.get_or_insert_with(|| CommandIds::of(&self.outgoing));
         self.unfinished.stop(cut, &self.incoming, &mut self.outgoing);
         self.outputs_due = true;
     }

@@ -2,14 +2,13 @@
 
 use std::time::Duration;
 
-use log::info;
-
 use super::settings::Settings;
 use super::shared::Controller;
 use crate::client::{TimeLimits, TxtClient};
 use crate::error::Error;
 use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
+use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
 /// A connection in online mode, and the exchange on it.
@@ -39,7 +38,7 @@ pub(super) fn connect(
     if version < required {
         return Err(Error::FirmwareTooOld { found: version, required });
     }
-    info!("{} with firmware {version} at {host}:{port}", status.name());
+    notice!(Info, "{} with firmware {version} at {host}:{port}", status.name());
     client.start_online()?;
     let mut exchange = Exchange::new(settings.mode, version);
     let config_updates = client.update_configs(&mut exchange, areas)?;

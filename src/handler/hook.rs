@@ -1,46 +1,60 @@
-//! The program's calls for the cycle hook.
+//! The cycle hook: a thread of the program that this library starts.
+//!
+//! It waits for responses like any other thread of the program, and the rules for guards are the same for
+//! it. It only gets the areas before the others.
 
 use std::ops::ControlFlow;
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::sync::Arc;
 
+use super::area::TransferArea;
+use super::area_lock::{Holder, Waiter};
 use super::com_handler::TransferAreaComHandler;
-use super::hook_slot::Hook;
-use super::shared::Shared;
-use super::sync::thread_id;
+use super::guard::TransferAreaGuard;
+use super::shared::{Shared, State};
+use super::state::Stop;
+use super::sync::{thread_id, wait_until};
+use super::taken::{Known, Purpose, Taken};
+use crate::error::Error;
 use crate::transfer_area::FishX1Transfer;
 
 impl TransferAreaComHandler {
     /// Calls a function in each cycle, between receiving inputs and sending outputs: the
     /// controller's `SetTransferAreaCompleteCallback`.
     ///
-    /// The function gets the areas locked, with the inputs that have just come in; what it writes
-    /// goes out in the very next request. If it returns [`ControlFlow::Break`], it stops the machine, as
-    /// `false` does on the controller: the transfer ends without an error, with all motors stopped. If it
-    /// panics, the transfer ends with all motors stopped and
-    /// [`Error::ProgramPanicked`](crate::Error::ProgramPanicked), and what it wrote in that
-    /// cycle does not go out.
+    /// This starts a thread of the program that calls the function with what
+    /// [`wait_cycle`](Self::wait_cycle) would return:
+    ///
+    /// - for each response the areas, locked, with the inputs that have just come in. What the function
+    ///   writes goes out in the very next request, if it returns within the [reaction
+    ///   window](crate::TransferAreaComHandlerBuilder::reaction_window).
+    /// - once for each time that the outputs were stopped,
+    ///   [`Error::ConnectionLost`] or [`Error::WatchdogExpired`]. What it writes counts again afterwards.
+    ///
+    /// If it returns [`ControlFlow::Break`], it stops the machine, as `false` does on the controller: the
+    /// transfer ends without an error, with all motors stopped. If it panics, the transfer ends with all
+    /// motors stopped and [`Error::ProgramPanicked`], and what it wrote under that guard does not go out.
     ///
     /// It is called from the next response on, in this transfer and the following ones, until it is
-    /// replaced or [cleared](Self::clear_cycle_hook), or the handler is dropped. It runs before
-    /// threads in [`wait_cycle`](Self::wait_cycle) are woken and events are sent, so these find
-    /// what it wrote and can overwrite it. It does not shorten the reaction window for programs that poll.
+    /// replaced or [cleared](Self::clear_cycle_hook), or the handler is dropped. It gets the areas before
+    /// threads in `wait_cycle`, listeners for events and threads that lock, so these find what it wrote and
+    /// can overwrite it. It is not called for the last response of a transfer. It does not shorten the
+    /// reaction window for programs that poll.
     ///
-    /// It runs in a thread of its own, always the same during a transfer. The exchange waits meanwhile, so
-    /// it has to be quick: about a millisecond. When it does not return within its
-    /// [limit](crate::TransferAreaComHandlerBuilder::hook_limit), half a second by default,
-    /// the transfer ends with all motors stopped and
-    /// [`Error::HookHangs`](crate::Error::HookHangs), and it is never called again. Its thread can't be
-    /// stopped from outside; it ends when the function returns.
+    /// Nothing waits for the function longer than the reaction window: while it runs, sleeps or hangs, the
+    /// exchange goes on, and every stop reaches the controller. If the next response comes in before it has
+    /// returned, or before another thread has released the areas, its call for the earlier one is left out
+    /// and counted in [`missed_hook_calls`](crate::Statistics::missed_hook_calls). When a call takes longer
+    /// than its [limit](crate::TransferAreaComHandlerBuilder::hook_limit), half a second by default, the
+    /// transfer ends with all motors stopped and [`Error::HookHangs`], the areas are taken away from it, and
+    /// it is never called again. Its thread can't be stopped from outside; it ends when the function
+    /// returns.
     ///
-    /// Inside the function, use the areas that it gets. Locking the areas, waiting for a cycle, and starting
-    /// or stopping the camera panic there, because it would wait for itself. It may set and clear hooks, end
-    /// the transfer and drop the handler; the transfer then ends when the function has returned.
+    /// The function may do what any thread of the program may do that has a guard, such as ending the
+    /// transfer, starting the camera, setting another hook, or dropping the handler. Locking the areas and
+    /// waiting panic there, as under any guard.
     ///
-    /// While a thread of the program holds a guard, the call is delayed, but not beyond the reaction
-    /// window; then it is skipped for that cycle and counted as a
-    /// [late reaction](crate::Statistics::late_reactions). Without a window, it is skipped if any guard is
-    /// held when the response comes in.
-    ///
-    /// Blocks while an earlier hook runs, for the limit at most.
+    /// Blocks while an earlier hook runs, for the limit at most; inside a hook it does not block.
     ///
     /// ```
     /// use std::ops::ControlFlow;
@@ -50,27 +64,46 @@ impl TransferAreaComHandler {
     ///
     /// fn run_until_stopped(handler: &TransferAreaComHandler) -> Result<(), Error> {
     ///     handler.set_cycle_hook(|areas| {
+    ///         // After a lost connection this machine just goes on.
+    ///         let Ok(areas) = areas else { return ControlFlow::Continue(()) };
     ///         let area = &mut areas[LOCAL_IO];
     ///         area.output.duty[0] = if area.input.uni[0] != 0 { 512 } else { 0 }; // I1, M1
     ///         if area.input.uni[1] != 0 { // I2
     ///             return ControlFlow::Break(());
     ///         }
     ///         ControlFlow::Continue(())
-    ///     });
+    ///     })?;
     ///     handler.begin_transfer()?;
     ///     while handler.wait_cycle().is_ok() {}
     ///     handler.end_transfer()
     /// }
     /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::ThreadNotStarted`]; then no hook is set.
     #[doc(alias = "SetTransferAreaCompleteCallback")]
     #[doc(alias = "TransferAreaCallbackFunction")]
     #[doc(alias = "SetFtTaCompleted")]
     #[doc(alias = "tCbTaCompleted")]
     pub fn set_cycle_hook(
         &self,
-        hook: impl FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> + Send + 'static,
-    ) {
-        self.area().shared().put_hook(Some(Box::new(hook)));
+        hook: impl FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> + Send + 'static,
+    ) -> Result<(), Error> {
+        let shared = self.area().shared();
+        shared.clear_hook();
+        let version = shared.state().hook.set();
+        let thread = HookThread { area: self.area().clone(), version };
+        let started = std::thread::Builder::new()
+            .name("cycle-hook".to_owned())
+            .spawn(move || thread.run(hook));
+        if let Err(error) = started {
+            let mut state = shared.state();
+            state.hook.clear();
+            state.hook.thread_ends(version);
+            return Err(Error::not_started(error));
+        }
+        Ok(())
     }
 
     /// Stops calling the function of [`set_cycle_hook`](Self::set_cycle_hook), and drops it.
@@ -78,19 +111,159 @@ impl TransferAreaComHandler {
     /// Blocks while the function runs, for its limit at most; inside the function it does not block. After
     /// this has returned, the function is not called again; one that hangs may still be running.
     pub fn clear_cycle_hook(&self) {
-        self.area().shared().put_hook(None);
+        self.area().shared().clear_hook();
+    }
+}
+
+/// The thread that calls the program's function.
+struct HookThread {
+    area: TransferArea,
+    /// Which hook it is.
+    version: u64,
+}
+
+impl HookThread {
+    fn run<H>(self, mut hook: H)
+    where
+        H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
+    {
+        let shared = Arc::clone(self.area.shared());
+        while let Some(call) = self.area.learn(|known| shared.next_call(self.version, known)) {
+            self.guarded(|| self.call(&mut hook, call));
+            shared.call_ends();
+        }
+        // The program's values are dropped like in a call, because that runs its code, too.
+        shared.begin_last_call(self.version);
+        self.guarded(|| drop(hook));
+        shared.call_ends();
+        let version = self.version;
+        // A handle of a thread that has ended is gone.
+        drop(self);
+        shared.state().hook.thread_ends(version);
+        shared.wake_hook();
+    }
+
+    fn call<H>(&self, hook: &mut H, call: Result<Taken, Error>)
+    where
+        H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
+    {
+        let shared = self.area.shared();
+        let transfer = shared.number();
+        // A panic drops the guard, which undoes what was written.
+        let mut guard = call.map(|taken| self.area.guard(taken));
+        let areas = guard.as_mut().map_err(|error| error.clone());
+        if hook(areas).is_break() {
+            // Before the next request can leave.
+            shared.end_by_hook(self.version, transfer);
+        }
+    }
+
+    /// Runs code of the program. A panic in it stops the motors, also without a guard.
+    fn guarded(&self, code: impl FnOnce()) {
+        if let Err(payload) = catch_unwind(AssertUnwindSafe(code)) {
+            self.area.shared().ask_to_stop(Stop::ProgramPanicked);
+            // It may panic again when it is dropped.
+            std::mem::forget(payload);
+        }
     }
 }
 
 impl Shared {
-    fn put_hook(&self, hook: Option<Hook>) {
+    /// Lets the hook's thread end, and waits until it has, unless this is that thread.
+    fn clear_hook(&self) {
         let mut state = self.state();
-        let before = state.hook.put(hook);
-        while state.hook.old_one_runs_elsewhere(thread_id()) {
-            self.hook_turn.wait(&mut state);
+        state.hook.clear();
+        let next = state.area_lock.arrive(Waiter::Hook);
+        self.wake_next(next);
+        self.wake_hook();
+        self.attended.notify_one();
+        while !state.hook.is_alone(thread_id()) {
+            let deadline = state.hook.deadline();
+            if wait_until(self.areas_free(Waiter::Hook), &mut state, deadline) {
+                self.give_up_hook(&mut state);
+            }
         }
-        drop(state);
-        // Not under the lock, because dropping it runs code of the program.
-        drop(before);
     }
+
+    /// Waits for the next call of this hook; `None` when it was replaced or cleared.
+    pub(super) fn next_call(
+        &self,
+        version: u64,
+        known: &mut Known,
+    ) -> Option<Result<Taken, Error>> {
+        let mut state = self.state();
+        loop {
+            if let ControlFlow::Break(call) = self.try_call(&mut state, version, known) {
+                let next = state.area_lock.hook_waits(false);
+                self.wake_next(next);
+                return call;
+            }
+            self.areas_free(Waiter::Hook).wait(&mut state);
+        }
+    }
+
+    /// Begins a call, if there is a reason for one and the areas are free.
+    fn try_call(
+        &self,
+        state: &mut State,
+        version: u64,
+        known: &mut Known,
+    ) -> ControlFlow<Option<Result<Taken, Error>>> {
+        if state.hook.is_over(version) {
+            return ControlFlow::Break(None);
+        }
+        if !state.hook.is_free() {
+            return ControlFlow::Continue(());
+        }
+        if let Err(error) = state.tell_news(known) {
+            state.hook.begin(thread_id(), version, false);
+            return ControlFlow::Break(Some(Err(error)));
+        }
+        let is_due = state.hook.is_due() && state.transfer.stop().is_none();
+        let areas = if is_due { take_for_hook(state) } else { None };
+        let Some(areas) = areas else {
+            let next = state.area_lock.hook_waits(is_due);
+            self.wake_next(next);
+            return ControlFlow::Continue(());
+        };
+        let next = state.area_lock.arrive(Waiter::Hook);
+        self.wake_next(next);
+        state.hook.begin(thread_id(), version, true);
+        ControlFlow::Break(Some(Ok(Taken::new(state, areas, *known, Purpose::Hook))))
+    }
+
+    /// A call in this thread has ended. A guard that it had has already said so.
+    fn call_ends(&self) {
+        let mut state = self.state();
+        state.hook.returned(thread_id());
+        if state.next_may_leave() {
+            self.attended.notify_one();
+        }
+        self.wake_hook();
+    }
+
+    /// The hook has ended the transfer of this number.
+    pub(super) fn end_by_hook(&self, version: u64, transfer: u64) {
+        let mut state = self.state();
+        state.hook.end_transfer(version, transfer);
+        if state.transfer.number() == transfer {
+            state.transfer.ask_to_stop(Stop::Asked);
+            self.attended.notify_one();
+        }
+    }
+
+    /// A hook that is over is about to be dropped. This counts as a call, unless another hook runs.
+    fn begin_last_call(&self, version: u64) {
+        let mut state = self.state();
+        if state.hook.is_free() {
+            state.hook.begin(thread_id(), version, false);
+        }
+    }
+}
+
+/// The areas, if the hook may have them now.
+fn take_for_hook(state: &mut State) -> Option<(Vec<FishX1Transfer>, u64)> {
+    let lock = &mut state.area_lock;
+    let promised = lock.take_promised(Waiter::Hook, Holder::now());
+    promised.or_else(|| lock.try_take(Waiter::Hook, Holder::now()))
 }

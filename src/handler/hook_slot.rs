@@ -1,146 +1,249 @@
-//! The cycle hook's slot: the function itself, and its turns.
+//! Which cycle hook is set, and what its thread is doing.
 
-use std::fmt;
-use std::ops::ControlFlow;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use super::sync::ThreadId;
-use crate::transfer_area::FishX1Transfer;
 
-/// The program's function.
-pub(super) type Hook = Box<dyn FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> + Send>;
-
-/// The program puts its hook here, and the hook's thread gets its turns here.
-///
-/// The hook runs in a thread of its own, so that the transfer thread can go on without it.
-#[derive(Default)]
+/// The function itself belongs to its thread. Here is what others have to know of it.
+#[derive(Debug)]
 pub(super) struct HookSlot {
-    /// `None` also while it runs.
-    hook: Option<Hook>,
-    /// Counts the hooks that were set and cleared, to know one that was replaced while it ran.
+    /// How long a call may take.
+    limit: Duration,
+    /// Counts the hooks that were set and cleared.
     version: u64,
-    turn: Turn,
-    /// When the current turn was given.
-    called: Option<Instant>,
-    /// Counts the hook's threads, to know one whose hook did not return.
-    thread: u64,
+    /// Whether the last one was set.
+    set: bool,
+    /// Threads of hooks that have not ended, without those that were given up.
+    threads: usize,
+    /// Whether the function is to be called for the newest response.
+    due: bool,
+    /// The hook's thread that is in the program's function, or drops it.
+    call: Option<Call>,
+    /// The transfer that the hook has ended, so that it is not called again in this one.
+    ended: Option<u64>,
+    /// Hooks that were given up and whose threads have not ended.
+    given_up: Vec<u64>,
 }
 
-/// What the hook's thread is to do, or is doing.
-#[derive(Debug, Default)]
-enum Turn {
-    /// Nothing.
-    #[default]
-    None,
-    /// To call the hook with these areas, as the holder's turn of this number.
-    Called(Vec<FishX1Transfer>, u64),
-    /// The hook of this version runs in this thread.
-    Running(ThreadId, u64),
-}
-
-/// A turn that has begun: the hook, if it was not cleared, and what it gets.
-pub(super) struct Begun {
-    pub(super) hook: Option<Hook>,
+#[derive(Clone, Copy, Debug)]
+struct Call {
+    thread: ThreadId,
     version: u64,
-    pub(super) areas: Vec<FishX1Transfer>,
-    pub(super) turn: u64,
+    since: Instant,
+    /// Whether it answers a response, and so has the areas.
+    answers: bool,
 }
 
 impl HookSlot {
-    /// Whether there is a hook, or one that runs.
-    pub(super) fn is_set(&self) -> bool {
-        self.hook.is_some() || self.busy_since().is_some()
+    pub(super) fn new(limit: Duration) -> Self {
+        Self {
+            limit,
+            version: 0,
+            set: false,
+            threads: 0,
+            due: false,
+            call: None,
+            ended: None,
+            given_up: Vec::new(),
+        }
     }
 
-    /// Whether there is a hook that can be called now.
-    pub(super) fn is_ready(&self) -> bool {
-        self.hook.is_some() && matches!(self.turn, Turn::None)
+    pub(super) fn limit(&self) -> Duration {
+        self.limit
     }
 
-    /// Puts a hook in, or none; returns the previous one, unless it runs.
-    pub(super) fn put(&mut self, hook: Option<Hook>) -> Option<Hook> {
+    /// The hook that was set, if any, is not called any more.
+    pub(super) fn clear(&mut self) {
         self.version += 1;
-        std::mem::replace(&mut self.hook, hook)
+        self.set = false;
+        self.due = false;
     }
 
-    /// Whether a hook that was replaced still runs in another thread.
-    pub(super) fn old_one_runs_elsewhere(&self, me: ThreadId) -> bool {
-        matches!(self.turn, Turn::Running(thread, version)
-            if thread != me && version != self.version)
+    /// A hook is set, whose thread is about to start; its version.
+    pub(super) fn set(&mut self) -> u64 {
+        self.clear();
+        self.set = true;
+        self.ended = None;
+        self.threads += 1;
+        self.version
     }
 
-    /// Whether the hook runs in this thread.
-    pub(super) fn runs_in(&self, me: ThreadId) -> bool {
-        matches!(self.turn, Turn::Running(thread, _) if thread == me)
+    /// Whether this hook was replaced or cleared.
+    pub(super) fn is_over(&self, version: u64) -> bool {
+        self.version != version
+    }
+
+    /// Whether no hook's thread is left, but perhaps the one that asks.
+    pub(super) fn is_alone(&self, me: ThreadId) -> bool {
+        self.threads == usize::from(self.call.is_some_and(|call| call.thread == me))
     }
 
     // What the transfer thread calls.
 
-    /// A new thread for the hook begins; its number.
-    pub(super) fn start(&mut self) -> u64 {
-        self.thread += 1;
-        self.turn = Turn::None;
-        self.thread
+    /// A response has come in for which the hook is to be called. Returns whether a call for an earlier
+    /// response is left out.
+    pub(super) fn call_for_response(&mut self, transfer: u64) -> bool {
+        if !self.set || self.ended == Some(transfer) {
+            return false;
+        }
+        std::mem::replace(&mut self.due, true)
     }
 
-    /// Gives the hook's thread a turn.
-    pub(super) fn call(&mut self, areas: Vec<FishX1Transfer>, turn: u64) {
-        self.turn = Turn::Called(areas, turn);
-        self.called = Some(Instant::now());
+    /// Whether the hook is going to take the areas, or has them and is going to take them again.
+    pub(super) fn is_about_to_take(&self) -> bool {
+        self.due && self.call.is_none_or(|call| call.answers)
     }
 
-    /// When the current turn was given; `None` without one.
-    pub(super) fn busy_since(&self) -> Option<Instant> {
-        self.called.filter(|_| matches!(self.turn, Turn::Called(..) | Turn::Running(..)))
+    /// The hook is not called for the last response any more.
+    pub(super) fn stop(&mut self) {
+        self.due = false;
     }
 
-    /// Ends the thread: after its turn, or, if the hook hangs, when it returns.
-    pub(super) fn end(&mut self) {
-        self.thread += 1;
-        self.turn = Turn::None;
+    /// Whether the hook is answering a response, or is going to.
+    pub(super) fn is_answering(&self) -> bool {
+        self.due || self.call.is_some_and(|call| call.answers)
+    }
+
+    /// Whether the program's function runs, or is going to.
+    pub(super) fn is_busy(&self) -> bool {
+        self.due || self.call.is_some()
+    }
+
+    /// When the call that is running has taken too long.
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        self.call.and_then(|call| call.since.checked_add(self.limit))
+    }
+
+    /// Gives the hook up whose call has taken too long; returns its thread.
+    pub(super) fn give_up(&mut self, now: Instant) -> Option<ThreadId> {
+        self.deadline().filter(|deadline| *deadline <= now)?;
+        let call = self.call.take()?;
+        self.threads -= 1;
+        self.given_up.push(call.version);
+        if call.version == self.version {
+            self.clear();
+        }
+        Some(call.thread)
     }
 
     // What the hook's thread calls.
 
-    /// Whether the thread with this number is to end.
-    pub(super) fn is_over(&self, thread: u64) -> bool {
-        self.thread != thread
+    /// Whether the program's function is to be called for a response.
+    pub(super) fn is_due(&self) -> bool {
+        self.due
     }
 
-    /// Begins a turn, if there is one.
-    pub(super) fn begin(&mut self, me: ThreadId) -> Option<Begun> {
-        match std::mem::take(&mut self.turn) {
-            Turn::Called(areas, turn) => {
-                self.turn = Turn::Running(me, self.version);
-                Some(Begun { hook: self.hook.take(), version: self.version, areas, turn })
-            }
-            other => {
-                self.turn = other;
-                None
-            }
+    /// Whether no other hook's thread is in its function, so that only one runs at a time.
+    pub(super) fn is_free(&self) -> bool {
+        self.call.is_none()
+    }
+
+    /// A call of this hook begins; whether it `answers` the newest response.
+    pub(super) fn begin(&mut self, thread: ThreadId, version: u64, answers: bool) {
+        self.due &= !answers;
+        self.call = Some(Call { thread, version, since: Instant::now(), answers });
+    }
+
+    /// The call of this thread has ended, unless it was given up.
+    pub(super) fn returned(&mut self, thread: ThreadId) {
+        self.call.take_if(|call| call.thread == thread);
+    }
+
+    /// The hook is not called again in this transfer, which it has ended.
+    pub(super) fn end_transfer(&mut self, version: u64, transfer: u64) {
+        if self.version == version {
+            self.ended = Some(transfer);
+            self.due = false;
         }
     }
 
-    /// The hook has returned. If it was replaced meanwhile, this returns it, to be dropped before its turn
-    /// [ends](Self::end_turn).
-    pub(super) fn returned(&mut self, begun: Begun, me: ThreadId) -> Option<Hook> {
-        if !self.runs_in(me) || begun.version != self.version {
-            return begun.hook;
-        }
-        self.hook = begun.hook;
-        None
-    }
-
-    /// Ends a turn, unless its thread was given up.
-    pub(super) fn end_turn(&mut self, me: ThreadId) {
-        if self.runs_in(me) {
-            self.turn = Turn::None;
+    /// A hook's thread ends.
+    pub(super) fn thread_ends(&mut self, version: u64) {
+        if let Some(place) = self.given_up.iter().position(|given_up| *given_up == version) {
+            self.given_up.swap_remove(place);
+        } else {
+            self.threads -= 1;
         }
     }
 }
 
-impl fmt::Debug for HookSlot {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("HookSlot").field("turn", &self.turn).finish_non_exhaustive()
+#[cfg(all(test, not(shuttle)))]
+mod tests {
+    use super::*;
+    use crate::handler::sync::thread_id;
+
+    const LIMIT: Duration = Duration::from_millis(500);
+
+    fn set() -> (HookSlot, u64) {
+        let mut slot = HookSlot::new(LIMIT);
+        let version = slot.set();
+        (slot, version)
+    }
+
+    #[test]
+    fn each_response_is_answered_once_or_left_out() {
+        let (mut slot, version) = set();
+        assert!(!slot.call_for_response(1));
+        assert!(slot.is_due() && slot.is_about_to_take());
+        slot.begin(thread_id(), version, true);
+        assert!(slot.is_answering() && !slot.is_due());
+        assert!(!slot.call_for_response(1), "the hook was called for the last one");
+        assert!(slot.is_about_to_take(), "when it has returned");
+        assert!(slot.call_for_response(1), "one is left out");
+        slot.returned(thread_id());
+        assert!(slot.is_answering());
+        slot.begin(thread_id(), version, true);
+        slot.returned(thread_id());
+        assert!(!slot.is_busy());
+    }
+
+    #[test]
+    fn nobody_waits_for_a_hook_that_is_told_of_an_interruption_but_in_lock_step() {
+        let (mut slot, version) = set();
+        slot.begin(thread_id(), version, false);
+        assert!(slot.is_busy() && !slot.is_answering());
+        slot.call_for_response(1);
+        assert!(slot.is_answering() && !slot.is_about_to_take());
+    }
+
+    #[test]
+    fn a_hook_that_has_ended_its_transfer_is_called_in_the_next() {
+        let (mut slot, version) = set();
+        slot.call_for_response(1);
+        slot.end_transfer(version, 1);
+        slot.call_for_response(1);
+        assert!(!slot.is_due());
+        slot.call_for_response(2);
+        assert!(slot.is_due());
+    }
+
+    #[test]
+    fn a_call_that_takes_too_long_is_given_up_and_never_made_again() {
+        let (mut slot, version) = set();
+        slot.begin(thread_id(), version, true);
+        let deadline = slot.deadline().unwrap();
+        assert_eq!(slot.give_up(deadline - Duration::from_nanos(1)), None);
+        assert_eq!(slot.give_up(deadline), Some(thread_id()));
+        assert_eq!(slot.give_up(deadline), None, "once");
+        slot.call_for_response(1);
+        assert!(slot.is_over(version) && !slot.is_due() && !slot.is_busy());
+        // Another hook is not disturbed by it.
+        assert!(slot.is_alone(thread_id()));
+        slot.set();
+        slot.thread_ends(version);
+        assert!(!slot.is_alone(thread_id()));
+    }
+
+    #[test]
+    fn only_its_own_thread_does_not_wait_for_itself() {
+        let (mut slot, version) = set();
+        assert!(!slot.is_alone(thread_id()));
+        slot.begin(thread_id(), version, true);
+        assert!(slot.is_alone(thread_id()));
+        slot.clear();
+        assert!(slot.is_alone(thread_id()) && slot.is_over(version));
+        slot.returned(thread_id());
+        slot.thread_ends(version);
+        assert!(slot.is_alone(thread_id()));
     }
 }

@@ -14,9 +14,9 @@ mod hand_over;
 mod handshake;
 mod hook;
 mod hook_slot;
-mod hook_thread;
 mod i2c;
 mod interruptions;
+mod long_guard;
 #[cfg(all(test, shuttle))]
 mod model;
 mod panic_check;
@@ -32,6 +32,7 @@ mod subscribe;
 mod sync;
 mod taken;
 mod thread;
+mod thread_slot;
 mod transfer_side;
 mod unfinished;
 mod wait;

@@ -39,7 +39,7 @@ fn shared() -> Arc<Shared> {
 }
 
 fn running(clock: Clock) -> Arc<Shared> {
-    let shared = Arc::new(Shared::new(1, Watchdog::new(None), clock));
+    let shared = Arc::new(Shared::new(1, Watchdog::new(None), NO_END, clock));
     shared.begin().unwrap();
     shared.run(0).unwrap();
     shared
@@ -70,7 +70,7 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Tran
 /// A program's part: waits for a response and answers it in two outputs.
 fn answer(shared: &Shared, known: &mut Known) -> Result<i16, Error> {
     let mut taken = shared.wait_cycle(known, None)?.expect("there is no limit");
-    known.returned = taken.response;
+    known.returned = taken.window;
     let asked = taken.areas[0].input.uni[0];
     taken.areas[0].output.duty[0] = asked;
     taken.areas[0].output.duty[1] = asked;
@@ -143,7 +143,7 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
                         shared.release(&mut taken, false);
                     }
                     let mut taken = shared.wait_cycle(known, None).unwrap().unwrap();
-                    known.returned = taken.response;
+                    known.returned = taken.window;
                     assert_eq!(taken.cycle, number as u64);
                     shared.release(&mut taken, false);
                 }

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::area_lock::{Holder, Waiter};
+use super::area_lock::{name_of, Holder, Waiter};
 use super::clock::Clock;
 use super::command::Command;
 use super::events::Subscription;
 use super::shared::{Shared, State};
 use super::state::Stop;
-use super::sync::{thread_id, MutexGuard};
-use super::taken::{Known, Taken};
+use super::sync::{current_thread, thread_id, wait_until, MutexGuard};
+use super::taken::{Known, Purpose, Taken};
 use crate::camera::CameraControl;
 use crate::error::Error;
 use crate::transfer_area::FishX1Transfer;
@@ -29,21 +29,21 @@ impl Shared {
         taken
     }
 
-    /// Takes the areas, for a thread that may have waited for a response.
+    /// Takes the areas, for a thread that may have waited for a window.
     pub(super) fn take(
         &self,
         state: &mut MutexGuard<'_, State>,
         known: Known,
         reacts_to: Option<u64>,
     ) -> Taken {
-        let (areas, turn) = self.take_areas(state, reacts_to);
-        let counts = state.outputs_count(known);
-        let mut taken = Taken::new(state, areas, turn, reacts_to, counts);
-        let is_first = taken.newest > known.shown && state.last_response.is_some();
-        taken.looks = is_first && reacts_to.is_none();
-        let elapsed = state.elapsed();
-        state.hand_over.bring_up_to_date(&mut taken.areas, elapsed);
-        taken
+        let areas = self.take_areas(state, reacts_to);
+        let is_first = state.delivered > known.shown && state.last_response.is_some();
+        let purpose = match reacts_to {
+            Some(window) => Purpose::Reacts(window),
+            None if is_first => Purpose::Looks,
+            None => Purpose::Locks,
+        };
+        Taken::new(state, areas, known, purpose)
     }
 
     fn take_areas(
@@ -53,9 +53,9 @@ impl Shared {
     ) -> (Vec<FishX1Transfer>, u64) {
         let waiter = if reacts_to.is_some() { Waiter::Reacting } else { Waiter::Other };
         let taken = self.wait_for_areas(state, waiter);
-        if reacts_to.is_some_and(|response| state.window.is_open_for(response)) {
-            let next = state.area_lock.arrive();
-            self.wake_next(state, next);
+        if reacts_to.is_some_and(|window| state.window.is_open_for(window)) {
+            let next = state.area_lock.arrive(Waiter::Reacting);
+            self.wake_next(next);
         }
         taken
     }
@@ -65,14 +65,17 @@ impl Shared {
         state: &mut MutexGuard<'_, State>,
         waiter: Waiter,
     ) -> (Vec<FishX1Transfer>, u64) {
-        let holder = || Holder { thread: thread_id(), since: Instant::now() };
-        if let Some(taken) = state.area_lock.try_take(waiter, holder()) {
+        if let Some(taken) = state.area_lock.try_take(waiter, Holder::now()) {
             return taken;
         }
         state.area_lock.wait(waiter);
         loop {
-            self.areas_free(waiter).wait(state);
-            if let Some(taken) = state.area_lock.take_promised(waiter, holder()) {
+            // A hook that does not return must not keep them for ever.
+            let hook_hangs = state.hook.deadline();
+            if wait_until(self.areas_free(waiter), state, hook_hangs) {
+                self.give_up_hook(state);
+            }
+            if let Some(taken) = state.area_lock.take_promised(waiter, Holder::now()) {
                 state.area_lock.waited(waiter);
                 return taken;
             }
@@ -83,26 +86,20 @@ impl Shared {
     pub(super) fn release(&self, taken: &mut Taken, panicked: bool) {
         let mut areas = std::mem::take(&mut taken.areas);
         let mut state = self.state();
-        // If the hook did not give the areas back, others may have new ones.
+        // Others may have got new ones from a hook that did not return.
         if state.area_lock.is_turn(taken.turn) {
             if panicked {
                 state.hand_over.restore(&mut areas);
                 state.transfer.ask_to_stop(Stop::ProgramPanicked);
             } else {
-                let counts =
-                    taken.outputs_count && state.interruptions.count() == taken.interruptions;
-                let reacts =
-                    taken.reacts_to.is_some() || taken.looks && state.hand_over.differs(&areas);
-                if reacts && state.window.is_answered(taken.newest) {
-                    state.statistics.late_reactions += 1;
-                }
-                state.hand_over.take(&areas, counts);
-                state.watchdog.feed();
+                state.take_answer(taken, &areas);
             }
             let next = state.area_lock.put_back(areas, taken.turn);
-            self.wake_next(&state, next);
-            if let Some(response) = taken.reacts_to {
-                state.window.react(response);
+            self.wake_next(next);
+            match taken.purpose {
+                Purpose::Hook => state.hook.returned(thread_id()),
+                Purpose::Reacts(window) => state.window.react(window),
+                Purpose::Looks | Purpose::Locks => {}
             }
         }
         if state.transfer.stop().is_some() || state.next_may_leave() {
@@ -125,13 +122,12 @@ impl Shared {
     #[track_caller]
     pub(super) fn state_of_others(&self) -> MutexGuard<'_, State> {
         let state = self.state();
-        match state.area_lock.holder() {
-            Some(holder) if holder.thread == thread_id() => {
-                drop(state);
-                panic_of_holder(holder)
-            }
-            _ => state,
+        if !state.area_lock.is_held_by(thread_id()) {
+            return state;
         }
+        let held = state.area_lock.holder().map(Holder::held);
+        drop(state);
+        panic_of_holder(held.unwrap_or_default())
     }
 
     /// Waits for a response that is newer than the last one that the handle has returned, and locks the areas
@@ -224,11 +220,6 @@ impl Shared {
         }
     }
 
-    /// Whether this thread runs the cycle hook.
-    pub(super) fn hook_runs_here(&self) -> bool {
-        self.state().hook.runs_in(thread_id())
-    }
-
     /// The error that ended the last transfer, until the next begins.
     pub(super) fn error(&self, known: &mut Known) -> Option<Error> {
         let state = self.state();
@@ -241,16 +232,7 @@ impl Shared {
     }
 
     /// Makes the transfer thread send a command, and waits until that is done, also across a gap.
-    ///
-    /// # Panics
-    ///
-    /// In a cycle hook, for which the transfer thread waits.
     pub(super) fn run_command(&self, command: Command) -> Result<(), Error> {
-        assert!(
-            !self.hook_runs_here(),
-            "the cycle hook starts or stops the camera, which the transfer thread would have to do, but \
-             that thread waits for the hook; do it in another thread"
-        );
         let mut state = self.state();
         state.transfer.check_running()?;
         state.command = Some(command);
@@ -284,12 +266,27 @@ impl Shared {
 }
 
 impl State {
+    /// Takes what a guard leaves in the areas.
+    fn take_answer(&mut self, taken: &Taken, areas: &[FishX1Transfer]) {
+        let counts = taken.outputs_count && self.interruptions.count() == taken.interruptions;
+        let reacts = match taken.purpose {
+            Purpose::Hook | Purpose::Reacts(_) => true,
+            Purpose::Looks => self.hand_over.differs(areas),
+            Purpose::Locks => false,
+        };
+        if !self.window.note_answer(taken.newest) && reacts && self.transfer.stop().is_none() {
+            self.statistics.late_reactions += 1;
+        }
+        self.hand_over.take(areas, counts);
+        self.watchdog.feed();
+    }
+
     /// Makes the next request wait for the calling thread, which is going to take the areas; returns the
-    /// response that it answers, unless the window is closed.
+    /// window's number, unless it is closed.
     pub(super) fn join_window(&mut self) -> Option<u64> {
-        let response = self.window.join()?;
+        let window = self.window.join()?;
         self.area_lock.expect_one_more();
-        Some(response)
+        Some(window)
     }
 
     /// Returns as an error the next interruption that a handle has not been told.
@@ -313,14 +310,12 @@ impl State {
 }
 
 #[track_caller]
-fn panic_of_holder(holder: Holder) -> ! {
-    let thread = std::thread::current();
+fn panic_of_holder(held: Duration) -> ! {
     panic!(
-        "{} has had the transfer areas locked for {:?} and locks them again, so it \
+        "{} has had the transfer areas locked for {held:?} and locks them again, so it \
          would wait for itself for ever; a guard lives until the end of its block, or of its whole \
          statement (also `match`, `if let` and `println!`): keep it in a variable and use that, or copy \
          the value that you need and drop the guard first",
-        thread.name().map_or("a thread without a name".into(), |name| format!("the thread {name:?}")),
-        holder.since.elapsed(),
+        name_of(&current_thread()),
     )
 }

@@ -1,9 +1,7 @@
-//! Making a lost connection again.
+//! Re-establishing a lost connection.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-
-use log::{debug, info, warn};
 
 use super::cycle::Cycle;
 use super::handshake;
@@ -12,6 +10,7 @@ use super::shared::{Controller, Shared};
 use super::state::Stop;
 use super::transfer_side::Delivered;
 use crate::error::Error;
+use crate::notices::notice;
 
 /// How long to wait after a failed attempt: twice as long each time.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
@@ -44,7 +43,7 @@ pub(super) fn reconnect(
         let rest = limit.saturating_sub(begin.elapsed());
         match attempt(cycle, shared, settings, rest) {
             Ok(Attempts::Connected(delivered)) => {
-                info!("connected again after {:?}", begin.elapsed());
+                notice!(Info, "connected again after {:?}", begin.elapsed());
                 shared.resume(shared.clock().now() - lost_at);
                 return Ok(Attempts::Connected(delivered));
             }
@@ -54,7 +53,7 @@ pub(super) fn reconnect(
             Err(error) if begin.elapsed() >= limit => {
                 return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
             }
-            Err(error) => debug!("not connected again yet: {error}"),
+            Err(error) => notice!(Debug, "not connected again yet: {error}"),
         }
         let rest = limit.saturating_sub(begin.elapsed());
         shared.wait_for_stop(Instant::now() + pause.min(rest));
@@ -85,24 +84,43 @@ fn attempt(
         return Ok(Attempts::Stopped(stop));
     }
     let camera = host.map(|host| (host, settings.camera_port).into());
-    let (delivered, camera) = match cycle.go_on_with(link, camera) {
-        Ok(done) => done,
+    let delivered = match cycle.go_on_with(link, camera) {
+        Ok(delivered) => delivered,
         Err(error) => {
             // What the program has written since the last gap may have moved something.
             lose(cycle, shared, &error);
             return Err(error);
         }
     };
-    if let Some(camera) = camera {
-        shared.resume_camera(camera);
-    }
     shared.count_config_updates(config_updates);
     Ok(Attempts::Connected(delivered))
 }
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
 pub(super) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
-    warn!("the connection is lost and is being made again: {error}");
+    notice!(Warn, "the connection is lost and is being made again: {error}");
     shared.lose_connection(error, cycle.areas_mut());
     cycle.abandon();
+}
+
+/// Whether a new connection may help against an error of a cycle.
+pub(super) fn is_of_the_connection(error: &Error) -> bool {
+    match error {
+        Error::HostNotFound { .. }
+        | Error::LookupTimedOut { .. }
+        | Error::ConnectionRefused { .. }
+        | Error::ConnectTimedOut { .. }
+        | Error::ConnectFailed { .. }
+        | Error::NotTaken { .. }
+        | Error::NoAnswer { .. }
+        | Error::ConnectionClosed { .. }
+        | Error::Io { .. }
+        | Error::WrongId { .. }
+        | Error::WrongSize { .. }
+        | Error::TooLarge { .. }
+        | Error::DataEndsEarly { .. }
+        | Error::WrongCrc { .. } => true,
+        // All others are mistakes of the program or of this computer.
+        _ => false,
+    }
 }

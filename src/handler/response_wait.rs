@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::area_lock::Waiter;
 use super::events::Step;
 use super::shared::{stay_awake, Shared, State};
 use super::sync::{current_thread, wait_until, MutexGuard};
@@ -11,9 +12,9 @@ use crate::error::Error;
 /// A wait for a response that is newer than the last one that the handle has returned.
 #[derive(Debug)]
 pub(super) enum Wait {
-    /// It began when the response of this number was the newest, in the transfer of this number.
-    For { response: u64, transfer: u64 },
-    /// The thread was told of this response and is expected to answer it.
+    /// It began when the window of this number was the newest, in the transfer of this number.
+    For { window: u64, transfer: u64 },
+    /// The thread was told of this window and is expected to answer in it.
     Told(u64),
 }
 
@@ -34,20 +35,20 @@ impl Shared {
         known: &mut Known,
         deadline: Option<Instant>,
     ) -> Result<Option<u64>, Error> {
-        let (response, transfer) = match self.begin_wait(state, known)? {
-            Wait::Told(response) => return Ok(Some(response)),
-            Wait::For { response, transfer } => (response, transfer),
+        let (window, transfer) = match self.begin_wait(state, known)? {
+            Wait::Told(window) => return Ok(Some(window)),
+            Wait::For { window, transfer } => (window, transfer),
         };
         // In lock-step only responses move the time.
         let by_clock = deadline.filter(|_| !self.is_lock_step());
         stay_awake(state, by_clock, |state| {
-            !matches!(state.progress(known, response, transfer), Progress::Waits)
+            !matches!(state.progress(known, window, transfer), Progress::Waits)
         });
         let mut timed_out = false;
         loop {
-            match state.progress(known, response, transfer) {
-                Progress::Told(response) if !state.is_too_late(deadline) => {
-                    return Ok(Some(response));
+            match state.progress(known, window, transfer) {
+                Progress::Told(window) if !state.is_too_late(deadline) => {
+                    return Ok(Some(window));
                 }
                 Progress::Waits if !timed_out => {
                     timed_out = wait_until(&self.arrived, state, by_clock);
@@ -55,7 +56,7 @@ impl Shared {
                 _ => break,
             }
         }
-        self.give_up(state, response);
+        self.give_up(state, window);
         state.check_wait(known, transfer)?;
         Ok(None)
     }
@@ -64,25 +65,25 @@ impl Shared {
     fn begin_wait(&self, state: &mut State, known: &mut Known) -> Result<Wait, Error> {
         state.tell_news(known)?;
         state.check_running(known)?;
-        if state.window.response() > known.returned {
-            if let Some(response) = state.join_window() {
-                return Ok(Wait::Told(response));
+        if state.window.number() > known.returned {
+            if let Some(window) = state.join_window() {
+                return Ok(Wait::Told(window));
             }
         }
         state.window.expect();
         if self.is_lock_step() {
             self.attended.notify_one();
         }
-        Ok(Wait::For { response: state.window.response(), transfer: state.transfer.number() })
+        Ok(Wait::For { window: state.window.number(), transfer: state.transfer.number() })
     }
 
-    /// A thread ends its wait that began when `response` was the newest, without an answer.
-    fn give_up(&self, state: &mut State, response: u64) {
-        if state.window.is_open_for(response + 1) {
-            let next = state.area_lock.arrive();
-            self.wake_next(state, next);
+    /// A thread ends its wait that began when `window` was the newest, without an answer.
+    fn give_up(&self, state: &mut State, window: u64) {
+        if state.window.is_open_for(window + 1) {
+            let next = state.area_lock.arrive(Waiter::Reacting);
+            self.wake_next(next);
         }
-        state.window.give_up(response);
+        state.window.give_up(window);
         if state.next_may_leave() {
             self.attended.notify_one();
         }
@@ -101,14 +102,14 @@ impl Shared {
         if !state.transfer.is_running() {
             return Step::NoTransfer;
         }
-        let response = state.window.response();
+        let window = state.window.number();
         let known = &mut Known {
-            returned: response,
-            shown: response,
+            returned: window,
+            shown: window,
             interruptions: state.interruptions.count(),
         };
         if let Ok(Some(_)) = self.wait_for_response(&mut state, known, None) {
-            self.give_up(&mut state, response);
+            self.give_up(&mut state, window);
         }
         Step::Done
     }
@@ -138,13 +139,13 @@ impl Shared {
         known: &mut Known,
     ) -> Result<Option<Instant>, Error> {
         let mut state = self.state();
-        if let Wait::For { response, transfer } = *wait {
-            match state.progress(known, response, transfer) {
+        if let Wait::For { window, transfer } = *wait {
+            match state.progress(known, window, transfer) {
                 Progress::Waits => return Ok(None),
-                Progress::Told(response) => *wait = Wait::Told(response),
+                Progress::Told(window) => *wait = Wait::Told(window),
                 Progress::Over => {
                     state.forget_waker();
-                    self.give_up(&mut state, response);
+                    self.give_up(&mut state, window);
                     state.check_wait(known, transfer)?;
                 }
             }
@@ -158,12 +159,12 @@ impl Shared {
         let mut state = self.state();
         state.forget_waker();
         let told = match *wait {
-            Wait::Told(response) => response,
-            Wait::For { response, .. } => response + 1,
+            Wait::Told(window) => window,
+            Wait::For { window, .. } => window + 1,
         };
         if !self.is_lock_step() && state.window.is_open_for(told) {
-            let next = state.area_lock.arrive();
-            self.wake_next(&state, next);
+            let next = state.area_lock.arrive(Waiter::Reacting);
+            self.wake_next(next);
             return state.window.put_off();
         }
         self.give_up(&mut state, told - 1);
@@ -173,24 +174,24 @@ impl Shared {
     pub(super) fn take_after(&self, wait: &Wait, known: Known) -> Taken {
         let mut state = self.state_of_others();
         state.forget_waker();
-        let response = match *wait {
-            Wait::Told(response) => response,
-            Wait::For { response, .. } => response + 1,
+        let window = match *wait {
+            Wait::Told(window) => window,
+            Wait::For { window, .. } => window + 1,
         };
-        let taken = self.take(&mut state, known, Some(response));
+        let taken = self.take(&mut state, known, Some(window));
         MutexGuard::unlock_fair(state);
         taken
     }
 }
 
 impl State {
-    /// The state of a wait that began when `response` was the newest.
-    fn progress(&self, known: &Known, response: u64, transfer: u64) -> Progress {
+    /// The state of a wait that began when `window` was the newest.
+    fn progress(&self, known: &Known, window: u64, transfer: u64) -> Progress {
         let goes_on = self.transfer.is_running() && self.transfer.number() == transfer;
         if !goes_on || self.interruptions.has_news(known.interruptions) {
             Progress::Over
-        } else if self.window.response() != response {
-            Progress::Told(response + 1)
+        } else if self.window.number() != window {
+            Progress::Told(window + 1)
         } else {
             Progress::Waits
         }

@@ -37,13 +37,12 @@ pub(super) struct Shared {
     state: Mutex<State>,
     /// A response has come in, a command is done, or the transfer's state has changed.
     pub(super) arrived: Condvar,
-    /// The transfer thread has something to do: all threads that waited for the response have reacted, the
-    /// areas are free for the hook, the hook has returned, or a stop was requested.
+    /// The transfer thread has something to do: all threads that waited for the response have reacted, or a
+    /// stop was requested.
     pub(super) attended: Condvar,
-    /// The areas were promised to one of the threads that wait for them, by kind of thread.
-    areas_free: [Condvar; 2],
-    /// The hook has a turn or is to end, or its turn is over.
-    pub(super) hook_turn: Condvar,
+    /// The areas were promised to one of the threads that wait for them, by kind of thread. For the hook also:
+    /// it may have to be called or to end, or has ended.
+    areas_free: [Condvar; Waiter::COUNT],
     pub(super) listeners: Arc<Listeners>,
     area_count: usize,
     lock_step: bool,
@@ -60,6 +59,8 @@ pub(super) struct State {
     pub(super) hook: HookSlot,
     pub(super) statistics: Statistics,
     patience: Patience,
+    /// The turn of the last holder of the areas of whom the program was warned.
+    pub(super) warned_turn: u64,
     /// Counts the responses of all transfers.
     pub(super) delivered: u64,
     /// When the last response of this connection came in.
@@ -103,7 +104,12 @@ pub(super) struct Controller {
 
 impl Shared {
     /// Areas in the kit's default configuration.
-    pub(super) fn new(count: usize, watchdog: Watchdog, clock: Clock) -> Self {
+    pub(super) fn new(
+        count: usize,
+        watchdog: Watchdog,
+        hook_limit: Duration,
+        clock: Clock,
+    ) -> Self {
         let mut areas = vec![FishX1Transfer::default(); count];
         for (id, area) in (0..).zip(&mut areas) {
             area.state.id = id;
@@ -115,9 +121,10 @@ impl Shared {
             window: Window::default(),
             watchdog,
             interruptions: Interruptions::default(),
-            hook: HookSlot::default(),
+            hook: HookSlot::new(hook_limit),
             statistics: Statistics::default(),
             patience: Patience::default(),
+            warned_turn: 0,
             delivered: 0,
             last_response: None,
             arrived: clock.now(),
@@ -131,8 +138,7 @@ impl Shared {
             state: Mutex::new(state),
             arrived: Condvar::new(),
             attended: Condvar::new(),
-            areas_free: [Condvar::new(), Condvar::new()],
-            hook_turn: Condvar::new(),
+            areas_free: Default::default(),
             listeners: Arc::default(),
             area_count: count,
             lock_step: clock.is_lock_step(),
@@ -164,17 +170,26 @@ impl Shared {
     }
 
     /// Wakes the thread that may have the areas next.
-    pub(super) fn wake_next(&self, state: &State, next: Option<Waiter>) {
-        if let Some(waiter) = next {
-            self.areas_free(waiter).notify_one();
-        } else if state.area_lock.hook_waits() {
-            self.attended.notify_one();
+    pub(super) fn wake_next(&self, next: Option<Waiter>) {
+        match next {
+            // Those that wait for its end wait there, too.
+            Some(Waiter::Hook) => self.wake_hook(),
+            Some(waiter) => {
+                self.areas_free(waiter).notify_one();
+            }
+            None => {}
         }
+    }
+
+    /// Wakes the hook's thread, and those that wait for its end.
+    pub(super) fn wake_hook(&self) {
+        self.areas_free(Waiter::Hook).notify_all();
     }
 
     /// Wakes all threads that wait for a response, because it or something else has come.
     pub(super) fn wake_waiting(&self, state: &State) {
         self.arrived.notify_all();
+        self.wake_hook();
         state.wakened.iter().for_each(Thread::unpark);
     }
 

@@ -3,6 +3,13 @@
 use std::time::{Duration, Instant};
 
 /// Statistics of one transfer since its beginning.
+///
+/// Three figures say whether the program keeps up. [`missed_responses`](Self::missed_responses) counts
+/// responses, and is the one for a program that polls. [`late_reactions`](Self::late_reactions) counts
+/// guards, and is the one for threads that wait. [`missed_hook_calls`](Self::missed_hook_calls) counts calls
+/// of the cycle hook that were left out. Which responses a thread has missed itself is told by
+/// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle). After the end of a transfer is asked for,
+/// nothing is counted any more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Statistics {
@@ -10,18 +17,18 @@ pub struct Statistics {
     pub cycles: u64,
     /// Configurations that were sent, including those before the first exchange.
     pub config_updates: u64,
-    /// Reactions to a response that were too late for the request after it. It counts
-    ///
-    /// - guards of a wait that are dropped after the outputs for the request after the newest response that
-    ///   they showed were taken,
-    /// - guards of a lock that are dropped too late in the same way, if they were the first to show a
-    ///   response to their handle and changed outputs,
-    /// - calls of the [cycle hook](crate::TransferAreaComHandler::set_cycle_hook) that were skipped.
-    ///
-    /// Each counts once, even if it takes several cycles. This can be checked from outside: if a program
-    /// answers each response with a new value, this number of values is missing in the requests that follow
-    /// the responses.
+    /// Guards that were dropped too late: the outputs for the request after the newest response that they
+    /// showed were taken already. So their outputs went out one request later, or more. It counts guards of a
+    /// wait, of the [cycle hook](crate::TransferAreaComHandler::set_cycle_hook), and those of a lock that
+    /// were the first to show a response to their handle and changed outputs. Each counts once.
     pub late_reactions: u64,
+    /// Responses that no guard has answered in time: none that showed the response was dropped before the
+    /// outputs for the next request were taken. A program that polls learns here how often it came too late,
+    /// whether it changed outputs or not.
+    pub missed_responses: u64,
+    /// Responses for which the cycle hook was not called, because it was still busy with an earlier one, or
+    /// another thread had the areas until the next response came in.
+    pub missed_hook_calls: u64,
     /// How often the connection was lost in a transfer that
     /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
     pub gaps: u64,

@@ -4,14 +4,14 @@ use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{
-    current_thread, lock_soon, park, thread_id, yield_until, Condvar, Mutex, MutexGuard, Thread,
-    ThreadId,
+    current_thread, lock_soon, park, thread_id, yield_until, Condvar, JoinHandle, Mutex,
+    MutexGuard, Thread, ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
 pub(super) use self::model::{
-    current_thread, lock_soon, park, thread_id, yield_until, Condvar, Mutex, MutexGuard, Thread,
-    ThreadId,
+    current_thread, lock_soon, park, thread_id, yield_until, Condvar, JoinHandle, Mutex,
+    MutexGuard, Thread, ThreadId,
 };
 
 /// Waits for news, for ever without a deadline; returns whether the deadline came first.
@@ -56,7 +56,7 @@ mod real {
     use std::time::{Duration, Instant};
 
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
-    pub(crate) use std::thread::{current as current_thread, park, Thread, ThreadId};
+    pub(crate) use std::thread::{current as current_thread, park, JoinHandle, Thread, ThreadId};
 
     /// How often a lock that is held only for moments is tried: for about 10 µs.
     const TRIES: usize = 1000;
@@ -110,7 +110,9 @@ mod model {
     use shuttle::rand::Rng;
     use shuttle::sync;
 
-    pub(crate) use shuttle::thread::{current as current_thread, park, Thread, ThreadId};
+    pub(crate) use shuttle::thread::{
+        current as current_thread, park, JoinHandle, Thread, ThreadId,
+    };
 
     pub(crate) fn thread_id() -> ThreadId {
         shuttle::thread::current().id()
@@ -133,10 +135,7 @@ mod model {
     }
 
     fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {
-        guard.guard = None;
-        shuttle::thread::yield_now();
-        let locked = guard.mutex.lock();
-        guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
+        MutexGuard::unlocked(guard, shuttle::thread::yield_now);
     }
 
     #[derive(Debug, Default)]
@@ -162,6 +161,13 @@ mod model {
     impl<T> MutexGuard<'_, T> {
         pub(crate) fn unlock_fair(guard: Self) {
             drop(guard);
+        }
+
+        pub(crate) fn unlocked(guard: &mut Self, work: impl FnOnce()) {
+            guard.guard = None;
+            work();
+            let locked = guard.mutex.lock();
+            guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
         }
     }
 

@@ -8,7 +8,7 @@ use crate::transfer_area::FishX1Transfer;
 /// What one handle to the areas has been told, so that it is told everything once.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Known {
-    /// The newest response that a wait of this handle has returned.
+    /// The newest window that a wait of this handle has returned.
     pub(super) returned: u64,
     /// The newest response that any guard of this handle has shown.
     pub(super) shown: u64,
@@ -22,50 +22,55 @@ pub(super) struct Taken {
     pub(super) areas: Vec<FishX1Transfer>,
     /// The holder's turn.
     pub(super) turn: u64,
-    /// The newest response whose window was opened.
-    pub(super) response: u64,
+    /// The newest window.
+    pub(super) window: u64,
     /// The newest response that is in the areas.
     pub(super) newest: u64,
     /// Its number in its transfer.
     pub(super) cycle: u64,
     /// When it came in.
     pub(super) arrived: Instant,
-    /// The response for which the thread waited.
-    pub(super) reacts_to: Option<u64>,
-    /// Whether the thread has not waited, and its handle sees this response for the first time.
-    pub(super) looks: bool,
+    /// What has made its thread take the areas.
+    pub(super) purpose: Purpose,
     /// How many interruptions there were before; if there are more, the outputs do not count.
     pub(super) interruptions: u64,
     /// Whether the outputs count at all.
     pub(super) outputs_count: bool,
 }
 
-impl Taken {
-    /// The areas that the cycle hook holds.
-    pub(super) fn for_hook(state: &State, areas: Vec<FishX1Transfer>, turn: u64) -> Self {
-        let interruptions = state.interruptions.count();
-        let known = Known { interruptions, ..Known::default() };
-        Self::new(state, areas, turn, None, state.outputs_count(known))
-    }
+/// Why a thread has taken the areas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// It is the cycle hook.
+    Hook,
+    /// It has waited for the window of this number.
+    Reacts(u64),
+    /// It has not waited, and its handle sees this response for the first time.
+    Looks,
+    /// None of these.
+    Locks,
+}
 
+impl Taken {
+    /// Brings areas that were taken up to date, for a handle that knows this.
     pub(super) fn new(
-        state: &State,
-        areas: Vec<FishX1Transfer>,
-        turn: u64,
-        reacts_to: Option<u64>,
-        outputs_count: bool,
+        state: &mut State,
+        (mut areas, turn): (Vec<FishX1Transfer>, u64),
+        known: Known,
+        purpose: Purpose,
     ) -> Self {
+        let elapsed = state.elapsed();
+        state.hand_over.bring_up_to_date(&mut areas, elapsed);
         Self {
             areas,
             turn,
-            response: state.window.response(),
+            window: state.window.number(),
             newest: state.delivered,
             cycle: state.statistics.cycles,
             arrived: state.arrived,
-            reacts_to,
-            looks: false,
+            purpose,
             interruptions: state.interruptions.count(),
-            outputs_count,
+            outputs_count: state.outputs_count(known),
         }
     }
 }

@@ -3,21 +3,18 @@
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 
-use log::{error, info};
-
 use super::cycle::Cycle;
 use super::handshake::Link;
-use super::hook_thread::HookThread;
-use super::reconnect::{lose, reconnect, Attempts};
+use super::reconnect::{is_of_the_connection, lose, reconnect, Attempts};
 use super::settings::Settings;
 use super::shared::Shared;
 use super::state::Stop;
 use crate::error::Error;
+use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
 pub(super) struct TransferThread {
     cycle: Cycle,
-    hook: HookThread,
     shared: Arc<Shared>,
     settings: Settings,
     /// Whether the connection works.
@@ -35,7 +32,6 @@ impl TransferThread {
         let window = settings.reaction_window;
         Self {
             cycle: Cycle::new(link, areas, Arc::clone(&shared), window),
-            hook: HookThread::new(Arc::clone(&shared), window, settings.hook_limit),
             shared,
             settings,
             connected: true,
@@ -60,14 +56,11 @@ impl TransferThread {
         if self.connected {
             self.cycle.abandon();
         }
-        // A hook that hangs is reported even if the program has asked for the end meanwhile.
-        let result = result.and(self.hook.end());
         drop(self.cycle);
         self.shared.finish(result.clone().err());
-        // Last, because a logger may panic too.
         match result {
-            Ok(()) => info!("the transfer has ended"),
-            Err(error) => error!("the transfer has ended: {error}"),
+            Ok(()) => notice!(Info, "the transfer has ended"),
+            Err(error) => notice!(Error, "the transfer has ended: {error}"),
         }
     }
 
@@ -75,22 +68,21 @@ impl TransferThread {
     /// used any more.
     fn cycle_until_stopped(&mut self) -> Result<Stop, Error> {
         loop {
-            let error = match self.cycle.run(&mut self.hook) {
+            let error = match self.cycle.run() {
                 Ok(None) => continue,
                 Ok(Some(stop)) => return Ok(stop),
                 Err(error) => error,
             };
-            if let Some(stop) = self.ride_out(error)? {
+            if let Some(stop) = self.reconnect_after(error)? {
                 return Ok(stop);
             }
         }
     }
 
-    /// Makes a lost connection again, if the program wants that; returns a stop if the transfer is to stop
+    /// Re-establishes a lost connection, if the program wants that; returns a stop if the transfer is to stop
     /// instead.
-    fn ride_out(&mut self, error: Error) -> Result<Option<Stop>, Error> {
-        let limit =
-            self.settings.reconnect.filter(|_| !matches!(error, Error::ThreadPanicked { .. }));
+    fn reconnect_after(&mut self, error: Error) -> Result<Option<Stop>, Error> {
+        let limit = self.settings.reconnect.filter(|_| is_of_the_connection(&error));
         let Some(limit) = limit else { return Err(error) };
         lose(&mut self.cycle, &self.shared, &error);
         self.connected = false;
@@ -154,7 +146,7 @@ mod tests {
         let mut work = work(&txt, area.shared(), 2);
         let mut cycle = || {
             area.lock()[0].start_counter_reset(Counter::C1);
-            work.cycle.run(&mut work.hook).unwrap();
+            work.cycle.run().unwrap();
         };
         // Some memory is allocated when it is first needed.
         (0..10).for_each(|_| cycle());
@@ -176,23 +168,24 @@ mod tests {
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
         let mut work = work(&txt, area.shared(), 1);
-        handler.set_cycle_hook(|areas| {
-            areas[0].output.duty[0] ^= 1;
+        let set = handler.set_cycle_hook(|areas| {
+            areas.unwrap()[0].output.duty[0] ^= 1;
             ControlFlow::Continue(())
         });
-        let mut cycle = || assert_eq!(work.cycle.run(&mut work.hook), Ok(None));
+        set.unwrap();
+        let mut cycle = || assert_eq!(work.cycle.run(), Ok(None));
         (0..10).for_each(|_| cycle());
         let allocations = allocation_counter::measure(|| (0..100).for_each(|_| cycle()));
         assert_eq!(allocations.count_total, 0);
         assert!(txt.with_machine(|machine| machine.exchanges()) >= 110);
-        work.hook.end().unwrap();
         area.shared().finish(None);
     }
 
     #[test]
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
         let txt = SimulatedTxt::builder().start().unwrap();
-        let shared = Arc::new(Shared::new(1, Watchdog::new(None), Clock::new(false)));
+        let shared =
+            Arc::new(Shared::new(1, Watchdog::new(None), Duration::MAX, Clock::new(false)));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         // A wrong number of areas makes the thread panic.

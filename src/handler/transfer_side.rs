@@ -2,16 +2,19 @@
 
 use std::time::{Duration, Instant};
 
+use super::area_lock::Waiter;
 use super::command::Command;
 use super::events::{Event, KindSet, Logged, LoggedCycle};
+use super::long_guard::GUARD_IS_LONG;
 use super::shared::{stay_awake, Controller, Shared, State};
 use super::state::Stop;
 use super::statistics::Statistics;
-use super::sync::{earlier, wait_on_time, wait_until};
+use super::sync::{earlier, wait_on_time, wait_until, MutexGuard};
 use super::unfinished::Cut;
 use crate::camera::CameraServer;
 use crate::error::Error;
 use crate::exchange::Inputs;
+use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
 /// What the transfer thread learns when it delivers a response.
@@ -29,7 +32,7 @@ pub(super) struct Delivered {
     pub(super) listened: KindSet,
     /// Whether there are logs of all cycles.
     pub(super) logged: bool,
-    /// Whether the waiting threads are told later, after the hook, or in lock-step after the events.
+    /// Whether the waiting threads are told later: in lock-step after the events.
     pub(super) opens_later: bool,
 }
 
@@ -56,6 +59,7 @@ impl Shared {
         let mut state = self.state();
         let now = state.clock.now();
         state.transfer.run(now)?;
+        state.hook.stop();
         state.last_response = None;
         state.arrived = now;
         state.command = None;
@@ -67,7 +71,7 @@ impl Shared {
         Ok(())
     }
 
-    /// Delivers a response, and opens its window, unless the hook or the events come first.
+    /// Delivers a response, and opens its window, unless the events come first.
     ///
     /// If there are listeners, the inputs as the program sees them are put into `now`, and those of the
     /// previous response into `before`.
@@ -98,9 +102,9 @@ impl Shared {
         let previous = state.last_response.replace(arrived);
         state.statistics.count_response(previous, arrived);
         state.statistics.config_updates += config_updates;
-        let lock_step = state.clock.is_lock_step();
+        self.call_hook(state);
         let tells = logged || !listened.is_empty();
-        let opens_later = state.hook.is_set() || lock_step && tells;
+        let opens_later = state.clock.is_lock_step() && tells;
         if !opens_later {
             self.open(state);
         }
@@ -129,13 +133,26 @@ impl Shared {
     }
 
     fn open(&self, state: &mut State) {
-        let told = state.window.open(state.delivered);
-        state.area_lock.expect(told);
+        let told = state.window.open();
+        state.area_lock.expect(Waiter::Reacting, told);
         if told > 0 {
-            // A program that waits for a late response does not hang.
-            state.watchdog.feed();
+            state.feed_for_waiting();
         }
         self.wake_waiting(state);
+    }
+
+    /// Lets the cycle hook answer the newest response. It comes first, so that the others find what it wrote.
+    fn call_hook(&self, state: &mut State) {
+        if state.transfer.stop().is_some() {
+            return;
+        }
+        let left_out = state.hook.call_for_response(state.transfer.number());
+        state.statistics.missed_hook_calls += u64::from(left_out);
+        if state.hook.is_about_to_take() {
+            state.area_lock.expect(Waiter::Hook, 1);
+            state.feed_for_waiting();
+            self.wake_hook();
+        }
     }
 
     /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
@@ -150,26 +167,32 @@ impl Shared {
     ) -> Option<Stop> {
         let mut state = self.state_soon();
         let end = state.window_end(length);
-        stay_awake(&mut state, end, |state| !state.window.is_being_answered());
+        stay_awake(&mut state, end, |state| !state.is_being_answered());
         while state.transfer.stop().is_none() && !state.next_may_leave() {
-            let deadline = earlier(end, state.watchdog.deadline());
-            if wait_on_time(&self.attended, &mut state, deadline) {
+            let limits = earlier(state.watchdog.deadline(), state.hook.deadline());
+            if wait_on_time(&self.attended, &mut state, earlier(end, limits)) {
                 break;
             }
         }
+        self.give_up_hook(&mut state);
         let expired = state.check_watchdog();
-        self.close_window(&mut state);
+        let missed = self.close_window(&mut state);
         let stop = state.transfer.stop();
+        state.statistics.missed_responses += u64::from(missed && stop.is_none());
         areas.copy_from_slice(state.hand_over.outgoing());
         let expired =
             expired.map(|limit| (limit, state.happens_now(Event::WatchdogExpired { limit })));
         if expired.is_some() {
             self.wake_waiting(&state);
         }
+        let held = state.guard_to_warn_of(expired.is_some());
         drop(state);
         if let Some((limit, event)) = expired {
-            log::warn!("{}", Error::WatchdogExpired { limit });
+            notice!(Warn, "{}", Error::WatchdogExpired { limit });
             self.listeners.tell_all(&event);
+        }
+        if let Some(held) = held {
+            held.warn();
         }
         stop
     }
@@ -178,26 +201,54 @@ impl Shared {
     /// whether a command is to be sent first.
     pub(super) fn wait_for_step(&self) -> bool {
         let mut state = self.state();
+        if !state.clock.is_lock_step() {
+            return false;
+        }
         stay_awake(&mut state, None, |state| {
             state.transfer.stop().is_some() || state.next_may_leave()
         });
-        while state.clock.is_lock_step() && state.transfer.stop().is_none() {
+        while state.transfer.stop().is_none() {
             if state.command.is_some() {
                 return true;
             }
             if state.next_may_leave() {
                 break;
             }
-            self.attended.wait(&mut state);
+            // Nobody else looks at the limits of the hook and of guards.
+            let look_again = Instant::now() + GUARD_IS_LONG;
+            let deadline = earlier(Some(look_again), state.hook.deadline());
+            wait_until(&self.attended, &mut state, deadline);
+            self.give_up_hook(&mut state);
+            if let Some(held) = state.guard_to_warn_of(false) {
+                MutexGuard::unlocked(&mut state, || held.warn());
+            }
         }
         false
     }
 
-    /// Closes the window, and gives the areas free for all threads.
-    fn close_window(&self, state: &mut State) {
+    /// If the cycle hook has not returned within its limit, ends the transfer and goes on without it: the
+    /// areas that it has are replaced, and it is never called again.
+    pub(super) fn give_up_hook(&self, state: &mut State) {
+        if state.hook.deadline().is_none() {
+            return;
+        }
+        let Some(thread) = state.hook.give_up(Instant::now()) else { return };
+        state.transfer.ask_to_stop(Stop::HookHangs(state.hook.limit()));
+        if state.area_lock.is_held_by(thread) {
+            let areas = state.hand_over.replacement();
+            let next = state.area_lock.replace(areas);
+            self.wake_next(next);
+        }
+        self.wake_hook();
+        self.attended.notify_one();
+    }
+
+    /// Closes the window, and releases the areas for all threads; returns whether the program has missed the
+    /// response.
+    fn close_window(&self, state: &mut State) -> bool {
         let next = state.area_lock.expect_nobody();
-        self.wake_next(state, next);
-        state.window.close(state.delivered);
+        self.wake_next(next);
+        state.window.close(state.delivered)
     }
 
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
@@ -223,7 +274,7 @@ impl Shared {
         self.listeners.tell_all(&event);
     }
 
-    /// The connection is made again, and its first response has come in.
+    /// The connection is re-established, and its first response has come in.
     pub(super) fn resume(&self, lost_for: Duration) {
         let mut state = self.state();
         state.transfer.resume();
@@ -335,10 +386,22 @@ impl State {
     /// Whether the next request need not wait for the program any more.
     pub(super) fn next_may_leave(&self) -> bool {
         if !self.clock.is_lock_step() {
-            return self.window.is_attended();
+            return self.window.is_attended() && !self.hook.is_answering();
         }
-        let is_asked_for = self.window.is_next_asked_for() && self.area_lock.holder().is_none();
-        is_asked_for || self.command.is_some()
+        let nobody_works = self.area_lock.holder().is_none() && !self.hook.is_busy();
+        self.window.is_next_asked_for() && nobody_works || self.command.is_some()
+    }
+
+    /// Whether threads have been told of the newest response and have not answered it yet.
+    fn is_being_answered(&self) -> bool {
+        self.window.is_being_answered() || self.hook.is_answering()
+    }
+
+    /// A program that has waited for a late response does not hang. But while a thread has the areas, nobody
+    /// can do anything: then only the time before that was a sign of life.
+    fn feed_for_waiting(&mut self) {
+        let since = self.area_lock.holder().map(|holder| holder.since);
+        self.watchdog.feed_at(since.unwrap_or_else(Instant::now));
     }
 
     /// If the watchdog expires, stops the motors and returns its limit.
@@ -362,7 +425,8 @@ mod tests {
     fn a_program_that_waits_for_a_late_response_does_not_hang() {
         let limit = Duration::from_millis(20);
         for waits in [true, false] {
-            let shared = Shared::new(1, Watchdog::new(Some(limit)), Clock::new(false));
+            let shared =
+                Shared::new(1, Watchdog::new(Some(limit)), Duration::MAX, Clock::new(false));
             shared.begin().unwrap();
             shared.run(0).unwrap();
             if waits {

@@ -29,6 +29,37 @@ struct AreaCommands {
     sound: Option<Command>,
 }
 
+/// The ids of all commands in areas.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CommandIds([AreaIds; MAX_AREAS]);
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct AreaIds {
+    motors: [u16; IZ_MOTOR],
+    resets: [u16; IZ_COUNTER],
+    sound: u16,
+}
+
+impl AreaIds {
+    fn of(area: &FishX1Transfer) -> Self {
+        Self {
+            motors: area.output.motor_ex_cmd_id,
+            resets: area.output.cnt_reset_cmd_id,
+            sound: area.txt_outputs.sound_cmd_id,
+        }
+    }
+}
+
+impl CommandIds {
+    pub(super) fn of(areas: &[FishX1Transfer]) -> Self {
+        let mut ids = Self([AreaIds::default(); MAX_AREAS]);
+        for (ids, area) in ids.0.iter_mut().zip(areas) {
+            *ids = AreaIds::of(area);
+        }
+        ids
+    }
+}
+
 /// The commands of all areas that were cut off and not replaced since then.
 ///
 /// The controller still reports them as done: a motor command because leaving the extended mode is a
@@ -74,6 +105,42 @@ impl Unfinished {
         }
     }
 
+    /// Outputs of a guard that began with these ids do not count: notes its new commands, and hides in the
+    /// inputs that the commands which have their places are done.
+    pub(super) fn refuse(
+        &mut self,
+        ids: &CommandIds,
+        refused: &[FishX1Transfer],
+        areas: &[FishX1Transfer],
+        inputs: &mut Inputs,
+    ) {
+        let guards = refused.iter().map(AreaIds::of).zip(&ids.0);
+        for (index, ((refused, began), area)) in guards.zip(areas).enumerate() {
+            if refused == *began {
+                continue;
+            }
+            self.any = true;
+            let mut nothing = ExchangeDataResponse::default();
+            let told = inputs.area_mut(index).unwrap_or(&mut nothing);
+            let (commands, kept) = (&mut self.areas[index], AreaIds::of(area));
+            for motor in 0..IZ_MOTOR {
+                if refused.motors[motor] != began.motors[motor] {
+                    let told = &mut told.motor_command_id[motor];
+                    refuse_one(&mut commands.motors[motor], kept.motors[motor], told);
+                }
+            }
+            for counter in 0..IZ_COUNTER {
+                if refused.resets[counter] != began.resets[counter] {
+                    let told = &mut told.counter_reset_id[counter];
+                    refuse_one(&mut commands.resets[counter], kept.resets[counter], told);
+                }
+            }
+            if refused.sound != began.sound {
+                refuse_one(&mut commands.sound, kept.sound, &mut told.sound_command_id);
+            }
+        }
+    }
+
     /// Hides in the inputs that a command which was cut off is done, unless the program has
     /// given another one since then.
     pub(super) fn hide(&mut self, inputs: &mut Inputs, areas: &[FishX1Transfer]) {
@@ -107,6 +174,14 @@ fn note(command: &mut Option<Command>, ordered: u16, done: u16, id: u16) {
         _ if ordered != done => Some(Command { id, done }),
         _ => None,
     };
+}
+
+/// A new command was refused, and the output part keeps `id`: for the program this is the new one.
+fn refuse_one(command: &mut Option<Command>, id: u16, told: &mut u16) {
+    // The id before it, when this one is done already.
+    let done = if *told == id { id.wrapping_sub(1) } else { *told };
+    *command = Some(Command { id, done });
+    *told = done;
 }
 
 /// Hides a command if it is still to be hidden; returns whether it is.
@@ -151,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_that_were_cut_off_never_read_as_done() {
+    fn commands_that_were_cut_off_are_never_reported_as_done() {
         let mut unfinished = Unfinished::default();
         let mut areas = area(5, 6, 7);
         unfinished.stop(Cut::Connection, &inputs(4, 5, 6), &mut areas);
@@ -209,5 +284,36 @@ mod tests {
         let mut inputs = inputs(6, 6, 7);
         unfinished.hide(&mut inputs, &areas);
         assert_eq!(told(&inputs), (4, 6, 7));
+    }
+
+    #[test]
+    fn a_command_that_was_refused_is_never_reported_as_done() {
+        let began = CommandIds::of(&area(4, 5, 6));
+        // The stop has raised the motor's id, and this was reported as done or not.
+        for motor_done in [4, 5] {
+            let mut unfinished = Unfinished::default();
+            let (refused, mut kept) = (area(5, 6, 7), area(5, 5, 6));
+            let mut seen = inputs(motor_done, 5, 6);
+            unfinished.refuse(&began, &refused, &kept, &mut seen);
+            assert_eq!(told(&seen), (4, 4, 5));
+            let mut later = inputs(5, 5, 6);
+            unfinished.hide(&mut later, &kept);
+            assert_eq!(told(&later), (4, 4, 5));
+            // The next commands are told of.
+            kept[0].output.motor_ex_cmd_id[0] = 6;
+            let mut later = inputs(6, 5, 6);
+            unfinished.hide(&mut later, &kept);
+            assert_eq!(told(&later), (6, 4, 5));
+        }
+    }
+
+    #[test]
+    fn what_a_guard_without_new_commands_leaves_hides_nothing() {
+        let began = CommandIds::of(&area(4, 5, 6));
+        let mut unfinished = Unfinished::default();
+        let mut seen = inputs(5, 5, 6);
+        unfinished.refuse(&began, &area(4, 5, 6), &area(5, 5, 6), &mut seen);
+        assert_eq!(told(&seen), (5, 5, 6));
+        assert!(!unfinished.any);
     }
 }

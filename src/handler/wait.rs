@@ -248,8 +248,8 @@ mod tests {
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferArea {
-        let area =
-            TransferArea::new(Arc::new(Shared::new(1, Watchdog::new(None), Clock::new(false))));
+        let (watchdog, clock) = (Watchdog::new(None), Clock::new(false));
+        let area = TransferArea::new(Arc::new(Shared::new(1, watchdog, Duration::MAX, clock)));
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
         area
@@ -259,7 +259,6 @@ mod tests {
     fn respond(area: &TransferArea) {
         let nothing = &mut Inputs::default();
         area.shared().deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
-        area.shared().open_window();
     }
 
     /// The response that a wait for a newer one than `seen` finds immediately.
@@ -278,12 +277,12 @@ mod tests {
         area.shared().hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
         let look = || area.learn(|known| area.shared().look(known, None)).unwrap();
         let first = area.guard(look().unwrap());
-        assert_eq!((first.response(), first.attended()), (1, 0), "its window was closed");
+        assert_eq!((first.window(), first.attended()), (1, 0), "its window was closed");
         let seen = first.attended();
         drop(first);
         respond(&area);
         let second = wait_for(&area, seen).unwrap();
-        assert_eq!((second.response(), second.attended()), (2, 2));
+        assert_eq!((second.window(), second.attended()), (2, 2));
         drop(second);
         assert!(wait_for(&area, 2).is_none());
     }

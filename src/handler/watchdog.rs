@@ -32,11 +32,21 @@ impl Watchdog {
         }
     }
 
+    /// The program was alive at this time.
+    pub(super) fn feed_at(&mut self, time: Instant) {
+        self.fed = self.fed.max(time);
+    }
+
     /// The program knows of the interruption with this number, or a later one, and goes on.
     pub(super) fn acknowledge(&mut self, number: u64) {
         if self.expired.is_some_and(|expired| expired <= number) {
             self.start();
         }
+    }
+
+    /// The limit; 0 when it is off.
+    pub(super) fn limit(&self) -> Duration {
+        self.limit.unwrap_or_default()
     }
 
     /// Whether the outputs are stopped until the program knows of it.

@@ -2,18 +2,20 @@
 
 /// How many threads wait for a response, how many are answering it, and which responses are answered.
 ///
-/// Responses are counted over all transfers. The window of a response opens when the program is told
-/// of it and closes when the outputs for the next request are taken.
+/// A window opens when the program is told of a response and closes when the outputs for the next request
+/// are taken. Windows are counted over all transfers, and no number is left out: so a thread that waits
+/// knows the number of the window that ends its wait. Responses have numbers of their own, because a
+/// response may have no window.
 #[derive(Debug, Default)]
 pub(super) struct Window {
-    /// The newest response whose window was opened.
-    response: u64,
+    /// The newest window.
+    number: u64,
     open: bool,
     /// Threads that wait for the next response.
     waiting: usize,
     /// Threads whose wait was ended by an interruption, and that have not noticed it yet.
     leaving: usize,
-    /// Threads that have waited for this response and have not dropped their guards.
+    /// Threads that have waited for this window and have not dropped their guards.
     reacting: usize,
     /// Whether there was any such thread.
     used: bool,
@@ -21,12 +23,14 @@ pub(super) struct Window {
     put_off: bool,
     /// The newest response when outputs were last taken.
     answered: u64,
+    /// The newest response that a guard has answered before its window closed.
+    answered_in_time: u64,
 }
 
 impl Window {
-    /// The newest response whose window was opened.
-    pub(super) fn response(&self) -> u64 {
-        self.response
+    /// The newest window.
+    pub(super) fn number(&self) -> u64 {
+        self.number
     }
 
     /// A thread begins to wait for the next response.
@@ -34,13 +38,13 @@ impl Window {
         self.waiting += 1;
     }
 
-    /// A thread ends its wait that began when `response` was the newest, without answering.
-    pub(super) fn give_up(&mut self, response: u64) {
-        if self.response == response {
+    /// A thread ends its wait that began when `window` was the newest, without answering.
+    pub(super) fn give_up(&mut self, window: u64) {
+        if self.number == window {
             let counted = if self.leaving > 0 { &mut self.leaving } else { &mut self.waiting };
             *counted -= 1;
         } else {
-            self.react(response + 1);
+            self.react(window + 1);
         }
     }
 
@@ -49,9 +53,9 @@ impl Window {
         self.leaving += std::mem::take(&mut self.waiting);
     }
 
-    /// Opens the window of a response: all waiting threads are expected to answer. Returns their number.
-    pub(super) fn open(&mut self, response: u64) -> usize {
-        self.response = response;
+    /// Opens the window of a response: all waiting threads are expected to answer. Returns how many.
+    pub(super) fn open(&mut self) -> usize {
+        self.number += 1;
         self.open = true;
         self.reacting = std::mem::take(&mut self.waiting) + std::mem::take(&mut self.leaving);
         self.used = self.reacting > 0;
@@ -59,8 +63,7 @@ impl Window {
         self.reacting
     }
 
-    /// Makes the next request wait for the calling thread; returns the response that it answers, unless the
-    /// window is closed.
+    /// Makes the next request wait for the calling thread; returns the window's number, unless it is closed.
     pub(super) fn join(&mut self) -> Option<u64> {
         if !self.open {
             return None;
@@ -68,12 +71,12 @@ impl Window {
         self.reacting += 1;
         self.used = true;
         self.put_off = false;
-        Some(self.response)
+        Some(self.number)
     }
 
-    /// A thread that has waited for this response drops its guard, or does not take one.
-    pub(super) fn react(&mut self, response: u64) {
-        if self.is_open_for(response) {
+    /// A thread that has waited for this window drops its guard, or does not take one.
+    pub(super) fn react(&mut self, window: u64) {
+        if self.is_open_for(window) {
             self.reacting -= 1;
         }
     }
@@ -84,13 +87,23 @@ impl Window {
         self.put_off = true;
     }
 
-    /// Whether the next request waits for answers to this response.
-    pub(super) fn is_open_for(&self, response: u64) -> bool {
-        self.open && response == self.response
+    /// Whether this window is open.
+    pub(super) fn is_open_for(&self, window: u64) -> bool {
+        self.open && window == self.number
+    }
+
+    /// A guard that showed the response `newest` is dropped; returns whether that is in time for the next
+    /// request.
+    pub(super) fn note_answer(&mut self, newest: u64) -> bool {
+        let in_time = !self.is_answered(newest);
+        if in_time {
+            self.answered_in_time = newest;
+        }
+        in_time
     }
 
     /// Whether the outputs that answer the response `newest` were taken.
-    pub(super) fn is_answered(&self, newest: u64) -> bool {
+    fn is_answered(&self, newest: u64) -> bool {
         newest <= self.answered
     }
 
@@ -110,12 +123,15 @@ impl Window {
         self.waiting > 0 && self.leaving == 0 && self.reacting == 0
     }
 
-    /// Closes the window, because the outputs that answer the response `newest` are taken.
-    pub(super) fn close(&mut self, newest: u64) {
+    /// Closes the window, because the outputs that answer the response `newest` are taken; returns whether
+    /// no guard has answered that response in time.
+    pub(super) fn close(&mut self, newest: u64) -> bool {
+        let missed = self.answered_in_time < newest && self.answered < newest;
         self.open = false;
         self.reacting = 0;
         self.used = false;
         self.answered = newest;
+        missed
     }
 }
 
@@ -129,7 +145,7 @@ mod tests {
         window.expect();
         window.expect();
         assert!(!window.is_attended());
-        window.open(1);
+        window.open();
         window.react(1);
         assert!(!window.is_attended());
         window.react(1);
@@ -141,7 +157,7 @@ mod tests {
     #[test]
     fn a_window_without_waiting_threads_is_never_attended() {
         let mut window = Window::default();
-        assert_eq!(window.open(1), 0);
+        assert_eq!(window.open(), 0);
         assert!(!window.is_attended());
     }
 
@@ -149,10 +165,10 @@ mod tests {
     fn a_thread_joins_a_window_only_while_it_is_open() {
         let mut window = Window::default();
         assert_eq!(window.join(), None);
-        window.open(7);
-        assert_eq!(window.join(), Some(7));
+        window.open();
+        assert_eq!(window.join(), Some(1));
         assert!(!window.is_attended());
-        window.react(7);
+        window.react(1);
         assert!(window.is_attended());
         window.close(7);
         assert_eq!(window.join(), None);
@@ -163,7 +179,7 @@ mod tests {
         let mut window = Window::default();
         window.expect();
         window.expect();
-        window.open(1);
+        window.open();
         window.put_off();
         window.react(1);
         assert!(!window.is_attended());
@@ -179,7 +195,7 @@ mod tests {
         assert!(!window.is_next_asked_for());
         window.expect();
         assert!(window.is_next_asked_for());
-        window.open(1);
+        window.open();
         window.expect();
         assert!(!window.is_next_asked_for(), "another thread is answering");
         window.react(1);
@@ -199,7 +215,7 @@ mod tests {
         window.give_up(0);
         assert!(window.is_next_asked_for());
         window.interrupt();
-        window.open(1);
+        window.open();
         assert!(!window.is_attended(), "it is expected until it has left");
         window.give_up(0);
         assert!(window.is_attended());
@@ -209,10 +225,10 @@ mod tests {
     fn the_next_window_does_not_wait_for_a_late_reaction_to_the_last_one() {
         let mut window = Window::default();
         window.expect();
-        window.open(1);
+        window.open();
         window.close(1);
         window.expect();
-        window.open(2);
+        window.open();
         window.react(1);
         assert!(!window.is_attended());
         window.react(2);
@@ -220,14 +236,27 @@ mod tests {
     }
 
     #[test]
-    fn a_response_is_answered_when_its_window_is_closed() {
+    fn an_answer_is_late_when_the_window_of_its_response_is_closed() {
         let mut window = Window::default();
-        assert!(!window.is_answered(1));
-        window.open(1);
-        assert!(window.is_open_for(1) && !window.is_answered(1));
-        window.close(1);
-        assert!(!window.is_open_for(1) && window.is_answered(1));
-        assert!(!window.is_answered(2), "it has come in, and no thread was told of it yet");
+        window.open();
+        assert!(window.note_answer(7));
+        assert!(!window.close(7), "it was answered in time");
+        assert!(!window.note_answer(7));
+        assert!(window.note_answer(8), "it has come in, and no thread was told of it yet");
+    }
+
+    #[test]
+    fn a_response_is_missed_when_no_guard_has_answered_it_in_time() {
+        let mut window = Window::default();
+        window.open();
+        assert!(window.note_answer(7));
+        window.open();
+        assert!(window.note_answer(7), "of the response before");
+        assert!(window.close(8));
+        assert!(!window.close(8), "once");
+        assert!(!window.note_answer(8));
+        window.open();
+        assert!(window.close(9));
     }
 
     #[test]
@@ -236,7 +265,7 @@ mod tests {
         window.expect();
         window.give_up(0);
         window.expect();
-        window.open(1);
+        window.open();
         // The thread was told of a response and of an error together, and returns the error.
         window.give_up(0);
         assert!(window.is_attended());

@@ -7,8 +7,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::simulator::{Machine, SimulatedTxt};
-use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO};
-use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler, TransferAreaGuard};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
 
@@ -34,15 +34,20 @@ fn examiner() -> (SimulatedTxt, Arc<Mutex<Vec<Answer>>>) {
 }
 
 /// A hook that copies I1 to the output with this index.
-fn answer(output: usize) -> impl FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> {
+fn answer(
+    output: usize,
+) -> impl FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> {
     move |areas| {
+        let areas = areas.unwrap();
         areas[LOCAL_IO].output.duty[output] = areas[LOCAL_IO].input.uni[0];
         Continue(())
     }
 }
 
 /// A hook that counts its calls.
-fn count(calls: &Arc<AtomicU64>) -> impl FnMut(&mut [FishX1Transfer]) -> ControlFlow<()> {
+fn count(
+    calls: &Arc<AtomicU64>,
+) -> impl FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> {
     let calls = Arc::clone(calls);
     move |_| {
         calls.fetch_add(1, Ordering::Relaxed);
@@ -72,30 +77,35 @@ fn duties(txt: &SimulatedTxt) -> [i16; 8] {
 }
 
 #[test]
-fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
+fn it_answers_each_response_in_the_very_next_request_beside_threads_that_wait() {
     let (txt, answers) = examiner();
-    let handler = build(&txt, Duration::ZERO);
+    // It ends when the hook and the thread have answered.
+    let handler = build(&txt, DEADLINE);
     let calls = Arc::new(AtomicU64::new(0));
     let mut counted = count(&calls);
-    let mut answered = answer(0);
-    handler.set_cycle_hook(move |areas| {
-        let _ = counted(areas);
-        answered(areas)
+    let set = handler.set_cycle_hook(move |areas| {
+        let areas = areas.unwrap();
+        areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
+        counted(Ok(areas))
     });
-    for round in 1..=3 {
+    set.unwrap();
+    for _ in 0..3 {
         handler.begin_transfer().unwrap();
-        let wanted = round * CHANGES as u64;
-        wait_until(&txt, "exchanges", |machine| machine.exchanges() > wanted);
+        for _ in 0..CHANGES {
+            drop(handler.wait_cycle().unwrap());
+        }
         handler.end_transfer().unwrap();
-        // It is not called for the last exchange, which stops the motors, and maybe the one before.
-        let uncalled = handler.statistics().cycles - calls.swap(0, Ordering::Relaxed);
+        // It is not called for the last response, which comes when the motors are stopped.
+        let statistics = handler.statistics();
+        let uncalled = statistics.cycles - calls.swap(0, Ordering::Relaxed);
         assert!((1..=2).contains(&uncalled), "{uncalled}");
-        assert_eq!(handler.statistics().late_reactions, 0);
+        assert_eq!((statistics.missed_hook_calls, statistics.late_reactions), (0, 0));
+        assert_eq!(statistics.missed_responses, 0);
     }
     let answers = answers.lock().unwrap();
     // The first request of each transfer is no answer, and the last one stops the motors.
     let unanswered = answers.iter().filter(|(asked, answer)| answer[0] != *asked).count();
-    assert!(unanswered <= 5, "{unanswered} inputs were not answered in the next request");
+    assert!(unanswered <= 6, "{unanswered} inputs were not answered in the next request");
     assert!(answers.len() > 3 * CHANGES);
     check_client(&txt);
 }
@@ -104,11 +114,14 @@ fn it_answers_the_inputs_of_each_response_in_the_very_next_request() {
 fn threads_that_wait_read_what_it_wrote_and_may_change_it() {
     let (txt, answers) = examiner();
     let handler = build(&txt, DEADLINE);
-    handler.set_cycle_hook(|areas| {
-        areas[LOCAL_IO].output.duty[0] = -1;
-        areas[LOCAL_IO].output.duty[2] = areas[LOCAL_IO].input.uni[0];
-        Continue(())
-    });
+    handler
+        .set_cycle_hook(|areas| {
+            let areas = areas.unwrap();
+            areas[LOCAL_IO].output.duty[0] = -1;
+            areas[LOCAL_IO].output.duty[2] = areas[LOCAL_IO].input.uni[0];
+            Continue(())
+        })
+        .unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..CHANGES {
         let mut areas = handler.wait_cycle().unwrap();
@@ -127,7 +140,7 @@ fn threads_that_wait_read_what_it_wrote_and_may_change_it() {
 fn programs_that_poll_keep_their_window() {
     let (txt, answers) = examiner();
     let handler = build(&txt, DEADLINE);
-    handler.set_cycle_hook(answer(2));
+    handler.set_cycle_hook(answer(2)).unwrap();
     handler.begin_transfer().unwrap();
     let window = handler.transfer_area();
     let mut asked = 0;
@@ -155,20 +168,24 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
     let record = Record::default();
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
-    let handler = build(&txt, Duration::ZERO);
+    let handler = build(&txt, DEADLINE);
     let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
     let mut calls = 0;
-    handler.set_cycle_hook(move |areas| {
-        calls += 1;
-        areas[LOCAL_IO].output.duty = [512, 0, 0, 300, 0, 0, 0, 1];
-        if calls % 20 == 0 {
-            Break(())
-        } else {
-            Continue(())
-        }
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            calls += 1;
+            areas[LOCAL_IO].output.duty = [512, 0, 0, 300, 0, 0, 0, 1];
+            if calls % 20 == 0 {
+                Break(())
+            } else {
+                Continue(())
+            }
+        })
+        .unwrap();
     for round in 1..=3 {
         handler.begin_transfer().unwrap();
+        while handler.wait_cycle().is_ok() {}
         let ended = events.recv_timeout(DEADLINE).unwrap().event;
         assert!(matches!(ended, Event::TransferEnded { error: None, .. }));
         assert_eq!(handler.error(), None);
@@ -193,17 +210,20 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     let handler = handler_for(&txt).reaction_window(DEADLINE).hook_limit(DEADLINE).build().unwrap();
     let area = handler.transfer_area();
     let mut calls = 0;
-    handler.set_cycle_hook(move |areas| {
-        calls += 1;
-        areas[LOCAL_IO].output.duty[0] = 512;
-        if calls >= 20 {
-            areas[LOCAL_IO].output.duty[0] = 99;
-            areas[LOCAL_IO].config.motor[0] = 99;
-            areas[LOCAL_IO].raise_config_id();
-            panic!("a hook with a mistake");
-        }
-        Continue(())
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            calls += 1;
+            areas[LOCAL_IO].output.duty[0] = 512;
+            if calls >= 20 {
+                areas[LOCAL_IO].output.duty[0] = 99;
+                areas[LOCAL_IO].config.motor[0] = 99;
+                areas[LOCAL_IO].raise_config_id();
+                panic!("a hook with a mistake");
+            }
+            Continue(())
+        })
+        .unwrap();
     handler.begin_transfer().unwrap();
     // Other threads lock the areas while it ends.
     while area.wait_cycle().is_ok() {}
@@ -225,22 +245,22 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
 }
 
 #[test]
-fn a_guard_that_is_held_over_the_window_makes_it_miss_its_turn() {
+fn calls_that_are_left_out_because_of_a_guard_are_counted() {
     let (txt, _) = examiner();
     for window in [Duration::ZERO, Duration::from_millis(2)] {
         let handler = build(&txt, window);
         let calls = Arc::new(AtomicU64::new(0));
-        handler.set_cycle_hook(count(&calls));
+        handler.set_cycle_hook(count(&calls)).unwrap();
         handler.begin_transfer().unwrap();
         wait_for_calls(&calls, 3);
         let mut areas = handler.lock();
         areas[LOCAL_IO].output.duty[4] = 44;
-        let (before, late) = (calls.load(Ordering::Relaxed), handler.statistics().late_reactions);
+        let before = calls.load(Ordering::Relaxed);
+        let missed = handler.statistics().missed_hook_calls;
         let begin = txt.with_machine(|machine| machine.exchanges());
         wait_until(&txt, "exchanges", |machine| machine.exchanges() > begin + 10);
         assert_eq!(calls.load(Ordering::Relaxed), before);
-        // In each of these windows the hook is late because of the guard.
-        let missed = handler.statistics().late_reactions - late;
+        let missed = handler.statistics().missed_hook_calls - missed;
         assert!(missed >= 9, "{missed}");
         assert_eq!(duties(&txt)[4], 0);
         drop(areas);
@@ -254,7 +274,7 @@ fn a_guard_that_is_held_over_the_window_makes_it_miss_its_turn() {
 fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
     let (txt, answers) = examiner();
     let handler = build(&txt, DEADLINE);
-    handler.set_cycle_hook(answer(2));
+    handler.set_cycle_hook(answer(2)).unwrap();
     let area = handler.transfer_area();
     let areas = area.lock();
     handler.begin_transfer().unwrap();
@@ -273,7 +293,7 @@ fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
 fn ending_the_transfer_does_not_wait_for_a_guard_because_of_it() {
     let (txt, _) = examiner();
     let handler = build(&txt, 2 * DEADLINE);
-    handler.set_cycle_hook(answer(0));
+    handler.set_cycle_hook(answer(0)).unwrap();
     let area = handler.transfer_area();
     let areas = area.lock();
     handler.begin_transfer().unwrap();
@@ -291,11 +311,11 @@ fn it_can_be_set_replaced_and_cleared_at_any_time() {
     handler.begin_transfer().unwrap();
     let first = Arc::new(AtomicU64::new(0));
     let second = Arc::new(AtomicU64::new(0));
-    handler.set_cycle_hook(count(&first));
+    handler.set_cycle_hook(count(&first)).unwrap();
     wait_for_calls(&first, 5);
     // Under a guard, too.
     let areas = handler.lock();
-    handler.set_cycle_hook(count(&second));
+    handler.set_cycle_hook(count(&second)).unwrap();
     drop(areas);
     let called = first.load(Ordering::Relaxed);
     wait_for_calls(&second, 5);
@@ -317,11 +337,14 @@ fn what_it_owns_is_dropped_with_the_handler() {
     let handler = build(&txt, Duration::ZERO);
     let calls = Arc::new(AtomicU64::new(0));
     let (area, mut counted) = (handler.transfer_area(), count(&calls));
-    handler.set_cycle_hook(move |areas| {
-        // The hook may ask for the statistics.
-        assert!(area.statistics().cycles > 0);
-        counted(areas)
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            // The hook may ask for the statistics.
+            assert!(area.statistics().cycles > 0);
+            counted(Ok(areas))
+        })
+        .unwrap();
     handler.begin_transfer().unwrap();
     wait_for_calls(&calls, 5);
     let area = handler.transfer_area();
@@ -338,13 +361,16 @@ fn one_that_does_not_return_ends_the_transfer_and_is_named() {
     let (go_on, gate) = mpsc::channel::<()>();
     let calls = Arc::new(AtomicU64::new(0));
     let mut counted = count(&calls);
-    handler.set_cycle_hook(move |areas| {
-        areas[LOCAL_IO].output.duty[0] = 99;
-        let _ = counted(areas);
-        // Until the test is over.
-        let _ = gate.recv();
-        Continue(())
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            areas[LOCAL_IO].output.duty[0] = 99;
+            let _ = counted(Err(Error::NotStarted));
+            // Until the test is over.
+            let _ = gate.recv();
+            Continue(())
+        })
+        .unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
     handler.begin_transfer().unwrap();
     wait_for_call(&calls, 1);
@@ -392,7 +418,8 @@ fn it_may_end_the_transfer_and_drop_the_handler() {
                 *handler = None;
             }
             Continue(())
-        });
+        })
+        .unwrap();
         own.begin_transfer().unwrap();
         *handler.lock().unwrap() = Some(own);
         while area.wait_cycle().is_ok() {}
@@ -420,13 +447,15 @@ fn the_handler_may_be_dropped_with_the_hook_that_owns_it() {
     let (dropped, is_dropped) = mpsc::channel();
     let (clear, is_to_clear) = mpsc::channel();
     let owned = Owned { handler: Arc::clone(&handler), _dropped: dropped };
-    handler.set_cycle_hook(move |_| {
-        let owned = &owned;
-        if is_to_clear.try_recv().is_ok() {
-            owned.handler.clear_cycle_hook();
-        }
-        Continue(())
-    });
+    handler
+        .set_cycle_hook(move |_| {
+            let owned = &owned;
+            if is_to_clear.try_recv().is_ok() {
+                owned.handler.clear_cycle_hook();
+            }
+            Continue(())
+        })
+        .unwrap();
     handler.begin_transfer().unwrap();
     drop(handler);
     clear.send(()).unwrap();
@@ -446,11 +475,13 @@ fn a_panic_in_the_drop_of_its_captured_values_stops_the_motors() {
     let txt = unpaced().start().unwrap();
     let handler = Arc::new(build(&txt, Duration::ZERO));
     let (own, owned) = (Arc::downgrade(&handler), Panics);
-    handler.set_cycle_hook(move |_| {
-        let _owned = &owned;
-        own.upgrade().unwrap().set_cycle_hook(|_| Continue(()));
-        Continue(())
-    });
+    handler
+        .set_cycle_hook(move |_| {
+            let _owned = &owned;
+            own.upgrade().unwrap().set_cycle_hook(|_| Continue(())).unwrap();
+            Continue(())
+        })
+        .unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {
         if let Err(error) = handler.wait_cycle() {

@@ -72,11 +72,14 @@ fn run() -> (Vec<String>, Vec<String>) {
     let handler = handler(&txt);
     let mut trace = Vec::new();
     let mut hooked = 0;
-    handler.set_cycle_hook(move |areas| {
-        hooked += 1;
-        areas[LOCAL_IO].output.duty[7] = hooked % 100;
-        ControlFlow::Continue(())
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            hooked += 1;
+            areas[LOCAL_IO].output.duty[7] = hooked % 100;
+            ControlFlow::Continue(())
+        })
+        .unwrap();
     let events = handler.events(EventKind::ALL, 10_000).unwrap();
     handler.begin_transfer().unwrap();
     let begin = handler.lock().arrived();

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area::{CameraOptions, Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
@@ -118,28 +118,16 @@ fn in_a_hook() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
-    handler.set_cycle_hook(move |_| {
-        drop(area.lock());
-        ControlFlow::Continue(())
-    });
+    handler
+        .set_cycle_hook(move |_| {
+            drop(area.lock());
+            ControlFlow::Continue(())
+        })
+        .unwrap();
     handler.begin_transfer().unwrap();
     while handler.wait_cycle().is_ok() {}
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     wait_until(&txt, "the end", |machine| !machine.connected());
-}
-
-#[test]
-fn by_a_hook_that_starts_the_camera() {
-    let txt = unpaced().start().unwrap();
-    let handler = std::sync::Arc::new(handler_for(&txt).build().unwrap());
-    let own = std::sync::Arc::downgrade(&handler);
-    handler.set_cycle_hook(move |_| {
-        let started = own.upgrade().unwrap().start_camera(CameraOptions::default());
-        unreachable!("{started:?}");
-    });
-    handler.begin_transfer().unwrap();
-    while handler.wait_cycle().is_ok() {}
-    assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
 }
 
 #[test]

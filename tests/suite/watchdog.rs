@@ -130,11 +130,13 @@ fn a_program_that_polls_without_checking_does_not_switch_them_on_again() {
 fn a_hook_that_hangs_does_not_keep_the_motors_running() {
     let (go_on, gate) = mpsc::channel::<()>();
     let watched = Watched::start_with(|handler| {
-        handler.set_cycle_hook(move |_| {
-            // Until the test is over.
-            let _ = gate.recv();
-            ControlFlow::Continue(())
-        });
+        handler
+            .set_cycle_hook(move |_| {
+                // Until the test is over.
+                let _ = gate.recv();
+                ControlFlow::Continue(())
+            })
+            .unwrap();
     });
     watched.wait_until_stopped();
     drop(go_on);
@@ -260,15 +262,17 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
     let calls = unpaced().fault(late()).start().unwrap();
     let handler = handler_for(&calls).watchdog(LIMIT).time_limits(limits).build().unwrap();
     let mut number = 0;
-    handler.set_cycle_hook(move |_| {
-        number += 1;
-        thread::sleep(Duration::from_millis(10));
-        if number < 20 {
-            ControlFlow::Continue(())
-        } else {
-            ControlFlow::Break(())
-        }
-    });
+    handler
+        .set_cycle_hook(move |_| {
+            number += 1;
+            thread::sleep(Duration::from_millis(10));
+            if number < 20 {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        })
+        .unwrap();
     let events = handler.events(&[EventKind::WatchdogExpired, EventKind::TransferEnded], 9);
     handler.begin_transfer().unwrap();
     let event = events.unwrap().recv_timeout(DEADLINE).unwrap().event;
@@ -281,11 +285,14 @@ fn the_exchange_goes_on_beside_a_hook_that_hangs() {
     let builder = handler_for(&txt).watchdog(LIMIT / 4).hook_limit(DEADLINE / 3);
     let handler = builder.build().unwrap();
     let (give_up, hangs) = mpsc::channel::<()>();
-    handler.set_cycle_hook(move |areas| {
-        areas[LOCAL_IO].output.duty[0] = 512;
-        let _ = hangs.recv();
-        ControlFlow::Continue(())
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            areas[LOCAL_IO].output.duty[0] = 512;
+            let _ = hangs.recv();
+            ControlFlow::Continue(())
+        })
+        .unwrap();
     let events = handler.events(&[EventKind::WatchdogExpired], 9).unwrap();
     handler.begin_transfer().unwrap();
     events.recv_timeout(DEADLINE).unwrap();

@@ -53,31 +53,35 @@ pub(crate) fn rows() -> Vec<Row> {
             Some(handler)
         }),
         hangs("with eight waiting threads, and `set_cycle_hook`", |handler| {
-            handler.set_cycle_hook(|_| ControlFlow::Continue(()));
+            handler.set_cycle_hook(|_| ControlFlow::Continue(())).unwrap();
             Some(handler)
         }),
         ends("`ControlFlow::Break`", |handler| {
-            handler.set_cycle_hook(|_| ControlFlow::Break(()));
+            handler.set_cycle_hook(|_| ControlFlow::Break(())).unwrap();
             Some(Arc::new(handler))
         }),
         ends("`end_transfer`", |handler| {
             let handler = Arc::new(handler);
             let weak = Arc::downgrade(&handler);
-            handler.set_cycle_hook(move |_| {
-                if let Some(handler) = weak.upgrade() {
-                    assert_eq!(handler.end_transfer(), Ok(()));
-                }
-                ControlFlow::Continue(())
-            });
+            handler
+                .set_cycle_hook(move |_| {
+                    if let Some(handler) = weak.upgrade() {
+                        assert_eq!(handler.end_transfer(), Ok(()));
+                    }
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
             Some(handler)
         }),
         ends("drop of the handler", |handler| {
             let own = Arc::new(Mutex::new(None));
             let in_hook = Arc::clone(&own);
-            handler.set_cycle_hook(move |_| {
-                drop(in_hook.lock().unwrap().take());
-                ControlFlow::Continue(())
-            });
+            handler
+                .set_cycle_hook(move |_| {
+                    drop(in_hook.lock().unwrap().take());
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
             *own.lock().unwrap() = Some(handler);
             None
         }),
@@ -101,12 +105,15 @@ fn hang(call: Call) -> Outcome {
     let waiters = waiters(&area);
     let (let_go, gate) = mpsc::channel::<()>();
     let (hung, is_hung) = mpsc::channel();
-    handler.set_cycle_hook(move |areas| {
-        let _ = hung.send(Instant::now());
-        let _ = gate.recv();
-        areas[LOCAL_IO].output.duty[0] = DUTY;
-        ControlFlow::Continue(())
-    });
+    handler
+        .set_cycle_hook(move |areas| {
+            let areas = areas.unwrap();
+            let _ = hung.send(Instant::now());
+            let _ = gate.recv();
+            areas[LOCAL_IO].output.duty[0] = DUTY;
+            ControlFlow::Continue(())
+        })
+        .unwrap();
     let struck = is_hung.recv().unwrap();
     let handler = call(handler);
     let error = error_of(waiters);

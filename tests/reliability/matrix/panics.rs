@@ -63,9 +63,9 @@ pub(crate) fn rows() -> Vec<Row> {
             let area = handler.transfer_area();
             in_thread(move || drop(area.wait_until(|_| panic!("{ON_PURPOSE}"), DEADLINE)));
         }),
-        row("in a hook", |handler| handler.set_cycle_hook(|_| panic!("{ON_PURPOSE}"))),
+        row("in a hook", |handler| handler.set_cycle_hook(|_| panic!("{ON_PURPOSE}")).unwrap()),
         row("in a hook, with a payload that panics when it is dropped", |handler| {
-            handler.set_cycle_hook(|_| panic_any(Mine));
+            handler.set_cycle_hook(|_| panic_any(Mine)).unwrap();
         }),
         row("in a thread that owns a handle", |handler| {
             let area = handler.transfer_area();
@@ -136,17 +136,21 @@ pub(crate) fn rows() -> Vec<Row> {
         }),
         row("in a hook, because it locks", |handler| {
             let area = handler.transfer_area();
-            handler.set_cycle_hook(move |_| {
-                drop(area.lock());
-                ControlFlow::Continue(())
-            });
+            handler
+                .set_cycle_hook(move |_| {
+                    drop(area.lock());
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
         }),
         row("in a hook, because it waits for a cycle", |handler| {
             let area = handler.transfer_area();
-            handler.set_cycle_hook(move |_| {
-                let _ = area.wait_cycle();
-                ControlFlow::Continue(())
-            });
+            handler
+                .set_cycle_hook(move |_| {
+                    let _ = area.wait_cycle();
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
         }),
     ]
 }

@@ -41,13 +41,16 @@ pub(crate) fn rows() -> Vec<Row> {
         }),
         row("a hook that hangs", "with a longer limit for the hook", |handler, over| {
             let mut is_first = true;
-            handler.set_cycle_hook(move |areas| {
-                if std::mem::take(&mut is_first) {
-                    let _ = over.recv();
-                    areas[LOCAL_IO].output.duty[0] = DUTY;
-                }
-                ControlFlow::Continue(())
-            });
+            handler
+                .set_cycle_hook(move |areas| {
+                    let areas = areas.unwrap();
+                    if std::mem::take(&mut is_first) {
+                        let _ = over.recv();
+                        areas[LOCAL_IO].output.duty[0] = DUTY;
+                    }
+                    ControlFlow::Continue(())
+                })
+                .unwrap();
         }),
         row("a deadlock of two threads", "one of them under a guard", deadlock),
         row("a thread that is gone", "it has returned", |handler, _| drop(handler.lock())),

@@ -1,0 +1,117 @@
+//! Lines for the program's logger, written by a thread of their own.
+//!
+//! A logger may block, as when the terminal is paused or a pipe is full, and it may panic. Nothing that stops
+//! motors must wait for it. So the threads of this crate leave their lines here, which never blocks. The
+//! thread that writes them is started for the first line, and ends when none is left.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::io::Write as _;
+use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::time::{Duration, Instant};
+
+use log::{Level, LevelFilter, Record};
+use parking_lot::{Condvar, Mutex};
+
+/// So many lines can wait for a logger that blocks. More are counted.
+const MOST: usize = 256;
+
+static QUEUE: Mutex<Queue> =
+    Mutex::new(Queue { lines: VecDeque::new(), lost: 0, is_written: false });
+static ALL_WRITTEN: Condvar = Condvar::new();
+
+struct Queue {
+    lines: VecDeque<Line>,
+    /// Lines for which there was no place since the last one that had one.
+    lost: u64,
+    /// Whether there is a thread that writes.
+    is_written: bool,
+}
+
+struct Line {
+    level: Level,
+    target: &'static str,
+    text: String,
+    to_logger: bool,
+}
+
+/// Leaves a line for the logger, with the level, as `log`'s macros do. Never blocks.
+macro_rules! notice {
+    ($level:ident, $($text:tt)+) => {
+        $crate::notices::leave(log::Level::$level, module_path!(), format_args!($($text)+))
+    };
+}
+pub(crate) use notice;
+
+/// Leaves a line for the logger.
+pub(crate) fn leave(level: Level, target: &'static str, text: fmt::Arguments<'_>) {
+    if level <= log::max_level() {
+        push(Line { level, target, text: text.to_string(), to_logger: true });
+    }
+}
+
+/// Leaves a warning that the program must see: without a logger it goes to the standard error.
+pub(crate) fn warn_always(target: &'static str, text: fmt::Arguments<'_>) {
+    let to_logger = log::max_level() != LevelFilter::Off;
+    push(Line { level: Level::Warn, target, text: text.to_string(), to_logger });
+}
+
+/// Waits until all lines are written, but not longer than `limit`.
+pub(crate) fn flush(limit: Duration) {
+    let deadline = Instant::now() + limit;
+    let mut queue = QUEUE.lock();
+    while queue.is_written && !ALL_WRITTEN.wait_until(&mut queue, deadline).timed_out() {}
+}
+
+fn push(line: Line) {
+    let mut queue = QUEUE.lock();
+    if queue.lines.len() >= MOST {
+        queue.lost += 1;
+        return;
+    }
+    queue.lines.push_back(line);
+    if std::mem::replace(&mut queue.is_written, true) {
+        return;
+    }
+    drop(queue);
+    let thread = std::thread::Builder::new().name("transfer-log".to_owned()).spawn(write_all);
+    if thread.is_err() {
+        // Perhaps there is one for the next line.
+        QUEUE.lock().is_written = false;
+    }
+}
+
+fn write_all() {
+    loop {
+        let mut queue = QUEUE.lock();
+        let lost = std::mem::take(&mut queue.lost);
+        let Some(line) = queue.lines.pop_front() else {
+            queue.is_written = false;
+            ALL_WRITTEN.notify_all();
+            return;
+        };
+        drop(queue);
+        write(&line);
+        if lost > 0 {
+            let text = format!("{lost} lines were not written, because the logger was too slow");
+            write(&Line { level: Level::Warn, target: module_path!(), text, to_logger: true });
+        }
+    }
+}
+
+fn write(line: &Line) {
+    // A logger that panics has told so, and the next lines may be written.
+    let _ = catch_unwind(AssertUnwindSafe(|| {
+        if line.to_logger {
+            let mut record = Record::builder();
+            record.level(line.level).target(line.target).module_path_static(Some(line.target));
+            let logger = log::logger();
+            if logger.enabled(record.build().metadata()) {
+                logger.log(&record.args(format_args!("{}", line.text)).build());
+            }
+        } else {
+            // A standard error that is closed is no reason to stop.
+            let _ = writeln!(std::io::stderr(), "ft-transfer-area: warning: {}", line.text);
+        }
+    }));
+}
