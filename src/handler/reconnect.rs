@@ -124,3 +124,19 @@ pub(super) fn is_of_the_connection(error: &Error) -> bool {
         _ => false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_errors_of_the_connection_begin_a_gap() {
+        let command = "ExchangeDataCmpr";
+        assert!(is_of_the_connection(&Error::ConnectionClosed { command, received: 0 }));
+        assert!(is_of_the_connection(&Error::WrongCrc { announced: 1, computed: 2 }));
+        let cause = std::io::Error::other("no thread");
+        assert!(!is_of_the_connection(&Error::not_started(cause)));
+        assert!(!is_of_the_connection(&Error::ThreadPanicked { reason: String::new() }));
+        assert!(!is_of_the_connection(&Error::AreaCount { given: 0 }));
+    }
+}

@@ -419,6 +419,7 @@ impl State {
 mod tests {
     use super::*;
     use crate::handler::clock::Clock;
+    use crate::handler::taken::Known;
     use crate::handler::watchdog::Watchdog;
 
     #[test]
@@ -438,5 +439,23 @@ mod tests {
             shared.deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
             assert_eq!(shared.state().watchdog.deadline().unwrap() >= late + limit, waits);
         }
+    }
+
+    #[test]
+    fn a_thread_that_waits_while_another_has_the_areas_is_no_sign_of_life() {
+        let limit = Duration::from_secs(60);
+        let shared = Shared::new(1, Watchdog::new(Some(limit)), Duration::MAX, Clock::new(false));
+        shared.begin().unwrap();
+        shared.run(0).unwrap();
+        let mut held = shared.lock(Known::default());
+        let taken = Instant::now();
+        std::thread::sleep(Duration::from_millis(2));
+        // As a thread that begins to wait, and the hook that waits.
+        shared.state().window.expect();
+        shared.state().hook.set();
+        shared.deliver(&Inputs::default(), 0, &mut Inputs::default(), &mut Inputs::default());
+        assert!(shared.state().watchdog.deadline().unwrap() <= taken + limit);
+        shared.release(&mut held, false);
+        assert!(shared.state().watchdog.deadline().unwrap() > taken + limit);
     }
 }

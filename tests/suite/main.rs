@@ -26,6 +26,7 @@ mod reconnect;
 mod recorded_sessions;
 mod stalled;
 mod support;
+mod together;
 mod two_controllers;
 mod tx;
 mod vectors;
