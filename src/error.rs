@@ -265,8 +265,8 @@ pub enum Error {
     /// A thread of the program panicked while it used the transfer area. The motors were stopped and the
     /// transfer ended.
     ProgramPanicked,
-    /// The cycle hook did not return within its limit; the motors were stopped and the transfer ended. The
-    /// hook is not called again, and its thread ends when it returns.
+    /// A call of the cycle hook did not return within its limit; the motors were stopped and the transfer
+    /// ended. The hook is not called again, and its thread ends when it returns.
     HookHangs {
         /// The limit that was set.
         limit: Duration,

@@ -28,6 +28,17 @@
 //! # fn main() {}
 //! ```
 //!
+//! <div class="warning">
+//!
+//! **A guard is a picture of one moment.** `areas` above is a [guard](TransferAreaGuard): its inputs are those
+//! of one response and do not change while it is kept, and what is written is sent when it is dropped. So get
+//! a new guard in each round of a loop. This loop never ends:
+//! `let areas = handler.wait_cycle()?; while areas[LOCAL_IO].input.uni[0] == 0 {}`. A guard that is kept for a
+//! second is told of, with the name of its thread: by the logger, or without one on the standard error. To
+//! wait for something, use [`wait_until`](TransferAreaComHandler::wait_until).
+//!
+//! </div>
+//!
 //! # Which part to use
 //!
 //! | task | use |
@@ -76,7 +87,8 @@
 //! [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
 //!
 //! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What
-//! was written before moves no motor afterwards, and a command that was cut off never reads as done.
+//! was written before moves no motor afterwards, and a command that was cut off or refused is never reported
+//! as done.
 //! Outputs [count again](TransferArea#when-outputs-count) when the program knows what happened.
 //!
 //! [`guide::reliability`] lists for each fault what the program sees and how soon.

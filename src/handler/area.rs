@@ -160,7 +160,7 @@ impl TransferArea {
     /// response that opened it, unless this handle has returned it before.
     ///
     /// Blocks until a response comes in or the transfer ends, so at most as long as the transfer's
-    /// time limits, its reaction window, the limit of its hook and its [limit for
+    /// time limits, its reaction window and its [limit for
     /// reconnecting](crate::TransferAreaComHandlerBuilder::reconnect) allow; then as long as another
     /// thread holds a guard.
     ///

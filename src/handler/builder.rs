@@ -107,9 +107,9 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// How long a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take. Default 500 ms. A hook
-    /// that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`]; so does a
-    /// panic in the hook when printing its backtrace takes longer.
+    /// How long a call of a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take. Default 500 ms. A
+    /// call that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`]; so does a
+    /// panic in the hook when printing its backtrace takes longer. No other stop waits for this limit.
     pub fn hook_limit(mut self, limit: Duration) -> Self {
         self.settings.hook_limit = limit;
         self
@@ -183,8 +183,9 @@ impl TransferAreaComHandlerBuilder {
     /// correct program may sleep while a motor runs.
     ///
     /// A sign of life of any thread counts: a guard that is dropped, also one from a wait or from a check of
-    /// the condition of [`wait_until`](crate::TransferArea::wait_until), a cycle hook that returns, or
-    /// [`feed_watchdog`](crate::TransferArea::feed_watchdog). So the watchdog detects a program that hangs:
+    /// the condition of [`wait_until`](crate::TransferArea::wait_until), or that of a cycle hook that returns,
+    /// and [`feed_watchdog`](crate::TransferArea::feed_watchdog). A response that comes in late counts for the
+    /// threads that have waited for it, but not while another thread has the areas. So the watchdog detects a program that hangs:
     /// in a loop without a guard, with a guard that it never drops, in a hook, waiting for a lock that no
     /// thread unlocks, or because the thread that did the work has ended.
     ///
@@ -223,11 +224,11 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// Makes a lost connection again, and tries that for up to `limit`. Off by default: a lost connection
+    /// Re-establishes a lost connection, and tries that for up to `limit`. Off by default: a lost connection
     /// ends the transfer.
     ///
     /// When the connection fails, the outputs in the areas go to 0, and all commands are forgotten: one that
-    /// was not finished never reads as done. The program is told immediately: waits return
+    /// was not finished is never reported as done. The program is told immediately: waits return
     /// [`Error::ConnectionLost`], once to each handle, and listeners get
     /// [`Event::ConnectionLost`](crate::Event::ConnectionLost). A program that calls a wait again goes on:
     /// the call waits until there is a connection, with the configuration of all areas, and with the camera

@@ -18,8 +18,8 @@ impl TransferAreaComHandler {
     /// Starts the camera and returns the channel in which its frames come in.
     ///
     /// The command goes to the controller between two exchanges. Blocks until that is done: for one or two
-    /// exchanges with their reaction windows, and while a lost connection is made again. Panics in a cycle
-    /// hook, because the exchanges wait for the hook.
+    /// exchanges with their reaction windows, and while a lost connection is re-established. It may be called
+    /// under a guard and in a cycle hook.
     ///
     /// The frames come over a connection of their own, read by a thread of their own. Connecting is tried
     /// once before the command, for 300 ms at most, as the TXT 4.0 needs it, and repeatedly after the
@@ -78,7 +78,7 @@ impl TransferAreaComHandler {
 
     /// Stops the camera and ends its channel; frames in it can still be received.
     ///
-    /// Blocks and panics as [`start_camera`](Self::start_camera) does. Does nothing when the camera was
+    /// Blocks as [`start_camera`](Self::start_camera) does. Does nothing when the camera was
     /// never started, or has ended with its transfer.
     ///
     /// # Errors

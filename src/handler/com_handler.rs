@@ -342,7 +342,6 @@ impl Drop for TransferAreaComHandler {
         // An error is in the log already, and can't be returned here.
         let _ = self.end_transfer();
         self.area.shared().listeners.end();
-        // The hook may own a handle to the areas, which own the hook.
         self.clear_cycle_hook();
     }
 }

@@ -6,6 +6,7 @@
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::area::TransferArea;
 use super::area_lock::{Holder, Waiter};
@@ -258,6 +259,39 @@ impl Shared {
         if state.hook.is_free() {
             state.hook.begin(thread_id(), version, false);
         }
+    }
+
+    // What the transfer thread calls.
+
+    /// Lets the cycle hook answer the newest response. It comes first, so that the others find what it wrote.
+    pub(super) fn call_hook(&self, state: &mut State) {
+        if state.transfer.stop().is_some() {
+            return;
+        }
+        let left_out = state.hook.call_for_response(state.transfer.number());
+        state.statistics.missed_hook_calls += u64::from(left_out);
+        if state.hook.is_about_to_take() {
+            state.area_lock.expect(Waiter::Hook, 1);
+            state.feed_for_waiting();
+            self.wake_hook();
+        }
+    }
+
+    /// If the cycle hook has not returned within its limit, ends the transfer and goes on without it: the
+    /// areas that it has are replaced, and it is never called again.
+    pub(super) fn give_up_hook(&self, state: &mut State) {
+        if state.hook.deadline().is_none() {
+            return;
+        }
+        let Some(thread) = state.hook.give_up(Instant::now()) else { return };
+        state.transfer.ask_to_stop(Stop::HookHangs(state.hook.limit()));
+        if state.area_lock.is_held_by(thread) {
+            let areas = state.hand_over.replacement();
+            let next = state.area_lock.replace(areas);
+            self.wake_next(next);
+        }
+        self.wake_hook();
+        self.attended.notify_one();
     }
 }
 

@@ -141,20 +141,6 @@ impl Shared {
         self.wake_waiting(state);
     }
 
-    /// Lets the cycle hook answer the newest response. It comes first, so that the others find what it wrote.
-    fn call_hook(&self, state: &mut State) {
-        if state.transfer.stop().is_some() {
-            return;
-        }
-        let left_out = state.hook.call_for_response(state.transfer.number());
-        state.statistics.missed_hook_calls += u64::from(left_out);
-        if state.hook.is_about_to_take() {
-            state.area_lock.expect(Waiter::Hook, 1);
-            state.feed_for_waiting();
-            self.wake_hook();
-        }
-    }
-
     /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
     /// then takes the outputs for the next request into `areas`. In lock-step it lasts until the program
     /// asks for the next response.
@@ -224,23 +210,6 @@ impl Shared {
             }
         }
         false
-    }
-
-    /// If the cycle hook has not returned within its limit, ends the transfer and goes on without it: the
-    /// areas that it has are replaced, and it is never called again.
-    pub(super) fn give_up_hook(&self, state: &mut State) {
-        if state.hook.deadline().is_none() {
-            return;
-        }
-        let Some(thread) = state.hook.give_up(Instant::now()) else { return };
-        state.transfer.ask_to_stop(Stop::HookHangs(state.hook.limit()));
-        if state.area_lock.is_held_by(thread) {
-            let areas = state.hand_over.replacement();
-            let next = state.area_lock.replace(areas);
-            self.wake_next(next);
-        }
-        self.wake_hook();
-        self.attended.notify_one();
     }
 
     /// Closes the window, and releases the areas for all threads; returns whether the program has missed the
@@ -399,7 +368,7 @@ impl State {
 
     /// A program that has waited for a late response does not hang. But while a thread has the areas, nobody
     /// can do anything: then only the time before that was a sign of life.
-    fn feed_for_waiting(&mut self) {
+    pub(super) fn feed_for_waiting(&mut self) {
         let since = self.area_lock.holder().map(|holder| holder.since);
         self.watchdog.feed_at(since.unwrap_or_else(Instant::now));
     }

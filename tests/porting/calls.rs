@@ -219,7 +219,7 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
 
     // SetFtTaCompleted(callback) → FtErrors
     // tCbTaCompleted(handler)
-    handler.set_cycle_hook(|areas| ControlFlow::Continue(())).unwrap();
+    handler.set_cycle_hook(|areas| ControlFlow::Continue(()))?;
 
     // SetFtCbJoyStick(LOCAL_IO, IR_ALL_DATA, x, y) → FtErrors
     // tCbTaJoyStick(handler, area, device, group, x, y)
@@ -373,7 +373,7 @@ fn ke_lib(handler: &TransferAreaComHandler, limits: TimeLimits) -> Result<(), Er
 
     // SetTransferAreaCompleteCallback(TransferAreaCallbackFunction)
     // TransferAreaCallbackFunction(areas, count) → bool
-    handler.set_cycle_hook(|areas| ControlFlow::Continue(())).unwrap();
+    handler.set_cycle_hook(|areas| ControlFlow::Continue(()))?;
 
     // GetKeLibTransferAreaMainAddress() → FISH_X1_TRANSFER*
     let mut areas: TransferAreaGuard = handler.lock();
