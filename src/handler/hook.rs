@@ -17,7 +17,6 @@ use super::state::Stop;
 use super::sync::{thread_id, wait_until};
 use super::taken::{Known, Purpose, Taken};
 use crate::error::Error;
-use crate::transfer_area::FishX1Transfer;
 
 impl TransferAreaComHandler {
     /// Calls a function in each cycle, between receiving inputs and sending outputs: the
@@ -155,7 +154,7 @@ impl HookThread {
         let areas = guard.as_mut().map_err(|error| error.clone());
         if hook(areas).is_break() {
             // Before the next request can leave.
-            shared.end_by_hook(self.version, transfer);
+            shared.end_by_hook(transfer);
         }
     }
 
@@ -174,8 +173,7 @@ impl Shared {
     fn clear_hook(&self) {
         let mut state = self.state();
         state.hook.clear();
-        let next = state.area_lock.arrive(Waiter::Hook);
-        self.wake_next(next);
+        self.wake_next(state.area_lock.arrive(Waiter::Hook));
         self.wake_hook();
         self.attended.notify_one();
         while !state.hook.is_alone(thread_id()) {
@@ -195,8 +193,7 @@ impl Shared {
         let mut state = self.state();
         loop {
             if let ControlFlow::Break(call) = self.try_call(&mut state, version, known) {
-                let next = state.area_lock.hook_waits(false);
-                self.wake_next(next);
+                self.wake_next(state.area_lock.hook_waits(false));
                 return call;
             }
             self.areas_free(Waiter::Hook).wait(&mut state);
@@ -221,14 +218,9 @@ impl Shared {
             return ControlFlow::Break(Some(Err(error)));
         }
         let is_due = state.hook.is_due() && state.transfer.stop().is_none();
-        let areas = if is_due { take_for_hook(state) } else { None };
-        let Some(areas) = areas else {
-            let next = state.area_lock.hook_waits(is_due);
-            self.wake_next(next);
-            return ControlFlow::Continue(());
-        };
-        let next = state.area_lock.arrive(Waiter::Hook);
-        self.wake_next(next);
+        let areas = is_due.then(|| state.area_lock.take_for_hook(Holder::now())).flatten();
+        self.wake_next(state.area_lock.hook_waits(is_due && areas.is_none()));
+        let Some(areas) = areas else { return ControlFlow::Continue(()) };
         state.hook.begin(thread_id(), version, true);
         ControlFlow::Break(Some(Ok(Taken::new(state, areas, *known, Purpose::Hook))))
     }
@@ -243,10 +235,9 @@ impl Shared {
         self.wake_hook();
     }
 
-    /// The hook has ended the transfer of this number.
-    pub(super) fn end_by_hook(&self, version: u64, transfer: u64) {
+    /// The hook ends the transfer of this number.
+    fn end_by_hook(&self, transfer: u64) {
         let mut state = self.state();
-        state.hook.end_transfer(version, transfer);
         if state.transfer.number() == transfer {
             state.transfer.ask_to_stop(Stop::Asked);
             self.attended.notify_one();
@@ -268,7 +259,7 @@ impl Shared {
         if state.transfer.stop().is_some() {
             return;
         }
-        let left_out = state.hook.call_for_response(state.transfer.number());
+        let left_out = state.hook.call_for_response();
         state.statistics.missed_hook_calls += u64::from(left_out);
         if state.hook.is_about_to_take() {
             state.area_lock.expect(Waiter::Hook, 1);
@@ -287,17 +278,9 @@ impl Shared {
         state.transfer.ask_to_stop(Stop::HookHangs(state.hook.limit()));
         if state.area_lock.is_held_by(thread) {
             let areas = state.hand_over.replacement();
-            let next = state.area_lock.replace(areas);
-            self.wake_next(next);
+            self.wake_next(state.area_lock.replace(areas));
         }
         self.wake_hook();
         self.attended.notify_one();
     }
-}
-
-/// The areas, if the hook may have them now.
-fn take_for_hook(state: &mut State) -> Option<(Vec<FishX1Transfer>, u64)> {
-    let lock = &mut state.area_lock;
-    let promised = lock.take_promised(Waiter::Hook, Holder::now());
-    promised.or_else(|| lock.try_take(Waiter::Hook, Holder::now()))
 }

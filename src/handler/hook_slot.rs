@@ -13,16 +13,12 @@ pub(super) struct HookSlot {
     version: u64,
     /// Whether the last one was set.
     set: bool,
-    /// Threads of hooks that have not ended, without those that were given up.
-    threads: usize,
+    /// The hooks whose threads have not ended and were not given up.
+    threads: Vec<u64>,
     /// Whether the function is to be called for the newest response.
     due: bool,
     /// The hook's thread that is in the program's function, or drops it.
     call: Option<Call>,
-    /// The transfer that the hook has ended, so that it is not called again in this one.
-    ended: Option<u64>,
-    /// Hooks that were given up and whose threads have not ended.
-    given_up: Vec<u64>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -36,16 +32,7 @@ struct Call {
 
 impl HookSlot {
     pub(super) fn new(limit: Duration) -> Self {
-        Self {
-            limit,
-            version: 0,
-            set: false,
-            threads: 0,
-            due: false,
-            call: None,
-            ended: None,
-            given_up: Vec::new(),
-        }
+        Self { limit, version: 0, set: false, threads: Vec::new(), due: false, call: None }
     }
 
     pub(super) fn limit(&self) -> Duration {
@@ -63,8 +50,7 @@ impl HookSlot {
     pub(super) fn set(&mut self) -> u64 {
         self.clear();
         self.set = true;
-        self.ended = None;
-        self.threads += 1;
+        self.threads.push(self.version);
         self.version
     }
 
@@ -75,18 +61,16 @@ impl HookSlot {
 
     /// Whether no hook's thread is left, but perhaps the one that asks.
     pub(super) fn is_alone(&self, me: ThreadId) -> bool {
-        self.threads == usize::from(self.call.is_some_and(|call| call.thread == me))
+        let own = self.call.filter(|call| call.thread == me).map(|call| call.version);
+        self.threads.iter().all(|version| Some(*version) == own)
     }
 
     // What the transfer thread calls.
 
     /// A response has come in for which the hook is to be called. Returns whether a call for an earlier
     /// response is left out.
-    pub(super) fn call_for_response(&mut self, transfer: u64) -> bool {
-        if !self.set || self.ended == Some(transfer) {
-            return false;
-        }
-        std::mem::replace(&mut self.due, true)
+    pub(super) fn call_for_response(&mut self) -> bool {
+        self.set && std::mem::replace(&mut self.due, true)
     }
 
     /// Whether the hook is going to take the areas, or has them and is going to take them again.
@@ -118,8 +102,7 @@ impl HookSlot {
     pub(super) fn give_up(&mut self, now: Instant) -> Option<ThreadId> {
         self.deadline().filter(|deadline| *deadline <= now)?;
         let call = self.call.take()?;
-        self.threads -= 1;
-        self.given_up.push(call.version);
+        self.thread_ends(call.version);
         if call.version == self.version {
             self.clear();
         }
@@ -149,21 +132,9 @@ impl HookSlot {
         self.call.take_if(|call| call.thread == thread);
     }
 
-    /// The hook is not called again in this transfer, which it has ended.
-    pub(super) fn end_transfer(&mut self, version: u64, transfer: u64) {
-        if self.version == version {
-            self.ended = Some(transfer);
-            self.due = false;
-        }
-    }
-
-    /// A hook's thread ends.
+    /// A hook's thread ends, or nobody waits for it any more.
     pub(super) fn thread_ends(&mut self, version: u64) {
-        if let Some(place) = self.given_up.iter().position(|given_up| *given_up == version) {
-            self.given_up.swap_remove(place);
-        } else {
-            self.threads -= 1;
-        }
+        self.threads.retain(|thread| *thread != version);
     }
 }
 
@@ -183,13 +154,13 @@ mod tests {
     #[test]
     fn each_response_is_answered_once_or_left_out() {
         let (mut slot, version) = set();
-        assert!(!slot.call_for_response(1));
+        assert!(!slot.call_for_response());
         assert!(slot.is_due() && slot.is_about_to_take());
         slot.begin(thread_id(), version, true);
         assert!(slot.is_answering() && !slot.is_due());
-        assert!(!slot.call_for_response(1), "the hook was called for the last one");
+        assert!(!slot.call_for_response(), "the hook was called for the last one");
         assert!(slot.is_about_to_take(), "when it has returned");
-        assert!(slot.call_for_response(1), "one is left out");
+        assert!(slot.call_for_response(), "one is left out");
         slot.returned(thread_id());
         assert!(slot.is_answering());
         slot.begin(thread_id(), version, true);
@@ -202,19 +173,8 @@ mod tests {
         let (mut slot, version) = set();
         slot.begin(thread_id(), version, false);
         assert!(slot.is_busy() && !slot.is_answering());
-        slot.call_for_response(1);
+        slot.call_for_response();
         assert!(slot.is_answering() && !slot.is_about_to_take());
-    }
-
-    #[test]
-    fn a_hook_that_has_ended_its_transfer_is_called_in_the_next() {
-        let (mut slot, version) = set();
-        slot.call_for_response(1);
-        slot.end_transfer(version, 1);
-        slot.call_for_response(1);
-        assert!(!slot.is_due());
-        slot.call_for_response(2);
-        assert!(slot.is_due());
     }
 
     #[test]
@@ -225,7 +185,7 @@ mod tests {
         assert_eq!(slot.give_up(deadline - Duration::from_nanos(1)), None);
         assert_eq!(slot.give_up(deadline), Some(thread_id()));
         assert_eq!(slot.give_up(deadline), None, "once");
-        slot.call_for_response(1);
+        slot.call_for_response();
         assert!(slot.is_over(version) && !slot.is_due() && !slot.is_busy());
         // Another hook is not disturbed by it.
         assert!(slot.is_alone(thread_id()));
