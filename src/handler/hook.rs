@@ -12,6 +12,7 @@ use super::area::TransferArea;
 use super::area_lock::{Holder, Waiter};
 use super::com_handler::TransferAreaComHandler;
 use super::guard::TransferAreaGuard;
+use super::hook_slot::HookSlot;
 use super::shared::{Shared, State};
 use super::state::Stop;
 use super::sync::{thread_id, wait_until};
@@ -91,16 +92,17 @@ impl TransferAreaComHandler {
         hook: impl FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> + Send + 'static,
     ) -> Result<(), Error> {
         let shared = self.area().shared();
-        shared.clear_hook();
-        let version = shared.state().hook.set();
+        let version = shared.replace_hook(HookSlot::set);
         let thread = HookThread { area: self.area().clone(), version };
         let started = std::thread::Builder::new()
             .name("cycle-hook".to_owned())
             .spawn(move || thread.run(hook));
         if let Err(error) = started {
             let mut state = shared.state();
-            state.hook.clear();
             state.hook.thread_ends(version);
+            if !state.hook.is_over(version) {
+                state.hook.clear();
+            }
             return Err(Error::not_started(error));
         }
         Ok(())
@@ -111,7 +113,7 @@ impl TransferAreaComHandler {
     /// Blocks while the function runs, for its limit at most; inside the function it does not block. After
     /// this has returned, the function is not called again; one that hangs may still be running.
     pub fn clear_cycle_hook(&self) {
-        self.area().shared().clear_hook();
+        self.area().shared().replace_hook(HookSlot::clear);
     }
 }
 
@@ -169,19 +171,21 @@ impl HookThread {
 }
 
 impl Shared {
-    /// Lets the hook's thread end, and waits until it has, unless this is that thread.
-    fn clear_hook(&self) {
+    /// Sets another hook or none, and waits until the threads of earlier ones have ended, unless this is one.
+    /// Returns the version.
+    fn replace_hook(&self, replace: fn(&mut HookSlot) -> u64) -> u64 {
         let mut state = self.state();
-        state.hook.clear();
+        let version = replace(&mut state.hook);
         self.wake_next(state.area_lock.arrive(Waiter::Hook));
         self.wake_hook();
         self.attended.notify_one();
-        while !state.hook.is_alone(thread_id()) {
+        while state.hook.has_older(version, thread_id()) {
             let deadline = state.hook.deadline();
             if wait_until(self.areas_free(Waiter::Hook), &mut state, deadline) {
                 self.give_up_hook(&mut state);
             }
         }
+        version
     }
 
     /// Waits for the next call of this hook; `None` when it was replaced or cleared.

@@ -39,11 +39,12 @@ impl HookSlot {
         self.limit
     }
 
-    /// The hook that was set, if any, is not called any more.
-    pub(super) fn clear(&mut self) {
+    /// The hook that was set, if any, is not called any more. Returns the version of having none.
+    pub(super) fn clear(&mut self) -> u64 {
         self.version += 1;
         self.set = false;
         self.due = false;
+        self.version
     }
 
     /// A hook is set, whose thread is about to start; its version.
@@ -59,10 +60,10 @@ impl HookSlot {
         self.version != version
     }
 
-    /// Whether no hook's thread is left, but perhaps the one that asks.
-    pub(super) fn is_alone(&self, me: ThreadId) -> bool {
+    /// Whether threads of hooks before this version are left, other than the one that asks.
+    pub(super) fn has_older(&self, version: u64, me: ThreadId) -> bool {
         let own = self.call.filter(|call| call.thread == me).map(|call| call.version);
-        self.threads.iter().all(|version| Some(*version) == own)
+        self.threads.iter().any(|thread| *thread < version && Some(*thread) != own)
     }
 
     // What the transfer thread calls.
@@ -188,22 +189,23 @@ mod tests {
         slot.call_for_response();
         assert!(slot.is_over(version) && !slot.is_due() && !slot.is_busy());
         // Another hook is not disturbed by it.
-        assert!(slot.is_alone(thread_id()));
-        slot.set();
+        let next = slot.set();
+        assert!(!slot.has_older(next, thread_id()), "nobody waits for it");
         slot.thread_ends(version);
-        assert!(!slot.is_alone(thread_id()));
+        assert!(slot.has_older(next + 1, thread_id()));
     }
 
     #[test]
     fn only_its_own_thread_does_not_wait_for_itself() {
         let (mut slot, version) = set();
-        assert!(!slot.is_alone(thread_id()));
+        assert!(!slot.has_older(version, thread_id()), "it is no older one");
+        let cleared = slot.clear();
+        assert!(slot.has_older(cleared, thread_id()) && slot.is_over(version));
         slot.begin(thread_id(), version, true);
-        assert!(slot.is_alone(thread_id()));
-        slot.clear();
-        assert!(slot.is_alone(thread_id()) && slot.is_over(version));
+        assert!(!slot.has_older(cleared, thread_id()));
         slot.returned(thread_id());
+        assert!(slot.has_older(cleared, thread_id()));
         slot.thread_ends(version);
-        assert!(slot.is_alone(thread_id()));
+        assert!(!slot.has_older(cleared, thread_id()));
     }
 }

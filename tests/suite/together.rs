@@ -258,3 +258,26 @@ fn a_program_that_polls_too_late_can_read_how_many_responses_it_has_missed() {
     assert_eq!(handler.statistics().missed_responses, 0);
     handler.end_transfer().unwrap();
 }
+
+#[test]
+fn threads_that_set_and_clear_hooks_at_the_same_time_do_not_wait_for_each_others_hooks() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    let (done, is_done) = mpsc::channel();
+    thread::scope(|scope| {
+        for _ in 0..4 {
+            let (handler, done) = (&handler, done.clone());
+            scope.spawn(move || {
+                for _ in 0..50 {
+                    handler.set_cycle_hook(|_| Continue(())).unwrap();
+                }
+                done.send(()).unwrap();
+            });
+        }
+        for _ in 0..4 {
+            is_done.recv_timeout(DEADLINE).expect("it waits for another thread's hook");
+        }
+    });
+    handler.end_transfer().unwrap();
+}
