@@ -27,7 +27,8 @@ struct State {
     early: Option<TcpStream>,
     /// How often the server was changed.
     changes: u64,
-    /// The connection; closing it wakes a thread that reads from it.
+    /// The connection, for the other side to learn at once that it ends. On most systems this also wakes the
+    /// thread that waits on it.
     connection: Option<TcpStream>,
     /// Why the stream has ended.
     error: Option<Error>,
@@ -128,6 +129,11 @@ impl CameraControl {
         let mut state = self.state.lock();
         self.changed.wait_while_for(&mut state, |state| !state.has_left(server), time);
         state.has_left(server)
+    }
+
+    /// Whether this is no longer the server to read from.
+    pub(super) fn has_left(&self, server: Server) -> bool {
+        self.state.lock().has_left(server)
     }
 
     /// Lets others close the connection to this server, or closes it when it is no longer needed.

@@ -15,7 +15,7 @@ use log::{info, warn};
 use super::control::{CameraControl, Server};
 use super::server::CameraServer;
 use super::{CameraFrame, CameraOptions};
-use crate::client::{connect_error, connect_to, Connection, TimeLimits};
+use crate::client::{connect_error, connect_to, Connection, TimeLimits, WaitEnds};
 use crate::error::Error;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
@@ -52,11 +52,21 @@ impl CameraStream {
         options: CameraOptions,
         rides_out: Option<Duration>,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
+        Self::start_with(server, options, rides_out, WaitEnds::ON_SYSTEM)
+    }
+
+    fn start_with(
+        server: CameraServer,
+        options: CameraOptions,
+        rides_out: Option<Duration>,
+        wait_ends: WaitEnds,
+    ) -> Result<(Self, Receiver<CameraFrame>), Error> {
         let control = Arc::new(CameraControl::new(server));
         let (sender, receiver) = bounded(options.channel_frames);
         let reader = Reader {
             options,
             rides_out: rides_out.unwrap_or(Duration::ZERO),
+            wait_ends,
             control: Arc::clone(&control),
             oldest: receiver.clone(),
             sender,
@@ -91,6 +101,7 @@ struct Reader {
     options: CameraOptions,
     /// How long to wait for a gap after a failed connection.
     rides_out: Duration,
+    wait_ends: WaitEnds,
     control: Arc<CameraControl>,
     sender: Sender<CameraFrame>,
     /// The channel's other end, to take the oldest frame out.
@@ -172,7 +183,9 @@ impl Reader {
         let other_hold = stream.try_clone()?;
         let limit = self.options.frame_limit;
         let limits = TimeLimits { connect: self.options.start_limit, read: limit, write: limit };
-        let connection = Connection::over_tcp(stream, limits)?;
+        let control = Arc::clone(&self.control);
+        let is_over = move || control.has_left(server);
+        let connection = Connection::that_can_end(stream, limits, self.wait_ends, is_over)?;
         self.control.keep(other_hold, server);
         Ok(connection)
     }
@@ -258,7 +271,8 @@ pub fn read_frames(
     let (sender, oldest) = bounded(options.channel_frames);
     let address = SocketAddr::from(([127, 0, 0, 1], 0));
     let control = Arc::new(CameraControl::new(CameraServer { address, early: None }));
-    let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };
+    let wait_ends = WaitEnds::ON_SYSTEM;
+    let reader = Reader { options, rides_out: Duration::ZERO, wait_ends, control, sender, oldest };
     let error = reader.read_from(&mut server.connection(), &mut 0);
     let sent = server.state().written.clone();
     (reader.oldest.try_iter().collect(), error, sent)

@@ -8,6 +8,7 @@ use super::address::host_and_port;
 use super::connect;
 use super::limits::{TimeLeft, TimeLimits};
 use super::transport::{TcpTransport, Transport};
+use super::watched::{WaitEnds, WatchedTransport};
 use crate::error::Error;
 
 /// A connection on which requests and responses alternate.
@@ -40,6 +41,22 @@ impl Connection {
     pub(crate) fn over_tcp(stream: TcpStream, limits: TimeLimits) -> io::Result<Self> {
         let transport = TcpTransport::new(stream, limits.read, limits.write)?;
         Ok(Self::over(Box::new(transport), limits))
+    }
+
+    /// A connection over a stream, whose waits another thread ends in this way: it shuts the stream down, or
+    /// `is_over` returns true from then on. Such a wait ends with [`Error::ConnectionClosed`].
+    pub(crate) fn that_can_end(
+        stream: TcpStream,
+        limits: TimeLimits,
+        ends: WaitEnds,
+        is_over: impl Fn() -> bool + Send + Sync + 'static,
+    ) -> io::Result<Self> {
+        match ends {
+            WaitEnds::ByShutdown => Self::over_tcp(stream, limits),
+            WaitEnds::ByLooking => {
+                Ok(Self::over(Box::new(WatchedTransport::new(stream, is_over)?), limits))
+            }
+        }
     }
 
     pub(super) fn over(transport: Box<dyn Transport>, limits: TimeLimits) -> Self {

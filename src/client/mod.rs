@@ -16,6 +16,7 @@ pub(crate) mod signals;
 mod tests;
 mod transact;
 mod transport;
+mod watched;
 
 use std::net::IpAddr;
 
@@ -25,6 +26,7 @@ pub(crate) use connection::{Connection, PacketNames};
 pub use find::{ask_controllers_at, find_controllers, find_controllers_at, USUAL_HOSTS};
 pub(crate) use find::{found_host, is_auto};
 pub use limits::TimeLimits;
+pub(crate) use watched::WaitEnds;
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};

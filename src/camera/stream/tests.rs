@@ -74,6 +74,12 @@ fn start(
     CameraStream::start(server.listening(), options, rides_out).unwrap()
 }
 
+/// A stream whose waits end as on Windows.
+fn start_looking(server: &Server) -> (CameraStream, Receiver<CameraFrame>) {
+    CameraStream::start_with(server.listening(), options(), Some(AMPLE), WaitEnds::ByLooking)
+        .unwrap()
+}
+
 /// The next frame's number and byte.
 fn receive(frames: &Receiver<CameraFrame>) -> (u64, u8) {
     let frame = frames.recv_timeout(AMPLE).expect("no frame came in");
@@ -231,6 +237,41 @@ fn a_stream_can_be_stopped_in_a_gap_and_while_it_waits_for_one() {
 }
 
 #[test]
+fn a_wait_that_no_shutdown_wakes_ends_when_the_stream_is_stopped() {
+    for begun in [&[][..], &[0x11], &[0; CameraFrameHeader::LEN - 1]] {
+        let server = Server::start();
+        let (mut stream, frames) = start_looking(&server);
+        let mut connection = server.accept();
+        send_frame(&mut connection, 1);
+        assert_eq!(receive(&frames), (0, 1));
+        connection.write_all(begun).unwrap();
+        // There is nothing left to shut down.
+        stream.control().let_go();
+        let begin = Instant::now();
+        stream.join();
+        assert!(begin.elapsed() < AMPLE / 2, "it waited for the limit of a frame");
+        assert_eq!(end(&stream, &frames), None);
+    }
+}
+
+#[test]
+fn a_wait_that_no_shutdown_wakes_ends_in_a_gap_and_frames_go_on_after_it() {
+    let (first, second) = (Server::start(), Server::start());
+    let (stream, frames) = start_looking(&first);
+    let mut connection = first.accept();
+    send_frame(&mut connection, 1);
+    assert_eq!(receive(&frames), (0, 1));
+    stream.control().let_go();
+    let begin = Instant::now();
+    stream.control().pause();
+    assert_closed(&mut connection);
+    stream.control().resume(second.listening());
+    send_frame(&mut second.accept(), 2);
+    assert_eq!(receive(&frames), (1, 2));
+    assert!(begin.elapsed() < AMPLE / 2, "it waited for the limit of a frame");
+}
+
+#[test]
 fn two_gaps_in_a_row_end_with_the_last_server() {
     let (first, second, third) = (Server::start(), Server::start(), Server::start());
     let (stream, frames) = start(&first, options(), Some(AMPLE));
@@ -253,7 +294,8 @@ fn the_limit_for_a_frame_holds_in_a_storm_of_signals() {
     let (sender, oldest) = bounded(1);
     let control = Arc::new(CameraControl::new(server.listening()));
     let place = control.server().unwrap();
-    let reader = Reader { options, rides_out: Duration::ZERO, control, sender, oldest };
+    let wait_ends = WaitEnds::ON_SYSTEM;
+    let reader = Reader { options, rides_out: Duration::ZERO, wait_ends, control, sender, oldest };
     let mut connection = reader.connect(place, Instant::now()).unwrap();
     let _silent = server.accept();
     let error = in_a_storm(|| reader.read_from(&mut connection, &mut 0));
