@@ -1,7 +1,7 @@
 //! The camera of a handler: a thread that reads frames, so that the program gets the newest one.
 
-use std::io::{self, Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpStream, ToSocketAddrs};
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -19,6 +19,8 @@ const FRAME_LIMIT: Duration = Duration::from_secs(5);
 const ATTEMPT: Duration = Duration::from_secs(1);
 const EARLY_ATTEMPT: Duration = Duration::from_millis(300);
 const RETRY: Duration = Duration::from_millis(50);
+/// How late bytes, and the end, may be seen.
+const NAP: Duration = Duration::from_millis(2);
 /// The longest JPEG picture.
 const MAX_FRAME: usize = 16 << 20;
 
@@ -45,8 +47,6 @@ struct State {
     stopped: bool,
     /// Why no more frames come.
     error: Option<String>,
-    /// To be closed when the camera is stopped.
-    connection: Option<TcpStream>,
 }
 
 impl Camera {
@@ -77,14 +77,7 @@ impl Camera {
 
     /// Ends the thread.
     pub(super) fn stop(&self) {
-        {
-            let mut state = self.shared.state.lock();
-            state.stopped = true;
-            if let Some(connection) = state.connection.take() {
-                // It may be closed already.
-                let _ = connection.shutdown(Shutdown::Both);
-            }
-        }
+        self.shared.state.lock().stopped = true;
         let thread = self.thread.lock().take();
         if thread.is_some_and(|thread| thread.join().is_err()) {
             log::error!("the thread of the camera panicked");
@@ -133,33 +126,69 @@ impl Shared {
         }
     }
 
-    fn read_from(
-        &self,
-        mut stream: TcpStream,
-        any: &mut bool,
-    ) -> io::Result<std::convert::Infallible> {
+    fn read_from(&self, stream: TcpStream, any: &mut bool) -> io::Result<std::convert::Infallible> {
         stream.set_nodelay(true)?;
-        stream.set_read_timeout(Some(FRAME_LIMIT))?;
-        stream.set_write_timeout(Some(FRAME_LIMIT))?;
-        let other_hold = stream.try_clone()?;
-        {
-            let mut state = self.state.lock();
-            if state.stopped {
-                return Err(io::ErrorKind::Interrupted.into());
-            }
-            state.connection = Some(other_hold);
-        }
+        stream.set_nonblocking(true)?;
+        let mut connection = Connection { camera: self, stream, deadline: Instant::now() };
         loop {
-            let frame = read_frame(&mut stream)?;
+            connection.deadline = Instant::now() + FRAME_LIMIT;
+            let frame = read_frame(&mut connection)?;
             *any = true;
-            stream.write_all(&CAMERA_FRAME_ACKNOWLEDGE)?;
+            connection.write_all(&CAMERA_FRAME_ACKNOWLEDGE)?;
             self.state.lock().newest = Some(frame);
             self.changed.notify_all();
         }
     }
 }
 
-fn read_frame(stream: &mut TcpStream) -> io::Result<CameraFrame> {
+/// The connection to the controller's server. It does not block, so its thread sees within a moment that the
+/// camera is to stop: on Windows no other thread can end a wait on a connection.
+struct Connection<'a> {
+    camera: &'a Shared,
+    stream: TcpStream,
+    /// For one frame and its acknowledge.
+    deadline: Instant,
+}
+
+impl Connection<'_> {
+    fn wait<T>(
+        &mut self,
+        mut attempt: impl FnMut(&mut TcpStream) -> io::Result<T>,
+    ) -> io::Result<T> {
+        loop {
+            if self.camera.state.lock().stopped {
+                return Err(ErrorKind::ConnectionAborted.into());
+            }
+            match attempt(&mut self.stream) {
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                result => return result,
+            }
+            if self.deadline <= Instant::now() {
+                let why = format!("no whole frame came in within {FRAME_LIMIT:?}");
+                return Err(io::Error::new(ErrorKind::TimedOut, why));
+            }
+            thread::sleep(NAP);
+        }
+    }
+}
+
+impl Read for Connection<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.wait(|stream| stream.read(buffer))
+    }
+}
+
+impl Write for Connection<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.wait(|stream| stream.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn read_frame(stream: &mut impl Read) -> io::Result<CameraFrame> {
     let mut header = [0; CameraFrameHeader::LEN];
     stream.read_exact(&mut header)?;
     let header = CameraFrameHeader::parse(&header).map_err(io::Error::other)?;
@@ -169,4 +198,52 @@ fn read_frame(stream: &mut TcpStream) -> io::Result<CameraFrame> {
     let mut data = vec![0; size];
     stream.read_exact(&mut data)?;
     Ok(CameraFrame::new(data))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+
+    /// A camera whose server has sent these bytes, and then falls silent; and the server's side.
+    fn camera(bytes: &[u8]) -> (Camera, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let camera = Camera::before_start("127.0.0.1", port).start().ok().unwrap();
+        let mut server = listener.accept().unwrap().0;
+        server.write_all(bytes).unwrap();
+        (camera, server)
+    }
+
+    fn frame() -> Vec<u8> {
+        let mut frame = Vec::new();
+        CameraFrameHeader { frames_ready: 1, width: 1, height: 1, size_raw: 2, size_compressed: 1 }
+            .emit(&mut frame);
+        frame.push(7);
+        frame
+    }
+
+    #[test]
+    fn a_frame_is_acknowledged_and_the_newest_is_taken() {
+        let (camera, mut server) = camera(&frame());
+        let mut acknowledge = [0; 4];
+        server.read_exact(&mut acknowledge).unwrap();
+        assert_eq!(acknowledge, CAMERA_FRAME_ACKNOWLEDGE);
+        assert_eq!(camera.next().ok().unwrap().data, [7]);
+        camera.stop();
+        assert_eq!(server.read(&mut [0]).unwrap(), 0, "the connection goes on");
+    }
+
+    #[test]
+    fn a_stop_ends_every_wait_for_a_silent_server_long_before_the_limit() {
+        for sent in [0, 1, CameraFrameHeader::LEN] {
+            let (camera, _server) = camera(&frame()[..sent]);
+            // It waits for the rest.
+            thread::sleep(10 * NAP);
+            let begin = Instant::now();
+            camera.stop();
+            assert!(begin.elapsed() < FRAME_LIMIT / 2, "it waited for the limit");
+        }
+    }
 }
