@@ -55,7 +55,7 @@ impl TransferAreaComHandler {
         let command = options.command()?;
         let shared = self.area().shared();
         shared.check_running()?;
-        let mut camera = self.camera();
+        let mut camera = self.camera.lock();
         if camera.stream.as_ref().is_some_and(|stream| !stream.is_finished()) {
             return Err(Error::CameraAlreadyStarted);
         }
@@ -72,6 +72,7 @@ impl TransferAreaComHandler {
         let rides_out = reconnect.map(|_| limits.read + NOTICE);
         let (stream, frames) = CameraStream::start(server, options, rides_out)?;
         shared.set_camera(Arc::clone(stream.control()));
+        *self.camera_state.lock() = Some(Arc::clone(stream.control()));
         camera.stream = Some(stream);
         Ok(frames)
     }
@@ -86,7 +87,7 @@ impl TransferAreaComHandler {
     /// The error that ended the transfer meanwhile.
     #[doc(alias = "StopCamera")]
     pub fn stop_camera(&self) -> Result<(), Error> {
-        self.stop(&mut self.camera())
+        self.stop(&mut self.camera.lock())
     }
 
     fn stop(&self, camera: &mut Camera) -> Result<(), Error> {
@@ -101,17 +102,53 @@ impl TransferAreaComHandler {
     }
 
     /// The error that ended the camera's stream; `None` while it goes on, and when it was stopped
-    /// or ended with the transfer. A controller that disappears ends both, in any order.
+    /// or ended with the transfer. A controller that disappears ends both, in any order. Does not block, even
+    /// while another thread starts or stops the camera.
     pub fn camera_error(&self) -> Option<Error> {
-        self.camera().stream.as_ref().and_then(|stream| stream.control().error())
+        self.camera_state.lock().as_ref().and_then(|stream| stream.error())
     }
 
-    /// Statistics of the camera's stream, the current or the last one.
+    /// Statistics of the camera's stream, the current or the last one. Does not block, even while another
+    /// thread starts or stops the camera.
     pub fn camera_statistics(&self) -> CameraStatistics {
-        self.camera()
-            .stream
-            .as_ref()
-            .map(|stream| stream.control().statistics())
-            .unwrap_or_default()
+        self.camera_state.lock().as_ref().map(|stream| stream.statistics()).unwrap_or_default()
+    }
+}
+
+#[cfg(all(test, feature = "simulator", not(shuttle)))]
+mod tests {
+    use std::thread;
+    use std::time::Instant;
+
+    use super::*;
+    use crate::simulator::{FaultKind, Machine, SimulatedTxt};
+
+    /// Longer than anything takes on a busy machine.
+    const AMPLE: Duration = Duration::from_secs(30);
+
+    #[test]
+    fn its_state_can_be_read_while_a_start_waits_for_the_end_of_a_gap() {
+        let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
+        let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+        let handler = builder.reconnect(AMPLE).build().unwrap();
+        handler.begin_transfer().unwrap();
+        txt.with_machine(|machine| {
+            machine.set_absent(true);
+            machine.disturb(FaultKind::Close { after: 0 });
+        });
+        while handler.wait_cycle().is_ok() {}
+        thread::scope(|scope| {
+            let start = scope.spawn(|| handler.start_camera(CameraOptions::default()));
+            while handler.camera.try_lock().is_some() {
+                assert!(!start.is_finished(), "it did not wait");
+            }
+            let begin = Instant::now();
+            assert_eq!(handler.camera_statistics(), CameraStatistics::default());
+            assert_eq!(handler.camera_error(), None);
+            assert!(begin.elapsed() < AMPLE / 2, "it waited for the gap's end");
+            assert!(!start.is_finished(), "the start waited for nothing");
+            txt.with_machine(|machine: &mut Machine| machine.set_absent(false));
+            start.join().unwrap().unwrap();
+        });
     }
 }

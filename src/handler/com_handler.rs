@@ -4,7 +4,7 @@ use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::time::Duration;
 
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 
 use super::area::TransferArea;
 use super::clock::Clock;
@@ -16,7 +16,7 @@ use super::statistics::Statistics;
 use super::thread::TransferThread;
 use super::thread_slot::ThreadSlot;
 use super::watchdog::Watchdog;
-use crate::camera::CameraStream;
+use crate::camera::{CameraControl, CameraStream};
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
 use crate::notices;
@@ -75,7 +75,10 @@ pub struct TransferAreaComHandler {
     settings: Settings,
     area: TransferArea,
     thread: ThreadSlot,
-    camera: Mutex<Camera>,
+    /// Locked for as long as a command for the camera takes, also across a gap.
+    pub(super) camera: Mutex<Camera>,
+    /// The state of the current or the last stream. Locked only for a moment.
+    pub(super) camera_state: Mutex<Option<Arc<CameraControl>>>,
 }
 
 /// What the handler knows of its camera.
@@ -99,6 +102,7 @@ impl TransferAreaComHandler {
             area: TransferArea::new(Arc::new(shared)),
             thread: ThreadSlot::default(),
             camera: Mutex::default(),
+            camera_state: Mutex::default(),
         }
     }
 
@@ -108,10 +112,6 @@ impl TransferAreaComHandler {
 
     pub(super) fn area(&self) -> &TransferArea {
         &self.area
-    }
-
-    pub(super) fn camera(&self) -> MutexGuard<'_, Camera> {
-        self.camera.lock()
     }
 
     /// Connects, checks the firmware, begins online mode, hands over the configuration of all
@@ -230,7 +230,7 @@ impl TransferAreaComHandler {
         if self.area.shared().number() > number {
             return;
         }
-        let mut camera = self.camera();
+        let mut camera = self.camera.lock();
         if let Some(stream) = &mut camera.stream {
             stream.join();
         }
