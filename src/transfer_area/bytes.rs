@@ -10,8 +10,8 @@ use super::*;
 
 /// A value in the controller's memory.
 trait Bytes {
-    /// Writes the value to the next bytes.
-    fn write(&self, to: &mut slice::IterMut<'_, u8>);
+    /// Writes the value to the next bytes, and takes no more of them.
+    fn write<'a>(&self, to: &mut impl Iterator<Item = &'a mut u8>);
 
     /// Reads a value from the next bytes.
     fn read(from: &mut slice::Iter<'_, u8>) -> Self;
@@ -20,8 +20,9 @@ trait Bytes {
 macro_rules! integers {
     ($($integer:ty)+) => {$(
         impl Bytes for $integer {
-            fn write(&self, to: &mut slice::IterMut<'_, u8>) {
-                to.zip(self.to_le_bytes()).for_each(|(place, byte)| *place = byte);
+            fn write<'a>(&self, to: &mut impl Iterator<Item = &'a mut u8>) {
+                // The value's bytes first: their end takes no place from the next value.
+                self.to_le_bytes().into_iter().zip(to).for_each(|(byte, place)| *place = byte);
             }
 
             fn read(from: &mut slice::Iter<'_, u8>) -> Self {
@@ -32,7 +33,7 @@ macro_rules! integers {
 }
 
 impl<T: Bytes, const N: usize> Bytes for [T; N] {
-    fn write(&self, to: &mut slice::IterMut<'_, u8>) {
+    fn write<'a>(&self, to: &mut impl Iterator<Item = &'a mut u8>) {
         self.iter().for_each(|element| element.write(to));
     }
 
@@ -45,7 +46,7 @@ impl<T: Bytes, const N: usize> Bytes for [T; N] {
 macro_rules! structs {
     ($($name:ident { $($field:ident)+ })+) => {$(
         impl Bytes for $name {
-            fn write(&self, to: &mut slice::IterMut<'_, u8>) {
+            fn write<'a>(&self, to: &mut impl Iterator<Item = &'a mut u8>) {
                 // Does not compile when a field is missing.
                 let Self { $($field),+ } = self;
                 $($field.write(to);)+
@@ -185,6 +186,15 @@ mod tests {
         let area = FishX1Transfer::from_bytes(&bytes);
         assert_eq!(area.info.shared_memory_start, 0x1234_5678);
         assert_eq!((area.input.uni[0], area.output.distance[0]), (-2, 65_534));
+    }
+
+    #[test]
+    fn writing_takes_no_byte_of_the_next_value() {
+        let area = FishX1Transfer::from_bytes(&array::from_fn(mark));
+        let mut bytes = [0; FishX1Transfer::LEN];
+        // One of which the standard library does not know how many bytes are left.
+        area.write(&mut bytes.iter_mut().filter(|_| true));
+        assert_eq!(bytes, area.to_bytes());
     }
 
     #[test]
