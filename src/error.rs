@@ -354,12 +354,21 @@ impl Error {
         given: impl TryInto<i64>,
         range: RangeInclusive<i64>,
     ) -> Result<(), Self> {
-        // Only a count can be too large for an i64, and it is above any range.
+        // Only a count or a time can be too large for an i64, and it is above any range.
         let given = given.try_into().unwrap_or(i64::MAX);
         if range.contains(&given) {
             return Ok(());
         }
         Err(Self::OutOfRange { what, given, least: *range.start(), most: *range.end() })
+    }
+
+    /// Returns an error unless a time, in whole milliseconds, is in its range.
+    pub(crate) fn check_millis(
+        what: &'static str,
+        given: Duration,
+        range: RangeInclusive<i64>,
+    ) -> Result<(), Self> {
+        Self::check_range(what, given.as_millis(), range)
     }
 
     /// The error for a thread that could not be started.

@@ -80,13 +80,14 @@ impl I2cClient {
     ///
     /// # Errors
     ///
-    /// [`Error::NoController`] or [`Error::SeveralControllers`] for `auto`;
+    /// [`Error::OutOfRange`] for a limit; [`Error::NoController`] or [`Error::SeveralControllers`] for `auto`;
     /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
     /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
     /// could be started to look for a host name.
     #[doc(alias = "InitI2C")]
     #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
+        limits.check()?;
         let host = found_host(host, PORT, limits.connect)?;
         Ok(Self {
             connection: Some(Connection::connect(&host, port, limits)?),

@@ -24,6 +24,7 @@ pub(crate) use server::CameraServer;
 pub use stream::read_frames;
 pub(crate) use stream::CameraStream;
 
+use crate::client::LIMIT_RANGE;
 use crate::error::Error;
 use crate::wire::StartCameraOnline;
 
@@ -71,10 +72,10 @@ pub struct CameraOptions {
     /// dropped, so with 1 the channel holds only the newest frame. Each may take up to
     /// [`max_frame_size`](Self::max_frame_size) bytes.
     pub channel_frames: usize,
-    /// How long connecting to the camera server may take. Default 5 s; the server starts within
+    /// How long connecting to the camera server may take, 1 ms to an hour. Default 5 s; the server starts within
     /// 1 to 2 s, and until then connecting is tried repeatedly.
     pub start_limit: Duration,
-    /// How long a frame may take to come in. Default 5 s.
+    /// How long a frame may take to come in, 1 ms to an hour. Default 5 s.
     pub frame_limit: Duration,
     /// The largest size of a frame's JPEG data, in bytes. Default 16 MiB.
     pub max_frame_size: usize,
@@ -141,6 +142,8 @@ impl CameraOptions {
         ] {
             Error::check_range(what, given, 1..=most as i64)?;
         }
+        Error::check_millis("camera's start_limit in ms", self.start_limit, LIMIT_RANGE)?;
+        Error::check_millis("camera's frame_limit in ms", self.frame_limit, LIMIT_RANGE)?;
         let power_line_frequency = match self.power_line {
             PowerLine::Auto => 0,
             PowerLine::Hz50 => 50,

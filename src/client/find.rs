@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use super::address::host_and_port;
 use super::connect::connect;
 use super::connection::{Connection, PacketNames};
-use super::limits::TimeLimits;
+use super::limits::{TimeLimits, LIMIT_RANGE};
 use super::response::response_size;
 use super::PORT;
 use crate::error::Error;
@@ -35,8 +35,8 @@ const AT_A_TIME: usize = 64;
 /// (192.168.9.2) and the controller on which the program runs (127.0.0.1), each at
 /// [port 65000](crate::PORT).
 ///
-/// Blocks for up to `limit`, and for all of it if one of the addresses does not answer at all; 1 to 2 s is
-/// a good limit. A controller that is connected in two ways is found twice; the one on which the program
+/// Blocks for up to `limit`, 1 ms to an hour, and for all of it if one of the addresses does not answer at
+/// all; 1 to 2 s is a good limit. A controller that is connected in two ways is found twice; the one on which the program
 /// runs is found only once.
 ///
 /// Each controller is asked for its name and firmware, and the connection is closed. This moves nothing and
@@ -57,7 +57,7 @@ const AT_A_TIME: usize = 64;
 /// # Errors
 ///
 /// [`Error::NoController`] when none answered, with what happened at each address;
-/// [`Error::ThreadNotStarted`].
+/// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
 pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> {
     find_usual(PORT, limit)
 }
@@ -90,7 +90,7 @@ pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> 
 /// # Errors
 ///
 /// [`Error::NoController`] when none answered, with what happened at each address;
-/// [`Error::ThreadNotStarted`].
+/// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
 pub fn find_controllers_at<A>(
     addresses: &[A],
     limit: Duration,
@@ -132,7 +132,7 @@ where
 ///
 /// # Errors
 ///
-/// [`Error::ThreadNotStarted`].
+/// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
 pub fn ask_controllers_at<A>(
     addresses: &[A],
     limit: Duration,
@@ -140,6 +140,7 @@ pub fn ask_controllers_at<A>(
 where
     A: AsRef<str> + Sync,
 {
+    Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
     let mut answers = Vec::with_capacity(addresses.len());
     for some in addresses.chunks(AT_A_TIME) {
         answers.extend(ask_side_by_side(some, limit)?);

@@ -1,12 +1,18 @@
 //! Time limits, and the time that is left of them.
 
 use std::mem;
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
+
+use crate::error::Error;
+
+/// In ms: with an hour, no sum of limits is beyond the range of a clock, and no thread is held for ever.
+pub(crate) const LIMIT_RANGE: RangeInclusive<i64> = 1..=3_600_000;
 
 /// How long the steps of talking to the controller may take.
 ///
-/// Signals of the operating system that interrupt a wait do not lengthen a limit. A limit under a
-/// millisecond counts as one millisecond.
+/// Each is 1 ms to an hour; the call that gets the limits returns [`Error::OutOfRange`] for another one.
+/// Signals of the operating system that interrupt a wait do not lengthen a limit.
 ///
 /// ```
 /// use std::time::Duration;
@@ -63,6 +69,13 @@ impl TimeLimits {
     #[must_use]
     pub const fn with_write(self, write: Duration) -> Self {
         Self { write, ..self }
+    }
+
+    /// Returns an error when one is out of its range.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        Error::check_millis("limit for connecting in ms", self.connect, LIMIT_RANGE)?;
+        Error::check_millis("limit for reading in ms", self.read, LIMIT_RANGE)?;
+        Error::check_millis("limit for writing in ms", self.write, LIMIT_RANGE)
     }
 }
 

@@ -26,6 +26,7 @@ pub(crate) use connection::{Connection, PacketNames};
 pub use find::{ask_controllers_at, find_controllers, find_controllers_at, USUAL_HOSTS};
 pub(crate) use find::{found_host, is_auto};
 pub use limits::TimeLimits;
+pub(crate) use limits::LIMIT_RANGE;
 pub(crate) use watched::WaitEnds;
 
 use crate::error::Error;
@@ -88,11 +89,17 @@ impl TxtClient {
     ///
     /// # Errors
     ///
-    /// [`Error::NoController`] or [`Error::SeveralControllers`] for `auto`;
+    /// [`Error::OutOfRange`] for a limit; [`Error::NoController`] or [`Error::SeveralControllers`] for `auto`;
     /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
     /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
     /// could be started to look up a host name.
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
+        limits.check()?;
+        Self::connect_within(host, port, limits)
+    }
+
+    /// Connects with limits that may be shorter than a program's: what is left of another limit.
+    pub(crate) fn connect_within(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
         let (host, port) = host_and_port(host, port)?;
         let host = found_host(host, port, limits.connect)?;
         Ok(Self::over(Connection::connect(&host, port, limits)?))

@@ -178,7 +178,8 @@ impl TransferArea {
         self.wait(None)
     }
 
-    /// Does the same as [`wait_cycle`](Self::wait_cycle), but does not wait longer than `limit`.
+    /// Does the same as [`wait_cycle`](Self::wait_cycle), but does not wait longer than `limit`;
+    /// [`Duration::MAX`] is no limit.
     ///
     /// The lock itself may take longer when another thread holds a guard.
     ///

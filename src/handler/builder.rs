@@ -1,12 +1,16 @@
 //! How a handler is set up.
 
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use super::com_handler::TransferAreaComHandler;
 use super::settings::Settings;
-use crate::client::{host_and_port, TimeLimits};
+use crate::client::{host_and_port, TimeLimits, LIMIT_RANGE};
 use crate::error::Error;
 use crate::exchange::{check_area_count, TransferMode};
+
+/// In ms. The controller closes the connection much sooner, and a transfer with a longer window seems to hang.
+const WINDOW_RANGE: RangeInclusive<i64> = 0..=60_000;
 
 /// Settings of a [`TransferAreaComHandler`], made by [`TransferAreaComHandler::builder`].
 ///
@@ -90,14 +94,14 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// How long connecting, a response, and sending may take. Default 5 s, 2 s and 2 s.
+    /// How long connecting, a response, and sending may take, each 1 ms to an hour. Default 5 s, 2 s and 2 s.
     pub fn time_limits(mut self, limits: TimeLimits) -> Self {
         self.settings.limits = limits;
         self
     }
 
     /// How long after a response the next request is held back, so that it can contain the program's
-    /// answer. Default 5 ms; zero sends immediately, and an answer goes out one request later.
+    /// answer. Default 5 ms, at most a minute; zero sends immediately, and an answer goes out one request later.
     ///
     /// The controller sends a response 10 ms after its previous one, so a window well below that
     /// does not slow the cycle; a longer one does, and one of some seconds makes the
@@ -107,9 +111,10 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// How long a call of a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take. Default 500 ms. A
-    /// call that takes longer ends the transfer with all motors stopped and [`Error::HookHangs`]; so does a
-    /// panic in the hook when printing its backtrace takes longer. No other stop waits for this limit.
+    /// How long a call of a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take, 1 ms to an hour.
+    /// Default 500 ms. A call that takes longer ends the transfer with all motors stopped and
+    /// [`Error::HookHangs`]; so does a panic in the hook when printing its backtrace takes longer. No other
+    /// stop waits for this limit.
     pub fn hook_limit(mut self, limit: Duration) -> Self {
         self.settings.hook_limit = limit;
         self
@@ -179,7 +184,7 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// Stops all motors when the program shows no sign of life for `limit`. Off by default, because a
+    /// Stops all motors when the program shows no sign of life for `limit`, 1 ms to an hour. Off by default, because a
     /// correct program may sleep while a motor runs.
     ///
     /// A sign of life of any thread counts: a guard that is dropped, also one from a wait or from a check of
@@ -237,7 +242,7 @@ impl TransferAreaComHandlerBuilder {
     /// request, this is another gap.
     ///
     /// When `limit` has passed without a connection, the transfer ends with
-    /// [`Error::ReconnectFailed`]. It ends immediately if the firmware is now too old. Each attempt takes at
+    /// [`Error::ReconnectFailed`]. With [`Duration::MAX`] it is tried for ever, with zero only once. It ends immediately if the firmware is now too old. Each attempt takes at
     /// most the limit for connecting plus those for the responses.
     ///
     /// ```
@@ -270,15 +275,12 @@ impl TransferAreaComHandlerBuilder {
     ///
     /// [`Error::AreaCount`] unless there are 1 to 9 areas; [`Error::BadAddress`] for a host that is empty, or
     /// whose port is not a number from 1 to 65535; [`Error::OutOfRange`] for port 0, and for a port that is
-    /// too high for the camera's and I2C's to follow it, when these are not set, and for a watchdog limit
-    /// of 0.
+    /// too high for the camera's and I2C's to follow it, when these are not set, and for a time that is out
+    /// of its range.
     pub fn build(self) -> Result<TransferAreaComHandler, Error> {
         let Self { mut settings, camera_port, i2c_port } = self;
         check_area_count(settings.areas)?;
-        if settings.watchdog.is_some_and(|limit| limit.is_zero()) {
-            // Every program would be late.
-            Error::check_range("watchdog limit in milliseconds", 0, 1..=i64::from(u32::MAX))?;
-        }
+        check_times(&settings)?;
         let (host, port) = host_and_port(&settings.host, settings.port)?;
         (settings.host, settings.port) = (host.to_owned(), port);
         let behind = match (camera_port, i2c_port) {
@@ -292,6 +294,17 @@ impl TransferAreaComHandlerBuilder {
         settings.i2c_port = i2c_port.unwrap_or(settings.port.saturating_add(2));
         Ok(TransferAreaComHandler::new(settings))
     }
+}
+
+fn check_times(settings: &Settings) -> Result<(), Error> {
+    settings.limits.check()?;
+    Error::check_millis("reaction window in ms", settings.reaction_window, WINDOW_RANGE)?;
+    Error::check_millis("limit of the cycle hook in ms", settings.hook_limit, LIMIT_RANGE)?;
+    if let Some(limit) = settings.watchdog {
+        // With 0 every program would be late.
+        Error::check_millis("watchdog limit in ms", limit, LIMIT_RANGE)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

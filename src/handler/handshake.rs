@@ -30,7 +30,7 @@ pub(super) fn connect(
 ) -> Result<(Link, u64), Error> {
     let Settings { host, port, .. } = settings;
     let limits = TimeLimits { connect: limit, ..settings.limits };
-    let mut client = TxtClient::connect(host, *port, limits)?;
+    let mut client = TxtClient::connect_within(host, *port, limits)?;
     let address = client.address();
     let status = client.query_status()?;
     found(Controller { status, address });

@@ -92,7 +92,7 @@ impl TransferArea {
     /// This is for motors with an encoder at the counter of the same number; for others an unchanged counter
     /// means nothing. The time is measured between responses, and starts with the response to the first
     /// request that makes the motor turn. Choose a limit above the time that the motor needs to start, about
-    /// 100 ms. The limit is the same for all listeners, and stays for later transfers. It is checked only
+    /// 100 ms; zero tells of it with that response, and [`Duration::MAX`] never. The limit is the same for all listeners, and stays for later transfers. It is checked only
     /// while there is a listener for this kind of event.
     ///
     /// ```

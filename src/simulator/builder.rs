@@ -143,7 +143,7 @@ impl SimulatedTxtBuilder {
     }
 
     /// How long a connection may be without commands before it is closed. The default is 5 s. A
-    /// limit of less than 5 ms is 5 ms.
+    /// limit of less than 5 ms is 5 ms, and [`Duration::MAX`] is none.
     pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
         self.idle_limit = idle_limit.max(IDLE_LIMIT_MIN);
         self
@@ -198,6 +198,7 @@ impl SimulatedTxtBuilder {
     }
 
     /// The time from StartCameraOnline until the camera serves, by the clock. The default is 1.5 s.
+    /// With [`Duration::MAX`] it never serves.
     pub fn camera_start_up(mut self, start_up: Duration) -> Self {
         self.camera.start_up = start_up;
         self
@@ -254,7 +255,7 @@ impl SimulatedTxtBuilder {
         let machine = self.machine()?;
         let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
         ports.check()?;
-        Error::check_range("pace in ms", self.pace.as_millis(), DELAYS)?;
+        Error::check_millis("pace in ms", self.pace, DELAYS)?;
         self.faults.iter().try_for_each(Fault::check)?;
         self.listen(ports, machine).map_err(|error| Error::SimulatorFailed { cause: error.into() })
     }

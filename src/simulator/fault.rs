@@ -71,7 +71,7 @@ impl Fault {
     pub(super) fn check(&self) -> Result<(), Error> {
         match self.kind {
             FaultKind::Delay(time) | FaultKind::Jitter(time) => {
-                Error::check_range("fault's delay in ms", time.as_millis(), DELAYS)
+                Error::check_millis("fault's delay in ms", time, DELAYS)
             }
             _ => Ok(()),
         }

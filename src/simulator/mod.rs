@@ -213,7 +213,7 @@ impl SimulatedTxt {
         self.shared.with_machine(f)
     }
 
-    /// Blocks until the condition holds; `false` when the limit is reached first.
+    /// Blocks until the condition holds; `false` when the limit is reached first, with [`Duration::MAX`] never.
     ///
     /// The condition is checked immediately, and after every command and connection change.
     pub fn wait_until(&self, limit: Duration, condition: impl FnMut(&Machine) -> bool) -> bool {

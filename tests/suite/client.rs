@@ -119,22 +119,6 @@ fn after_an_error_every_call_returns_it() {
 }
 
 #[test]
-fn limits_of_zero_and_for_ever_work() {
-    let txt = unpaced().start().unwrap();
-    let limits = TimeLimits::default()
-        .with_connect(Duration::MAX)
-        .with_read(Duration::MAX)
-        .with_write(Duration::MAX);
-    let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
-    client.query_status().unwrap();
-    let silent = Fault::at_response(0, FaultKind::Silence);
-    let txt = unpaced().fault(silent).start().unwrap();
-    let limits = TimeLimits::default().with_read(Duration::ZERO);
-    let mut client = TxtClient::connect("127.0.0.1", txt.port(), limits).unwrap();
-    assert!(matches!(client.query_status(), Err(Error::NoAnswer { .. })));
-}
-
-#[test]
 fn the_first_and_the_last_port_work_or_give_a_clear_error() {
     let limits = TimeLimits::default();
     for port in [0, 65_535] {

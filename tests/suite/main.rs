@@ -16,6 +16,7 @@ mod find;
 mod hook;
 mod i2c;
 mod lifecycle;
+mod limits;
 mod lock_step;
 mod locked_twice;
 mod motors_off;

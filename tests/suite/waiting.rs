@@ -68,7 +68,7 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
 #[test]
 fn a_condition_that_holds_already_ends_the_wait_immediately_and_is_answered() {
     let (txt, answers) = counting();
-    let handler = begin(&txt, 4 * DEADLINE);
+    let handler = begin(&txt, 2 * DEADLINE);
     // No thread waits for the first response, so its window stays open for its whole time.
     wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
     let mut areas = handler.wait_until(|_| true, DEADLINE).unwrap();

@@ -136,7 +136,7 @@ impl Events {
         self.receiver.try_recv()
     }
 
-    /// The next event. Blocks up to `limit`.
+    /// The next event. Blocks up to `limit`, with [`Duration::MAX`] for ever.
     ///
     /// # Errors
     ///

@@ -207,7 +207,7 @@ impl CycleLog {
         self.receiver.try_recv()
     }
 
-    /// The next entry. Blocks up to `limit`.
+    /// The next entry. Blocks up to `limit`, with [`Duration::MAX`] for ever.
     ///
     /// # Errors
     ///
