@@ -23,8 +23,9 @@ use crate::error::Error;
 use crate::firmware::FirmwareVersion;
 use crate::transfer_area::MAX_EXTENSIONS;
 
-/// The machine time of an exchange without pace.
-const UNPACED_STEP: Duration = Duration::from_millis(10);
+/// How much of a pause passes in the machine, if its client is not cut off before. So after hours in a debugger,
+/// or on a computer that was suspended, nothing is far away from where it was, and nothing takes long to compute.
+const LONGEST_PAUSE: Duration = Duration::from_secs(60);
 
 /// The shortest idle limit.
 const IDLE_LIMIT_MIN: Duration = Duration::from_millis(5);
@@ -109,9 +110,16 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// The time from one exchange response to the next, and the step of the machine. With
-    /// [`Duration::ZERO`] a response is sent immediately, and the step is 10 ms. The default is
-    /// 10 ms, the maximum an hour.
+    /// The time from one exchange response to the next, if the client does not take longer. The
+    /// default is 10 ms, the maximum an hour.
+    ///
+    /// The machine goes by the clock then, from StartOnline until its client has left. So motors turn
+    /// on while the client pauses, until the [idle limit](Self::idle_limit) ends the connection. If
+    /// that is more than a minute, a minute of each pause passes in the machine, and then it stands
+    /// still until the next command.
+    ///
+    /// With [`Duration::ZERO`] a response is sent immediately, and each exchange is a step of 10 ms
+    /// in the machine, whatever the clock says.
     pub fn pace(mut self, pace: Duration) -> Self {
         self.pace = pace;
         self
@@ -164,8 +172,8 @@ impl SimulatedTxtBuilder {
 
     /// Sets a script, in place of an earlier one.
     ///
-    /// It is called for each exchange: after the machine has taken over the outputs and made its
-    /// step, and before the response is built. So it may set any input. The machine is locked, so
+    /// It is called for each exchange: after the machine has taken over the outputs and its time has
+    /// passed, and before the response is built. So it may set any input. The machine is locked, so
     /// the script must not call [`SimulatedTxt::with_machine`]. When it panics, the simulated TXT
     /// closes its connections and answers no more.
     pub fn on_exchange(mut self, script: impl FnMut(&mut Machine) + Send + 'static) -> Self {
@@ -279,8 +287,14 @@ impl SimulatedTxtBuilder {
 
     fn listen(mut self, ports: Ports, mut machine: Machine) -> io::Result<SimulatedTxt> {
         if self.lock_step {
-            machine.go_by_machine_time();
+            machine.take_pictures_by_machine_time();
             self.idle_limit = Duration::MAX;
+        }
+        if self.lock_step && !self.pace.is_zero() {
+            machine.go_by_steps(self.pace);
+        } else if !self.pace.is_zero() {
+            // A client may be silent from a response on, which comes up to a pace after its command.
+            machine.follow_system_clock(self.pace + self.idle_limit.min(LONGEST_PAUSE));
         }
         let [listener, camera_listener, i2c_listener] = ports.listen()?;
         let mut txt = SimulatedTxt {
@@ -321,12 +335,9 @@ impl SimulatedTxtBuilder {
 
     fn settings(&self) -> Settings {
         let device_name = name_bytes(&self.device_name);
-        let step = if self.pace.is_zero() { UNPACED_STEP } else { self.pace };
-        // A longer pace is half a million years.
-        let step = u64::try_from(step.as_micros()).unwrap_or(u64::MAX);
         let promised = self.firmware >= FirmwareVersion::WITH_MICROPHONE;
         let microphone = self.microphone.unwrap_or(promised);
-        Settings { device_name, firmware: self.firmware, microphone, step }
+        Settings { device_name, firmware: self.firmware, microphone }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 ///
 /// The inputs may be set at any time and keep their value, except that motors change
 /// [`counter`](Self::counter) and [`counter_input`](Self::counter_input). A
-/// [world](super::world::World) sets [`uni`](Self::uni) and [`ir`](Self::ir) at every step.
+/// [world](super::world::World) sets [`uni`](Self::uni) and [`ir`](Self::ir) whenever time passes.
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
     /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
@@ -127,10 +127,14 @@ impl Controller {
         }
     }
 
-    /// Lets this many µs pass for all but the motors, which a world moves.
-    pub(super) fn pass_time(&mut self, micros: u64) {
+    /// Reports the resets of the exchange before, and remembers those of this one.
+    pub(super) fn finish_resets(&mut self) {
         self.finished_resets = self.latest_resets;
         self.latest_resets = self.outputs.counter_reset_id;
+    }
+
+    /// Lets this many µs pass for all but the motors, which a world moves.
+    pub(super) fn pass_time(&mut self, micros: u64) {
         self.sound.play(micros);
     }
 
@@ -233,6 +237,7 @@ mod tests {
     ) -> ExchangeDataResponse {
         for _ in 0..times {
             controller.take_over(outputs);
+            controller.finish_resets();
             controller.move_on(STEP);
         }
         controller.report()

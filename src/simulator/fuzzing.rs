@@ -20,7 +20,6 @@ impl MainPort {
             device_name: *b"ROBOTICS TXT 001",
             firmware: FirmwareVersion::new(4, 6, 6),
             microphone,
-            step: 10_000,
         };
         let session = Session::new(settings.clone());
         Self { settings, session, script: Box::new(|_| {}) }

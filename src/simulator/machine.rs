@@ -1,11 +1,12 @@
 //! The simulated machine: the master and its extensions.
 
 mod areas;
+mod clock;
 mod online;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::camera::Camera;
 use super::controller::Controller;
@@ -17,11 +18,14 @@ use crate::error::Error;
 use crate::transfer_area::{Config, MAX_EXTENSIONS};
 use crate::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
 
+use clock::Clock;
+
 /// The simulated machine: the master and its extensions, and what has happened to them.
 ///
-/// Its time moves by one step per exchange, not by the clock, so a slow program, or one in a
-/// debugger, sees the same machine. Only the camera uses the clock, unless the simulated TXT is in
-/// [lock-step](super::SimulatedTxtBuilder::lock_step).
+/// In a [`SimulatedTxt`](super::SimulatedTxt) with a [pace](super::SimulatedTxtBuilder::pace) its time
+/// follows the clock while a client is online, like that of a real controller. In
+/// [lock-step](super::SimulatedTxtBuilder::lock_step), and without a pace, it moves by one step per
+/// exchange, so a slow program, or one in a debugger, sees the same machine.
 ///
 /// A test may also have its own machine, without any connection, and [step](Self::step) it.
 #[derive(Clone, Debug)]
@@ -52,15 +56,6 @@ pub struct Machine {
     clock: Clock,
 }
 
-/// The time that the camera uses.
-#[derive(Clone, Copy, Debug)]
-enum Clock {
-    /// The system's clock, since this time.
-    System(Instant),
-    /// Machine time.
-    Machine,
-}
-
 impl Machine {
     /// A master with this many extensions, all of them alive. Only simple motors are plugged in. More
     /// than 8 extensions count as 8.
@@ -84,7 +79,7 @@ impl Machine {
             world: None,
             i2c: I2cBus::default(),
             micros: 0,
-            clock: Clock::System(Instant::now()),
+            clock: Clock::new(),
         }
     }
 
@@ -153,6 +148,7 @@ impl Machine {
     ///
     /// In a world an hour is the longest step; it takes a few seconds to compute.
     pub fn step(&mut self, duration: Duration) {
+        self.finish_resets();
         self.move_on(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX));
     }
 
@@ -302,39 +298,19 @@ impl Machine {
         self.i2c.addresses()
     }
 
-    /// The machine time since the start: the sum of all steps.
+    /// The machine time since the start. By the clock, the time for which clients were online, without what was
+    /// left out of [long pauses](super::SimulatedTxtBuilder::pace).
     pub fn time(&self) -> Duration {
         Duration::from_micros(self.micros)
     }
 
-    /// Lets the camera use machine time too.
-    pub(super) fn go_by_machine_time(&mut self) {
-        self.clock = Clock::Machine;
+    /// Reports the counter resets that were done before this exchange.
+    fn finish_resets(&mut self) {
+        self.controllers.iter_mut().for_each(Controller::finish_resets);
     }
 
-    /// The camera's time, if it is started and only exchanges let its time pass.
-    pub(super) fn camera_time(&self) -> Option<Duration> {
-        let goes_by_exchanges = matches!(self.clock, Clock::Machine);
-        self.camera.run().filter(|_| goes_by_exchanges).map(|_| self.time())
-    }
-
-    /// How long it is by the system's clock until this time of the camera; `None` when that has come. It is
-    /// for ever when only exchanges let it come.
-    pub(super) fn time_until(&self, due: Duration) -> Option<Duration> {
-        let left = due.saturating_sub(self.now());
-        let waits = if matches!(self.clock, Clock::Machine) { Duration::MAX } else { left };
-        (!left.is_zero()).then_some(waits)
-    }
-
-    /// The present time of the camera.
-    pub(super) fn now(&self) -> Duration {
-        match self.clock {
-            Clock::System(begin) => begin.elapsed(),
-            Clock::Machine => self.time(),
-        }
-    }
-
-    /// Lets this many µs pass in the machine.
+    /// Lets this many µs pass in the machine. It does not matter how a time is divided, except for parts of a pulse
+    /// that an ideal motor has turned beyond its distance.
     pub(super) fn move_on(&mut self, micros: u64) {
         self.micros = self.micros.saturating_add(micros);
         for index in 0..self.controllers.len() {
@@ -375,6 +351,29 @@ mod tests {
     use super::*;
 
     const STEP: u64 = 10_000;
+
+    #[test]
+    fn pulses_and_finished_commands_do_not_depend_on_how_time_is_divided() {
+        let outputs = ExchangeData {
+            duty: [300, 0, 0, 512, 170, 0, 512, 0],
+            master: [0, 1, 5, 0],
+            distance: [55, 40, 9, 0],
+            motor_command_id: [1, 2, 3, 4],
+            sound_command_id: 5,
+            sound_index: 1,
+            sound_repeat: 1,
+            ..Default::default()
+        };
+        let mut machines = [(); 2].map(|()| Machine::new(0));
+        machines.iter_mut().for_each(|machine| machine.set_outputs(0, outputs));
+        let [steps, pieces] = &mut machines;
+        for step in 0..150 {
+            steps.move_on(STEP);
+            [1, 0, 3333, 17, 6649].into_iter().for_each(|micros| pieces.move_on(micros));
+            assert_eq!(pieces.report(0), steps.report(0), "step {step}");
+        }
+        assert_eq!(steps.report(0).unwrap().sound_command_id, 5);
+    }
 
     #[test]
     fn an_extension_that_is_cut_off_stands_still() {

@@ -34,8 +34,11 @@
 //! This describes a machine without a world; [with one](world#how-it-moves), motors have inertia
 //! and load.
 //!
-//! * Its time moves by one step per exchange: the [pace](SimulatedTxtBuilder::pace), or 10 ms when
-//!   that is zero.
+//! * Its time follows the clock while a client is online, and stands still at other times. So a
+//!   client that exchanges more seldom than the [pace](SimulatedTxtBuilder::pace) allows sees motors
+//!   as fast as a real controller's. Without a pace, and in
+//!   [lock-step](SimulatedTxtBuilder::lock_step), time moves by one step per exchange.
+//! * Outputs count from when they arrive. A response has the inputs of the time at which it is sent.
 //! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
 //!   its number.
 //! * A motor command with a distance resets the counter, stops the motor after that many pulses and
@@ -205,7 +208,8 @@ impl SimulatedTxt {
         self.i2c_port
     }
 
-    /// Reads or changes the simulated machine between two exchanges.
+    /// Reads or changes the simulated machine between two exchanges. If it goes by the clock, it is as it is
+    /// now.
     ///
     /// Blocks while an exchange takes place, and delays the next one while `f` runs. Calling this
     /// or [`wait_until`](Self::wait_until) inside `f`, a condition or a script blocks for ever.
@@ -215,7 +219,7 @@ impl SimulatedTxt {
 
     /// Blocks until the condition holds; `false` when the limit is reached first, with [`Duration::MAX`] never.
     ///
-    /// The condition is checked immediately, and after every command and connection change.
+    /// The condition is checked immediately, after every command and connection change, and at the limit.
     pub fn wait_until(&self, limit: Duration, condition: impl FnMut(&Machine) -> bool) -> bool {
         self.shared.wait_until(limit, condition)
     }

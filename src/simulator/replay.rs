@@ -113,7 +113,7 @@ impl Replay {
         let QueryStatusResponse { device_name, version: firmware } =
             QueryStatusResponse::parse(&status).unwrap();
         let microphone = firmware >= FirmwareVersion::WITH_MICROPHONE;
-        let settings = Settings { device_name, firmware, microphone, step: 10_000 };
+        let settings = Settings { device_name, firmware, microphone };
         Self {
             machine: Machine::new(MAX_EXTENSIONS),
             session: Session::new(settings),

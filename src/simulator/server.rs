@@ -8,6 +8,7 @@ use mio::net::TcpStream;
 use super::camera::Doorman;
 use super::command::{ahead, command_id, Ahead, Misbehaviour};
 use super::end::End;
+use super::fault::FaultKind;
 use super::faults::{Faults, Position};
 use super::inbox::Inbox;
 use super::machine::Machine;
@@ -124,10 +125,6 @@ impl Connection<'_> {
     fn serve_command(&mut self) -> Result<(), End> {
         let id = self.wait_for_command()?;
         let is_exchange = matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr);
-        if is_exchange {
-            // Before the machine's step, so that the response is new when it is sent.
-            self.keep_pace()?;
-        }
         let outgoing = self.carry_out(is_exchange)?;
         if let (CommandId::StartCameraOnline, Some(doorman)) = (id, &self.server.camera_doorman) {
             doorman.look();
@@ -207,10 +204,10 @@ impl Connection<'_> {
         }
     }
 
-    /// Waits until the next exchange response may be sent.
-    fn keep_pace(&self) -> Result<(), End> {
+    /// How long it is until the next exchange response may be sent.
+    fn time_to_response(&self) -> Duration {
         let passed = self.last_exchange.map_or(Duration::MAX, |last| last.elapsed());
-        Ok(self.server.shared().rest(self.server.pace.saturating_sub(passed))?)
+        self.server.pace.saturating_sub(passed)
     }
 
     /// Delays a response by this time.
@@ -224,14 +221,10 @@ impl Connection<'_> {
 
     /// Carries out the command in the inbox and removes it. Returns how its response is sent.
     fn carry_out(&mut self, is_exchange: bool) -> Result<Outgoing, End> {
-        let Server { port, script, .. } = &mut *self.server;
-        let command = self.inbox.command()?.unwrap_or_default();
+        let rest = if is_exchange { self.time_to_response() } else { Duration::ZERO };
         let mut response = std::mem::take(&mut self.response);
-        let disturbances = port.shared().with_machine(|machine| {
-            self.session.answer(command, machine, script, &mut response)?;
-            Ok::<_, Misbehaviour>(machine.take_disturbances())
-        })?;
-        let size = command.len();
+        let disturbances = self.answer(rest, &mut response)?;
+        let size = self.inbox.command()?.map_or(0, <[u8]>::len);
         self.inbox.remove(size);
         let Self { responses, exchanges, .. } = *self;
         let at = Position { responses, exchanges, is_exchange };
@@ -242,6 +235,32 @@ impl Connection<'_> {
             self.server.shared().with_machine(Machine::doubt_offer);
         }
         Ok(outgoing)
+    }
+
+    /// Carries out the command in the inbox. The outputs of an exchange count from now on, and after this rest
+    /// its response has the inputs of that time. Returns what happens to the response.
+    fn answer(&mut self, rest: Duration, response: &mut Vec<u8>) -> Result<Vec<FaultKind>, End> {
+        let Self { server, session, inbox, .. } = self;
+        let Server { port, script, .. } = &mut **server;
+        let command = inbox.command()?.unwrap_or_default();
+        if rest.is_zero() {
+            return Ok(port.shared().with_machine(|machine| {
+                machine.hear();
+                session.answer(command, machine, script, response)?;
+                Ok::<_, Misbehaviour>(machine.take_disturbances())
+            })?);
+        }
+        let exchange = port.shared().with_machine(|machine| {
+            machine.hear();
+            session.begin(command, machine, response)
+        })?;
+        port.shared().rest(rest)?;
+        Ok(port.shared().with_machine(|machine| {
+            if let Some(exchange) = exchange {
+                session.finish(exchange, machine, script, response);
+            }
+            machine.take_disturbances()
+        }))
     }
 
     /// Notices a command that has arrived before the response is sent.

@@ -23,8 +23,13 @@ pub(super) struct Settings {
     pub(super) firmware: FirmwareVersion,
     /// Whether a compressed response has the microphone's words.
     pub(super) microphone: bool,
-    /// Machine time of one exchange in µs.
-    pub(super) step: u64,
+}
+
+/// An exchange whose outputs are taken over, and which is not answered yet.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Exchange {
+    Simple,
+    Compressed,
 }
 
 /// One connection's state.
@@ -59,6 +64,19 @@ impl Session {
         script: &mut Script,
         out: &mut Vec<u8>,
     ) -> Result<(), Misbehaviour> {
+        if let Some(exchange) = self.begin(command, machine, out)? {
+            self.finish(exchange, machine, script, out);
+        }
+        Ok(())
+    }
+
+    /// The same, but of an exchange it only takes over the outputs. [`finish`](Self::finish) does the rest.
+    pub(super) fn begin(
+        &mut self,
+        command: &[u8],
+        machine: &mut Machine,
+        out: &mut Vec<u8>,
+    ) -> Result<Option<Exchange>, Misbehaviour> {
         let id = command_id(command)?;
         machine.note_command(id);
         if !matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
@@ -73,15 +91,46 @@ impl Session {
             CommandId::QueryStatus => self.query_status(out),
             CommandId::StartOnline => self.start_online(command, machine, out)?,
             CommandId::UpdateConfig => update_config(command, machine, out)?,
-            CommandId::ExchangeData => self.exchange(command, machine, script, out)?,
+            CommandId::ExchangeData => {
+                let outputs = ExchangeData::parse(command)?;
+                machine.note_mask(0);
+                machine.take_over(0, outputs);
+                return Ok(Some(Exchange::Simple));
+            }
             CommandId::ExchangeDataCmpr => {
-                self.exchange_compressed(command, machine, script, out)?;
+                self.take_over(command, machine)?;
+                return Ok(Some(Exchange::Compressed));
             }
             CommandId::StopOnline => stop_online(machine, out),
             CommandId::StartCameraOnline => start_camera(command, machine, out)?,
             CommandId::StopCameraOnline => stop_camera(machine, out),
         }
-        Ok(())
+        Ok(None)
+    }
+
+    /// Lets the time of an exchange pass and appends its response to `out`.
+    pub(super) fn finish(
+        &mut self,
+        exchange: Exchange,
+        machine: &mut Machine,
+        script: &mut Script,
+        out: &mut Vec<u8>,
+    ) {
+        machine.pass_exchange();
+        script(machine);
+        log::trace!("exchange {} takes place", machine.exchanges());
+        match exchange {
+            Exchange::Simple => {
+                if let Some(master) = machine.reachable().next() {
+                    master.report().emit(out);
+                }
+            }
+            Exchange::Compressed => {
+                self.report(machine, out);
+                machine.note_offer();
+            }
+        }
+        machine.note_exchange();
     }
 
     fn query_status(&self, out: &mut Vec<u8>) {
@@ -100,39 +149,6 @@ impl Session {
         self.compressor = Compressor::new();
         machine.start_online();
         ResponseId::StartOnline.emit(out);
-        Ok(())
-    }
-
-    fn exchange(
-        &mut self,
-        command: &[u8],
-        machine: &mut Machine,
-        script: &mut Script,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Misbehaviour> {
-        let outputs = ExchangeData::parse(command)?;
-        machine.note_mask(0);
-        machine.take_over(0, outputs);
-        self.pass_time(machine, script);
-        if let Some(master) = machine.reachable().next() {
-            master.report().emit(out);
-        }
-        machine.note_exchange();
-        Ok(())
-    }
-
-    fn exchange_compressed(
-        &mut self,
-        command: &[u8],
-        machine: &mut Machine,
-        script: &mut Script,
-        out: &mut Vec<u8>,
-    ) -> Result<(), Misbehaviour> {
-        self.take_over(command, machine)?;
-        self.pass_time(machine, script);
-        self.report(machine, out);
-        machine.note_offer();
-        machine.note_exchange();
         Ok(())
     }
 
@@ -162,12 +178,6 @@ impl Session {
             machine.take_over(controller, words::outputs(area));
         }
         Ok(())
-    }
-
-    fn pass_time(&self, machine: &mut Machine, script: &mut Script) {
-        machine.move_on(self.settings.step);
-        script(machine);
-        log::trace!("exchange {} takes place", machine.exchanges());
     }
 
     /// Appends the response of a compressed exchange.
@@ -231,7 +241,7 @@ mod tests {
     fn session() -> Session {
         let firmware = FirmwareVersion::new(4, 6, 6);
         let device_name = *b"ROBOTICS TXT 001";
-        Session::new(Settings { device_name, firmware, microphone: true, step: 10_000 })
+        Session::new(Settings { device_name, firmware, microphone: true })
     }
 
     fn oddities(machine: &Machine) -> Vec<&str> {

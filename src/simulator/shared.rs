@@ -56,9 +56,10 @@ impl Shared {
         self.wakers.lock().push(ThreadWaker { waker, is_camera });
     }
 
-    /// Reads or changes the machine.
+    /// Reads or changes the machine as it is now.
     pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
         let mut machine = self.machine.lock();
+        machine.catch_up();
         let (run, time) = (machine.camera_run(), machine.camera_time());
         let result = f(&mut machine);
         let is_other_run = machine.camera_run() != run;
@@ -74,7 +75,7 @@ impl Shared {
         result
     }
 
-    /// Reads the machine. Wakes no thread that waits for a change.
+    /// Reads the machine as it was left. Wakes no thread that waits for a change.
     pub(super) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
         f(&self.machine.lock())
     }
@@ -86,9 +87,12 @@ impl Shared {
         mut condition: impl FnMut(&Machine) -> bool,
     ) -> bool {
         let mut machine = self.machine.lock();
-        let waited =
-            self.changed.wait_while_for(&mut machine, |machine| !condition(machine), limit);
-        !waited.timed_out() || condition(&machine)
+        let mut holds = |machine: &mut Machine| {
+            machine.catch_up();
+            condition(machine)
+        };
+        let waited = self.changed.wait_while_for(&mut machine, |machine| !holds(machine), limit);
+        !waited.timed_out() || holds(&mut machine)
     }
 
     /// Waits for the camera until `look` has a result. Until then it tells after which time it has to look again,

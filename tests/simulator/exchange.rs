@@ -108,9 +108,8 @@ fn exchange_responses_keep_the_pace() {
     let begin = Instant::now();
     client.exchange(&m1_forward());
     for exchange in 1..=5 {
-        let response = client.exchange(&m1_forward());
+        client.exchange(&m1_forward());
         assert!(begin.elapsed() >= pace * exchange, "exchange {exchange} came too early");
-        assert_eq!(response.counter[0], 4 * (exchange as i16 + 1), "a step is as long as the pace");
     }
 }
 

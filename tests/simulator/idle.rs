@@ -10,7 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::simulator::{CameraConnection, SimulatedTxt, SimulatedTxtBuilder};
-use ft_transfer_area::wire::{CommandId, ResponseId};
+use ft_transfer_area::wire::{CommandId, ExchangeData, ResponseId};
 
 use crate::camera_client::{settings, CameraClient};
 use crate::wire_client::{Client, LIMIT};
@@ -37,6 +37,7 @@ fn in_a_program_of_its_own() {
     a_silent_client_on_each_port();
     a_camera_that_starts();
     clients_that_wait();
+    a_motor_that_turns();
 }
 
 /// With limits, which a thread must not wait for in small steps.
@@ -80,6 +81,15 @@ fn clients_that_wait() {
     first.command(CommandId::QueryStatus);
     ResponseId::QueryStatus.check(&first.receive(24)).unwrap();
     assert_sleeps("a client waits for another one to leave");
+}
+
+fn a_motor_that_turns() {
+    // By the clock, but nobody looks.
+    let txt = builder().pace(Duration::from_millis(10)).start().unwrap();
+    let mut client = Client::online(&txt);
+    let outputs = ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..ExchangeData::default() };
+    client.exchange(&outputs);
+    assert_sleeps("a motor turns");
 }
 
 /// Fails unless all threads of the simulated TXT sleep while this one takes many naps.

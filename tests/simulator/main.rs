@@ -2,6 +2,7 @@
 
 mod areas;
 mod bad_input;
+mod by_clock;
 mod camera;
 mod camera_client;
 mod camera_endings;

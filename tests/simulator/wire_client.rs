@@ -74,10 +74,14 @@ impl Client {
         ResponseId::UpdateConfig.check(&self.receive(4)).unwrap();
     }
 
-    pub(crate) fn exchange(&mut self, outputs: &ExchangeData) -> ExchangeDataResponse {
+    pub(crate) fn send_exchange(&mut self, outputs: &ExchangeData) {
         let mut out = Vec::new();
         outputs.emit(&mut out);
         self.send(&out);
+    }
+
+    pub(crate) fn exchange(&mut self, outputs: &ExchangeData) -> ExchangeDataResponse {
+        self.send_exchange(outputs);
         ExchangeDataResponse::parse(&self.receive(ExchangeDataResponse::LEN)).unwrap()
     }
 

@@ -84,11 +84,13 @@ impl Machine {
             controller.config_id = 0;
         }
         self.online = true;
+        self.clock.begin();
     }
 
     /// Ends online mode: everything stops, the camera is off.
     pub(in crate::simulator) fn stop_online(&mut self) {
         self.online = false;
+        self.clock.end();
         self.oddities.begin_session();
         self.camera.stop();
         self.controllers.iter_mut().for_each(Controller::stop);

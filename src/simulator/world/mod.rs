@@ -27,8 +27,8 @@
 //!
 //! # How it moves
 //!
-//! Time is machine time in ticks of one millisecond. So the same outputs give the same world, however
-//! long the computer takes and in steps of any length. The control of the motors checks its counters
+//! Time is machine time in ticks of one millisecond. So the same outputs at the same times give the same
+//! world, in steps of any length. The control of the motors checks its counters
 //! in every tick:
 //!
 //! * Near the end of a distance it lets the motor turn more and more slowly, and it brakes when the
