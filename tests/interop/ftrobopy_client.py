@@ -40,9 +40,11 @@ class Expansion(ftrobopy.compBuffer):
 ftrobopy.compBuffer = Expansion
 
 
-def connect(port, exchange):
+def connect(port, exchange, update_interval=0.001):
     use_extension = exchange == "compressed"
-    txt = ftrobopy.ftrobopy(HOST, port, update_interval=0.001, use_extension=use_extension)
+    txt = ftrobopy.ftrobopy(
+        HOST, port, update_interval=update_interval, use_extension=use_extension
+    )
     txt.controllers = (0, 1) if use_extension else (0,)
     return txt
 

@@ -166,6 +166,27 @@ def motors(port, exchange):
     return result
 
 
+def speeds(port, exchange):
+    """What M1 counts at full speed in three seconds with ftrobopy's usual update interval and with a
+    longer one, each with the shortest and the longest time that this can have taken, in seconds."""
+    result = []
+    for update_interval in (0.01, 0.02):
+        txt = connect(port, exchange, update_interval)
+        motor = txt.motor(1)
+        motor.setSpeed(512)
+        time.sleep(1)  # until it has its speed
+        looks = []
+        for pause in (3, 0):
+            begin = time.monotonic()
+            cycles(txt)
+            looks.append((begin, motor.getCurrentDistance(), time.monotonic()))
+            time.sleep(pause)
+        (begin1, count1, end1), (begin2, count2, end2) = looks
+        result.append([count2 - count1, begin2 - end1, end2 - begin1])
+        disconnect(txt)
+    return result
+
+
 def light(txt, ext):
     """Switches the lamp on; only the simulated TXT sees it."""
     with together(txt):
@@ -360,6 +381,7 @@ def main():
     scenarios = (
         inputs,
         motors,
+        speeds,
         services,
         reconnect,
         extension,

@@ -2,10 +2,11 @@
 //! same scenarios and must read the same.
 //!
 //! The world files in this folder say what is plugged in. Each client has a simulated TXT of its own,
-//! so both begin with the same world. A world goes by machine time, one step per exchange. So all that
+//! so both begin with the same world. Without a pace a world moves one step per exchange. So all that
 //! begins and ends with an exchange is compared number by number: inputs in every mode, and the counts
 //! of commanded distances. Where a client waits for something, such as the pulses of a motor that turns
-//! freely, the values depend on real time and are only checked to be in range.
+//! freely, the values depend on real time and are only checked to be in range. With a pace a world goes by
+//! the clock, and the speed of a motor is compared with the client's own clock.
 //!
 //! It runs when `FTROBOPY_PYTHON` names a Python with `tests/interop/requirements.txt` installed, as
 //! in `.ci/run`, and otherwise prints that it does not run.

@@ -9,7 +9,7 @@ use crate::ftrobopy::Ftrobopy;
 use crate::own::Own;
 use crate::{assert_alike, end_well, start, Exchange};
 
-/// As fast as the clients go. A step of the world is still one exchange of 10 ms.
+/// As fast as the clients go, and each exchange is 10 ms in the world.
 const UNPACED: [&str; 2] = ["--pace", "0"];
 
 /// The number of exchanges until a motor has stopped.
@@ -200,6 +200,33 @@ fn compare(exchange: Exchange) {
     }
     // The world goes by exchanges, and each command goes out in one exchange, so the counts are the same.
     assert_alike("ftrobopy", &read, &expected);
+}
+
+/// Pulses per second of a motor without a load at full speed: 3 turns.
+const FULL_SPEED: f64 = 3.0 * 63.3;
+
+/// With a pace, motors turn by the clock. ftrobopy exchanges less often than 100 times a second, and sees a real
+/// motor's speed all the same.
+fn measure_speeds(exchange: Exchange) {
+    let Some(ftrobopy) = Ftrobopy::find() else { return };
+    let mut program = start("motors.toml", &[]);
+    let read = ftrobopy.run(&mut program, "speeds", exchange);
+    program.interrupt();
+    for measured in read.as_array().unwrap() {
+        let [pulses, shortest, longest] = [0, 1, 2].map(|index| measured[index].as_f64().unwrap());
+        let possible = FULL_SPEED * shortest - 2.0..=FULL_SPEED * longest + 2.0;
+        assert!(possible.contains(&pulses), "{pulses} pulses in {shortest} to {longest} s: {read}");
+    }
+}
+
+#[test]
+fn motors_turn_by_the_clock_in_simple_exchanges() {
+    measure_speeds(Exchange::Simple);
+}
+
+#[test]
+fn motors_turn_by_the_clock_in_compressed_exchanges() {
+    measure_speeds(Exchange::Compressed);
 }
 
 #[test]
