@@ -49,8 +49,8 @@ pub(crate) fn gate(lines: &[String]) {
     let open = pulses(lines, "It is open after ")[0];
     let closed = pulses(lines, "It is closed after ")[0];
     assert!((200..=200 + FEW).contains(&open), "{open}");
-    // The switch is pressed shortly before the end of the gate's way.
-    assert!((open - 10..=open).contains(&closed), "{closed}");
+    // The switch is pressed shortly before the end of the gate's way. A busy computer looks later, up to the end.
+    assert!((open - 10..=200 + FEW).contains(&closed), "{closed}");
 }
 
 /// Lamps light in turn, and sounds are played one after another.
@@ -76,9 +76,10 @@ pub(crate) fn slide(lines: &[String]) {
     for (turn, switch) in turns.iter().zip(["I5", "I4"].into_iter().cycle()) {
         assert_eq!(*turn, switch, "{lines:#?}");
     }
-    // Each switch is pressed within a few hundredths of the way from its end.
+    // Each switch is pressed within a hundredth of the way from its end. A motor that is reversed may turn on for
+    // that far first, and a busy computer looks later, up to the end.
     for way in pulses(lines, "I4, the start, after ") {
-        assert!((380..=400).contains(&way), "{way} pulses");
+        assert!((380..=404).contains(&way), "{way} pulses");
     }
     assert_eq!(lines[lines.len() - 2..], ["I3 is pressed.", "0 events were lost."]);
 }
