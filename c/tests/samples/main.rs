@@ -68,7 +68,9 @@ fn the_motor_follows_the_button_in_the_callback() {
 #[test]
 fn the_kits_loop_drives_the_master_and_an_extension() {
     let Some(run) = run("kit_loop.cpp") else { return };
-    let said = run.check();
+    // It ends after 600 cycles. If a busy machine makes them longer, the button is perhaps pressed then, and the end
+    // of the transfer stops the motor.
+    let said = run.check_status();
     assert_eq!(number_before(&said, " cycles"), 600, "{said}");
     assert!(number_before(&said, " pulses") > 100, "{said}");
     for controller in [0, 1] {
