@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-use log::debug;
+use crate::notices::notice;
 
 use crate::client::connect_to;
 
@@ -27,7 +27,10 @@ impl CameraServer {
     pub(crate) fn before_start(address: SocketAddr) -> Self {
         let early = connect_to(address, EARLY_LIMIT);
         if let Err(error) = &early {
-            debug!("the camera at {address} accepts no connection before its start: {error}");
+            notice!(
+                Debug,
+                "the camera at {address} accepts no connection before its start: {error}"
+            );
         }
         Self { address, early: early.ok() }
     }

@@ -9,15 +9,14 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
-use log::{info, warn};
-
 use super::control::{CameraControl, Server};
 use super::server::CameraServer;
 use super::{CameraFrame, CameraOptions};
 use crate::client::{connect_error, connect_to, Connection, TimeLimits, WaitEnds};
 use crate::error::Error;
+use crate::notices::notice;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
+use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
 
 /// How long to wait before the next attempt to connect to a server that does not listen yet.
 const RETRY: Duration = Duration::from_millis(50);
@@ -116,8 +115,8 @@ impl Reader {
         // The reason is known before the channel ends, so the program can ask for it then.
         drop(self);
         match error {
-            Some(error) => warn!("the camera stream has ended: {error}"),
-            None => info!("the camera stream has ended"),
+            Some(error) => notice!(Warn, "the camera stream has ended: {error}"),
+            None => notice!(Info, "the camera stream has ended"),
         }
     }
 
