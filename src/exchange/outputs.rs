@@ -36,6 +36,7 @@ impl Outputs {
     }
 
     /// Remembers which duties are out of range, and warns of those that were not before.
+    #[cold]
     fn warn(&mut self, index: usize, duties: &[i16; IZ_PWM_CHAN], sent: &[i16; IZ_PWM_CHAN]) {
         for output in Output::ALL {
             let (duty, sent) = (duties[output.index()], sent[output.index()]);
