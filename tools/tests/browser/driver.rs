@@ -5,6 +5,7 @@ use std::future::Future;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use anyhow::{bail, Context, Result};
@@ -47,12 +48,16 @@ fn installed() -> Result<Option<Installed>> {
     Ok(in_path(&BROWSERS).zip(driver).map(|(browser, driver)| Installed { browser, driver }))
 }
 
+/// One browser at a time: a page that the computer leaves alone for a second loses the wheel, as it should.
+static BROWSER: Mutex<()> = Mutex::new(());
+
 /// Runs a test in a browser of its own, which is ended whatever comes of it.
 pub(crate) fn browse<F: Future<Output = Result<()>>>(test: impl FnOnce(Client) -> F) -> Result<()> {
     let Some(installed) = installed()? else {
         eprintln!("skipped: no Chromium with its chromedriver was found (Debian: chromium, chromium-driver)");
         return Ok(());
     };
+    let _only = BROWSER.lock().unwrap_or_else(PoisonError::into_inner);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let driver = Driver::start(&installed.driver)?;
     runtime.block_on(async {

@@ -1,39 +1,13 @@
 //! What the TXT gets from the page: this process is the TXT.
 
-use anyhow::{ensure, Context, Result};
+use anyhow::{Context, Result};
 use fantoccini::key::Key;
 use fantoccini::Client;
-use ft_transfer_area::simulator::world::{Script, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
-use ft_transfer_area::tx::Motor;
 use serde_json::json;
 
 use crate::driver::browse;
-use crate::page::{Page, Panel, LIMIT};
-
-const FORWARD: &str = "[aria-label='M1 forward']";
-const STOPPED: &str = ".directions [aria-label='Stop M1'][aria-pressed=true]";
-
-fn simulated_txt() -> Result<SimulatedTxt> {
-    let world = World::default().with_script(Script::default());
-    Ok(SimulatedTxt::builder().world(world).start()?)
-}
-
-fn turns(machine: &Machine) -> bool {
-    machine
-        .world()
-        .and_then(|world| world.motor_speed(0, Motor::M1))
-        .is_some_and(|speed| speed > 0.5)
-}
-
-fn all_off(machine: &Machine) -> bool {
-    machine.controllers.iter().all(|controller| controller.outputs.duty == [0; 8])
-}
-
-fn ensure_seen(txt: &SimulatedTxt, what: &str, condition: fn(&Machine) -> bool) -> Result<()> {
-    ensure!(txt.wait_until(LIMIT, condition), "the TXT did not see: {what}");
-    Ok(())
-}
+use crate::page::{Page, Panel};
+use crate::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
 
 #[test]
 fn the_txt_gets_what_the_page_tells_it() -> Result<()> {
@@ -58,8 +32,7 @@ async fn turn_and_stop(client: &Client) -> Result<()> {
     ensure_seen(&txt, "the stop button", all_off)?;
     page.wait_for(STOPPED).await?;
     page.wait_for_text("#role", "You drive").await?;
-    let told = page.run("return document.querySelectorAll('.toast').length", json!(null)).await?;
-    ensure!(told == json!(0), "the page tells its user of the stop");
+    page.ensure_not_told().await?;
 
     page.tab_to("[aria-label='What is on M1']", FORWARD).await?;
     page.type_key(Key::Enter).await?;
@@ -76,10 +49,7 @@ async fn turn_and_stop(client: &Client) -> Result<()> {
         document.getElementById = requestAnimationFrame = () => { throw new Error('broken on purpose') }";
     page.run(broken, json!(null)).await?;
     page.click("#stop").await?;
-    ensure_seen(&txt, "the stop button of a broken page", all_off)?;
-    client.goto("about:blank").await?;
-    page.console().await?; // what was broken on purpose
-    Ok(())
+    ensure_seen(&txt, "the stop button of a broken page", all_off)
 }
 
 async fn load_again_and_close(client: &Client) -> Result<()> {

@@ -32,13 +32,15 @@ async fn operate(client: &Client) -> Result<()> {
     page.release_key('3').await?;
     page.wait_for(&format!("{I3}:not([data-on])")).await?;
 
-    // The slide goes from I4 to I5.
+    page.click("[aria-label='M1 forward']").await?;
+    page.wait_for(".moving:nth-child(1)[data-turns=forward]").await?;
+    page.click("[aria-label='Stop M1']").await?;
+    page.wait_for(".moving:nth-child(1):not([data-turns])").await?;
+
+    // The slide leaves I4.
     page.wait_for(".rail .end:nth-of-type(1)[data-on]").await?;
     page.click("[aria-label='M3 forward']").await?;
-    page.wait_for(".moving[data-turns=forward]").await?;
-    page.wait_for(".input:nth-child(5)[data-on]").await?;
-    page.click("[aria-label='Stop M3']").await?;
-    page.wait_for(".moving:nth-child(3):not([data-turns])").await?;
+    page.wait_for(".rail .end:nth-of-type(1):not([data-on])").await?;
 
     let choose = "const kind = document.querySelector(arguments[0]);
         kind.value = 'outputs';

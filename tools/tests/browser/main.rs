@@ -5,3 +5,4 @@ mod driving;
 mod machine;
 mod page;
 mod picture;
+mod txt;

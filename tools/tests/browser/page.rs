@@ -62,8 +62,11 @@ pub(crate) struct Page {
 impl Page {
     /// Opens the panel's page and waits until it shows values.
     pub(crate) async fn open(client: &Client, panel: &Panel) -> Result<Self> {
-        client.goto(&panel.url).await?;
         let page = Self { client: client.clone() };
+        // What the page before says when its panel is gone is not this one's.
+        client.goto("about:blank").await?;
+        page.console().await?;
+        client.goto(&panel.url).await?;
         page.wait_for("[data-phase=running] .board .input").await?;
         Ok(page)
     }
@@ -81,10 +84,22 @@ impl Page {
 
     async fn wait_with(&self, selector: &str, fits: impl Fn(&str) -> bool) -> Result<()> {
         let script = "return document.querySelector(arguments[0])?.textContent ?? null";
+        self.wait_for_value(script, selector, |text| text.as_str().is_some_and(&fits)).await?;
+        Ok(())
+    }
+
+    /// Runs a script again and again with the selector, until its value fits.
+    async fn wait_for_value(
+        &self,
+        script: &str,
+        selector: &str,
+        fits: impl Fn(&Value) -> bool,
+    ) -> Result<Value> {
         let begin = Instant::now();
         while begin.elapsed() < LIMIT {
-            if self.run(script, json!(selector)).await?.as_str().is_some_and(&fits) {
-                return Ok(());
+            let value = self.run(script, json!(selector)).await?;
+            if fits(&value) {
+                return Ok(value);
             }
             tokio::time::sleep(PAUSE).await;
         }
@@ -96,13 +111,13 @@ impl Page {
         Ok(self.client.execute(script, vec![argument]).await?)
     }
 
-    /// Waits for an element, and scrolls to it.
+    /// Waits as a person does, until an element is to be seen and is not grey, and scrolls to it.
     async fn reveal(&self, selector: &str) -> Result<Element> {
-        self.wait_for(selector).await?;
         let script = "const element = document.querySelector(arguments[0]);
+            if (!element?.checkVisibility() || element.matches(':disabled')) return null;
             element.scrollIntoView({ block: 'center' });
             return element";
-        let found = self.run(script, json!(selector)).await?;
+        let found = self.wait_for_value(script, selector, |found| !found.is_null()).await?;
         let id = found.as_object().and_then(|found| found.values().next()?.as_str());
         let id = id.with_context(|| format!("{selector} is gone"))?.to_owned();
         Ok(Element::from_element_id(self.client.clone(), id.into()))
@@ -187,6 +202,15 @@ impl Page {
         let loud =
             said.iter().filter(|one| matches!(one["level"].as_str(), Some("SEVERE" | "WARNING")));
         Ok(loud.map(|one| one["message"].to_string()).collect())
+    }
+
+    /// The page tells its user nothing, unless the computer was too busy for a page that drives.
+    pub(crate) async fn ensure_not_told(&self) -> Result<()> {
+        let script = "const texts = [...document.querySelectorAll('.toast')].map((toast) => toast.textContent);
+            return texts.filter((text) => !text.includes('heard nothing of this page for a second'))";
+        let told = self.run(script, json!(null)).await?;
+        ensure!(told == json!([]), "the page tells its user {told}");
+        Ok(())
     }
 
     pub(crate) async fn ensure_no_console_errors(&self) -> Result<()> {
