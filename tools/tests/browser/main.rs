@@ -5,4 +5,5 @@ mod driving;
 mod machine;
 mod page;
 mod picture;
+mod stop;
 mod txt;

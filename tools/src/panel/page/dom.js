@@ -53,14 +53,21 @@ export function setValue(control, value) {
 }
 
 const HOLD_MS = 500;
+let drops = 0;
 
 /** Marks a control as just used: what the controller reports is behind it for a moment. */
 export function hold(control) {
   control.heldUntil = performance.now() + HOLD_MS;
+  control.heldAfter = drops;
 }
 
 export function isHeld(control) {
-  return (control.heldUntil ?? 0) > performance.now();
+  return control.heldAfter === drops && control.heldUntil > performance.now();
+}
+
+/** Drops what waits to be sent, and lets go of what was just used: what was set counts no more. */
+export function dropWaiting() {
+  drops += 1;
 }
 
 /** A select from pairs of value and text. `changed` gets the value. */
@@ -87,11 +94,11 @@ export function throttled(send, ms = 50) {
   let timer = 0;
   let newest = null;
   return (value) => {
-    newest = { value };
+    newest = { value, after: drops };
     if (timer) return;
     const next = () => {
       timer = 0;
-      if (!newest) return;
+      if (newest?.after !== drops) return;
       const { value } = newest;
       newest = null;
       timer = setTimeout(next, ms);

@@ -63,8 +63,11 @@ export class HostView {
     setAttribute(this.trouble, "hidden", !error || phase === "running");
     setText(this.trouble, error ? sentence(error) : "");
     this.states += 1;
+    // What can be clicked is right at once: it may come into sight at any moment.
+    const changed = may !== this.may;
+    this.may = may;
     this.parts.forEach((part, index) => {
-      const seldom = part.element.isSeen === false && (this.states + index) % SELDOM;
+      const seldom = !changed && part.element.isSeen === false && (this.states + index) % SELDOM;
       if (!seldom) part.update(state, may);
     });
     for (const [area, chip] of this.chips) setAttribute(chip, "data-absent", area !== "all" && !state.areas[area].alive);

@@ -18,6 +18,8 @@ let view = null;
 let tabs = new Map();
 let due = false;
 let isLost = false;
+let drove = false;
+let focused = null;
 
 const connection = new Connection({
   hello(message) {
@@ -42,7 +44,12 @@ const connection = new Connection({
   },
   failed: toast,
 });
-const wheel = new Wheel(connection, (why) => toast({ code: "", text: t(`freed-${why}`) }));
+const wheel = new Wheel(connection, {
+  freed: (why) => toast({ code: "", text: t(`freed-${why}`) }),
+  // Nothing can be clicked any more when the stop returns.
+  stopped: show,
+});
+const take = button("", () => wheel.take(), { id: "take", class: "primary" });
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
 function schedule() {
@@ -120,7 +127,7 @@ function show() {
     view = next;
     $("main").replaceChildren(view.element);
   }
-  view?.update(wheel.mine);
+  showControls();
   for (const [id, tab] of tabs) {
     const host = hosts.get(id);
     setAttribute(tab, "aria-selected", id === shown.host ? "true" : "false");
@@ -132,21 +139,27 @@ function show() {
   showRole();
 }
 
+/** The view, whose controls are disabled while this page does not drive. */
+function showControls() {
+  const drives = wheel.mine;
+  const changed = drives !== drove;
+  drove = drives;
+  if (changed && !drives) focused = document.activeElement;
+  view?.update(drives);
+  // What is disabled loses the keyboard's focus.
+  if (changed && drives && document.activeElement === document.body) focused?.focus({ preventScroll: true });
+}
+
 function showRole() {
   const known = [...hosts.values()].some((host) => host.state);
-  setText($("role"), known ? t(wheel.mine ? "driving" : "looking") : "");
+  const role = wheel.mine ? "driving" : wheel.comes ? "coming" : "looking";
+  setText($("role"), known ? t(role) : "");
   setAttribute($("role"), "data-drives", wheel.mine);
-  // Nobody drives for a moment while this page takes the wheel by itself.
-  const looks = known && !wheel.mine && !(wheel.driver === null && wheel.wanted);
-  const banner = $("banner");
-  setAttribute(banner, "hidden", !looks);
-  if (!looks) return;
-  const key = `${wheel.driver} ${currentLanguage()}`;
-  if (banner.dataset.key === key) return;
-  banner.dataset.key = key;
+  setAttribute($("banner"), "hidden", !known || role !== "looking");
   const other = wheel.driver !== null;
-  banner.replaceChildren(h("span", {}, other ? t("driverOther", { page: wheel.driver }) : t("driverNobody")),
-    button(t(other ? "takeOver" : "drive"), () => wheel.take(), { id: "take", class: "primary" }));
+  setText($("driver"), other ? t("driverOther", { page: wheel.driver }) : t("driverNobody"));
+  // It stays the same button, so that a click is not lost while its text changes.
+  setText(take, t(other ? "takeOver" : "drive"));
 }
 
 function setLost(lost) {
@@ -187,5 +200,6 @@ addEventListener("blur", () => {
 });
 
 readColours();
+$("banner").append(take);
 rebuild();
 connection.open();

@@ -1,6 +1,7 @@
 // The stop. It is a plain script, loaded before all others, and uses none of them: whatever breaks or hangs
 // elsewhere, the button and the space bar send it. It goes two ways at once, by a request of its own and by the
-// page's WebSocket, which connection.js leaves in `window.panelSocket`.
+// page's WebSocket, which connection.js leaves in `window.panelSocket`. The others learn by two events that a stop is on
+// its way, "panelstop", and that its request is answered or has failed, "panelstopped".
 (function () {
   "use strict";
 
@@ -17,15 +18,19 @@
 
   function stop() {
     const socket = window.panelSocket;
-    window.panelStopped = performance.now();
     try {
       if (socket && socket.readyState === WebSocket.OPEN) socket.send('{"do":"stop"}');
     } finally {
       // It is sent even if the page is being closed.
       const options = { method: "POST", keepalive: true, signal: AbortSignal.timeout(2000) };
       fetch("/stop?token=" + encodeURIComponent(token), options).then(
-        function (answer) { show(answer.ok ? "done" : "failed"); },
-        function () { show("failed"); });
+        function (answer) { return answer.ok ? "done" : "failed"; },
+        function () { return "failed"; }).then(
+        function (result) {
+          window.dispatchEvent(new Event("panelstopped"));
+          show(result);
+        });
+      window.dispatchEvent(new Event("panelstop"));
     }
     show("sent");
   }

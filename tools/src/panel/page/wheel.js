@@ -1,43 +1,62 @@
 // Who drives. One page does; it takes the wheel by itself when nobody has it, until another page takes it away.
 
-const ASK_AGAIN_MS = 500;
+import { dropWaiting } from "./dom.js";
+
 // After a reload the page before may still be there for a moment.
 const GIVE_UP_MS = 1500;
-// So long after this page's stop, which stop.js leaves in `window.panelStopped`, the stop is its own.
-const OWN_STOP_MS = 3000;
 
 export class Wheel {
-  /** `freed` is called when the program has taken the wheel away: "silent", "hang" or, by another page, "stop". */
-  constructor(connection, freed) {
+  /**
+   * `freed` is called when the program has taken the wheel away: "silent", "hang" or, by another page, "stop".
+   * `stopped` is called at once when this page has sent a stop.
+   */
+  constructor(connection, { freed, stopped }) {
     this.connection = connection;
     this.freed = freed;
     this.wanted = true;
     this.mine = false;
     this.driver = null;
-    this.asked = -Infinity;
     this.greeted = 0;
+    // How many stops and questions of this page are not answered yet.
+    this.stops = 0;
+    this.asks = 0;
+    // What to ask when all stops have arrived.
+    this.next = null;
+    addEventListener("panelstop", () => {
+      this.stop();
+      stopped();
+    });
+    addEventListener("panelstopped", () => this.stopArrived());
+  }
+
+  /** Whether this page is about to take the wheel by itself. */
+  get comes() {
+    return this.wanted && !this.mine && this.driver === null;
   }
 
   hello() {
     this.greeted = performance.now();
-    this.mine = false;
     if (this.wanted) this.ask("drive");
   }
 
   lost() {
-    this.mine = false;
+    this.lose(null);
+    this.next = null;
   }
 
   state({ driver, freed, you_drive }) {
-    const had = this.mine;
+    // It may be older than what this page has sent.
+    if (this.stops > 0 || this.asks > 0) return;
+    const [had, before] = [this.mine, this.driver];
+    if (had && !you_drive) this.lose(driver);
     this.driver = driver;
     this.mine = you_drive;
-    const now = performance.now();
-    const byItself = freed === "left" || (freed === "stop" && now - (window.panelStopped ?? -Infinity) < OWN_STOP_MS);
-    if (had && driver === null && !byItself) this.freed(freed);
+    if (had && driver === null && freed !== "left") this.freed(freed);
     if (you_drive) this.wanted = true;
-    else if (driver !== null) this.wanted &&= !had && now - this.greeted < GIVE_UP_MS;
-    else if (this.wanted && !document.hidden && now - this.asked > ASK_AGAIN_MS) this.ask("drive");
+    else if (driver !== null) this.wanted &&= !had && performance.now() - this.greeted < GIVE_UP_MS;
+    // A stop while another page drives is no reason to drive: that page is still there.
+    else if (!had && before !== null && freed === "stop") this.wanted = false;
+    else if (this.wanted && !document.hidden) this.ask("drive");
   }
 
   /** The user wants it: from another page too. */
@@ -47,9 +66,34 @@ export class Wheel {
     this.ask("take");
   }
 
+  /** This page's stop is on its way. It would end the next drive, so the wheel is asked for when it has arrived. */
+  stop() {
+    this.stops += 1;
+    if (this.mine) this.lose(null);
+    if (this.comes) this.ask("drive");
+  }
+
+  stopArrived() {
+    this.stops -= 1;
+    if (this.stops > 0 || !this.next) return;
+    this.ask(this.next);
+    this.next = null;
+  }
+
+  /** What was clicked before moves nothing later. */
+  lose(driver) {
+    this.mine = false;
+    this.driver = driver;
+    dropWaiting();
+  }
+
   ask(how) {
-    this.asked = performance.now();
+    if (this.stops > 0) {
+      this.next = how;
+      return;
+    }
+    this.asks += 1;
     // What came of it is in the next state.
-    this.connection.ask({ do: how }).catch(() => {});
+    this.connection.ask({ do: how }).catch(() => {}).finally(() => (this.asks -= 1));
   }
 }
