@@ -107,6 +107,12 @@ impl Controller {
         self.wait("a duty", is_on);
     }
 
+    /// How many requests with a duty have come in after this moment.
+    pub(crate) fn duties_since(&self, moment: Instant) -> usize {
+        let record = self.record.lock().unwrap();
+        record.iter().filter(|exchange| exchange.on && exchange.at > moment).count()
+    }
+
     /// What has stopped the motors, and how long after the fault. Waits until the client is
     /// gone.
     pub(crate) fn stopped_after(&self, fault: Instant) -> (By, Option<Duration>) {

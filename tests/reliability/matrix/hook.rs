@@ -2,14 +2,15 @@
 
 use std::ops::ControlFlow;
 use std::sync::{mpsc, Arc, Mutex};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{Error, TransferAreaComHandler};
 
 use super::controller::{txt, Controller, DUTY};
 use super::ends::{error_of, waiters};
-use super::row::{By, Outcome, Row, Seen};
+use super::row::{By, Outcome, Row, Seen, MARGIN};
 
 const SECTION: &str = "The cycle hook";
 /// A handler's default limit.
@@ -26,7 +27,14 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "a hook that hangs", place)
             .sees("`HookHangs` in each wait", "the hook's limit (0.5 s)")
             .by(&[By::Exchange])
-            .test(move || Ok(hang(call)))
+            .test(move || Ok(hang(call, Error::HookHangs { limit: HOOK_LIMIT })))
+    };
+    // The transfer ends without the hook.
+    let ends_beside = |place, call: Call| {
+        Row::new(SECTION, "a hook that hangs", place)
+            .sees("`NotStarted` in each wait", "two exchanges")
+            .by(&[By::Exchange])
+            .test(move || Ok(hang(call, Error::NotStarted)))
     };
     let ends = |fault, end: End| {
         Row::new(SECTION, fault, "in the hook")
@@ -40,11 +48,13 @@ pub(crate) fn rows() -> Vec<Row> {
             drop(handler.lock());
             Some(handler)
         }),
-        hangs("with eight waiting threads, and `end_transfer`", |handler| {
-            let _ = handler.end_transfer();
+        ends_beside("with eight waiting threads, and `end_transfer`", |handler| {
+            let begin = Instant::now();
+            assert_eq!(handler.end_transfer(), Ok(()));
+            assert!(begin.elapsed() < MARGIN);
             Some(handler)
         }),
-        hangs("with eight waiting threads, and drop of the handler", |handler| {
+        ends_beside("with eight waiting threads, and drop of the handler", |handler| {
             drop(handler);
             None
         }),
@@ -99,7 +109,7 @@ fn start() -> (Controller, TransferAreaComHandler) {
 }
 
 /// The hook hangs until long after the transfer, and then writes.
-fn hang(call: Call) -> Outcome {
+fn hang(call: Call, expected: Error) -> Outcome {
     let (controller, handler) = start();
     let area = handler.transfer_area();
     let waiters = waiters(&area);
@@ -107,7 +117,7 @@ fn hang(call: Call) -> Outcome {
     let (hung, is_hung) = mpsc::channel();
     handler
         .set_cycle_hook(move |areas| {
-            let areas = areas.unwrap();
+            let Ok(areas) = areas else { return ControlFlow::Continue(()) };
             let _ = hung.send(Instant::now());
             let _ = gate.recv();
             areas[LOCAL_IO].output.duty[0] = DUTY;
@@ -115,11 +125,16 @@ fn hang(call: Call) -> Outcome {
         })
         .unwrap();
     let struck = is_hung.recv().unwrap();
+    let seeing = thread::spawn(move || (error_of(waiters), struck.elapsed()));
     let handler = call(handler);
-    let error = error_of(waiters);
-    let soon = struck.elapsed();
+    let (error, soon) = seeing.join().unwrap();
+    assert_eq!(error, expected);
+    // The areas are taken away from it.
+    drop(area.lock());
+    assert!(struck.elapsed() < HOOK_LIMIT + MARGIN, "the areas were locked for too long");
     if let Some(handler) = handler {
-        assert_eq!(handler.end_transfer(), Err(error.clone()));
+        let result = if error == Error::NotStarted { Ok(()) } else { Err(error.clone()) };
+        assert_eq!(handler.end_transfer(), result);
     }
     let (by, stopped) = controller.stopped_after(struck);
     drop(let_go);

@@ -7,6 +7,7 @@
 //! WRITE_RELIABILITY=1 cargo test --test reliability
 //! ```
 
+mod beside;
 mod child;
 mod connecting;
 mod controller;
@@ -14,13 +15,17 @@ mod document;
 mod ends;
 mod fake;
 mod fault;
+mod figures;
 mod hook;
 mod load;
+mod logger;
 mod network;
 mod packets;
+mod pairs;
 mod panics;
 mod process;
 mod proxy;
+mod races;
 mod reconnecting;
 mod row;
 mod services;
@@ -48,6 +53,7 @@ pub(crate) fn main() -> ExitCode {
         return ExitCode::SUCCESS;
     }
     panics::be_quiet();
+    logger::set();
     let mut args = Arguments::from_args();
     args.test_threads.get_or_insert(AT_A_TIME);
     let mut rows = rows();
@@ -111,6 +117,9 @@ fn rows() -> Vec<Row> {
     rows.extend(hook::rows());
     rows.extend(watchdog::rows());
     rows.extend(ends::rows());
+    rows.extend(pairs::rows());
+    rows.extend(races::rows());
+    rows.extend(figures::rows());
     rows.extend(process::rows());
     rows.extend(load::rows());
     rows.extend(network::rows());

@@ -11,6 +11,7 @@ use ft_transfer_area::{Error, EventKind, TransferAreaComHandler};
 
 use super::controller::{is_on, txt, Controller, DUTY};
 use super::fault::{Fault, Strike};
+use super::logger;
 use super::packets::Place;
 use super::proxy::Proxy;
 use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
@@ -33,8 +34,6 @@ pub(crate) fn be_quiet() {
             print(info);
         }
     }));
-    log::set_logger(&PanickingLogger).unwrap();
-    log::set_max_level(log::LevelFilter::Warn);
 }
 
 pub(crate) fn rows() -> Vec<Row> {
@@ -106,10 +105,10 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "panic", "in a thread that shares a handle by `Arc`, between two guards")
             .sees("nothing: the panic is not noticed", "–")
             .test(|| Ok(between_guards())),
-        Row::new(SECTION, "panic", "in the transfer thread, by a logger that it calls")
-            .sees("`ThreadPanicked`", "immediately")
+        Row::new(SECTION, "panic of a logger", "at a line of the transfer")
+            .sees("`WatchdogExpired` once, as without it", "the watchdog's limit (0.3 s)")
             .by(&[By::Exchange])
-            .test(|| Ok(in_transfer_thread())),
+            .test(|| Ok(in_logger())),
         Row::new(SECTION, "panic", "under a guard while `begin_transfer` is under way")
             .sees(SEES, "the end of the handshake")
             .by(&[By::NeverOn])
@@ -169,26 +168,6 @@ fn twice(place: &'static str, lock_twice: fn(&TransferAreaComHandler)) -> Row {
         })
 }
 
-/// Panics in the transfer thread when a watchdog with this limit expires.
-struct PanickingLogger;
-
-const LOGGED: Duration = Duration::from_millis(313);
-
-impl log::Log for PanickingLogger {
-    fn enabled(&self, _: &log::Metadata<'_>) -> bool {
-        true
-    }
-
-    fn log(&self, record: &log::Record<'_>) {
-        let expired = Error::WatchdogExpired { limit: LOGGED }.to_string();
-        if record.args().to_string() == expired {
-            panic!("{ON_PURPOSE}");
-        }
-    }
-
-    fn flush(&self) {}
-}
-
 /// A panic whose payload panics again when it is dropped, so the thread that catches the first
 /// panic has a second one.
 struct Mine;
@@ -241,22 +220,24 @@ fn run(panic: impl FnOnce(&TransferAreaComHandler)) -> Outcome {
     Outcome { seen, soon: Some(soon), by, stopped }
 }
 
-/// The watchdog expires, and the transfer thread calls a logger, which panics.
-fn in_transfer_thread() -> Outcome {
+/// The watchdog expires, and the logger panics when it is told.
+fn in_logger() -> Outcome {
     let controller = Controller::start(txt());
-    let handler = controller.handler().watchdog(LOGGED).build().unwrap();
+    let handler = controller.handler().watchdog(logger::PANICS_AT).build().unwrap();
+    let events = handler.events(&[EventKind::WatchdogExpired], 10).unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
-    let struck = Instant::now() + LOGGED;
-    let area = handler.transfer_area();
+    let struck = Instant::now();
     // Gives no sign of life.
-    while handler.error().is_none() {
-        thread::sleep(Duration::from_millis(1));
-    }
+    events.recv_timeout(DEADLINE).unwrap();
     let soon = struck.elapsed();
-    let error = area.wait_cycle().unwrap_err();
-    assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
+    logger::wait_for_panic();
+    let error = handler.wait_cycle().map(drop).unwrap_err();
+    for _ in 0..5 {
+        assert!(handler.wait_cycle().is_ok(), "it gets the error once");
+    }
+    assert_eq!(handler.end_transfer(), Ok(()));
     let (by, stopped) = controller.stopped_after(struck);
     Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
 }

@@ -43,7 +43,7 @@ pub(crate) fn rows() -> Vec<Row> {
             let mut is_first = true;
             handler
                 .set_cycle_hook(move |areas| {
-                    let areas = areas.unwrap();
+                    let Ok(areas) = areas else { return ControlFlow::Continue(()) };
                     if std::mem::take(&mut is_first) {
                         let _ = over.recv();
                         areas[LOCAL_IO].output.duty[0] = DUTY;
