@@ -167,6 +167,8 @@ impl Waiting {
     /// Begins to wait. Does nothing when they do.
     pub(crate) fn begin(&mut self) {
         for area in self.areas.drain(..) {
+            // They come at different moments of a cycle.
+            thread::sleep(Duration::from_millis(2));
             let hearing = self.hearing.clone();
             self.threads.push(thread::spawn(move || loop {
                 match area.wait_cycle() {

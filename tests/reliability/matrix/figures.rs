@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{mpsc, Arc};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, Statistics, TransferAreaComHandler};
@@ -134,6 +134,7 @@ fn long_guard() -> Outcome {
     let begin = is_locked.recv().unwrap();
     let lines = wait_for_guard_of(NAME);
     let soon = begin.elapsed();
+    assert!(soon > Duration::from_millis(900), "too early: {soon:?}");
     wait_for_exchanges(&controller);
     assert_eq!(wait_for_guard_of(NAME), lines, "once for each guard");
     assert_eq!(lines.len(), 1);

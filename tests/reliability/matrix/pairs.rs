@@ -22,7 +22,7 @@ const SECTION: &str = "Two things at the same time";
 /// The watchdog's limit. A test notices when it takes twice as long.
 const LIMIT: Duration = Duration::from_secs(4);
 
-/// The watchdog's limit while the controller takes 1.6 s for an answer.
+/// The watchdog's limit while the controller takes 1.2 s for an answer.
 const SHORT_LIMIT: Duration = Duration::from_secs(1);
 
 /// How long a call of a hook sleeps that does not hang.
@@ -64,26 +64,24 @@ pub(crate) fn rows() -> Vec<Row> {
 }
 
 fn row(beside: Beside, reason: Reason) -> Row {
-    let (fault, sees, limit) = match (reason, beside) {
-        (Reason::Watchdog, Beside::CameraCommand) => (
-            "the watchdog expires",
-            "`WatchdogExpired` once for each handle, and it goes on",
-            "the watchdog's limit (1 s) and the answer to the command (1.6 s)",
-        ),
-        (Reason::Watchdog, _) => (
+    let (fault, sees, limit) = match reason {
+        Reason::Watchdog => (
             "the watchdog expires",
             "`WatchdogExpired` once for each handle, and it goes on",
             "the watchdog's limit (4 s)",
         ),
-        (Reason::Gap, _) => {
+        Reason::Gap => {
             ("FIN", "`ConnectionLost` once for each handle, and it goes on", "immediately")
         }
-        (Reason::Panic, _) => ("panic", "`ProgramPanicked` in each wait", "the current exchange"),
-        (Reason::End, _) => ("`end_transfer`", "`NotStarted` in each wait", "two exchanges"),
-        (Reason::Drop, _) => ("drop of the handler", "`NotStarted` in each wait", "two exchanges"),
+        Reason::Panic => ("panic", "`ProgramPanicked` in each wait", "the current exchange"),
+        Reason::End => ("`end_transfer`", "`NotStarted` in each wait", "two exchanges"),
+        Reason::Drop => ("drop of the handler", "`NotStarted` in each wait", "two exchanges"),
     };
     let limit = match (reason, beside) {
-        (Reason::Panic | Reason::End, Beside::CameraCommand) => "the answer to the command (1.6 s)",
+        // Everything else comes after the answer.
+        (Reason::Watchdog | Reason::Panic | Reason::End, Beside::CameraCommand) => {
+            "the answer to the command (1.2 s)"
+        }
         _ => limit,
     };
     let by: &[By] = if reason == Reason::Gap { &[By::Close] } else { &[By::Exchange] };
@@ -167,8 +165,12 @@ fn run(beside: Beside, reason: Reason) -> Outcome {
     if matches!(beside, Beside::WaitingForGuard(_)) {
         waiting.begin();
     }
-    let struck =
-        if beside.has_areas() && reason == Reason::Watchdog { begin } else { Instant::now() };
+    let struck = match (reason, beside) {
+        (Reason::Gap, Beside::CameraCommand) => proxy.struck(),
+        // The last sign of life.
+        (Reason::Watchdog, _) if beside.has_areas() => begin,
+        _ => Instant::now(),
+    };
 
     let mut handler = Some(handler);
     let ending = strike_with(reason, beside, &mut handler, &controller);
