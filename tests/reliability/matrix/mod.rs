@@ -44,8 +44,8 @@ use row::{Promise, Row, Skipped, Turn, DEADLINE};
 /// How many rows run at the same time. Mostly they wait.
 const AT_A_TIME: usize = 16;
 
-/// The threads of a handler.
-const OURS: [&str; 3] = ["transfer-area", "camera", "cycle-hook"];
+/// The threads of handlers, and the one for the logger.
+const OURS: [&str; 4] = ["transfer-area", "camera", "cycle-hook", "transfer-log"];
 
 pub(crate) fn main() -> ExitCode {
     if let Some(role) = child::role() {
