@@ -335,7 +335,7 @@ impl TransferAreaComHandler {
 }
 
 /// Ends the transfer, with all motors stopped, and closes the channels of its events. Blocks as
-/// [`TransferAreaComHandler::end_transfer`] does.
+/// [`TransferAreaComHandler::end_transfer`] does, and then while the cycle hook runs, for its limit at most.
 impl Drop for TransferAreaComHandler {
     fn drop(&mut self) {
         self.area.stop_on_panic();
