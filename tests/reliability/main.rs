@@ -2,6 +2,9 @@
 
 #[cfg(target_os = "linux")]
 mod matrix;
+#[cfg(target_os = "linux")]
+#[path = "../proxy/mod.rs"]
+mod proxy;
 
 #[cfg(target_os = "linux")]
 fn main() -> std::process::ExitCode {

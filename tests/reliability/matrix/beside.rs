@@ -11,8 +11,8 @@ use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 
 use super::controller::DUTY;
 use super::logger::Blocked;
-use super::proxy::Proxy;
 use super::wire::small_pictures;
+use crate::proxy::Proxy;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Beside {

@@ -8,10 +8,10 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TimeLimits, TransferArea, TransferAreaComHandler};
 
 use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
-use super::fault::{Fault, Strike};
-use super::packets::Place;
-use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "The program's own end";
 

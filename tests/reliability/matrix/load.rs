@@ -10,10 +10,10 @@ use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::{FirmwareVersion, TimeLimits, TransferAreaComHandler};
 
 use super::controller::{is_on, txt, Controller, DUTY};
-use super::fault::{Fault, Strike};
-use super::packets::Place;
-use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "Load and change";
 

@@ -11,11 +11,11 @@ use ft_transfer_area::{Error, Event, EventKind, TimeLimits, TransferAreaComHandl
 use super::beside::{Beside, Waiting};
 use super::controller::{is_on, txt, Controller, DUTY};
 use super::fake::closed_port;
-use super::fault::{Fault, Strike};
-use super::packets::Place;
 use super::panics::ON_PURPOSE;
-use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE, MARGIN};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "Two things at the same time";
 

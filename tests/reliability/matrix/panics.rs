@@ -10,11 +10,11 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, EventKind, TransferAreaComHandler};
 
 use super::controller::{is_on, txt, Controller, DUTY};
-use super::fault::{Fault, Strike};
 use super::logger;
-use super::packets::Place;
-use super::proxy::Proxy;
 use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "Panics";
 

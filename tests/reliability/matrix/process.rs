@@ -9,10 +9,10 @@ use nix::unistd::Pid;
 
 use super::child::Child;
 use super::controller::{is_on, txt, Controller, IDLE_LIMIT};
-use super::fault::{Fault, Strike};
-use super::packets::Place;
-use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, MARGIN};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "The process";
 

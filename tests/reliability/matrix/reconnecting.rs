@@ -12,12 +12,12 @@ use ft_transfer_area::{
 
 use super::controller::{is_on, txt, Controller, DUTY};
 use super::fake::closed_port;
-use super::fault::{Fault, Strike};
-use super::packets::Place;
 use super::panics::ON_PURPOSE;
-use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
 use super::wire::{names, run, set_up, small_pictures, ways, Way};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "The main connection, with reconnecting";
 

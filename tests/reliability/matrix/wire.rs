@@ -11,10 +11,10 @@ use ft_transfer_area::{
 };
 
 use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
-use super::fault::{Fault, Strike};
-use super::packets::Place;
-use super::proxy::Proxy;
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
+use crate::proxy::fault::{Fault, Strike};
+use crate::proxy::packets::Place;
+use crate::proxy::Proxy;
 
 const SECTION: &str = "The main connection";
 

@@ -1,5 +1,8 @@
 //! A proxy between a program and its controller that makes faults.
 
+pub(crate) mod fault;
+pub(crate) mod packets;
+
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
@@ -9,9 +12,13 @@ use std::time::{Duration, Instant};
 
 use socket2::SockRef;
 
-use super::fault::{Fault, Strike};
-use super::packets::{is_waiting, read_request, read_response, Place, Tracker};
-use super::row::DEADLINE;
+use packets::{is_waiting, read_request, read_response, Tracker};
+
+use fault::{Fault, Strike};
+use packets::Place;
+
+/// Longer than anything takes on a busy machine; only a failing test waits this long.
+const DEADLINE: Duration = Duration::from_secs(30);
 
 /// How often a thread checks whether it should end.
 const POLL: Duration = Duration::from_millis(20);

@@ -1,0 +1,41 @@
+//! No call waits beyond its bound.
+
+use std::time::Duration;
+
+use super::Case;
+use crate::programs::logger::BLOCKED;
+use crate::programs::record::What;
+use crate::programs::stalls;
+
+/// Calls that wait for the controller: connecting, some responses, closing; a gap; and the guards of others.
+const WAITS: Duration = Duration::from_secs(4);
+/// The end: a current attempt to connect, the last responses, and closing.
+const ENDS: Duration = Duration::from_secs(2);
+/// Calls that do not wait.
+const NOT_WAITING: Duration = Duration::from_secs(1);
+
+pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
+    let mut breaches = Vec::new();
+    for call in &case.trace.calls {
+        // A blocked logger may hold the call that says something, but no end.
+        let blocked = if case.blocks { 3 * BLOCKED } else { Duration::ZERO };
+        let bound = match call.what {
+            What::End => ENDS,
+            // It clears the hook, which waits for it up to its limit.
+            What::DropHandler => ENDS + Duration::from_millis(case.setup.hook_limit_ms),
+            What::Look | What::Feed => NOT_WAITING + blocked,
+            _ => WAITS + blocked,
+        };
+        let took = call.end - call.start;
+        if took > bound + stalls::between(call.start, call.end) {
+            breaches.push(format!(
+                "{:?} of {:?} took {took:.1?} from {} on",
+                call.what,
+                call.who,
+                case.at(call.start),
+            ));
+        }
+    }
+    breaches.truncate(3);
+    breaches
+}

@@ -1,0 +1,116 @@
+//! What stops the motors, and how soon.
+
+use std::time::Instant;
+
+use super::{after, Case, SOON};
+use crate::programs::record::{Call, Exchange, What, Who};
+
+/// A panic that can be seen, and a hook that ends, panics or hangs: the next request has all duties 0, and only
+/// a new transfer moves anything again.
+pub(super) fn panics_and_hooks(case: &Case<'_>) -> Vec<String> {
+    let mut breaches = Vec::new();
+    for call in case.trace.calls.iter().filter(|call| call.what == What::Panic) {
+        // The request before may be on its way.
+        stopped(case, "the panic", call.start, call.end, 1, &mut breaches);
+    }
+    for stop in &case.trace.hook.stops {
+        // It is noted before the hook is left, and another request may be on its way.
+        stopped(case, "the hook's end", *stop, *stop, 2, &mut breaches);
+    }
+    let limit = std::time::Duration::from_millis(case.setup.hook_limit_ms);
+    for (begin, end) in &case.trace.hook.times {
+        let late = after(*begin, limit + super::SOON / 10);
+        if end.is_none_or(|end| end > late) {
+            stopped(case, "the hook's limit", *begin, late, 2, &mut breaches);
+        }
+    }
+    breaches.truncate(3);
+    breaches
+}
+
+/// After a reason to stop, which came between two times, at most these requests may have a duty.
+fn stopped(
+    case: &Case<'_>,
+    reason: &str,
+    from: Instant,
+    to: Instant,
+    most: usize,
+    breaches: &mut Vec<String>,
+) {
+    for connection in case.connections() {
+        let first = connection[0].at;
+        if first >= from && begun_between(case, from, first) {
+            continue;
+        }
+        let on = |exchange: &&Exchange| exchange.at > to && !exchange.is_off();
+        let on: Vec<&Exchange> = connection.iter().filter(on).collect();
+        let deadline = after(to, SOON);
+        let index = connection.partition_point(|exchange| exchange.at <= to);
+        let was_on = index.checked_sub(1).is_some_and(|index| !connection[index].is_off());
+        let next = connection.get(index);
+        if on.len() > most {
+            breaches.push(format!(
+                "{} requests have a duty after {reason} at {}, the last one at {}",
+                on.len(),
+                case.at(to),
+                case.at(on[on.len() - 1].at),
+            ));
+        } else if let Some(next) = next.filter(|next| was_on && next.at > deadline) {
+            breaches.push(format!(
+                "the request after {reason} at {} came only at {}",
+                case.at(to),
+                case.at(next.at),
+            ));
+        }
+    }
+}
+
+/// Whether a transfer may have begun between two times.
+fn begun_between(case: &Case<'_>, from: Instant, to: Instant) -> bool {
+    let begins = case.trace.calls.iter().filter(|call| call.what == What::Begin);
+    begins.into_iter().any(|call| call.end > from && call.start < to)
+}
+
+/// After `end_transfer` has returned, there is no request; the last one has stopped the motors.
+pub(super) fn ends(case: &Case<'_>) -> Vec<String> {
+    let mut breaches = Vec::new();
+    let is_end = |call: &&Call| call.what == What::End && call.who != Who::Hook && !call.panicked;
+    for call in case.trace.calls.iter().filter(is_end) {
+        for connection in case.connections() {
+            // A network may bring requests later.
+            if case.setup.network.is_some() {
+                continue;
+            }
+            let [first, last] = [&connection[0], &connection[connection.len() - 1]];
+            if first.at < call.start && last.at > call.end {
+                breaches.push(format!(
+                    "a request at {}, after end_transfer had returned at {} ({:?})",
+                    case.at(last.at),
+                    case.at(call.end),
+                    call.result,
+                ));
+            }
+            if first.at > call.end && !begun_between(case, call.start, first.at) {
+                breaches.push(format!(
+                    "a connection at {} without a begin after end_transfer at {}",
+                    case.at(first.at),
+                    case.at(call.end)
+                ));
+            }
+        }
+        let before = case.connections().rfind(|connection| connection[0].at < call.start);
+        let Some(last) = before.and_then(|connection| connection.last()) else { continue };
+        // In a gap it returns Ok, too, and the controller has stopped by itself.
+        let whole = case.setup.reconnect_ms.is_none();
+        if whole && call.result.is_ok() && !last.is_off() && !begun_between(case, last.at, call.end)
+        {
+            breaches.push(format!(
+                "end_transfer returned Ok at {}, but the last request at {} has a duty",
+                case.at(call.end),
+                case.at(last.at)
+            ));
+        }
+    }
+    breaches.truncate(3);
+    breaches
+}
