@@ -131,12 +131,18 @@ impl HookThread {
     {
         let shared = Arc::clone(self.area.shared());
         while let Some(call) = self.area.learn(|known| shared.next_call(self.version, known)) {
-            self.guarded(|| self.call(&mut hook, call));
+            // The guard has stopped its transfer already. Another one may have begun since.
+            let has_guard = call.is_ok();
+            if catch(|| self.call(&mut hook, call)).is_err() && !has_guard {
+                shared.ask_to_stop(Stop::ProgramPanicked);
+            }
             shared.call_ends();
         }
         // The program's values are dropped like in a call, because that runs its code, too.
         shared.begin_last_call(self.version);
-        self.guarded(|| drop(hook));
+        if catch(|| drop(hook)).is_err() {
+            shared.ask_to_stop(Stop::ProgramPanicked);
+        }
         shared.call_ends();
         let version = self.version;
         // A handle of a thread that has ended is gone.
@@ -159,15 +165,14 @@ impl HookThread {
             shared.end_by_hook(transfer);
         }
     }
+}
 
-    /// Runs code of the program. A panic in it stops the motors, also without a guard.
-    fn guarded(&self, code: impl FnOnce()) {
-        if let Err(payload) = catch_unwind(AssertUnwindSafe(code)) {
-            self.area.shared().ask_to_stop(Stop::ProgramPanicked);
-            // It may panic again when it is dropped.
-            std::mem::forget(payload);
-        }
-    }
+/// Runs code of the program; whether it has panicked.
+fn catch(code: impl FnOnce()) -> Result<(), ()> {
+    catch_unwind(AssertUnwindSafe(code)).map_err(|payload| {
+        // It may panic again when it is dropped.
+        std::mem::forget(payload);
+    })
 }
 
 impl Shared {

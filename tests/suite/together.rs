@@ -1,6 +1,7 @@
 //! Where two parts meet: the cycle hook and the watchdog, an end or a gap; commands and stops.
 
 use std::ops::ControlFlow::Continue;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{mpsc, Arc};
 use std::thread;
 use std::time::Duration;
@@ -280,4 +281,29 @@ fn threads_that_set_and_clear_hooks_at_the_same_time_do_not_wait_for_each_others
         }
     });
     handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_hook_that_panics_ends_only_its_own_transfer() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let panics = Arc::new(AtomicBool::new(true));
+    let in_hook = Arc::clone(&panics);
+    let set = handler.set_cycle_hook(move |_| {
+        assert!(!in_hook.swap(false, Ordering::Relaxed), "on purpose");
+        Continue(())
+    });
+    set.unwrap();
+    for _ in 0..100 {
+        panics.store(true, Ordering::Relaxed);
+        handler.begin_transfer().unwrap();
+        while handler.wait_cycle().is_ok() {}
+        assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
+        // At once, while the hook's thread still unwinds.
+        handler.begin_transfer().unwrap();
+        for _ in 0..5 {
+            drop(handler.wait_cycle().unwrap());
+        }
+        handler.end_transfer().unwrap();
+    }
 }
