@@ -223,15 +223,25 @@ impl Shared {
             return ControlFlow::Continue(());
         }
         if let Err(error) = state.tell_news(known) {
-            state.hook.begin(thread_id(), version, false);
+            self.begin_call(state, version, false);
             return ControlFlow::Break(Some(Err(error)));
         }
         let is_due = state.hook.is_due() && state.transfer.stop().is_none();
         let areas = is_due.then(|| state.area_lock.take_for_hook(Holder::now())).flatten();
         self.wake_next(state.area_lock.hook_waits(is_due && areas.is_none()));
         let Some(areas) = areas else { return ControlFlow::Continue(()) };
-        state.hook.begin(thread_id(), version, true);
+        self.begin_call(state, version, true);
         ControlFlow::Break(Some(Ok(Taken::new(state, areas, *known, Purpose::Hook))))
+    }
+
+    /// A call begins. Who waits for its end learns that it has a limit from now on.
+    fn begin_call(&self, state: &mut State, version: u64, answers: bool) {
+        state.hook.begin(thread_id(), version, answers);
+        if state.looks_again.is_none_or(|at| Some(at) > state.hook.deadline()) {
+            self.attended.notify_one();
+        }
+        self.areas_free(Waiter::Reacting).notify_all();
+        self.areas_free(Waiter::Other).notify_all();
     }
 
     /// A call in this thread has ended. A guard that it had has already said so.
@@ -257,7 +267,7 @@ impl Shared {
     fn begin_last_call(&self, version: u64) {
         let mut state = self.state();
         if state.hook.is_free() {
-            state.hook.begin(thread_id(), version, false);
+            self.begin_call(&mut state, version, false);
         }
     }
 

@@ -59,6 +59,8 @@ pub(super) struct State {
     pub(super) hook: HookSlot,
     pub(super) statistics: Statistics,
     patience: Patience,
+    /// When the transfer thread, which waits, looks at the limits again.
+    pub(super) looks_again: Option<Instant>,
     /// The turn of the last holder of the areas of whom the program was warned.
     pub(super) warned_turn: u64,
     /// Counts the responses of all transfers.
@@ -124,6 +126,7 @@ impl Shared {
             hook: HookSlot::new(hook_limit),
             statistics: Statistics::default(),
             patience: Patience::default(),
+            looks_again: None,
             warned_turn: 0,
             delivered: 0,
             last_response: None,

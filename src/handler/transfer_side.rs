@@ -156,7 +156,9 @@ impl Shared {
         stay_awake(&mut state, end, |state| !state.is_being_answered());
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let limits = earlier(state.watchdog.deadline(), state.hook.deadline());
-            if wait_on_time(&self.attended, &mut state, earlier(end, limits)) {
+            state.looks_again = earlier(end, limits);
+            let deadline = state.looks_again;
+            if wait_on_time(&self.attended, &mut state, deadline) {
                 break;
             }
         }
@@ -203,6 +205,7 @@ impl Shared {
             // Nobody else looks at the limits of the hook and of guards.
             let look_again = Instant::now() + GUARD_IS_LONG;
             let deadline = earlier(Some(look_again), state.hook.deadline());
+            state.looks_again = deadline;
             wait_until(&self.attended, &mut state, deadline);
             self.give_up_hook(&mut state);
             if let Some(held) = state.guard_to_warn_of(false) {

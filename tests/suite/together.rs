@@ -307,3 +307,52 @@ fn a_hook_that_panics_ends_only_its_own_transfer() {
         handler.end_transfer().unwrap();
     }
 }
+
+#[test]
+fn a_thread_that_waits_for_the_areas_gets_them_from_a_hook_that_hangs_after_the_end_too() {
+    let txt = unpaced().start().unwrap();
+    let builder = handler_for(&txt).hook_limit(LIMIT).reaction_window(DEADLINE);
+    let handler = builder.build().unwrap();
+    let (go_on, gate) = mpsc::channel::<()>();
+    let (hung, is_hung) = mpsc::channel();
+    let set = handler.set_cycle_hook(move |_| {
+        let _ = hung.send(());
+        let _ = gate.recv();
+        Continue(())
+    });
+    set.unwrap();
+    let areas = handler.lock();
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "a response", |machine| machine.exchanges() == 1);
+    let (locked, has_locked) = mpsc::channel();
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            drop(handler.lock());
+            locked.send(()).unwrap();
+        });
+        // Enough for this thread to wait, before there is a call that has a limit.
+        thread::sleep(Duration::from_millis(20));
+        drop(areas);
+        is_hung.recv_timeout(DEADLINE).unwrap();
+        handler.end_transfer().unwrap();
+        let waited = has_locked.recv_timeout(DEADLINE / 3);
+        drop(go_on);
+        waited.expect("it waits for ever");
+    });
+}
+
+#[test]
+fn a_handle_that_gets_no_error_has_not_learned_of_the_end() {
+    let (txt, record) = recorded();
+    let handler = handler_for(&txt).build().unwrap();
+    let area = handler.transfer_area();
+    handler.begin_transfer().unwrap();
+    handler.end_transfer().unwrap();
+    assert_eq!(area.error(), None);
+    area.lock()[LOCAL_IO].output.duty[0] = 300;
+    let begin = record.outputs().len();
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "requests", |_| record.outputs().len() > begin + 5);
+    assert!(record.outputs()[begin..].iter().all(|outputs| outputs.duty[0] == 0));
+    handler.end_transfer().unwrap();
+}
