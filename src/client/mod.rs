@@ -269,6 +269,7 @@ impl TxtClient {
     }
 
     /// The controller's address, unless the connection is lost already.
+    #[cfg_attr(all(test, shuttle), allow(dead_code, reason = "the models have their own client"))]
     pub(crate) fn address(&self) -> Option<IpAddr> {
         self.connection.as_ref().and_then(Connection::peer_ip)
     }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::sync::{current_thread, Thread, ThreadId};
+use super::sync::{self, current_thread, Thread, ThreadId};
 use crate::transfer_area::FishX1Transfer;
 
 /// A thread that locks the areas takes them out, and puts them back afterwards.
@@ -36,11 +36,11 @@ pub(super) struct Holder {
 impl Holder {
     /// The calling thread, from now on.
     pub(super) fn now() -> Self {
-        Self { thread: current_thread(), since: Instant::now() }
+        Self { thread: current_thread(), since: sync::now() }
     }
 
     pub(super) fn held(&self) -> Duration {
-        self.since.elapsed()
+        sync::now() - self.since
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use super::sync;
+
 /// How far a response moves the clock of a machine in lock-step.
 pub(super) const STEP: Duration = Duration::from_millis(10);
 
@@ -16,7 +18,7 @@ pub(super) enum Clock {
 impl Clock {
     pub(super) fn new(lock_step: bool) -> Self {
         if lock_step {
-            Self::LockStep(Instant::now())
+            Self::LockStep(sync::now())
         } else {
             Self::System
         }
@@ -28,7 +30,7 @@ impl Clock {
 
     pub(super) fn now(self) -> Instant {
         match self {
-            Self::System => Instant::now(),
+            Self::System => sync::now(),
             Self::LockStep(now) => now,
         }
     }
@@ -46,7 +48,7 @@ impl Clock {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
 

@@ -13,6 +13,7 @@ use super::handshake;
 use super::settings::Settings;
 use super::shared::{Controller, Shared};
 use super::statistics::Statistics;
+use super::sync::spawn;
 use super::thread::TransferThread;
 use super::thread_slot::ThreadSlot;
 use super::watchdog::Watchdog;
@@ -191,8 +192,7 @@ impl TransferAreaComHandler {
                 return stop.result().and(Err(Error::NotStarted));
             }
             let work = TransferThread::new(link, areas, Arc::clone(shared), settings);
-            let thread = std::thread::Builder::new().name("transfer-area".to_owned());
-            thread.spawn(move || work.run()).map_err(|error| {
+            spawn("transfer-area", move || work.run()).map_err(|error| {
                 // It was running, so the program may have written outputs.
                 shared.leave(&mut []);
                 Error::not_started(error)

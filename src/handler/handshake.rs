@@ -2,9 +2,13 @@
 
 use std::time::Duration;
 
+#[cfg(all(test, shuttle))]
+use super::model::TxtClient;
 use super::settings::Settings;
 use super::shared::Controller;
-use crate::client::{TimeLimits, TxtClient};
+use crate::client::TimeLimits;
+#[cfg(not(all(test, shuttle)))]
+use crate::client::TxtClient;
 use crate::error::Error;
 use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;

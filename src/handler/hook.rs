@@ -6,7 +6,6 @@
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
-use std::time::Instant;
 
 use super::area::TransferArea;
 use super::area_lock::{Holder, Waiter};
@@ -15,7 +14,7 @@ use super::guard::TransferAreaGuard;
 use super::hook_slot::HookSlot;
 use super::shared::{Shared, State};
 use super::state::Stop;
-use super::sync::{thread_id, wait_until};
+use super::sync::{now, spawn, thread_id, wait_until};
 use super::taken::{Known, Purpose, Taken};
 use crate::error::Error;
 
@@ -94,10 +93,7 @@ impl TransferAreaComHandler {
         let shared = self.area().shared();
         let version = shared.replace_hook(HookSlot::set);
         let thread = HookThread { area: self.area().clone(), version };
-        let started = std::thread::Builder::new()
-            .name("cycle-hook".to_owned())
-            .spawn(move || thread.run(hook));
-        if let Err(error) = started {
+        if let Err(error) = spawn("cycle-hook", move || thread.run(hook)) {
             let mut state = shared.state();
             state.hook.thread_ends(version);
             if !state.hook.is_over(version) {
@@ -293,7 +289,7 @@ impl Shared {
         if state.hook.deadline().is_none() {
             return;
         }
-        let Some(thread) = state.hook.give_up(Instant::now()) else { return };
+        let Some(thread) = state.hook.give_up(now()) else { return };
         state.transfer.ask_to_stop(Stop::HookHangs(state.hook.limit()));
         if state.area_lock.is_held_by(thread) {
             let areas = state.hand_over.replacement();

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::sync::ThreadId;
+use super::sync::{now, ThreadId};
 
 /// The function itself belongs to its thread. Here is what others have to know of it.
 #[derive(Debug)]
@@ -79,9 +79,9 @@ impl HookSlot {
         self.due && self.call.is_none_or(|call| call.answers)
     }
 
-    /// The hook is not called for the last response any more.
-    pub(super) fn stop(&mut self) {
-        self.due = false;
+    /// The hook is not called for the last response any more. Returns whether this leaves a call out.
+    pub(super) fn stop(&mut self) -> bool {
+        std::mem::take(&mut self.due)
     }
 
     /// Whether the hook is answering a response, or is going to.
@@ -125,7 +125,7 @@ impl HookSlot {
     /// A call of this hook begins; whether it `answers` the newest response.
     pub(super) fn begin(&mut self, thread: ThreadId, version: u64, answers: bool) {
         self.due &= !answers;
-        self.call = Some(Call { thread, version, since: Instant::now(), answers });
+        self.call = Some(Call { thread, version, since: now(), answers });
     }
 
     /// The call of this thread has ended, unless it was given up.

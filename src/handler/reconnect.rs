@@ -1,13 +1,14 @@
 //! Re-establishing a lost connection.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::cycle::Cycle;
 use super::handshake;
 use super::settings::Settings;
 use super::shared::{Controller, Shared};
 use super::state::Stop;
+use super::sync::now;
 use super::transfer_side::Delivered;
 use crate::error::Error;
 use crate::notices::notice;
@@ -34,29 +35,29 @@ pub(super) fn reconnect(
     settings: &Settings,
     limit: Duration,
 ) -> Result<Attempts, Error> {
-    let (begin, lost_at) = (Instant::now(), shared.clock().now());
+    let (begin, lost_at) = (now(), shared.clock().now());
     let mut pause = FIRST_PAUSE;
     loop {
         if let Some(stop) = shared.stop() {
             return Ok(Attempts::Stopped(stop));
         }
-        let rest = limit.saturating_sub(begin.elapsed());
+        let rest = limit.saturating_sub(now() - begin);
         match attempt(cycle, shared, settings, rest) {
             Ok(Attempts::Connected(delivered)) => {
-                notice!(Info, "connected again after {:?}", begin.elapsed());
+                notice!(Info, "connected again after {:?}", now() - begin);
                 shared.resume(shared.clock().now() - lost_at);
                 return Ok(Attempts::Connected(delivered));
             }
             Ok(stopped) => return Ok(stopped),
             // Another attempt would find the same firmware.
             Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
-            Err(error) if begin.elapsed() >= limit => {
+            Err(error) if now() - begin >= limit => {
                 return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
             }
             Err(error) => notice!(Debug, "not connected again yet: {error}"),
         }
-        let rest = limit.saturating_sub(begin.elapsed());
-        shared.wait_for_stop(Instant::now() + pause.min(rest));
+        let rest = limit.saturating_sub(now() - begin);
+        shared.wait_for_stop(now() + pause.min(rest));
         pause = (2 * pause).min(LONGEST_PAUSE);
     }
 }

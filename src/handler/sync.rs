@@ -1,17 +1,18 @@
-//! The locks of this module: those of `parking_lot`, or the model checker's own in its tests.
+//! The locks, threads and time of this module: those of `parking_lot` and the system, or the model checker's own in
+//! its tests.
 
 use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{
-    current_thread, lock_soon, park, thread_id, yield_until, Condvar, JoinHandle, Mutex,
-    MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, now, park, spawn, thread_id, yield_until, Condvar, JoinHandle,
+    Mutex, MutexGuard, Thread, ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
 pub(super) use self::model::{
-    current_thread, lock_soon, park, thread_id, yield_until, Condvar, JoinHandle, Mutex,
-    MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, now, park, pass, spawn, thread_id, yield_until, Condvar, JoinHandle,
+    Mutex, MutexGuard, Thread, ThreadId,
 };
 
 /// Waits for news, for ever without a deadline; returns whether the deadline came first.
@@ -53,10 +54,23 @@ pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<In
 
 #[cfg(not(all(test, shuttle)))]
 mod real {
+    use std::io;
     use std::time::{Duration, Instant};
 
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
     pub(crate) use std::thread::{current as current_thread, park, JoinHandle, Thread, ThreadId};
+
+    pub(crate) fn now() -> Instant {
+        Instant::now()
+    }
+
+    /// Starts a thread with a name.
+    pub(crate) fn spawn(
+        name: &str,
+        work: impl FnOnce() + Send + 'static,
+    ) -> io::Result<JoinHandle<()>> {
+        std::thread::Builder::new().name(name.to_owned()).spawn(work)
+    }
 
     /// How often a lock that is held only for moments is tried: for about 10 µs.
     const TRIES: usize = 1000;
@@ -104,6 +118,8 @@ mod real {
 /// The same calls on the locks of `shuttle`, which tries many orders of threads.
 #[cfg(all(test, shuttle))]
 mod model {
+    use std::cell::Cell;
+    use std::io;
     use std::ops::{Deref, DerefMut};
     use std::time::{Duration, Instant};
 
@@ -113,6 +129,31 @@ mod model {
     pub(crate) use shuttle::thread::{
         current as current_thread, park, JoinHandle, Thread, ThreadId,
     };
+
+    /// A deadline that is so far away never comes: a thread that waits for so long has to be woken.
+    const FAR: Duration = Duration::from_millis(500);
+
+    thread_local! {
+        /// All threads of a model are one thread of the system.
+        static NOW: Cell<Instant> = Cell::new(Instant::now());
+    }
+
+    /// The time, which moves only by [`pass`] and by deadlines.
+    pub(crate) fn now() -> Instant {
+        NOW.get()
+    }
+
+    /// Time goes by.
+    pub(crate) fn pass(time: Duration) {
+        NOW.set(NOW.get() + time);
+    }
+
+    pub(crate) fn spawn(
+        name: &str,
+        work: impl FnOnce() + Send + 'static,
+    ) -> io::Result<JoinHandle<()>> {
+        shuttle::thread::Builder::new().name(name.to_owned()).spawn(work)
+    }
 
     pub(crate) fn thread_id() -> ThreadId {
         shuttle::thread::current().id()
@@ -207,14 +248,22 @@ mod model {
             guard.guard = Some(locked.unwrap_or_else(std::sync::PoisonError::into_inner));
         }
 
-        /// There is no clock: whether the deadline has come is random. Other threads may run first.
+        /// Whether the deadline comes now is random. Other threads may run first.
         pub(crate) fn wait_until<T>(
             &self,
             guard: &mut MutexGuard<'_, T>,
-            _deadline: Instant,
+            deadline: Instant,
         ) -> TimedOut {
+            if deadline.saturating_duration_since(now()) >= FAR {
+                self.wait(guard);
+                return TimedOut(false);
+            }
             let_others_run(guard);
-            TimedOut(shuttle::rand::thread_rng().gen_bool(0.5))
+            let comes = shuttle::rand::thread_rng().gen_bool(0.5);
+            if comes {
+                NOW.set(now().max(deadline));
+            }
+            TimedOut(comes)
         }
 
         pub(crate) fn notify_one(&self) {

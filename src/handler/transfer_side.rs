@@ -9,7 +9,7 @@ use super::long_guard::GUARD_IS_LONG;
 use super::shared::{stay_awake, Controller, Shared, State};
 use super::state::Stop;
 use super::statistics::Statistics;
-use super::sync::{earlier, wait_on_time, wait_until, MutexGuard};
+use super::sync::{earlier, now, wait_on_time, wait_until, MutexGuard};
 use super::unfinished::Cut;
 use crate::camera::CameraServer;
 use crate::error::Error;
@@ -59,7 +59,6 @@ impl Shared {
         let mut state = self.state();
         let now = state.clock.now();
         state.transfer.run(now)?;
-        state.hook.stop();
         state.last_response = None;
         state.arrived = now;
         state.command = None;
@@ -203,7 +202,7 @@ impl Shared {
                 break;
             }
             // Nobody else looks at the limits of the hook and of guards.
-            let look_again = Instant::now() + GUARD_IS_LONG;
+            let look_again = now() + GUARD_IS_LONG;
             let deadline = earlier(Some(look_again), state.hook.deadline());
             state.looks_again = deadline;
             wait_until(&self.attended, &mut state, deadline);
@@ -230,6 +229,9 @@ impl Shared {
         let cause = Box::new(error.clone());
         state.interruptions.note(Error::ConnectionLost { cause });
         state.window.interrupt();
+        // It would answer what came before the gap.
+        let left_out = state.hook.stop();
+        state.statistics.missed_hook_calls += u64::from(left_out);
         state.hand_over.stop(Cut::Connection);
         areas.copy_from_slice(state.hand_over.outgoing());
         state.transfer.reconnect();
@@ -320,6 +322,7 @@ impl Shared {
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
         self.close_window(&mut state);
+        state.hook.stop();
         state.command = None;
         let now = state.clock.now();
         state.transfer.end(now, error.clone());
@@ -373,7 +376,7 @@ impl State {
     /// can do anything: then only the time before that was a sign of life.
     pub(super) fn feed_for_waiting(&mut self) {
         let since = self.area_lock.holder().map(|holder| holder.since);
-        self.watchdog.feed_at(since.unwrap_or_else(Instant::now));
+        self.watchdog.feed_at(since.unwrap_or_else(now));
     }
 
     /// If the watchdog expires, stops the motors and returns its limit.
@@ -429,5 +432,26 @@ mod tests {
         assert!(shared.state().watchdog.deadline().unwrap() <= taken + limit);
         shared.release(&mut held, false);
         assert!(shared.state().watchdog.deadline().unwrap() > taken + limit);
+    }
+
+    #[test]
+    fn the_hook_is_not_called_for_a_response_after_a_gap_or_the_end() {
+        let shared = Shared::new(1, Watchdog::new(None), Duration::MAX, Clock::new(false));
+        shared.begin().unwrap();
+        shared.run(0).unwrap();
+        shared.state().hook.set();
+        let deliver = || {
+            let nothing = &mut Inputs::default();
+            shared.deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+        };
+        deliver();
+        let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
+        shared.lose_connection(&error, &mut [FishX1Transfer::default()]);
+        assert!(!shared.state().hook.is_due(), "a call after the gap");
+        deliver();
+        shared.ask_to_end();
+        shared.finish(None);
+        assert!(!shared.state().hook.is_due(), "a call after the end");
+        assert_eq!(shared.statistics().missed_hook_calls, 1);
     }
 }

@@ -1,38 +1,24 @@
-//! The shared state of the threads, tested by `shuttle` in many orders of the threads.
-//!
-//! `RUSTFLAGS="--cfg shuttle" cargo test --lib model`
+//! What the threads share, without a connection: outputs, inputs and windows.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Duration;
 
 use shuttle::sync::Mutex;
-use shuttle::{check_pct, check_random, thread};
+use shuttle::thread;
 
-use super::area::TransferArea;
-use super::clock::Clock;
-use super::shared::Shared;
-use super::taken::Known;
-use super::watchdog::Watchdog;
+use super::{check, NO_END, WINDOW};
 use crate::error::Error;
 use crate::exchange::Inputs;
+use crate::handler::area::TransferArea;
+use crate::handler::clock::Clock;
+use crate::handler::shared::Shared;
+use crate::handler::taken::Known;
+use crate::handler::watchdog::Watchdog;
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::ExchangeDataResponse;
 
 const ORDERS: usize = 3000;
-
-/// How many points in each order give another thread priority.
-const DEPTH: usize = 4;
-
-/// In each cycle, whether a window ends by itself or by the program's threads is random.
-const WINDOW: Duration = Duration::from_secs(1);
-/// A window that only the program's threads end.
-const NO_END: Duration = Duration::MAX;
-
-fn check(model: impl Fn() + Send + Sync + Copy + 'static) {
-    check_random(model, ORDERS);
-    check_pct(model, ORDERS, DEPTH);
-}
 
 fn shared() -> Arc<Shared> {
     running(Clock::new(false))
@@ -80,7 +66,7 @@ fn answer(shared: &Shared, known: &mut Known) -> Result<i16, Error> {
 
 #[test]
 fn no_request_is_torn_and_every_thread_learns_of_the_end() {
-    check(|| {
+    check(ORDERS, || {
         let shared = shared();
         let programs: Vec<_> = (0..2)
             .map(|_| {
@@ -102,7 +88,7 @@ fn no_request_is_torn_and_every_thread_learns_of_the_end() {
 
 #[test]
 fn a_response_is_answered_in_the_next_request_by_all_waiting_threads() {
-    check(|| {
+    check(ORDERS, || {
         let shared = shared();
         let answers = Arc::new(Mutex::new(HashSet::new()));
         let programs: Vec<_> = (0..2)
@@ -130,7 +116,7 @@ fn a_response_is_answered_in_the_next_request_by_all_waiting_threads() {
 #[test]
 fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thread_learns_of_the_end(
 ) {
-    check(|| {
+    check(ORDERS, || {
         let shared = running(Clock::new(true));
         let program = {
             let shared = Arc::clone(&shared);
@@ -181,7 +167,7 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
 
 #[test]
 fn a_thread_that_waits_for_two_transfers_answers_each_response_in_the_next_request() {
-    check(|| {
+    check(ORDERS, || {
         let transfers = [shared(), shared()];
         let controllers = transfers.each_ref().map(|shared| {
             let shared = Arc::clone(shared);
@@ -213,7 +199,7 @@ fn a_thread_that_waits_for_two_transfers_answers_each_response_in_the_next_reque
 
 #[test]
 fn threads_that_lock_keep_no_other_out_and_none_of_their_writes_is_lost() {
-    check(|| {
+    check(ORDERS, || {
         let shared = shared();
         let lockers: Vec<_> = (0..2)
             .map(|index| {
@@ -246,7 +232,7 @@ fn threads_that_lock_keep_no_other_out_and_none_of_their_writes_is_lost() {
 
 #[test]
 fn what_is_written_across_a_gap_moves_nothing() {
-    check(|| {
+    check(ORDERS, || {
         let shared = shared();
         let program = {
             let shared = Arc::clone(&shared);
@@ -276,7 +262,7 @@ fn what_is_written_across_a_gap_moves_nothing() {
 
 #[test]
 fn a_panic_under_a_guard_leaves_nothing_half_written() {
-    check(|| {
+    check(ORDERS, || {
         let shared = shared();
         let panics = {
             let shared = Arc::clone(&shared);

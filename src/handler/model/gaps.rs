@@ -1,0 +1,125 @@
+//! Gaps: a new connection that is lost again, and threads that wait meanwhile.
+
+use std::sync::Arc;
+
+use super::{check, duties, handler, program, wait_to_the_end, NO_END, WINDOW};
+use crate::error::Error;
+use crate::exchange::Inputs;
+use crate::handler::clock::Clock;
+use crate::handler::shared::Shared;
+use crate::handler::taken::Known;
+use crate::handler::transfer_side::Delivered;
+use crate::handler::watchdog::Watchdog;
+use crate::handler::{EventKind, TransferArea};
+use crate::transfer_area::FishX1Transfer;
+
+const ORDERS: usize = 700;
+
+fn deliver(shared: &Shared) -> Delivered {
+    let (before, now) = (&mut Inputs::default(), &mut Inputs::default());
+    shared.deliver(&Inputs::default(), 0, before, now)
+}
+
+/// The response of a new connection is delivered, and the connection is lost before anything else happens. With a
+/// listener in lock-step, its window does not open then.
+fn lost_at_once(lock_step: bool) {
+    let shared = Arc::new(Shared::new(1, Watchdog::new(None), NO_END, Clock::new(lock_step)));
+    shared.begin().unwrap();
+    shared.run(0).unwrap();
+    let area = TransferArea::new(Arc::clone(&shared));
+    let _listener = area.events(EventKind::ALL, 100).unwrap();
+    let waits = [0, 1].map(|_| {
+        let area = area.clone();
+        shuttle::thread::spawn(move || wait_to_the_end(&area, |_| ()).len())
+    });
+    let ends = {
+        let shared = Arc::clone(&shared);
+        shuttle::thread::spawn(move || {
+            let known = &mut Known::default();
+            let mut answered = 0;
+            while answered < 3 {
+                if let Ok(taken) = shared.wait_cycle(known, None) {
+                    let mut taken = taken.unwrap();
+                    known.returned = taken.window;
+                    shared.release(&mut taken, false);
+                    answered += 1;
+                }
+            }
+            shared.ask_to_end();
+        })
+    };
+    let areas = &mut [FishX1Transfer::default()];
+    let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
+    for _ in 0..2 {
+        deliver(&shared);
+        shared.lose_connection(&error, areas);
+    }
+    deliver(&shared);
+    shared.resume(std::time::Duration::ZERO);
+    loop {
+        if shared.is_lock_step() {
+            shared.open_window();
+        }
+        if shared.hold_window(WINDOW, areas).is_some() {
+            break;
+        }
+        deliver(&shared);
+    }
+    shared.leave(areas);
+    shared.finish(None);
+    ends.join().unwrap();
+    for told in waits.map(|waits| waits.join().unwrap()) {
+        assert!(told <= 2, "told {told} times");
+    }
+}
+
+#[test]
+fn a_connection_that_is_lost_with_its_first_response_confuses_no_wait() {
+    check(ORDERS, || lost_at_once(false));
+}
+
+#[test]
+fn in_lock_step_a_connection_that_is_lost_with_its_first_response_confuses_no_wait() {
+    check(ORDERS, || lost_at_once(true));
+}
+
+/// Each handle learns of each gap, and nothing that was written before moves anything after it.
+fn lost_twice(lock_step: bool) {
+    let (handler, controller) = handler(|settings| {
+        settings.reconnect = Some(NO_END);
+        settings.lock_step = lock_step;
+    });
+    controller.lose(&[2, 4]);
+    let events = handler.events(EventKind::ALL, 100).unwrap();
+    handler.begin_transfer().unwrap();
+    let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()).len());
+    let (mut told, mut answered) = (0, 0);
+    while told < 2 || answered < 3 {
+        match handler.wait_cycle() {
+            Ok(mut areas) => {
+                areas[0].output.duty[0] = 512;
+                answered += 1;
+            }
+            Err(Error::ConnectionLost { .. }) => told += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert_eq!(told, 2);
+    handler.end_transfer().unwrap();
+    assert!(waits.join().unwrap() <= 2);
+    let requests = controller.requests();
+    for pair in requests.windows(2).filter(|pair| pair[0].connection != pair[1].connection) {
+        assert_eq!(duties(&pair[1..]), [0], "written before the gap");
+    }
+    drop(events);
+}
+
+#[test]
+fn each_handle_learns_of_each_gap_once_and_goes_on() {
+    check(ORDERS, || lost_twice(false));
+}
+
+#[test]
+fn in_lock_step_each_handle_learns_of_each_gap_once_and_goes_on() {
+    check(ORDERS, || lost_twice(true));
+}
