@@ -344,7 +344,7 @@ pub(crate) fn call_without_areas(
             });
         }
         Op::Feed(which, _) => on_handler(which, What::Feed, &|handler| handler.feed_watchdog()),
-        Op::Statistics(which) => on_handler(which, What::Other, &|handler| {
+        Op::Statistics(which) => on_handler(which, What::Ask, &|handler| {
             let _ = handler.statistics();
             Ok(())
         }),
@@ -360,7 +360,7 @@ pub(crate) fn call_without_areas(
         Op::StopCamera(which) => {
             on_handler(which, What::Camera, &|handler| handler.stop_camera());
         }
-        Op::CameraState(which) => on_handler(which, What::Other, &|handler| {
+        Op::CameraState(which) => on_handler(which, What::Ask, &|handler| {
             let _ = (handler.camera_error(), handler.camera_statistics());
             Ok(())
         }),

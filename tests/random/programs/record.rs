@@ -42,6 +42,8 @@ pub(crate) enum What {
     Feed,
     /// `is_running` or `error`; it fails when there is no transfer.
     Look,
+    /// It only asks for something, and does not wait.
+    Ask,
     /// A panic that the library can see.
     Panic,
     Camera,
@@ -61,10 +63,11 @@ pub(crate) struct Call {
 }
 
 impl Call {
-    /// Whether it has told of an end of a transfer, a gap or an expired watchdog.
+    /// Whether it has told of an end of a transfer, a gap or an expired watchdog. After an end without an error,
+    /// `error` tells by returning none.
     pub(crate) fn told(&self) -> bool {
         match &self.result {
-            Ok(()) => matches!(self.what, What::Begin | What::End),
+            Ok(()) => matches!(self.what, What::Begin | What::End | What::Look),
             Err(error) => !matches!(
                 error,
                 Error::WaitTimedOut { .. } | Error::OutOfRange { .. } | Error::AlreadyStarted

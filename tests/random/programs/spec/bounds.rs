@@ -12,7 +12,7 @@ const WAITS: Duration = Duration::from_secs(4);
 /// The end: a current attempt to connect, the last responses, and closing.
 const ENDS: Duration = Duration::from_secs(2);
 /// Calls that do not wait.
-const NOT_WAITING: Duration = Duration::from_secs(1);
+const NOT_WAITING: Duration = Duration::from_millis(150);
 
 pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
@@ -23,7 +23,7 @@ pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
             What::End => ENDS,
             // It clears the hook, which waits for it up to its limit.
             What::DropHandler => ENDS + Duration::from_millis(case.setup.hook_limit_ms),
-            What::Look | What::Feed => NOT_WAITING + blocked,
+            What::Look | What::Feed | What::Ask => NOT_WAITING + blocked,
             _ => WAITS + blocked,
         };
         let took = call.end - call.start;

@@ -110,6 +110,9 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     signs.extend(trace.holds.iter().flat_map(|hold| [hold.left, hold.gone]));
     let fed = trace.calls.iter().filter(|call| matches!(call.what, What::Feed | What::Begin));
     signs.extend(fed.flat_map(|call| [call.start, call.end]));
+    // The response that a wait returned was delivered during it.
+    let returned = trace.calls.iter().filter(|call| call.what == What::Wait && call.result.is_ok());
+    signs.extend(returned.map(|call| call.end));
     let waits: Vec<&Call> = trace.calls.iter().filter(|call| call.what == What::Wait).collect();
     for exchange in &trace.exchanges {
         let at = exchange.at;
