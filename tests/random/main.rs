@@ -4,6 +4,7 @@
 mod programs;
 #[cfg(target_os = "linux")]
 #[path = "../proxy/mod.rs"]
+#[allow(dead_code, reason = "the fault matrix uses all of it")]
 mod proxy;
 
 #[cfg(target_os = "linux")]

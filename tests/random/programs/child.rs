@@ -16,8 +16,8 @@ use super::{logger, stalls};
 /// How many programs run at the same time. Mostly they wait.
 const AT_A_TIME: usize = 8;
 
-/// Longer than any program takes; one that takes longer hangs.
-const DEADLINE: Duration = Duration::from_secs(15);
+/// Longer than any call takes; one that takes longer hangs.
+const HANGS: Duration = Duration::from_secs(8);
 
 /// How long threads and descriptors may take to disappear.
 const LEFT_LIMIT: Duration = Duration::from_secs(10);
@@ -33,14 +33,14 @@ pub(crate) fn main(blocks: bool) {
     let mut names = names.filter_map(|line| line.parse::<Name>().ok());
     let (threads, descriptors) = (names_of_threads(), count_descriptors());
     let (sender, done) = channel();
-    let mut running: BTreeMap<usize, (Name, Arc<Run>, Instant)> = BTreeMap::new();
+    let mut running: BTreeMap<usize, (Name, Arc<Run>)> = BTreeMap::new();
     for number in 0.. {
         while running.len() >= AT_A_TIME {
             report(&mut running, done.recv_timeout(Duration::from_millis(500)));
         }
         let Some(name) = names.next() else { break };
         let run = Arc::new(Run::new(name.plan(), name.seed, blocks));
-        running.insert(number, (name, Arc::clone(&run), Instant::now()));
+        running.insert(number, (name, Arc::clone(&run)));
         start(number, run, sender.clone());
     }
     while !running.is_empty() {
@@ -66,18 +66,20 @@ fn start(number: usize, run: Arc<Run>, sender: Sender<(usize, Vec<String>, Strin
 
 type Done = Result<(usize, Vec<String>, String), RecvTimeoutError>;
 
-fn report(running: &mut BTreeMap<usize, (Name, Arc<Run>, Instant)>, done: Done) {
+fn report(running: &mut BTreeMap<usize, (Name, Arc<Run>)>, done: Done) {
     if let Ok((number, breaches, timeline)) = done {
-        if let Some((name, ..)) = running.remove(&number) {
+        if let Some((name, _)) = running.remove(&number) {
             println!("done {name} {breaches:?}\t{timeline:?}");
         }
     }
     let now = Instant::now();
-    let hangs = |(_, run, since): &&(Name, Arc<Run>, Instant)| {
-        now > *since + DEADLINE + stalls::between(*since, now) && !run.record.doing().is_empty()
+    let hangs = |(name, run): &&(Name, Arc<Run>)| {
+        let blocked = if name.blocks() { 3 * logger::BLOCKED } else { Duration::ZERO };
+        let since = run.record.longest_call();
+        since.is_some_and(|since| now > since + HANGS + blocked + stalls::between(since, now))
     };
     let hanging: Vec<_> = running.values().filter(hangs).collect();
-    for (name, run, _) in &hanging {
+    for (name, run) in &hanging {
         let said = [format!("it hangs: {}", run.record.doing().join("; "))];
         println!("done {name} {said:?}\t{:?}", run.timeline());
     }

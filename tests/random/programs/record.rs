@@ -240,6 +240,12 @@ impl Record {
         doing[thread] = what.map(|what| (what, Instant::now()));
     }
 
+    /// When the call began that has taken longest of those that have not returned.
+    pub(crate) fn longest_call(&self) -> Option<Instant> {
+        let doing = self.doing.lock().unwrap_or_else(PoisonError::into_inner);
+        doing.iter().flatten().map(|(_, since)| *since).min()
+    }
+
     /// What threads do at present.
     pub(crate) fn doing(&self) -> Vec<String> {
         let doing = self.doing.lock().unwrap_or_else(PoisonError::into_inner);

@@ -113,9 +113,9 @@ impl Run {
         let mut breaches = Vec::new();
         record.set_doing(main, Some("the last drop of the handlers".to_owned()));
         let mut left = Vec::new();
-        for which in 0..slots.len() {
+        for (which, slot) in slots.iter().enumerate() {
             let start = Instant::now();
-            left.extend(slots[which].drop_handler());
+            left.extend(slot.drop_handler());
             super::program::note_drop(record, which, start);
         }
         // Only now, so nothing may wait for a hook that hangs.

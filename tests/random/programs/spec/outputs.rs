@@ -43,6 +43,8 @@ pub(super) fn whole(case: &Case<'_>) -> Vec<String> {
 pub(super) fn in_order(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
     for connection in case.connections() {
+        // Until the exchange goes on, what a handle writes may be thrown away.
+        let Some(goes_on) = connection.get(1).map(|second| second.at) else { continue };
         for pair in connection.windows(2) {
             let Some(writer) = pair[1].tag().ok().and_then(|tag| case.writer(tag)) else {
                 continue;
@@ -52,8 +54,7 @@ pub(super) fn in_order(case: &Case<'_>) -> Vec<String> {
                     && hold.orders.tag.is_some()
                     && !hold.panicked
                     && hold.gone < pair[0].at
-                    // Before the exchange goes on, what a handle writes may be thrown away.
-                    && hold.got > connection[0].at
+                    && hold.got > goes_on
             });
             if let Some(newer) = newer {
                 breaches.push(format!(

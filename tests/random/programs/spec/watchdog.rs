@@ -116,8 +116,7 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     let waits: Vec<&Call> = trace.calls.iter().filter(|call| call.what == What::Wait).collect();
     for exchange in &trace.exchanges {
         let at = exchange.at;
-        let is_held =
-            trace.holds.iter().any(|hold| hold.asked.max(hold.got) <= at && at <= hold.gone);
+        let is_held = trace.holds.iter().any(|hold| hold.got <= at && at <= released(case, hold));
         let waited = waits.iter().any(|call| call.start <= at && at <= call.end);
         if waited && !is_held {
             signs.push(at);
