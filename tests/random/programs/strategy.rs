@@ -1,4 +1,4 @@
-//! How random programs are made, and made smaller.
+//! How random programs are made.
 
 use ft_transfer_area::simulator::FaultKind;
 use ft_transfer_area::tx::{Counter, Motor};
@@ -13,19 +13,13 @@ use super::plan::*;
 use crate::proxy::fault::{Fault as Net, Strike};
 use crate::proxy::packets::Place;
 
-/// The program with this name: a seed, and the steps that have made it smaller. `s` is a step to a simpler
-/// program, `c` one back, because the simpler one did not fail.
-pub(crate) fn tree(seed: u64, steps: &str) -> Box<dyn ValueTree<Value = Plan>> {
+/// The program of this seed.
+pub(crate) fn plan_of(seed: u64) -> Plan {
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
     let rng = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
     let mut runner = TestRunner::new_with_rng(Config::default(), rng);
-    let tree = plan().boxed().new_tree(&mut runner);
-    let mut tree: Box<dyn ValueTree<Value = Plan>> = Box::new(tree.expect("no strategy refuses"));
-    for step in steps.chars() {
-        let _ = if step == 's' { tree.simplify() } else { tree.complicate() };
-    }
-    tree
+    plan().new_tree(&mut runner).expect("no strategy refuses").current()
 }
 
 fn plan() -> impl Strategy<Value = Plan> {

@@ -11,7 +11,7 @@ use super::batch::{self, Outcome};
 use super::name::Name;
 use super::options::{Options, What};
 use super::program::locked;
-use super::shrink::{repeat, shrink};
+use super::shrink::{repeat, shrink, REPEATS};
 
 /// How many processes run at the same time.
 const PROCESSES: usize = 2;
@@ -19,8 +19,6 @@ const PROCESSES: usize = 2;
 const BATCH: usize = 40;
 /// How long a failing program is made smaller.
 const SHRINK_LIMIT: Duration = Duration::from_secs(120);
-/// How often a program is repeated.
-const REPEATS: usize = 20;
 
 /// Names of programs in batches: those of one batch have the same kind of logger.
 struct Batches {
@@ -98,7 +96,7 @@ fn run_many(
 /// Keeps a failing run in a file, because it may not fail again soon.
 fn keep(outcome: &Outcome) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("random");
-    let file = folder.join(outcome.name.to_string().replace('/', "-"));
+    let file = folder.join(outcome.name.to_string().replace('/', "_"));
     let kept =
         std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, describe(outcome)));
     if let Err(error) = kept {

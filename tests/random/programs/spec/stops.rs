@@ -14,12 +14,12 @@ pub(super) fn panics_and_hooks(case: &Case<'_>) -> Vec<String> {
         stopped(case, "the panic", call.start, call.end, 1, &mut breaches);
     }
     for stop in &case.trace.hook.stops {
-        // It is noted before the hook is left, and another request may be on its way.
-        stopped(case, "the hook's end", *stop, *stop, 2, &mut breaches);
+        // It is noted before the hook is left.
+        stopped(case, "the hook's end", *stop, after(*stop, SOON / 10), 2, &mut breaches);
     }
     let limit = std::time::Duration::from_millis(case.setup.hook_limit_ms);
     for (begin, end) in &case.trace.hook.times {
-        let late = after(*begin, limit + super::SOON / 10);
+        let late = after(*begin, limit + SOON / 10);
         if end.is_none_or(|end| end > late) {
             stopped(case, "the hook's limit", *begin, late, 2, &mut breaches);
         }
