@@ -92,9 +92,11 @@ impl Transfer {
         self.phase = Phase::Reconnecting;
     }
 
-    /// The connection is made again.
+    /// A response has come in, so a connection that was lost is re-established.
     pub(super) fn resume(&mut self) {
-        self.phase = Phase::Running;
+        if matches!(self.phase, Phase::Reconnecting) {
+            self.phase = Phase::Running;
+        }
     }
 
     /// The last exchange begins.

@@ -85,6 +85,8 @@ impl Shared {
         let mut locked = self.state_soon();
         let state = &mut *locked;
         state.delivered += 1;
+        // What a thread writes that sees this response counts.
+        state.transfer.resume();
         let listened = listeners.note_response(state.delivered);
         let logged = !listeners.logs().is_empty();
         drop(listeners);
@@ -251,7 +253,6 @@ impl Shared {
     /// The connection is re-established, and its first response has come in.
     pub(super) fn resume(&self, lost_for: Duration) {
         let mut state = self.state();
-        state.transfer.resume();
         state.watchdog.feed();
         let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
         drop(state);
