@@ -278,7 +278,10 @@ impl Shared {
         state.statistics.missed_hook_calls += u64::from(left_out);
         if state.hook.is_about_to_take() {
             state.area_lock.expect(Waiter::Hook, 1);
-            state.feed_for_waiting();
+            // A hook whose thread does not run is no sign of life.
+            if !left_out {
+                state.feed_for_waiting();
+            }
             self.wake_hook();
         }
     }
