@@ -132,6 +132,11 @@ impl Run {
             if locked.is_err() {
                 breaches.push(format!("controller {which}: the lock at the end panics"));
             }
+            // A hook may have dropped it last, and its drop may still be at work.
+            let end = Instant::now() + OFF_LIMIT;
+            while slot.shared.is_running() && Instant::now() < end {
+                thread::sleep(Duration::from_millis(1));
+            }
             if slot.shared.is_running() {
                 breaches.push(format!("controller {which}: runs after its handler was dropped"));
             }

@@ -113,7 +113,9 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     // The response that a wait returned was delivered during it.
     let returned = trace.calls.iter().filter(|call| call.what == What::Wait && call.result.is_ok());
     signs.extend(returned.map(|call| call.end));
-    let waits: Vec<&Call> = trace.calls.iter().filter(|call| call.what == What::Wait).collect();
+    // While a hook is set, its thread may be about to wait.
+    let waits = |call: &&Call| matches!(call.what, What::Wait | What::SetHook);
+    let waits: Vec<&Call> = trace.calls.iter().filter(waits).collect();
     for exchange in &trace.exchanges {
         let at = exchange.at;
         let is_held = trace.holds.iter().any(|hold| hold.got <= at && at <= released(case, hold));
