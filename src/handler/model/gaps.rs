@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{check, duties, handler, program, wait_to_the_end, NO_END, WINDOW};
+use super::{check, handler, program, wait_to_the_end, NO_END, WINDOW};
 use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::handler::clock::Clock;
@@ -100,7 +100,10 @@ fn lost_twice(lock_step: bool) {
                 areas[0].output.duty[0] = 512;
                 answered += 1;
             }
-            Err(Error::ConnectionLost { .. }) => told += 1,
+            Err(Error::ConnectionLost { .. }) => {
+                told += 1;
+                handler.lock()[0].output.duty[1] = told;
+            }
             Err(error) => panic!("{error}"),
         }
     }
@@ -109,7 +112,12 @@ fn lost_twice(lock_step: bool) {
     assert!(waits.join().unwrap() <= 2);
     let requests = controller.requests();
     for pair in requests.windows(2).filter(|pair| pair[0].connection != pair[1].connection) {
-        assert_eq!(duties(&pair[1..]), [0], "written before the gap");
+        let [before_gap, after_gap, ..] = pair[1].outputs.duty;
+        assert_eq!(before_gap, 0, "written before the gap");
+        if lock_step {
+            // Its first request waits until the program has answered the error.
+            assert_eq!(after_gap, pair[0].connection as i16, "the request went out too early");
+        }
     }
     drop(events);
 }

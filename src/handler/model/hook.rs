@@ -114,37 +114,47 @@ fn a_call_of_the_hook_that_comes_too_late_is_left_out_and_counted() {
     });
 }
 
+fn is_told_of_a_gap(lock_step: bool) {
+    let (handler, controller) = handler(|settings| {
+        settings.reconnect = Some(NO_END);
+        settings.lock_step = lock_step;
+    });
+    controller.lose(&[2]);
+    let calls = Arc::new(Mutex::new(Vec::new()));
+    let noted = Arc::clone(&calls);
+    let hook = handler.set_cycle_hook(move |areas| {
+        // The number of the request, 0 for a gap.
+        noted.lock().unwrap().push(areas.as_ref().map_or(0, |areas| areas[0].input.uni[0]));
+        if let Ok(areas) = areas {
+            areas[0].output.duty[0] = 512;
+        }
+        ControlFlow::Continue(())
+    });
+    hook.unwrap();
+    handler.begin_transfer().unwrap();
+    let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
+    let mut answered = 0;
+    while answered < 3 {
+        answered += usize::from(handler.wait_cycle().is_ok());
+    }
+    handler.end_transfer().unwrap();
+    waits.join().unwrap();
+    handler.clear_cycle_hook();
+    let calls = calls.lock().unwrap();
+    assert!(calls.iter().filter(|number| **number == 0).count() <= 1, "{calls:?}");
+    let told = calls.iter().position(|number| *number == 0);
+    let restored = calls.iter().position(|number| *number > 2);
+    assert!(restored.is_none_or(|call| told.is_some_and(|told| told < call)), "{calls:?}");
+    let requests = controller.requests();
+    assert_eq!(requests[2].outputs.duty[0], 0, "its answer went on across the gap");
+}
+
 #[test]
 fn the_hook_is_told_of_a_gap_once_and_before_the_next_response() {
-    check(ORDERS, || {
-        let (handler, controller) = handler(|settings| settings.reconnect = Some(NO_END));
-        controller.lose(&[2]);
-        let calls = Arc::new(Mutex::new(Vec::new()));
-        let noted = Arc::clone(&calls);
-        let hook = handler.set_cycle_hook(move |areas| {
-            // The number of the request, 0 for a gap.
-            noted.lock().unwrap().push(areas.as_ref().map_or(0, |areas| areas[0].input.uni[0]));
-            if let Ok(areas) = areas {
-                areas[0].output.duty[0] = 512;
-            }
-            ControlFlow::Continue(())
-        });
-        hook.unwrap();
-        handler.begin_transfer().unwrap();
-        let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
-        let mut answered = 0;
-        while answered < 3 {
-            answered += usize::from(handler.wait_cycle().is_ok());
-        }
-        handler.end_transfer().unwrap();
-        waits.join().unwrap();
-        handler.clear_cycle_hook();
-        let calls = calls.lock().unwrap();
-        assert!(calls.iter().filter(|number| **number == 0).count() <= 1, "{calls:?}");
-        let told = calls.iter().position(|number| *number == 0);
-        let restored = calls.iter().position(|number| *number > 2);
-        assert!(restored.is_none_or(|call| told.is_some_and(|told| told < call)), "{calls:?}");
-        let requests = controller.requests();
-        assert_eq!(requests[2].outputs.duty[0], 0, "its answer went on across the gap");
-    });
+    check(ORDERS, || is_told_of_a_gap(false));
+}
+
+#[test]
+fn in_lock_step_the_hook_is_told_of_a_gap_once_and_before_the_next_response() {
+    check(ORDERS, || is_told_of_a_gap(true));
 }

@@ -102,6 +102,7 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
     check(ORDERS, || {
         let (handler, controller) = handler(|settings| settings.watchdog = Some(LIMIT));
         handler.begin_transfer().unwrap();
+        let others = handler.transfer_area();
         let has_expired = || handler.area().shared().state().watchdog.has_expired();
         pass(LIMIT);
         while !has_expired() {
@@ -116,8 +117,7 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
         assert!(!duties(&controller.requests()).contains(&512), "it was not told");
         let expired = handler.area().feed_watchdog();
         assert_eq!(expired, Err(Error::WatchdogExpired { limit: LIMIT }));
-        // Now the exchange goes on, and the others write again; until it expires again.
-        let others = handler.transfer_area();
+        // Now the exchange goes on, and the others write again, until it expires again.
         while !duties(&controller.requests()).contains(&512) {
             others.lock()[0].output.duty[0] = 512;
             let _ = handler.area().feed_watchdog();
