@@ -65,18 +65,18 @@ fn ends(set: impl FnOnce(&mut Settings), losing: &[usize], longer: Duration) {
 }
 
 #[test]
-fn no_command_that_the_end_refuses_reads_as_done() {
+fn no_command_that_the_end_refuses_is_reported_as_done() {
     check(ORDERS, || ends(|_| (), &[], Duration::ZERO));
 }
 
 #[test]
-fn no_command_that_a_gap_refuses_reads_as_done() {
+fn no_command_that_a_gap_refuses_is_reported_as_done() {
     let reconnect = |settings: &mut Settings| settings.reconnect = Some(NO_END);
     check(ORDERS, move || ends(reconnect, &[2, 4], Duration::ZERO));
 }
 
 #[test]
-fn no_command_that_the_watchdog_refuses_reads_as_done() {
+fn no_command_that_the_watchdog_refuses_is_reported_as_done() {
     let watchdog = |settings: &mut Settings| settings.watchdog = Some(LIMIT);
     check(ORDERS, move || ends(watchdog, &[], LIMIT));
 }
