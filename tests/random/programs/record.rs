@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::tx::{Counter, Motor};
@@ -198,6 +198,20 @@ pub(crate) struct Trace {
     /// When a condition was checked.
     pub(crate) checks: Vec<Instant>,
     pub(crate) hook: HookCalls,
+}
+
+impl Trace {
+    /// A hook notes the end of its guard before the guard is dropped. It is dropped when the next guard is got.
+    pub(crate) fn settle_hooks(&mut self) {
+        let mut next = None;
+        for hold in self.holds.iter_mut().rev() {
+            let got = hold.got;
+            if hold.who == Who::Hook {
+                hold.gone = hold.gone.max(next.unwrap_or(hold.gone + Duration::from_secs(60)));
+            }
+            next = Some(got);
+        }
+    }
 }
 
 /// The calls of cycle hooks.

@@ -71,6 +71,7 @@ impl Run {
         for (which, setup) in plan.setups.iter().enumerate() {
             let trace = &mut *record.trace(which);
             trace.holds.sort_by_key(|hold| hold.order);
+            trace.settle_hooks();
             trace.calls.sort_by_key(|call| call.start);
             let found = spec::judge(&spec::Case { setup, trace, blocks: self.blocks });
             breaches.extend(found.into_iter().map(|text| format!("controller {which}: {text}")));

@@ -113,6 +113,7 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     // The response that a wait returned was delivered during it.
     let returned = trace.calls.iter().filter(|call| call.what == What::Wait && call.result.is_ok());
     signs.extend(returned.map(|call| call.end));
+    signs.extend(trace.holds.iter().filter(|hold| hold.is_new).map(|hold| hold.got));
     // While a hook is set, its thread may be about to wait.
     let waits = |call: &&Call| matches!(call.what, What::Wait | What::SetHook);
     let waits: Vec<&Call> = trace.calls.iter().filter(waits).collect();
