@@ -81,6 +81,8 @@ fn a_hook_replaces_itself_while_another_thread_clears_it() {
                 return;
             };
             set_lonely_hook(&handler, &other, || ());
+            // The other one could begin now.
+            (0..5).for_each(|_| thread::yield_now());
         });
         handler.begin_transfer().unwrap();
         let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
