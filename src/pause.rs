@@ -70,6 +70,11 @@ impl Clock {
     }
 }
 
+/// A limit that every clock reaches, for waits of others that end in a panic otherwise: for ever is 136 years.
+pub(crate) fn within_clock(limit: Duration) -> Duration {
+    limit.min(Duration::from_secs(u32::MAX.into()))
+}
+
 #[cfg(all(test, feature = "simulator"))]
 mod tests {
     use parking_lot::Mutex;

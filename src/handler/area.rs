@@ -43,7 +43,7 @@ use crate::error::Error;
 /// the exchange goes on, what is written through a handle counts only if the handle knows of this:
 ///
 /// - by an error from any of its calls that wait, or from [`feed_watchdog`](Self::feed_watchdog),
-/// - by `false` from [`is_running`](Self::is_running), or an error from [`error`](Self::error),
+/// - by `false` from [`is_running`](Self::is_running), or any call of [`error`](Self::error) after the end,
 /// - for the handler itself also by `end_transfer` and `begin_transfer`.
 ///
 /// What is written through other handles meanwhile is thrown away. What one thread learns counts for all

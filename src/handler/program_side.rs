@@ -223,10 +223,7 @@ impl Shared {
     /// The error that ended the last transfer, until the next begins.
     pub(super) fn error(&self, known: &mut Known) -> Option<Error> {
         let state = self.state();
-        let error = state.transfer.error()?;
-        // A handle that gets no error has not learned of the end.
-        let _ = state.check_running(known);
-        Some(error)
+        state.check_running(known).err().and_then(|_| state.transfer.error())
     }
 
     /// Returns an error with the reason if no transfer is running.

@@ -340,19 +340,3 @@ fn a_thread_that_waits_for_the_areas_gets_them_from_a_hook_that_hangs_after_the_
         waited.expect("it waits for ever");
     });
 }
-
-#[test]
-fn a_handle_that_gets_no_error_has_not_learned_of_the_end() {
-    let (txt, record) = recorded();
-    let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
-    handler.begin_transfer().unwrap();
-    handler.end_transfer().unwrap();
-    assert_eq!(area.error(), None);
-    area.lock()[LOCAL_IO].output.duty[0] = 300;
-    let begin = record.outputs().len();
-    handler.begin_transfer().unwrap();
-    wait_until(&txt, "requests", |_| record.outputs().len() > begin + 5);
-    assert!(record.outputs()[begin..].iter().all(|outputs| outputs.duty[0] == 0));
-    handler.end_transfer().unwrap();
-}

@@ -10,6 +10,7 @@ use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 use super::event::{Event, EventKind, TimedEvent};
 use super::listeners::Listeners;
 use crate::handler::panic_check::PanicCheck;
+use crate::pause::within_clock;
 
 /// Events of the kinds that were subscribed to, in the order in which they happened; made by
 /// [`TransferAreaComHandler::events`](crate::TransferAreaComHandler::events).
@@ -147,7 +148,7 @@ impl Events {
             match self.receiver.try_recv() {
                 Ok(event) => return Ok(event),
                 Err(TryRecvError::Empty) if self.source.step() == Step::Done => {}
-                Err(_) => return self.receiver.recv_timeout(limit),
+                Err(_) => return self.receiver.recv_timeout(within_clock(limit)),
             }
             if self.source.now() - begin > limit {
                 return Err(RecvTimeoutError::Timeout);

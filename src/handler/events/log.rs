@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::firmware::FirmwareVersion;
 use crate::handler::statistics::Statistics;
+use crate::pause::within_clock;
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 
 /// Places for entries that are no cycles: the beginnings, gaps and ends of a transfer.
@@ -213,7 +214,7 @@ impl CycleLog {
     ///
     /// When no entry came in time, or the handler was dropped and all entries have been received.
     pub fn recv_timeout(&self, limit: Duration) -> Result<LogEntry, RecvTimeoutError> {
-        self.receiver.recv_timeout(limit)
+        self.receiver.recv_timeout(within_clock(limit))
     }
 
     /// How many entries were lost in all because the channel was full.
