@@ -12,7 +12,7 @@ const WAITS: Duration = Duration::from_secs(4);
 /// The end: a current attempt to connect, the last responses, and closing.
 const ENDS: Duration = Duration::from_secs(2);
 /// Calls that do not wait.
-const NOT_WAITING: Duration = Duration::from_millis(150);
+const NOT_WAITING: Duration = Duration::from_millis(500);
 
 pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
