@@ -9,9 +9,10 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, Statistics, TransferAreaComHandler};
 
-use super::controller::{is_on, txt, Controller, DUTY};
+use super::controller::{txt, Controller, DUTY};
+use super::load::goes_on;
 use super::logger::wait_for_guard_of;
-use super::row::{By, Outcome, Row, Seen};
+use super::row::{Outcome, Row};
 
 const SECTION: &str = "Programs that are too slow";
 
@@ -42,13 +43,6 @@ fn start(controller: &Controller) -> TransferAreaComHandler {
     handler.begin_transfer().unwrap();
     controller.wait_on();
     handler
-}
-
-/// The motor is still on. Ends the transfer.
-fn goes_on(controller: &Controller, handler: TransferAreaComHandler) -> Outcome {
-    assert!(controller.txt.with_machine(|machine| is_on(machine)));
-    let seen = handler.end_transfer().err().map_or(Seen::Nothing, Seen::Error);
-    Outcome { seen, soon: None, by: By::GoesOn, stopped: None }
 }
 
 /// Waits for some exchanges without a call of the handler.

@@ -85,7 +85,8 @@ fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHan
     handler
 }
 
-fn goes_on(controller: &Controller, handler: TransferAreaComHandler) -> Outcome {
+/// The motor is still on. Ends the transfer.
+pub(crate) fn goes_on(controller: &Controller, handler: TransferAreaComHandler) -> Outcome {
     assert!(controller.txt.with_machine(|machine| is_on(machine)));
     let seen = handler.end_transfer().err().map_or(Seen::Nothing, Seen::Error);
     Outcome { seen, soon: None, by: By::GoesOn, stopped: None }
