@@ -202,14 +202,14 @@ impl TransferArea {
         let taken = self.wait_for_next(self.known(), deadline)?;
         let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
         let guard = self.guard(taken.ok_or_else(timed_out)?);
-        self.note_returned(&guard);
+        self.note_returned(guard.window());
         Ok(guard)
     }
 
-    /// Stores that a wait of this handle has returned the guard's response. Another thread that shares the
+    /// Stores that a wait of this handle has returned a guard of this window. Another thread that shares the
     /// handle may have returned a newer one meanwhile.
-    pub(super) fn note_returned(&self, guard: &TransferAreaGuard<'_>) {
-        self.known.returned.fetch_max(guard.window(), Ordering::Relaxed);
+    pub(super) fn note_returned(&self, window: u64) {
+        self.known.returned.fetch_max(window, Ordering::Relaxed);
     }
 
     /// The guard of areas that this thread has taken.
@@ -296,5 +296,20 @@ impl fmt::Debug for TransferArea {
 impl Drop for TransferArea {
     fn drop(&mut self) {
         self.stop_on_panic();
+    }
+}
+
+#[cfg(all(test, not(shuttle)))]
+mod tests {
+    use crate::TransferAreaComHandler;
+
+    #[test]
+    fn a_wait_that_ends_late_does_not_make_a_newer_response_new_again() {
+        let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+        let area = handler.transfer_area();
+        area.note_returned(2);
+        // Of another thread that shares the handle.
+        area.note_returned(1);
+        assert_eq!(area.known().returned, 2);
     }
 }

@@ -59,18 +59,17 @@ impl HandOver {
     /// Takes the areas as a guard leaves them; the outputs only if they count. Commands that are refused by
     /// this are never reported as done.
     pub(super) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
-        if outputs_count {
-            self.outgoing.copy_from_slice(areas);
-            return;
+        if !outputs_count {
+            let ids = self.ids_of_guard.unwrap_or_else(|| CommandIds::of(&self.outgoing));
+            self.unfinished.refuse(&ids, areas, &self.outgoing, &mut self.incoming);
+            self.inputs_due = true;
+            self.outputs_due = true;
         }
-        let ids = self.ids_of_guard.unwrap_or_else(|| CommandIds::of(&self.outgoing));
-        self.unfinished.refuse(&ids, areas, &self.outgoing, &mut self.incoming);
-        self.inputs_due = true;
         for (outgoing, area) in self.outgoing.iter_mut().zip(areas) {
-            let FishX1Transfer { output, txt_outputs, .. } = *outgoing;
+            let FishX1Transfer { output, txt_outputs, .. } =
+                if outputs_count { *area } else { *outgoing };
             *outgoing = FishX1Transfer { output, txt_outputs, ..*area };
         }
-        self.outputs_due = true;
     }
 
     /// Whether a guard has changed outputs.

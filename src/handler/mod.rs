@@ -20,7 +20,6 @@ mod long_guard;
 #[cfg(all(test, shuttle))]
 mod model;
 mod panic_check;
-mod patience;
 mod program_side;
 mod reconnect;
 mod response_wait;

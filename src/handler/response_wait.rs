@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::area_lock::Waiter;
 use super::events::Step;
-use super::shared::{stay_awake, Shared, State};
+use super::shared::{Shared, State};
 use super::sync::{current_thread, wait_until, MutexGuard};
 use super::taken::{Known, Taken};
 use crate::error::Error;
@@ -41,9 +41,6 @@ impl Shared {
         };
         // In lock-step only responses move the time.
         let by_clock = deadline.filter(|_| !self.is_lock_step());
-        stay_awake(state, by_clock, |state| {
-            !matches!(state.progress(known, window, transfer), Progress::Waits)
-        });
         let mut timed_out = false;
         loop {
             match state.progress(known, window, transfer) {

@@ -22,10 +22,9 @@ use super::events::{Event, Listeners, LoggedBeginning, TimedEvent};
 use super::hand_over::HandOver;
 use super::hook_slot::HookSlot;
 use super::interruptions::Interruptions;
-use super::patience::Patience;
 use super::state::Transfer;
 use super::statistics::Statistics;
-use super::sync::{lock_soon, yield_until, Condvar, Mutex, MutexGuard, Thread};
+use super::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
 use super::watchdog::Watchdog;
 use super::window::Window;
 use crate::camera::CameraControl;
@@ -58,7 +57,6 @@ pub(super) struct State {
     pub(super) interruptions: Interruptions,
     pub(super) hook: HookSlot,
     pub(super) statistics: Statistics,
-    patience: Patience,
     /// When the transfer thread, which waits, looks at the limits again.
     pub(super) looks_again: Option<Instant>,
     /// The turn of the last holder of the areas of whom the program was warned.
@@ -79,22 +77,6 @@ pub(super) struct State {
     pub(super) camera: Option<Arc<CameraControl>>,
     /// The controller of the last connection.
     pub(super) controller: Option<Controller>,
-}
-
-/// Stays awake for a moment, until something has `happened` that other threads are about to do, if that is likely to be
-/// quicker than to sleep: a real controller needs 10 ms for a response, but a simulated one may have no pace, or be in
-/// lock-step.
-pub(super) fn stay_awake(
-    state: &mut MutexGuard<'_, State>,
-    deadline: Option<Instant>,
-    happened: impl Fn(&State) -> bool,
-) {
-    const QUICK: Duration = Duration::from_millis(1);
-    let is_quick = state.clock.is_lock_step() || state.statistics.last_cycle < QUICK;
-    if is_quick && state.patience.stays_awake() {
-        let took = yield_until(state, deadline, happened);
-        state.patience.learn(took);
-    }
 }
 
 /// The controller of a connection.
@@ -125,7 +107,6 @@ impl Shared {
             interruptions: Interruptions::default(),
             hook: HookSlot::new(hook_limit),
             statistics: Statistics::default(),
-            patience: Patience::default(),
             looks_again: None,
             warned_turn: 0,
             delivered: 0,

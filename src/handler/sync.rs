@@ -5,13 +5,13 @@ use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{
-    current_thread, lock_soon, now, park, spawn, thread_id, yield_until, Condvar, JoinHandle,
+    current_thread, lock_soon, now, park, spawn, thread_id, Condvar, JoinHandle,
     Mutex, MutexGuard, Thread, ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
 pub(super) use self::model::{
-    current_thread, lock_soon, now, park, pass, spawn, thread_id, yield_until, Condvar, JoinHandle,
+    current_thread, lock_soon, now, park, pass, spawn, thread_id, Condvar, JoinHandle,
     Mutex, MutexGuard, Thread, ThreadId,
 };
 
@@ -55,7 +55,7 @@ pub(super) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<In
 #[cfg(not(all(test, shuttle)))]
 mod real {
     use std::io;
-    use std::time::{Duration, Instant};
+    use std::time::Instant;
 
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
     pub(crate) use std::thread::{current as current_thread, park, JoinHandle, Thread, ThreadId};
@@ -85,25 +85,6 @@ mod real {
             std::hint::spin_loop();
         }
         mutex.lock()
-    }
-
-    /// For how long a thread yields: as long as it may take to wake another one.
-    const YIELDS: Duration = Duration::from_micros(200);
-
-    /// Gives the core to other threads until something has happened that they are about to do, but only for a
-    /// moment, and not beyond the deadline. Returns how long it took: longer than a moment if other threads kept
-    /// the core.
-    pub(crate) fn yield_until<T>(
-        guard: &mut MutexGuard<'_, T>,
-        deadline: Option<Instant>,
-        happened: impl Fn(&T) -> bool,
-    ) -> Duration {
-        let begin = Instant::now();
-        let limit = deadline.map_or(YIELDS, |end| YIELDS.min(end.saturating_duration_since(begin)));
-        while !happened(guard) && begin.elapsed() < limit {
-            MutexGuard::unlocked(guard, std::thread::yield_now);
-        }
-        begin.elapsed()
     }
 
     /// Which thread this is. Asking the standard library each time would count a reference.
@@ -161,18 +142,6 @@ mod model {
 
     pub(crate) fn lock_soon<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         mutex.lock()
-    }
-
-    /// Another thread may run, or not.
-    pub(crate) fn yield_until<T>(
-        guard: &mut MutexGuard<'_, T>,
-        _deadline: Option<Instant>,
-        happened: impl Fn(&T) -> bool,
-    ) -> Duration {
-        if !happened(guard) {
-            let_others_run(guard);
-        }
-        Duration::ZERO
     }
 
     fn let_others_run<T>(guard: &mut MutexGuard<'_, T>) {

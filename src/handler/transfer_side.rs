@@ -6,7 +6,7 @@ use super::area_lock::Waiter;
 use super::command::Command;
 use super::events::{Event, KindSet, Logged, LoggedCycle};
 use super::long_guard::GUARD_IS_LONG;
-use super::shared::{stay_awake, Controller, Shared, State};
+use super::shared::{Controller, Shared, State};
 use super::state::Stop;
 use super::statistics::Statistics;
 use super::sync::{earlier, now, wait_on_time, wait_until, MutexGuard};
@@ -154,7 +154,6 @@ impl Shared {
     ) -> Option<Stop> {
         let mut state = self.state_soon();
         let end = state.window_end(length);
-        stay_awake(&mut state, end, |state| !state.is_being_answered());
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let limits = earlier(state.watchdog.deadline(), state.hook.deadline());
             state.looks_again = earlier(end, limits);
@@ -168,7 +167,11 @@ impl Shared {
         let missed = self.close_window(&mut state);
         let stop = state.transfer.stop();
         state.statistics.missed_responses += u64::from(missed && stop.is_none());
-        areas.copy_from_slice(state.hand_over.outgoing());
+        let outgoing = state.hand_over.outgoing();
+        assert_eq!(areas.len(), outgoing.len(), "areas of the transfer and of the program");
+        for (area, outgoing) in areas.iter_mut().zip(outgoing) {
+            *area = *outgoing;
+        }
         let expired =
             expired.map(|limit| (limit, state.happens_now(Event::WatchdogExpired { limit })));
         if expired.is_some() {
@@ -193,9 +196,6 @@ impl Shared {
         if !state.clock.is_lock_step() {
             return false;
         }
-        stay_awake(&mut state, None, |state| {
-            state.transfer.stop().is_some() || state.next_may_leave()
-        });
         while state.transfer.stop().is_none() {
             if state.command.is_some() {
                 return true;
@@ -366,11 +366,6 @@ impl State {
         }
         let nobody_works = self.area_lock.holder().is_none() && !self.hook.is_busy();
         self.window.is_next_asked_for() && nobody_works || self.command.is_some()
-    }
-
-    /// Whether threads have been told of the newest response and have not answered it yet.
-    fn is_being_answered(&self) -> bool {
-        self.window.is_being_answered() || self.hook.is_answering()
     }
 
     /// A program that has waited for a late response does not hang. But while a thread has the areas, nobody

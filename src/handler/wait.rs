@@ -70,7 +70,7 @@ impl TransferArea {
             let next = self.wait_for_next(Known { returned: seen, ..self.known() }, deadline);
             areas = self.guard(next?.ok_or_else(timed_out)?);
         }
-        self.note_returned(&areas);
+        self.note_returned(areas.window());
         Ok(areas)
     }
 

@@ -88,7 +88,7 @@ impl TransferArea {
                     let area = areas[index];
                     let taken = area.learn(|known| area.shared().take_after(&waits[index], *known));
                     let guard = area.guard(taken);
-                    area.note_returned(&guard);
+                    area.note_returned(guard.window());
                     return (index, Ok(guard));
                 }
                 Some((index, Err(error))) => {

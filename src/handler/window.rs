@@ -112,11 +112,6 @@ impl Window {
         self.used && self.reacting == 0 && !self.put_off
     }
 
-    /// Whether threads that have waited for this response have not reacted yet.
-    pub(super) fn is_being_answered(&self) -> bool {
-        self.reacting > 0
-    }
-
     /// Whether a thread waits for the next response, and no thread is still answering this one or has still to
     /// learn of an interruption.
     pub(super) fn is_next_asked_for(&self) -> bool {
