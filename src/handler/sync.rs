@@ -5,14 +5,14 @@ use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(super) use self::real::{
-    current_thread, lock_soon, now, park, spawn, thread_id, Condvar, JoinHandle,
-    Mutex, MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, now, park, spawn, thread_id, Condvar, JoinHandle, Mutex, MutexGuard,
+    Thread, ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
 pub(super) use self::model::{
-    current_thread, lock_soon, now, park, pass, spawn, thread_id, Condvar, JoinHandle,
-    Mutex, MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, now, park, pass, spawn, thread_id, Condvar, JoinHandle, Mutex,
+    MutexGuard, Thread, ThreadId,
 };
 
 /// Waits for news, for ever without a deadline; returns whether the deadline came first.

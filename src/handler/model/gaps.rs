@@ -63,6 +63,7 @@ fn lost_at_once(lock_step: bool) {
         if shared.hold_window(WINDOW, areas).is_some() {
             break;
         }
+        shuttle::thread::yield_now();
         deliver(&shared);
     }
     shared.leave(areas);

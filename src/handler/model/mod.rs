@@ -102,6 +102,8 @@ fn wait_to_the_end(
 ) -> Vec<Error> {
     let mut told = Vec::new();
     loop {
+        // Otherwise an order by priorities may run the transfer and this thread for ever.
+        thread::yield_now();
         match area.wait_cycle() {
             Ok(mut areas) => answer(&mut areas),
             Err(error @ (Error::ConnectionLost { .. } | Error::WatchdogExpired { .. })) => {
