@@ -9,7 +9,8 @@
 //! cargo run --example camera -- 192.168.7.2 pictures   # the pictures go into this folder
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -24,8 +25,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxt;
-use ft_transfer_area::{CameraOptions, Error, TransferAreaComHandler};
+use ft_transfer_area::{CameraOptions, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
 /// How many frames are saved.
 const FRAMES: usize = 20;

@@ -9,7 +9,8 @@
 //! cargo run --example extended_motor_control -- 192.168.7.2   # a TXT on USB
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -20,13 +21,13 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::Counter::{C1, C2};
 use ft_transfer_area::tx::Direction::{Ccw, Cw};
 use ft_transfer_area::tx::Motor::{M1, M2};
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// A little more than two turns of fischertechnik's encoder motor.
 const PULSES: u16 = 150;
@@ -118,7 +119,7 @@ fn print_counters(what: &str, area: &FishX1Transfer) {
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
-fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simulator::Error> {
     if let Some(address) = env::args().nth(1) {
         return Ok((address, None));
     }

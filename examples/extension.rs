@@ -10,7 +10,8 @@
 //! cargo run --example extension -- 192.168.7.2   # a TXT on USB
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -21,11 +22,11 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
@@ -86,7 +87,7 @@ fn configure(area: &mut FishX1Transfer) {
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
-fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simulator::Error> {
     if let Some(address) = env::args().nth(1) {
         return Ok((address, None));
     }

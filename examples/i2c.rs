@@ -9,7 +9,8 @@
 //! cargo run --example i2c -- 192.168.7.2   # a TXT on USB
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -20,9 +21,9 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// The address of the chip's acceleration sensor.
 const DEVICE: u8 = 0x18;
@@ -89,7 +90,7 @@ fn measure(i2c: &mut I2cClient) -> Result<([f64; 3], f64), Error> {
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
-fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simulator::Error> {
     if let Some(address) = env::args().nth(1) {
         return Ok((address, None));
     }

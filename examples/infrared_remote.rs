@@ -9,7 +9,8 @@
 //! cargo run --example infrared_remote -- 192.168.7.2   # a TXT on USB
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -19,11 +20,11 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, IrDevice, JoystickAxis, JoystickSwitch, Motor};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
 /// The remote with DIP switch 1 on and 2 off. `IrDevice::Any` is any remote.
 const REMOTE: IrDevice = IrDevice::OnOff;

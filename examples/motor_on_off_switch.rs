@@ -6,7 +6,8 @@
 //! cargo run --example motor_on_off_switch -- 192.168.7.2   # a TXT on USB, until Ctrl-C
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -18,13 +19,13 @@ use std::env;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{
     InputMode, DUTY_MAX, LOCAL_IO, NO_ULTRASONIC, REMOTE_IO_1, ULTRASONIC_MAX,
 };
 use ft_transfer_area::tx::Input;
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
 const HEAD: &str = "
 M1 runs while I1 is pressed. The wiring, the same on the master and on extension 1:

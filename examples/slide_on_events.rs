@@ -8,7 +8,8 @@
 //! cargo run --example slide_on_events -- 192.168.7.2   # a TXT on USB
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -19,11 +20,11 @@ use std::env;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
 use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// If a running motor counts nothing for this time, it is blocked or not plugged in.
 const STILL: Duration = Duration::from_secs(2);
@@ -92,7 +93,7 @@ fn pulses(handler: &TransferAreaComHandler) -> u16 {
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
-fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simulator::Error> {
     if let Some(address) = env::args().nth(1) {
         return Ok((address, None));
     }

@@ -9,7 +9,8 @@
 //! cargo run --example sound_and_lamps -- 192.168.7.2   # a TXT on USB
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -21,11 +22,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor, Output, Sound, SILENCE};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
 const SOUNDS: [Sound; 4] =
     [Sound::Bell, Sound::CarHornShort, Sound::PropellerAirplane, Sound::ShipsHorn];

@@ -9,7 +9,8 @@
 //! cargo run --example wlan -- 192.168.8.2   # a TXT on WLAN
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
-//! cargo add ft-transfer-area --path FOLDER --features simulator
+//! cargo add ft-transfer-area --path FOLDER
+//! cargo add ft-transfer-area-simulator --path FOLDER/simulator
 //! cargo add ctrlc@3
 //! ```
 //!
@@ -22,11 +23,11 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
 use ft_transfer_area::{Error, FishX1Transfer, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// A slow WLAN may need this long for a response, because a lost packet is sent again. The
 /// controller closes the connection after 5 s without commands, so more does not help.
@@ -135,7 +136,7 @@ fn print_outputs(area: &FishX1Transfer) {
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.
-fn controller() -> Result<(String, Option<SimulatedTxt>), Error> {
+fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simulator::Error> {
     if let Some(address) = env::args().nth(1) {
         return Ok((address, None));
     }

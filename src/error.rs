@@ -7,8 +7,6 @@ use std::any::Any;
 use std::fmt;
 use std::io;
 use std::ops::RangeInclusive;
-#[cfg(feature = "simulator")]
-use std::path::PathBuf;
 use std::time::Duration;
 
 pub use io_error::IoError;
@@ -301,29 +299,6 @@ pub enum Error {
         /// What the panic said.
         reason: String,
     },
-    /// A world for the simulated TXT has a mistake. Nothing was started.
-    #[cfg(feature = "simulator")]
-    World {
-        /// The line of the file, counted from 1; 0 for a world without a file.
-        line: usize,
-        /// What is wrong, and what was expected.
-        reason: String,
-    },
-    /// The file of a world for the simulated TXT can't be read. Nothing was started.
-    #[cfg(feature = "simulator")]
-    WorldNotRead {
-        /// The file.
-        path: PathBuf,
-        /// What the operating system said.
-        cause: IoError,
-    },
-    /// A simulated TXT could not be started: its port is taken, or the operating system refused
-    /// a socket or a thread.
-    #[cfg(feature = "simulator")]
-    SimulatorFailed {
-        /// What the operating system said.
-        cause: IoError,
-    },
 }
 
 impl fmt::Debug for Error {
@@ -340,8 +315,6 @@ impl std::error::Error for Error {
             | Self::ConnectFailed { cause, .. }
             | Self::Io { cause, .. }
             | Self::ThreadNotStarted { cause } => Some(&**cause),
-            #[cfg(feature = "simulator")]
-            Self::WorldNotRead { cause, .. } | Self::SimulatorFailed { cause } => Some(&**cause),
             _ => None,
         }
     }

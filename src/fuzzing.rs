@@ -4,4 +4,3 @@
 
 pub use crate::camera::read_frames;
 pub use crate::i2c::i2c_client;
-pub use crate::simulator::fuzzing::{command_size, i2c_response, look_ahead, MainPort};

@@ -18,16 +18,11 @@ pub mod protocol {}
 #[doc = include_str!("../docs/reliability.md")]
 pub mod reliability {}
 
-#[cfg_attr(
-    feature = "simulator",
-    doc = "
-[default.toml]: crate::simulator::world::World::SHIPPED
-[slide.toml]: crate::simulator::world::World::SHIPPED
-[kit.toml]: crate::simulator::world::World::SHIPPED
-[car.toml]: crate::simulator::world::World::SHIPPED
-[everything.toml]: crate::simulator::world::World::SHIPPED
-"
-)]
+/// [default.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
+/// [slide.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
+/// [kit.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
+/// [car.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
+/// [everything.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
 #[doc = include_str!("../docs/simulator.md")]
 pub mod simulator {}
 

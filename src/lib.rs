@@ -18,14 +18,12 @@
 //!     handler.end_transfer() // motors off
 //! }
 //!
-//! # #[cfg(feature = "simulator")]
-//! # fn main() -> Result<(), Error> {
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // A real TXT is at 192.168.7.2 (USB), port 65000. This one is simulated.
-//! let txt = ft_transfer_area::simulator::SimulatedTxt::builder().start()?;
-//! run("127.0.0.1", txt.port())
+//! let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start()?;
+//! run("127.0.0.1", txt.port())?;
+//! # Ok(())
 //! # }
-//! # #[cfg(not(feature = "simulator"))]
-//! # fn main() {}
 //! ```
 //!
 //! <div class="warning">
@@ -61,7 +59,7 @@
 //! | find controllers | the host `auto`, or [`find_controllers`] |
 //! | get the camera's pictures | [`TransferAreaComHandler::start_camera`] |
 //! | read and write I2C devices | [`TransferAreaComHandler::i2c`], or an [`I2cClient`] alone |
-//! | develop and test without a controller | `simulator` (feature `simulator`), with [`TransferAreaComHandlerBuilder::lock_step`] for the same result in each run |
+//! | develop and test without a controller | the crate [`ft-transfer-area-simulator`], with [`TransferAreaComHandlerBuilder::lock_step`] for the same result in each run |
 //!
 //! The crate is a port of the C-Programming Kit 4.1.6. Search this documentation for a name of the
 //! kit to find its place here; [`guide::porting`] lists them all. Where the kit has a mistake,
@@ -98,24 +96,15 @@
 //! The crate logs through the `log` crate. `error`: the transfer ended with an error. `warn`: the
 //! connection is lost and is being made again, the watchdog has expired, the camera's stream ended with
 //! an error, or a duty is out of range. `info`: which controller was reached, connected again, a transfer
-//! or stream ended. `debug`: an attempt to connect again failed, or an I2C connection was made again. The
-//! simulated TXT also uses `warn` for a client's mistakes, `info` for its other actions, and `trace` for
-//! each exchange.
-//!
-//! # Features
-//!
-//! All are off by default.
-//!
-//! | feature | what it adds |
-//! |---|---|
-//! | `simulator` | the module `simulator`: a simulated TXT in the same process, to test and run programs without a controller |
+//! or stream ended. `debug`: an attempt to connect again failed, or an I2C connection was made again.
 //!
 //! # Dependencies
 //!
 //! `byteorder` reads packets, `crc32fast` computes the checksum, `parking_lot` has locks on which a
 //! thread can wait with a limit, `crossbeam-channel` hands over events and camera frames,
-//! `jpeg-decoder` decodes the frames, and `log` takes the log's lines. Only with the feature `simulator`:
-//! `jpeg-encoder` encodes the simulated camera's pictures, and `toml` reads the files of its worlds.
+//! `jpeg-decoder` decodes the frames, and `log` takes the log's lines.
+//!
+//! [`ft-transfer-area-simulator`]: https://docs.rs/ft-transfer-area-simulator
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
@@ -135,8 +124,6 @@ mod handler;
 mod i2c;
 mod notices;
 mod pause;
-#[cfg(feature = "simulator")]
-pub mod simulator;
 mod terminals;
 pub mod transfer_area;
 pub mod tx;

@@ -6,9 +6,9 @@ use std::net::{Ipv4Addr, Shutdown, TcpStream};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::{CameraFrameHeader, CommandId, StartCameraOnline};
 use ft_transfer_area::{TimeLimits, TxtClient};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Longer than anything takes on a busy machine.
 const LIMIT: Duration = Duration::from_secs(60);

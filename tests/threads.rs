@@ -3,8 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::{find_controllers_at, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 #[test]
 fn no_thread_is_left_after_an_end_or_a_failure() {

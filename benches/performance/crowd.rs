@@ -7,9 +7,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, Result};
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::report::{Report, Table};
 use crate::stats::Sorted;

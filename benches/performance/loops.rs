@@ -4,9 +4,9 @@
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::reaction::load;
 use crate::report::{Report, Table};

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
 /// What a picture shows.

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use clap::Args;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::child::{self, Server};
 use crate::machine::allow_many_files;

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Runs for ten seconds, and prints its rate and what it has cost. It drives no motor.
 const TICS: &str = r#"

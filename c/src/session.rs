@@ -335,9 +335,9 @@ impl<A: Area> Shared<A> {
 mod tests {
     use std::time::Duration;
 
-    use ft_transfer_area::simulator::{Machine, SimulatedTxt};
     use ft_transfer_area::wire::CommandId;
     use ft_transfer_area::TransferMode;
+    use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
     use super::*;
     use crate::memory::Ta;

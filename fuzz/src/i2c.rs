@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use arbitrary::{Result, Unstructured};
 use ft_transfer_area::fuzzing;
-use ft_transfer_area::simulator::{Machine, I2C_REGISTERS};
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 use ft_transfer_area::Error;
+use ft_transfer_area_simulator::{Machine, I2C_REGISTERS};
 
 use super::take;
 
@@ -168,7 +168,7 @@ fn answer(input: &mut Unstructured) -> Result<()> {
 
 fn check_request(request: &[u8], machine: &mut Machine, models: &mut [Option<Model>]) {
     let before = machine.clone();
-    let response = match fuzzing::i2c_response(request, machine) {
+    let response = match ft_transfer_area_simulator::fuzzing::i2c_response(request, machine) {
         Ok(response) => response,
         Err(reason) => {
             assert!(!reason.is_empty());

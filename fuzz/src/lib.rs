@@ -22,7 +22,7 @@ pub use worlds::{built_worlds, worlds};
 use std::sync::LazyLock;
 
 use arbitrary::{Result, Unstructured};
-use ft_transfer_area::simulator::world::World;
+use ft_transfer_area_simulator::world::World;
 
 /// The next bytes of the input. Their number is read from the input, and is at most `most`.
 fn take<'a>(input: &mut Unstructured<'a>, most: usize) -> Result<&'a [u8]> {

@@ -1,14 +1,14 @@
 //! The main port of the simulated TXT.
 
 use arbitrary::{Result, Unstructured};
-use ft_transfer_area::fuzzing::{command_size, look_ahead, MainPort};
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, Expander, QueryStatusResponse,
     ResponseId, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
 };
 use ft_transfer_area::Error;
+use ft_transfer_area_simulator::fuzzing::{command_size, look_ahead, MainPort};
+use ft_transfer_area_simulator::Machine;
 
 use super::{everything, take};
 

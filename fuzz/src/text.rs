@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, FaultPlace, Machine};
+use ft_transfer_area_simulator::{Fault, FaultKind, FaultPlace, Machine};
 
 use super::everything;
 

@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 use arbitrary::{Result, Unstructured};
-use ft_transfer_area::simulator::world::{
-    Board, Contact, I2cDevice, MotorModel, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide,
-    Travel, World,
-};
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::ExchangeData;
-use ft_transfer_area::Error;
+use ft_transfer_area_simulator::world::{
+    Board, Contact, I2cDevice, MotorModel, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide,
+    Travel, World,
+};
+use ft_transfer_area_simulator::Error;
+use ft_transfer_area_simulator::Machine;
 
 /// How many times a world is stepped.
 const STEPS: u32 = 100;

@@ -74,17 +74,14 @@ pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> 
 /// use std::time::Duration;
 /// use ft_transfer_area::find_controllers_at;
 ///
-/// # #[cfg(feature = "simulator")]
-/// # fn main() -> Result<(), ft_transfer_area::Error> {
-/// let txt = ft_transfer_area::simulator::SimulatedTxt::builder().start()?;
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start()?;
 /// let addresses = [format!("127.0.0.1:{}", txt.port()), "127.0.0.1:1".to_owned()];
 /// let found = find_controllers_at(&addresses, Duration::from_secs(2))?;
 /// assert_eq!(found.len(), 1);
 /// assert_eq!(found[0].address.to_string(), addresses[0]);
 /// # Ok(())
 /// # }
-/// # #[cfg(not(feature = "simulator"))]
-/// # fn main() {}
 /// ```
 ///
 /// # Errors

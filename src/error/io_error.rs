@@ -92,10 +92,6 @@ mod tests {
             Error::ConnectFailed { address, cause: cause.clone() },
             Error::Io { command: "QueryStatus", cause: cause.clone() },
             Error::ThreadNotStarted { cause: cause.clone() },
-            #[cfg(feature = "simulator")]
-            Error::WorldNotRead { path: "gate.toml".into(), cause: cause.clone() },
-            #[cfg(feature = "simulator")]
-            Error::SimulatorFailed { cause: cause.clone() },
         ] {
             let source = error.source().and_then(|source| source.downcast_ref::<io::Error>());
             assert_eq!(source.and_then(io::Error::raw_os_error), Some(1), "{error}");

@@ -215,24 +215,6 @@ impl fmt::Display for Error {
                 "a thread of ft-transfer-area panicked ({reason}); this is a bug in that library, \
                  please report it"
             ),
-            #[cfg(feature = "simulator")]
-            Self::World { line: 0, reason } => {
-                write!(f, "the simulated world can't be used: {reason}")
-            }
-            #[cfg(feature = "simulator")]
-            Self::World { line, reason } => {
-                write!(f, "line {line} of the simulated world is wrong: {reason}")
-            }
-            #[cfg(feature = "simulator")]
-            Self::WorldNotRead { path, cause } => {
-                write!(f, "the simulated world in {} can't be read ({cause})", path.display())
-            }
-            #[cfg(feature = "simulator")]
-            Self::SimulatorFailed { cause } => write!(
-                f,
-                "the simulated TXT could not be started ({cause}); check that no other program \
-                 uses its port"
-            ),
         }
     }
 }

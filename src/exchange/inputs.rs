@@ -80,20 +80,10 @@ impl Inputs {
 }
 
 /// Writes which extensions are connected, bit 0 the first, into the master's area.
-pub(crate) fn apply_alive(alive: u16, master: &mut FishX1Transfer) {
+fn apply_alive(alive: u16, master: &mut FishX1Transfer) {
     for (extension, is_alive) in master.state.io_slave_alive.iter_mut().enumerate() {
         *is_alive = u8::from(alive & 1 << extension != 0);
     }
-}
-
-/// Writes one controller's inputs and loudness into its area, as [`Inputs::apply`] does.
-#[cfg(feature = "simulator")]
-pub(crate) fn apply_report(
-    report: &ExchangeDataResponse,
-    microphone: [u16; 2],
-    area: &mut FishX1Transfer,
-) {
-    AreaInputs { data: *report, microphone: Some(microphone) }.apply(area);
 }
 
 impl AreaInputs {

@@ -6,8 +6,6 @@ mod outputs;
 use outputs::Outputs;
 
 pub use inputs::Inputs;
-#[cfg(feature = "simulator")]
-pub(crate) use inputs::{apply_alive, apply_report};
 
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
@@ -231,12 +229,6 @@ impl Exchange {
     pub fn inputs(&self) -> &Inputs {
         &self.inputs
     }
-}
-
-/// The output part of the area with this index (0 the master), as it is sent.
-#[cfg(feature = "simulator")]
-pub(crate) fn outputs(index: usize, area: &FishX1Transfer) -> ExchangeData {
-    Outputs::default().of(index, area)
 }
 
 /// An error unless there are 1 to 9 areas.

@@ -145,10 +145,9 @@ impl TransferAreaComHandlerBuilder {
     /// in lock-step, too:
     ///
     /// ```
-    /// # #[cfg(feature = "simulator")] {
     /// use std::time::Duration;
     ///
-    /// use ft_transfer_area::simulator::SimulatedTxt;
+    /// use ft_transfer_area_simulator::SimulatedTxt;
     /// use ft_transfer_area::transfer_area::LOCAL_IO;
     /// use ft_transfer_area::{Error, TransferAreaComHandler};
     ///
@@ -164,7 +163,7 @@ impl TransferAreaComHandlerBuilder {
     ///     }
     /// }
     ///
-    /// fn test_run() -> Result<i16, Error> {
+    /// fn test_run() -> Result<i16, Box<dyn std::error::Error>> {
     ///     let txt = SimulatedTxt::builder().lock_step().start()?;
     ///     let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
     ///     let handler = builder.lock_step().build()?;
@@ -177,7 +176,6 @@ impl TransferAreaComHandlerBuilder {
     /// let pulses = test_run().unwrap();
     /// assert!(pulses > 0);
     /// assert_eq!(test_run().unwrap(), pulses);
-    /// # }
     /// ```
     pub fn lock_step(mut self) -> Self {
         self.settings.lock_step = true;

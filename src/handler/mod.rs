@@ -20,6 +20,8 @@ mod long_guard;
 #[cfg(all(test, shuttle))]
 mod model;
 mod panic_check;
+#[cfg(all(test, not(shuttle)))]
+mod peer;
 mod program_side;
 mod reconnect;
 mod response_wait;

@@ -50,36 +50,3 @@ impl Settings {
         Ok(Self { host, ..self.clone() })
     }
 }
-
-#[cfg(all(test, feature = "simulator", not(shuttle)))]
-mod tests {
-    use super::*;
-    use crate::handler::TransferAreaComHandler;
-    use crate::simulator::{Fault, FaultKind, SimulatedTxt};
-
-    #[test]
-    fn auto_is_the_controller_that_is_found_and_stays_the_same_one() {
-        let close = Fault::at_exchange(5, FaultKind::Close { after: 0 });
-        let txt = SimulatedTxt::builder().fault(close).start().unwrap();
-        let builder = TransferAreaComHandler::builder(format!("auto:{}", txt.port()));
-        let builder = builder.i2c_port(txt.i2c_port()).reconnect(Duration::from_secs(30));
-        let handler = builder.build().unwrap();
-        handler.begin_transfer().unwrap();
-        while handler.wait_cycle().is_ok() {}
-        drop(handler.wait_cycle().unwrap());
-        assert_eq!(handler.statistics().gaps, 1);
-        // One for the search, one for the transfer, and one to reconnect without another search.
-        txt.with_machine(|machine| assert_eq!(machine.connections(), 3));
-        // Another search would find nothing, because the controller serves the transfer.
-        handler.i2c().unwrap();
-        handler.end_transfer().unwrap();
-    }
-
-    #[test]
-    fn auto_begins_no_transfer_without_a_controller() {
-        // No server gets this port by chance.
-        let builder = TransferAreaComHandler::builder("auto").port(1);
-        let error = builder.build().unwrap().begin_transfer().unwrap_err();
-        assert!(matches!(error, Error::NoController { .. }), "{error}");
-    }
-}

@@ -53,11 +53,10 @@ impl TransferArea {
     /// channel has ended.
     ///
     /// ```
-    /// # #[cfg(feature = "simulator")] {
-    /// use ft_transfer_area::simulator::SimulatedTxt;
+    /// use ft_transfer_area_simulator::SimulatedTxt;
     /// use ft_transfer_area::{Logged, TransferAreaComHandler};
     ///
-    /// # fn run() -> Result<(), ft_transfer_area::Error> {
+    /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
     /// let txt = SimulatedTxt::builder().start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
     /// let log = handler.cycle_log(500)?; // five seconds
@@ -74,7 +73,6 @@ impl TransferArea {
     /// # Ok(())
     /// # }
     /// # run().unwrap();
-    /// # }
     /// ```
     ///
     /// # Errors

@@ -96,7 +96,7 @@ impl TransferThread {
     }
 }
 
-#[cfg(all(test, feature = "simulator", not(shuttle)))]
+#[cfg(all(test, not(shuttle)))]
 mod tests {
     use std::ops::ControlFlow;
     use std::time::Duration;
@@ -104,15 +104,15 @@ mod tests {
     use super::*;
     use crate::handler::clock::Clock;
     use crate::handler::handshake;
+    use crate::handler::peer::Peer;
     use crate::handler::watchdog::Watchdog;
     use crate::handler::{EventKind, TransferAreaComHandler};
-    use crate::simulator::SimulatedTxt;
     use crate::terminals::Counter;
     use crate::wire::CommandId;
 
     /// The work of a transfer thread, not yet begun.
-    fn work(txt: &SimulatedTxt, shared: &Arc<Shared>, areas: usize) -> TransferThread {
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    fn work(peer: &Peer, shared: &Arc<Shared>, areas: usize) -> TransferThread {
+        let builder = TransferAreaComHandler::builder("127.0.0.1").port(peer.port);
         let handler = builder.reaction_window(Duration::ZERO).build().unwrap();
         let settings = handler.settings().clone();
         let areas = vec![FishX1Transfer::default(); areas];
@@ -123,18 +123,7 @@ mod tests {
 
     #[test]
     fn a_cycle_with_listeners_and_logs_allocates_nothing() {
-        let txt = SimulatedTxt::builder().pace(Duration::ZERO).extensions(1);
-        let mut number = 0;
-        let txt = txt.on_exchange(move |machine| {
-            number += 1;
-            for controller in &mut machine.controllers {
-                controller.uni = [number % 2; 8];
-                controller.counter = [number; 4];
-                controller.ir[1].left_x = (number % 15) as i8;
-            }
-            machine.alive[0] = number % 4 != 0;
-        });
-        let txt = txt.start().unwrap();
+        let peer = Peer::start();
         let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
         let area = handler.transfer_area();
         let all = handler.events(EventKind::ALL, 10_000).unwrap();
@@ -143,7 +132,7 @@ mod tests {
         let slow_log = handler.cycle_log(1).unwrap();
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
-        let mut work = work(&txt, area.shared(), 2);
+        let mut work = work(&peer, area.shared(), 2);
         let mut cycle = || {
             area.lock()[0].start_counter_reset(Counter::C1);
             work.cycle.run().unwrap();
@@ -162,12 +151,12 @@ mod tests {
 
     #[test]
     fn a_cycle_with_a_hook_allocates_nothing() {
-        let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
+        let peer = Peer::start();
         let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
         let area = handler.transfer_area();
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();
-        let mut work = work(&txt, area.shared(), 1);
+        let mut work = work(&peer, area.shared(), 1);
         let set = handler.set_cycle_hook(|areas| {
             areas.unwrap()[0].output.duty[0] ^= 1;
             ControlFlow::Continue(())
@@ -177,26 +166,23 @@ mod tests {
         (0..10).for_each(|_| cycle());
         let allocations = allocation_counter::measure(|| (0..100).for_each(|_| cycle()));
         assert_eq!(allocations.count_total, 0);
-        assert!(txt.with_machine(|machine| machine.exchanges()) >= 110);
         area.shared().finish(None);
     }
 
     #[test]
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
-        let txt = SimulatedTxt::builder().start().unwrap();
+        let peer = Peer::start();
         let shared =
             Arc::new(Shared::new(1, Watchdog::new(None), Duration::MAX, Clock::new(false)));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         // A wrong number of areas makes the thread panic.
-        work(&txt, &shared, 2).run();
+        work(&peer, &shared, 2).run();
 
         assert!(matches!(shared.check_running(), Err(Error::ThreadPanicked { .. })));
-        let limit = Duration::from_secs(30);
-        assert!(txt.wait_until(limit, |machine| !machine.connected()));
-        txt.with_machine(|machine| {
-            assert_eq!(machine.exchanges(), 2, "the last one stops the motors");
-            assert_eq!(machine.commands().last(), Some(CommandId::StopOnline));
-        });
+        let commands = peer.commands();
+        let exchanges = commands.iter().filter(|id| **id == CommandId::ExchangeDataCmpr).count();
+        assert_eq!(exchanges, 2, "the last one stops the motors");
+        assert_eq!(commands.last(), Some(&CommandId::StopOnline));
     }
 }

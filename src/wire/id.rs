@@ -13,7 +13,6 @@ macro_rules! ids {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u32)]
-        #[non_exhaustive]
         pub enum $name {
             $($(#[$variant_meta])* $variant = $id,)*
         }

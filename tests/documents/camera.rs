@@ -7,8 +7,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
-use ft_transfer_area::simulator::{CameraConnection, Machine, SimulatedTxt};
 use ft_transfer_area::CameraFrame;
+use ft_transfer_area_simulator::{CameraConnection, Machine, SimulatedTxt};
 
 use crate::program::{example, DEADLINE};
 

@@ -14,13 +14,21 @@ fn root() -> PathBuf {
 
 /// The published files, as paths from the root.
 fn package() -> BTreeSet<PathBuf> {
+    let mut files = files_of("ft-transfer-area", "");
+    files.extend(files_of("ft-transfer-area-simulator", "simulator"));
+    files
+}
+
+/// The published files of a package in this folder.
+fn files_of(package: &str, folder: &str) -> BTreeSet<PathBuf> {
     let output = Command::new(env::var_os("CARGO").unwrap())
-        .args(["package", "--list", "--allow-dirty", "--offline", "--package", "ft-transfer-area"])
+        .args(["package", "--list", "--allow-dirty", "--offline", "--package", package])
         .current_dir(root())
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap().lines().map(PathBuf::from).collect()
+    let files = String::from_utf8(output.stdout).unwrap();
+    files.lines().map(|file| Path::new(folder).join(file)).collect()
 }
 
 fn parse(text: &str) -> Parser<'_> {

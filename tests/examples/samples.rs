@@ -4,10 +4,10 @@
 use std::sync::{Arc, Mutex};
 use std::{env, fs, thread};
 
-use ft_transfer_area::simulator::world::{Remote, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::wire::{CommandId, ExchangeData};
+use ft_transfer_area_simulator::world::{Remote, World};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::checks;
 use crate::program::{example, Program, DEADLINE};

@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::ports::unused_ports;
 use crate::program::DEADLINE;

@@ -104,7 +104,6 @@ impl Tracker {
                 self.exchanges += 1;
                 return (self.exchanges >= 5).then_some(Place::SimpleExchange);
             }
-            other => panic!("{other} has no place"),
         })
     }
 

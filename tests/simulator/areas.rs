@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{Contact, Sensor, World};
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig};
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::FishX1Transfer;
+use ft_transfer_area_simulator::world::{Contact, Sensor, World};
+use ft_transfer_area_simulator::Machine;
 
 /// What an area shows of the slide's world: its start and end switch, its button, and its distance.
 fn slide_seen(area: &FishX1Transfer) -> &[i16] {

@@ -6,8 +6,8 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};

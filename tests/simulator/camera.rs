@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxtBuilder;
 use ft_transfer_area::wire::{CameraFrameHeader, CommandId};
+use ft_transfer_area_simulator::SimulatedTxtBuilder;
 
 use crate::camera_client::{number_shown, settings, CameraClient};
 use crate::unpaced;

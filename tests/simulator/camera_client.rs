@@ -3,10 +3,10 @@
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::{
     CameraFrameHeader, CommandId, ResponseId, StartCameraOnline, CAMERA_FRAME_ACKNOWLEDGE,
 };
+use ft_transfer_area_simulator::SimulatedTxt;
 use jpeg_decoder::{Decoder, PixelFormat};
 
 use crate::wire_client::{Client, LIMIT};

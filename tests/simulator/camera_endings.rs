@@ -4,8 +4,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{CameraConnection, Machine, SimulatedTxt};
 use ft_transfer_area::wire::{CommandId, ResponseId};
+use ft_transfer_area_simulator::{CameraConnection, Machine, SimulatedTxt};
 
 use crate::camera::with_camera;
 use crate::camera_client::{settings, CameraClient};

@@ -5,9 +5,9 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId};
-use ft_transfer_area::Error;
+use ft_transfer_area_simulator::Error;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
@@ -139,13 +139,13 @@ fn dropping_waits_for_no_client() {
 #[test]
 fn what_can_not_be_started_is_an_error() {
     let error = SimulatedTxt::builder().extensions(9).start().unwrap_err();
-    assert_eq!(error, Error::AreaCount { given: 10 });
+    assert_eq!(error, Error::TooManyExtensions { given: 9 });
     let txt = unpaced().start().unwrap();
     for builder in [
         SimulatedTxt::builder().port(txt.port()).camera_port(0),
         SimulatedTxt::builder().camera_port(txt.camera_port()),
         SimulatedTxt::builder().i2c_port(txt.i2c_port()),
     ] {
-        assert!(matches!(builder.start().unwrap_err(), Error::SimulatorFailed { .. }));
+        assert!(matches!(builder.start().unwrap_err(), Error::NotStarted { .. }));
     }
 }

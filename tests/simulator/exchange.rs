@@ -2,10 +2,10 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig};
 use ft_transfer_area::wire::{CommandId, ExchangeData, QueryStatusResponse, ResponseId};
 use ft_transfer_area::FirmwareVersion;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::unpaced;
 use crate::wire_client::Client;

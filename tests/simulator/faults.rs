@@ -3,9 +3,9 @@
 use std::io::Read;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::wire::{CmprHeader, CommandId, ResponseId};
-use ft_transfer_area::Error;
+use ft_transfer_area_simulator::Error;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};

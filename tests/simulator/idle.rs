@@ -9,8 +9,8 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{CameraConnection, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::wire::{CommandId, ExchangeData, ResponseId};
+use ft_transfer_area_simulator::{CameraConnection, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::camera_client::{settings, CameraClient};
 use crate::wire_client::{Client, LIMIT};

@@ -3,11 +3,11 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::camera_client::{settings, CameraClient};
 use crate::wire_client::{Client, LIMIT};

@@ -25,7 +25,7 @@ mod world;
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area_simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
 /// A simulated TXT that answers immediately. It closes no idle connection, because a test could take
 /// that for another kind of end. Its step is 10 ms.

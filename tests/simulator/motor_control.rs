@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::MotorModel;
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area_simulator::world::MotorModel;
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
 

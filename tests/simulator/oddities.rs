@@ -3,11 +3,11 @@
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{Fault, FaultKind, Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId};
 use ft_transfer_area::{TimeLimits, TransferAreaComHandler, TransferMode};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt};
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{Remote, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig};
 use ft_transfer_area::tx::{Input, Output};
 use ft_transfer_area::wire::ExchangeData;
+use ft_transfer_area_simulator::world::{Remote, World};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 /// The car, with the right configuration of its inputs.
 fn car() -> Machine {

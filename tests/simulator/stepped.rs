@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{MotorModel, World};
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area_simulator::world::{MotorModel, World};
+use ft_transfer_area_simulator::Machine;
 
 /// Machine time of an exchange.
 pub(crate) const STEP: Duration = Duration::from_millis(10);

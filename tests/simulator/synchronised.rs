@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::MotorModel;
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area_simulator::world::MotorModel;
+use ft_transfer_area_simulator::Machine;
 
 use crate::stepped::{forward, machine, machine_with, run_until, steps};
 

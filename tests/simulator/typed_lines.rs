@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{Remote, Sensor, World};
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::wire::IrRemote;
+use ft_transfer_area_simulator::world::{Remote, Sensor, World};
+use ft_transfer_area_simulator::Machine;
 
 use typed::carry_out;
 

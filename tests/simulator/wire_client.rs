@@ -4,12 +4,12 @@ use std::io::{self, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander, ResponseId,
     StartOnline, UpdateConfig,
 };
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Far longer than anything here takes.
 pub(crate) const LIMIT: Duration = Duration::from_secs(10);

@@ -2,14 +2,14 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::{
-    Board, I2cDevice, Remote, Script, ScriptEvent, Sensor, World,
-};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{Config, InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::{
+    Board, I2cDevice, Remote, Script, ScriptEvent, Sensor, World,
+};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
@@ -222,7 +222,10 @@ fn a_world_with_a_mistake_starts_nothing() {
     let mut world = World::shipped("slide").unwrap();
     world.master.lamps.insert(Output::O1);
     let error = SimulatedTxt::builder().world(world).start().unwrap_err();
-    assert!(matches!(&error, Error::World { line: 0, reason } if reason.contains("O1")), "{error}");
+    assert!(
+        matches!(&error, ft_transfer_area_simulator::Error::World { line: 0, reason } if reason.contains("O1")),
+        "{error}"
+    );
 }
 
 #[test]

@@ -4,12 +4,12 @@
 use std::net::TcpListener;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{Timer, LOCAL_IO};
 use ft_transfer_area::wire::{ResponseId, MAX_EXTRA_SIZE};
 use ft_transfer_area::{
     Error, FirmwareVersion, FishX1Transfer, TimeLimits, TransferAreaComHandler, TransferMode,
 };
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, unused_ports, wait_until};
 

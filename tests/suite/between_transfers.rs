@@ -5,10 +5,10 @@ use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
 

@@ -3,11 +3,11 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area::{Exchange, FishX1Transfer, TimeLimits, TransferMode, TxtClient};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced};
 

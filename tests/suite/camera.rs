@@ -1,14 +1,16 @@
 //! Camera frames come in on a channel while the transfer runs.
 
+use std::sync::mpsc;
+use std::thread;
 use std::time::Duration;
 
 use crossbeam_channel::Receiver;
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::StartCameraOnline;
 use ft_transfer_area::{
     CameraFrame, CameraOptions, CameraStatistics, Error, PowerLine, TransferAreaComHandler,
 };
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{handler_for, unpaced, unused_ports, wait_until, DEADLINE};
 
@@ -245,4 +247,33 @@ fn calls_at_the_wrong_time_err_and_change_nothing() {
     let late = handler.start_camera(CameraOptions::default()).unwrap_err();
     assert_eq!(late, Error::NotStarted);
     wait_until(&txt, "the end", |machine| !machine.connected());
+}
+
+#[test]
+fn its_state_can_be_read_while_a_start_waits_for_the_end_of_a_gap() {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).reconnect(DEADLINE).build().unwrap();
+    handler.begin_transfer().unwrap();
+    txt.with_machine(|machine| {
+        machine.set_absent(true);
+        machine.disturb(FaultKind::Close { after: 0 });
+    });
+    while handler.wait_cycle().is_ok() {}
+    let (begins, begun) = mpsc::channel();
+    thread::scope(|scope| {
+        let start = scope.spawn(|| {
+            begins.send(()).unwrap();
+            handler.start_camera(CameraOptions::default())
+        });
+        begun.recv().unwrap();
+        // The start waits from some round on.
+        for _ in 0..50 {
+            assert_eq!(handler.camera_statistics(), CameraStatistics::default());
+            assert_eq!(handler.camera_error(), None);
+            thread::sleep(Duration::from_millis(1));
+        }
+        assert!(!start.is_finished(), "it did not wait");
+        txt.with_machine(|machine| machine.set_absent(false));
+        start.join().unwrap().unwrap();
+    });
 }

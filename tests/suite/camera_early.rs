@@ -3,8 +3,8 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{CameraConnection, Fault, FaultKind, SimulatedTxtBuilder};
 use ft_transfer_area::CameraOptions;
+use ft_transfer_area_simulator::{CameraConnection, Fault, FaultKind, SimulatedTxtBuilder};
 
 use crate::support::{check_client, handler_for, unpaced, DEADLINE};
 

@@ -5,13 +5,13 @@ use std::net::{TcpListener, TcpStream};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{ExchangeData, QueryStatusResponse, ResponseId, UpdateConfig};
 use ft_transfer_area::{
     Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits,
     TransferAreaComHandler, TransferMode, TxtClient,
 };
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::unpaced;
 

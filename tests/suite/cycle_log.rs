@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex};
 
 use ft_transfer_area::channel::{RecvTimeoutError, TryRecvError};
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area::{CycleLog, Error, Event, LogEntry, Logged, LoggedCycle};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
 

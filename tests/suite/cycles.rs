@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::{EventKind, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{handler_for, unpaced, DEADLINE};
 

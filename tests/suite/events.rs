@@ -3,10 +3,10 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Counter, Direction, Input, IrDevice, Motor};
 use ft_transfer_area::{Error, EventKind, Events, Joystick, TimedEvent, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 

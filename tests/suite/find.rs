@@ -6,12 +6,12 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{
     ask_controllers_at, find_controllers_at, ConnectionKind, Error, FirmwareVersion,
     TransferAreaComHandler, TriedAddress,
 };
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
@@ -154,4 +154,30 @@ fn without_addresses_no_controller_is_found() {
     let error = find_controllers_at::<&str>(&[], LIMIT).unwrap_err();
     assert_eq!(error, Error::NoController { tried: vec![] });
     assert!(error.to_string().starts_with("no controller was found; check"), "{error}");
+}
+
+#[test]
+fn auto_is_the_controller_that_is_found_and_stays_the_same_one() {
+    let close = Fault::at_exchange(5, FaultKind::Close { after: 0 });
+    let txt = SimulatedTxt::builder().fault(close).start().unwrap();
+    let builder = TransferAreaComHandler::builder(format!("auto:{}", txt.port()));
+    let builder = builder.i2c_port(txt.i2c_port()).reconnect(Duration::from_secs(30));
+    let handler = builder.build().unwrap();
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle().is_ok() {}
+    drop(handler.wait_cycle().unwrap());
+    assert_eq!(handler.statistics().gaps, 1);
+    // One for the search, one for the transfer, and one to reconnect without another search.
+    txt.with_machine(|machine| assert_eq!(machine.connections(), 3));
+    // Another search would find nothing, because the controller serves the transfer.
+    handler.i2c().unwrap();
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn auto_begins_no_transfer_without_a_controller() {
+    // No server gets this port by chance.
+    let builder = TransferAreaComHandler::builder("auto").port(1);
+    let error = builder.build().unwrap().begin_transfer().unwrap_err();
+    assert!(matches!(error, Error::NoController { .. }), "{error}");
 }

@@ -6,9 +6,9 @@ use std::sync::{mpsc, Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler, TransferAreaGuard};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
 

@@ -5,9 +5,9 @@ use std::net::{TcpListener, TcpStream};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::{I2cRequestHeader, I2C_NO_DEVICE};
 use ft_transfer_area::{Error, I2cClient, TimeLimits};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{check_client, handler_for, unpaced, unused_ports, wait_until};
 

@@ -4,10 +4,10 @@ use std::net::TcpListener;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1, REMOTE_IO_2};
 use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferMode};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 

@@ -2,8 +2,6 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use ft_transfer_area::{
@@ -11,6 +9,8 @@ use ft_transfer_area::{
     FishX1Transfer, I2cClient, TimeLimits, TransferAreaComHandler, TransferAreaComHandlerBuilder,
     TxtClient,
 };
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{handler_for, unpaced};
 
@@ -101,7 +101,13 @@ fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
 }
 
 fn simulated(set: impl Fn(SimulatedTxtBuilder) -> SimulatedTxtBuilder) -> Result<(), Error> {
-    set(SimulatedTxt::builder()).start().map(drop)
+    use ft_transfer_area_simulator::Error as NotStarted;
+    set(SimulatedTxt::builder()).start().map(drop).map_err(|error| match error {
+        NotStarted::OutOfRange { what, given, least, most } => {
+            Error::OutOfRange { what, given, least, most }
+        }
+        other => panic!("{other}"),
+    })
 }
 
 fn fault(kind: FaultKind) -> Result<(), Error> {

@@ -7,13 +7,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::channel::RecvTimeoutError;
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Direction, Input, Motor};
 use ft_transfer_area::{
     CameraOptions, Error, Event, EventKind, TransferArea, TransferAreaComHandler,
 };
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{check_client, handler_for, unpaced, Record, DEADLINE};
 

@@ -4,10 +4,10 @@ use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record};
 

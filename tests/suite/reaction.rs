@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler, TransferAreaGuard};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
 

@@ -3,13 +3,13 @@
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
 use ft_transfer_area::{
     CameraOptions, Error, Event, EventKind, FirmwareVersion, TimeLimits, TransferArea,
     TransferAreaComHandler,
 };
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{
     check_client, handler_for, unpaced, unused_ports, wait_until, Record, DEADLINE,

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use ft_transfer_area::channel::RecvTimeoutError;
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Direction, Motor};
 use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::handler_for;
 

@@ -3,9 +3,9 @@
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 #[path = "../ports/mod.rs"]
 mod ports;

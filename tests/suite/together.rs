@@ -6,10 +6,10 @@ use std::sync::{mpsc, Arc};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
 use ft_transfer_area::{CameraOptions, Error, Event, EventKind, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{handler_for, unpaced, wait_until, Record, DEADLINE};
 

@@ -3,9 +3,9 @@
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{handler_for, unpaced, Record, DEADLINE};
 

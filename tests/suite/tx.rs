@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use ft_transfer_area::simulator::world::{Board, MotorModel, Remote, Sensor, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{
     CounterMode, FishX1Transfer, InputMode, LOCAL_IO, NO_ULTRASONIC, R2_OVR, R_OVR, U_OVR,
 };
@@ -12,6 +10,8 @@ use ft_transfer_area::tx::{
     Motor, Output, Sound, SILENCE,
 };
 use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::{Board, MotorModel, Remote, Sensor, World};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced};
 use Direction::{Ccw, Cw, Halt};

@@ -8,10 +8,10 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Sound};
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 

@@ -5,10 +5,10 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Direction, Motor};
 use ft_transfer_area::{Error, Event, EventKind, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
 
@@ -246,8 +246,8 @@ fn it_begins_again_with_each_transfer() {
 
 #[test]
 fn a_program_that_waits_for_a_late_response_is_alive() {
-    use ft_transfer_area::simulator::{Fault, FaultKind};
     use ft_transfer_area::TimeLimits;
+    use ft_transfer_area_simulator::{Fault, FaultKind};
     let late = || Fault::at_exchange(5, FaultKind::Delay(LIMIT + LIMIT / 2));
     let limits = TimeLimits::default().with_read(DEADLINE);
     let waits = unpaced().fault(late()).start().unwrap();

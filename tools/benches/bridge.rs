@@ -14,7 +14,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{unbounded, Receiver};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use rumqttc::{Client, Event, MqttOptions, Packet, QoS};
 
 const CONTROLLERS: usize = 50;

@@ -8,8 +8,8 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::CameraFrame;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const DEADLINE: Duration = Duration::from_secs(60);

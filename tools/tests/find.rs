@@ -5,8 +5,8 @@ use std::net::TcpListener;
 use std::process::{Command, Output};
 use std::thread;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::Value;
 
 /// No program gets this port by chance.

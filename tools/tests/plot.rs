@@ -6,12 +6,12 @@ use std::process::{Command, Output};
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorder};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 use tempfile::TempDir;
 
 /// Longer than anything takes on a busy machine.

@@ -5,8 +5,6 @@ use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Motor};
 use ft_transfer_area::{
@@ -14,6 +12,8 @@ use ft_transfer_area::{
     TransferAreaComHandler, TransferMode, TxtClient,
 };
 use ft_transfer_area_recorder::{Options, Recorder};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use tempfile::TempDir;
 
 const DEADLINE: Duration = Duration::from_secs(60);

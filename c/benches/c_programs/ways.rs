@@ -10,9 +10,9 @@ use std::{env, mem, ptr, thread};
 
 // Its functions are called as a C program calls them.
 use ftMscLib as _;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{Config, Info, InputValues, OutputValues, LOCAL_IO};
 use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// The argument with which this program is the simulated TXT.
 pub(crate) const TXT: &str = "simulated-txt";

@@ -1,5 +1,5 @@
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::TimeLimits;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::*;
 

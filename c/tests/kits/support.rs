@@ -8,7 +8,7 @@ use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 /// Longer than any wait on a busy machine; only a test that fails waits this long.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(30);

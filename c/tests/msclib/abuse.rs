@@ -128,7 +128,7 @@ fn starting_stopping_and_closing_in_many_threads_leaves_the_motors_off() {
 
 #[test]
 fn closing_ends_a_start_that_waits_for_an_answer() {
-    use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+    use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
     let _library = initialized();
     let txt = start(SimulatedTxt::builder().fault(Fault::at_exchange(0, FaultKind::Silence)));
     let device = Device::open(&txt);

@@ -5,10 +5,10 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::{
     BtStatus, Change, Config, Info, InputValues, OutputValues, Status, Timer,
 };
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use super::api::*;
 
@@ -89,9 +89,8 @@ pub(crate) fn machine(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Mac
 /// The machine stands still, and its client has left.
 pub(crate) fn stands(txt: &SimulatedTxt) {
     machine(txt, "the end", |machine| {
-        let off = |controller: &ft_transfer_area::simulator::Controller| {
-            controller.outputs.duty == [0; 8]
-        };
+        let off =
+            |controller: &ft_transfer_area_simulator::Controller| controller.outputs.duty == [0; 8];
         !machine.online() && machine.controllers.iter().all(off)
     });
 }

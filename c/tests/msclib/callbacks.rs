@@ -79,7 +79,7 @@ fn each_event_is_told_once_in_a_thread_of_the_library() {
 #[test]
 fn extensions_that_come_and_go_are_told() {
     let _library = initialized();
-    let txt = start(ft_transfer_area::simulator::SimulatedTxt::builder().extensions(2));
+    let txt = start(ft_transfer_area_simulator::SimulatedTxt::builder().extensions(2));
     txt.with_machine(|it| it.alive[1] = false);
     forget();
     set_all();

@@ -147,7 +147,7 @@ fn a_controller_that_goes_away_ends_the_transfer_and_it_can_begin_again() {
     assert_eq!(ftxStopTransferArea(device.0), THREAD_NOT_RUNNING);
     assert_eq!(ftxStartTransferArea(device.0), OPEN_COM);
     assert_eq!((device.status(0), ftxIsHandleValid(device.0)), (0, SUCCESS));
-    let builder = ft_transfer_area::simulator::SimulatedTxt::builder();
+    let builder = ft_transfer_area_simulator::SimulatedTxt::builder();
     let txt = start(builder.port(address.port()));
     device.start();
     assert_eq!(SetOutMotorValues(device.0, 0, 0, 300, 0), SUCCESS);

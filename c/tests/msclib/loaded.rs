@@ -4,8 +4,8 @@ use std::env;
 use std::path::PathBuf;
 use std::process::Command;
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 use libloading::library_filename;
 
 use super::api::NAMES;

@@ -74,7 +74,7 @@ fn configurations_are_sent() {
 #[test]
 fn an_extension_has_outputs_and_inputs_of_its_own() {
     let _library = initialized();
-    let txt = start(ft_transfer_area::simulator::SimulatedTxt::builder().extensions(2));
+    let txt = start(ft_transfer_area_simulator::SimulatedTxt::builder().extensions(2));
     let device = Device::open(&txt);
     device.start();
     let (mut bits, mut alive) = (0, 7);

@@ -24,7 +24,7 @@ fn the_library_and_its_errors_have_texts() {
 #[test]
 fn a_controller_tells_its_name_and_firmware_before_its_transfer() {
     let _library = initialized();
-    let builder = ft_transfer_area::simulator::SimulatedTxt::builder();
+    let builder = ft_transfer_area_simulator::SimulatedTxt::builder();
     let txt = start(builder.device_name("Sorting line 1"));
     let device = Device::open(&txt).0;
     let of_device = |get: fn(Handle, _, u32) -> u32| text(|to, size| get(device, to, size)).0;

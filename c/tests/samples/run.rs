@@ -8,9 +8,9 @@ use std::sync::{mpsc, LazyLock, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const DEADLINE: Duration = Duration::from_secs(120);

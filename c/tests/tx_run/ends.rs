@@ -1,6 +1,6 @@
 //! How programs end, and what they leave behind.
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{has_compiler, run_on, txt, wait_for, Ended, Run};
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Arc;
 
-use ft_transfer_area::simulator::Machine;
+use ft_transfer_area_simulator::Machine;
 
 use crate::support::{has_compiler, run_on, txt, wait_for};
 

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::CameraFrameHeader;
 use ft_transfer_area::{CameraOptions, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 use jpeg_encoder::{ColorType, Encoder, SamplingFactor};
 
 use super::{write, Input};

@@ -286,7 +286,7 @@ fn session() {
 }
 
 fn text() {
-    let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/../src/simulator/worlds");
+    let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/../simulator/worlds");
     for entry in fs::read_dir(worlds).unwrap() {
         let path = entry.unwrap().path();
         write("worlds", path.file_name().unwrap().to_str().unwrap(), fs::read(&path).unwrap());

@@ -3,8 +3,8 @@
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, Machine, SimulatedTxt};
 use ft_transfer_area::{TimeLimits, TransferArea, TransferAreaComHandler, TransferMode};
+use ft_transfer_area_simulator::{Fault, Machine, SimulatedTxt};
 
 use super::plan::Setup;
 use super::program::locked;

@@ -1,7 +1,7 @@
 //! What a random program does: plain data, printed when it fails.
 
-use ft_transfer_area::simulator::FaultKind;
 use ft_transfer_area::tx::{Counter, Motor};
+use ft_transfer_area_simulator::FaultKind;
 
 use crate::proxy::fault::Strike;
 

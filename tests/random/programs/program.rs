@@ -4,11 +4,11 @@ use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::FaultKind;
 use ft_transfer_area::{
     CameraOptions, Error, EventKind, Events, TransferArea, TransferAreaComHandler,
     TransferAreaGuard,
 };
+use ft_transfer_area_simulator::FaultKind;
 
 use super::areas::{act, hold, Areas};
 use super::hook;

@@ -4,10 +4,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
 use ft_transfer_area::{Error, TimedEvent};
+use ft_transfer_area_simulator::Machine;
 
 use super::plan::By;
 

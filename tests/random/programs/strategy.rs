@@ -1,7 +1,7 @@
 //! How random programs are made.
 
-use ft_transfer_area::simulator::FaultKind;
 use ft_transfer_area::tx::{Counter, Motor};
+use ft_transfer_area_simulator::FaultKind;
 use proptest::collection::vec;
 use proptest::option::weighted;
 use proptest::prelude::*;

@@ -8,9 +8,9 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 use nix::sys::resource::{setrlimit, Resource};
 use nix::sys::signal::{SigSet, Signal};
 use nix::unistd::{setuid, Uid};

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use super::row::{By, DEADLINE};
 

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::{FirmwareVersion, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::controller::{is_on, txt, Controller, DUTY};
 use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE};

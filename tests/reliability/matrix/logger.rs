@@ -55,7 +55,7 @@ impl Logger {
 impl log::Log for Logger {
     fn enabled(&self, line: &log::Metadata<'_>) -> bool {
         // A real controller does not share the program's logger.
-        !line.target().starts_with("ft_transfer_area::simulator")
+        !line.target().starts_with("ft_transfer_area_simulator")
     }
 
     fn log(&self, record: &log::Record<'_>) {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::FaultKind;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, Event, EventKind, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area_simulator::FaultKind;
 
 use super::beside::{Beside, Waiting};
 use super::controller::{is_on, txt, Controller, DUTY};

@@ -4,10 +4,10 @@ use std::sync::{Arc, Barrier, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
 use ft_transfer_area::{Error, FishX1Transfer, TransferArea, TransferAreaComHandler};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::controller::{is_on, txt, DUTY};
 use super::row::{By, Outcome, Row, Seen, DEADLINE};

@@ -68,7 +68,7 @@ pub struct Totals {
 /// end of the handler. A transfer never waits for it. Dropping it finishes the file, too, and only logs an error.
 ///
 /// ```
-/// use ft_transfer_area::simulator::SimulatedTxt;
+/// use ft_transfer_area_simulator::SimulatedTxt;
 /// use ft_transfer_area::TransferAreaComHandler;
 /// use ft_transfer_area_recorder::{Options, Recorder};
 ///

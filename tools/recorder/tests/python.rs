@@ -9,9 +9,9 @@ use std::io::Write;
 use std::process::Command;
 use std::time::Duration;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorder};
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::Value;
 
 #[test]

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::{
@@ -14,6 +13,7 @@ use ft_transfer_area::{
 use ft_transfer_area_recorder::{
     Cycle, Entry, Error, FailureKind, Options, Recorded, Recorder, Recording, Transfer,
 };
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 use tempfile::TempDir;
 
 /// Room for all cycles of a test, however slow the disk is.

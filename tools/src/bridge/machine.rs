@@ -177,7 +177,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use crossbeam_channel::unbounded;
-    use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+    use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
     use super::*;
     use crate::bridge::broker::{Broker, Message, News};

@@ -20,10 +20,10 @@ use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{select, unbounded};
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{find_controllers, Error};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use self::broker::Broker;
 use self::desk::Setup;
@@ -201,7 +201,7 @@ fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {
 }
 
 /// A simulated TXT with a world by its name, or from a file.
-fn simulate(world: &str) -> Result<SimulatedTxt, Error> {
+fn simulate(world: &str) -> Result<SimulatedTxt, ft_transfer_area_simulator::Error> {
     let world = match World::SHIPPED.contains(&world) {
         true => World::shipped(world)?,
         false => World::load(world)?,

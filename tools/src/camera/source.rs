@@ -2,9 +2,9 @@
 
 use anyhow::{anyhow, Context};
 use crossbeam_channel::{select, Receiver};
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{CameraFrame, CameraOptions, Error, TransferAreaComHandler};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// A started camera. Dropping it ends the transfer.
 pub(super) struct Source {

@@ -210,7 +210,7 @@ pub(super) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<
 
 #[cfg(test)]
 mod tests {
-    use ft_transfer_area::simulator::SimulatedTxt;
+    use ft_transfer_area_simulator::SimulatedTxt;
 
     use super::super::reply::Answers;
     use super::super::wheel::Freed;

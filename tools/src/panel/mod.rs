@@ -25,8 +25,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use ft_transfer_area::simulator::world::{Script, World};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area_simulator::world::{Script, World};
 
 use self::host::{Common, Host};
 use self::pages::Panel;

@@ -1,10 +1,10 @@
 //! The simulated TXT, and the world that is plugged into it.
 
-use ft_transfer_area::simulator::world::{Board, Remote, Sensor, World, WorldState};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::transfer_area::{InputMode, MAX_EXTENSIONS};
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::FishX1Transfer;
+use ft_transfer_area_simulator::world::{Board, Remote, Sensor, World, WorldState};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde::Serialize;
 
 use super::trouble::Trouble;
@@ -79,7 +79,7 @@ impl Simulated {
     pub(super) fn start(
         world: Option<World>,
         extensions: Option<usize>,
-    ) -> Result<Self, ft_transfer_area::Error> {
+    ) -> Result<Self, ft_transfer_area_simulator::Error> {
         let mut builder = SimulatedTxt::builder();
         if let Some(extensions) = extensions {
             builder = builder.extensions(extensions);

@@ -7,7 +7,7 @@ use std::io;
 use std::sync::{Arc, Weak};
 use std::thread;
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::{interrupt, print};
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::ValueEnum;
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::{CameraConnection, Fault, SimulatedTxt, SimulatedTxtBuilder};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{FirmwareVersion, PORT};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{CameraConnection, Fault, SimulatedTxt, SimulatedTxtBuilder};
 
 const AFTER: &str = "\
 WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, cut, surplus:BYTES or

@@ -2,14 +2,14 @@
 
 use std::str::FromStr;
 
-use ft_transfer_area::simulator::world::{Remote, Sensor, WorldState};
-use ft_transfer_area::simulator::Machine;
 use ft_transfer_area::transfer_area::{
     IR_RECEIVER_IDX_ALL_DATA, IR_RECEIVER_IDX_OFF_OFF, IR_RECEIVER_IDX_OFF_ON,
     IR_RECEIVER_IDX_ON_OFF, IR_RECEIVER_IDX_ON_ON,
 };
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::wire::IrRemote;
+use ft_transfer_area_simulator::world::{Remote, Sensor, WorldState};
+use ft_transfer_area_simulator::Machine;
 
 pub(crate) const HELP: &str = "\
 I1 1 to I8 1                     presses what is plugged in there, or sets its value: ohms, mV, cm,

@@ -5,7 +5,7 @@ use std::net::TcpListener;
 use std::process::Command;
 use std::thread;
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{wait_machine, Bridge};
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener};
 

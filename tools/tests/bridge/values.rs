@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Arc;
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
 use crate::support::{is_state, wait_machine, Bridge, Broker, Listener};
@@ -50,7 +50,7 @@ fn no_change_of_a_digital_input_is_lost() {
     let left = Arc::new(AtomicU32::new(0));
     let changes = Arc::clone(&left);
     // A change with each response: faster than anybody presses.
-    let script = move |machine: &mut ft_transfer_area::simulator::Machine| {
+    let script = move |machine: &mut ft_transfer_area_simulator::Machine| {
         let count = |left: u32| left.checked_sub(1);
         if changes.fetch_update(Ordering::Relaxed, Ordering::Relaxed, count).is_ok() {
             machine.controllers[0].uni[3] ^= 1;

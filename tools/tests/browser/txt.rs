@@ -1,9 +1,9 @@
 //! A simulated TXT of this process, and what it sees of the page.
 
 use anyhow::{ensure, Result};
-use ft_transfer_area::simulator::world::{Script, World};
-use ft_transfer_area::simulator::{Machine, SimulatedTxt};
 use ft_transfer_area::tx::Motor;
+use ft_transfer_area_simulator::world::{Script, World};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::page::LIMIT;
 

@@ -1,6 +1,6 @@
 //! Who may use the panel.
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 use tungstenite::http::HeaderValue;
 

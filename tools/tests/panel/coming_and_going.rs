@@ -2,7 +2,7 @@
 
 use std::net::TcpListener;
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
 use crate::page::is_running;

@@ -1,6 +1,6 @@
 //! What a page can order, and what arrives at the controller.
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
 use crate::program::Panel;

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
 use crate::page::is_running;

@@ -1,6 +1,6 @@
 //! Who may drive, and what stops the motors.
 
-use ft_transfer_area::simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::json;
 
 use crate::http::post_stop;

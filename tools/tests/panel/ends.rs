@@ -2,8 +2,8 @@
 
 use std::process::Stdio;
 
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::wire::CommandId;
+use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
 use crate::program::{command, Panel};

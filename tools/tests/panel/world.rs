@@ -120,7 +120,7 @@ fn a_controller_without_a_world_has_none() {
 
 #[test]
 fn a_real_controller_has_no_world() {
-    let txt = ft_transfer_area::simulator::SimulatedTxt::builder().start().unwrap();
+    let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start().unwrap();
     let panel = Panel::of(&[&txt]);
     let mut page = panel.driver();
     assert_eq!(page.refused(json!({"do": "press", "input": 0, "pressed": true})), "not_simulated");

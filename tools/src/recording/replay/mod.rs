@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
-use ft_transfer_area::simulator::SimulatedTxt;
 use ft_transfer_area::{FirmwareVersion, PORT};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::survey::Survey;
 use crate::{interrupt, print};

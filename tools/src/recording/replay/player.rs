@@ -4,10 +4,10 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::simulator::{FaultKind, Machine};
 use ft_transfer_area_recorder::{
     Cycle, Entry, Error, Failure, FailureKind, Recorded, Recording, Transfer,
 };
+use ft_transfer_area_simulator::{FaultKind, Machine};
 
 use super::compare::{Difference, Terminals};
 

@@ -1,0 +1,140 @@
+//! How camera clients connect.
+
+use std::io;
+use std::net::{SocketAddr, TcpListener};
+use std::time::Duration;
+
+use crossbeam_channel::{unbounded, Receiver, Sender};
+use mio::net::TcpStream;
+
+use crate::machine::Machine;
+use crate::port::Port;
+use crate::shared::Stopped;
+
+/// When the simulated camera accepts connections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum CameraConnection {
+    /// The port accepts connections all the time. While the camera starts up, they wait for their
+    /// frames; while it is off, they are closed immediately. No other program can take the port.
+    #[default]
+    Waits,
+    /// As with a TXT: connections are refused before the camera serves, after it is stopped, and while
+    /// another client is served.
+    ///
+    /// Meanwhile another program can take the port. Then the camera does not serve, and a warning is
+    /// logged.
+    Txt,
+    /// As with the server program for the TXT 4.0, which ftrobopy uses: the port accepts connections all
+    /// the time, but the server looks for a client only once, when StartCameraOnline arrives. A client
+    /// that is already connected gets frames; a client that connects later never does.
+    Txt40,
+}
+
+/// Where the camera's thread gets its clients from.
+#[derive(Debug)]
+pub(crate) enum Clients {
+    /// A port that accepts connections all the time.
+    Open,
+    /// A port that accepts connections while the camera serves.
+    WhileServing(SocketAddr),
+    /// The clients that the main connection's thread finds.
+    Found(Receiver<TcpStream>),
+}
+
+/// Looks for a camera client when the camera is started, if the camera itself does not.
+#[derive(Debug)]
+pub(crate) struct Doorman {
+    listener: TcpListener,
+    found: Sender<TcpStream>,
+}
+
+impl Clients {
+    /// Where clients come from, and who looks for them when the camera is started.
+    pub(crate) fn of(
+        connection: CameraConnection,
+        listener: TcpListener,
+        port: &mut Port,
+    ) -> io::Result<(Self, Option<Doorman>)> {
+        Ok(match connection {
+            CameraConnection::Waits => {
+                port.listen(listener)?;
+                (Self::Open, None)
+            }
+            CameraConnection::Txt => (Self::WhileServing(listener.local_addr()?), None),
+            CameraConnection::Txt40 => {
+                let (found, clients) = unbounded();
+                (Self::Found(clients), Some(Doorman { listener, found }))
+            }
+        })
+    }
+
+    /// Waits for the next client.
+    pub(super) fn next(&self, port: &mut Port, start_up: Duration) -> Result<TcpStream, Stopped> {
+        match self {
+            Self::Open => port.accept(),
+            Self::WhileServing(address) => loop {
+                if let Some(stream) = accept_while_serving(*address, port, start_up)? {
+                    return Ok(stream);
+                }
+            },
+            // The doorman leaves when the threads should end.
+            Self::Found(clients) => clients.recv().map_err(|_| Stopped),
+        }
+    }
+}
+
+impl Doorman {
+    /// Checks once whether a client is connected.
+    pub(crate) fn look(&self) {
+        match accept(&self.listener) {
+            Ok((stream, client)) => {
+                log::info!("{client} is connected to the camera port and gets frames");
+                // This fails only when the camera's thread, and so the simulated TXT, is ending.
+                let _ = self.found.send(stream);
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                log::warn!("no client is connected to the camera port, so none gets frames");
+            }
+            Err(error) => log::warn!("a client could not be accepted: {error}"),
+        }
+    }
+}
+
+/// A client of a listener that does not block.
+fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
+    let (stream, client) = listener.accept()?;
+    stream.set_nonblocking(true)?;
+    stream.set_nodelay(true)?;
+    Ok((TcpStream::from_std(stream), client))
+}
+
+/// Whether the camera serves. Until then, how long that takes at most without news.
+fn serves(machine: &Machine, start_up: Duration) -> Result<(), Duration> {
+    let run = machine.camera_run().ok_or(Duration::MAX)?;
+    machine.time_until(run.since.saturating_add(start_up)).map_or(Ok(()), Err)
+}
+
+/// Waits until the camera serves and then for a client, if one comes before it is stopped.
+fn accept_while_serving(
+    address: SocketAddr,
+    port: &mut Port,
+    start_up: Duration,
+) -> Result<Option<TcpStream>, Stopped> {
+    port.shared().wait_for_camera(|machine| serves(machine, start_up))?;
+    if let Err(error) = listen(address, port) {
+        log::warn!("the camera does not serve at {address}: {error}");
+        port.shared().with_machine(Machine::stop_camera);
+        return Ok(None);
+    }
+    let client =
+        port.accept_while(|shared| shared.look(|machine| serves(machine, start_up).is_ok()));
+    port.close();
+    client
+}
+
+fn listen(address: SocketAddr, port: &mut Port) -> io::Result<()> {
+    let listener = TcpListener::bind(address)?;
+    listener.set_nonblocking(true)?;
+    port.listen(listener)
+}

@@ -1,0 +1,227 @@
+//! The thread of the camera connection and its sockets.
+
+use std::io;
+use std::time::Duration;
+
+use mio::net::TcpStream;
+
+use super::connection::Clients;
+use super::frame::{frame, frame_of};
+use super::test_card::TestCard;
+use super::{CameraRun, Format};
+use crate::end::End;
+use crate::machine::Machine;
+use crate::port::{Link, Port};
+use crate::shared::{Shared, Stopped};
+use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
+
+/// Why a connection ends when the camera is stopped or started again.
+const STOPPED: End = End::Closed("the camera was stopped");
+
+/// How the camera behaves with any requested settings.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraSettings {
+    /// The time from the command until the camera serves.
+    pub(crate) start_up: Duration,
+    /// Whether the frames have their Huffman tables.
+    pub(crate) tables: bool,
+    /// After how many frames a connection sends nothing more.
+    pub(crate) stall_after: Option<u64>,
+}
+
+/// Serves one camera client after another while the camera is started.
+pub(crate) struct CameraServer {
+    pub(crate) clients: Clients,
+    pub(crate) port: Port,
+    pub(crate) settings: CameraSettings,
+}
+
+impl CameraServer {
+    /// Serves clients until the thread should end.
+    pub(crate) fn run(mut self) {
+        while let Ok(stream) = self.clients.next(&mut self.port, self.settings.start_up) {
+            let Ok(run) = self.wait_until_ready() else { return };
+            let Some(run) = run else {
+                log::info!("the camera does not serve: the connection is closed");
+                continue;
+            };
+            if let Err(end) = self.serve(stream, run) {
+                end.tell("the camera client");
+            }
+        }
+    }
+
+    /// The start of the camera, once its start-up time has passed; `None` when it is off.
+    fn wait_until_ready(&self) -> Result<Option<CameraRun>, Stopped> {
+        self.port.shared().wait_for_camera(|machine| {
+            let Some(run) = machine.camera_run() else { return Ok(None) };
+            let due = run.since.saturating_add(self.settings.start_up);
+            machine.time_until(due).map_or(Ok(Some(run)), Err)
+        })
+    }
+
+    fn serve(&mut self, stream: TcpStream, run: CameraRun) -> Result<(), End> {
+        let begin = self.port.shared().look(Machine::now);
+        let link = Link::new(&self.port, stream)?;
+        let mut connection = Connection { server: self, link, run, begin, sent: 0, next: 0 };
+        loop {
+            connection.send_frame()?;
+            connection.read_acknowledge()?;
+        }
+    }
+}
+
+struct Connection<'a> {
+    server: &'a mut CameraServer,
+    link: Link,
+    run: CameraRun,
+    /// When the first frame was produced, by the machine's clock.
+    begin: Duration,
+    /// The number of frames sent.
+    sent: u64,
+    /// The number of the last sent frame plus 1.
+    next: u64,
+}
+
+impl Connection<'_> {
+    /// Sends the newest frame, when there is one newer than the last one sent.
+    fn send_frame(&mut self) -> Result<(), End> {
+        if self.server.settings.stall_after == Some(self.sent) {
+            return self.fall_silent();
+        }
+        let number = self.next_frame()?;
+        let frames_ready = number - self.next + 1;
+        let bytes = self.packet(number, frames_ready)?;
+        // Counted before the client can read it.
+        self.server.port.shared().with_machine(Machine::note_camera_frame);
+        self.write(&bytes)?;
+        log::trace!("camera frame {number} is sent, {frames_ready} were ready");
+        self.sent += 1;
+        self.next = number + 1;
+        Ok(())
+    }
+
+    /// Waits until there is a new frame. Returns the number of the newest.
+    fn next_frame(&self) -> Result<u64, End> {
+        let due = self.begin.saturating_add(self.run.format.due(self.next));
+        self.server.port.shared().wait_for_camera(|machine| {
+            if machine.camera_run() != Some(self.run) {
+                return Ok(Err(STOPPED));
+            }
+            let now = machine.now();
+            machine
+                .time_until(due)
+                .map_or_else(|| Ok(Ok(self.run.format.newest(now.saturating_sub(self.begin)))), Err)
+        })?
+    }
+
+    /// The frame with this number, and its header before it.
+    fn packet(&self, number: u64, frames_ready: u64) -> Result<Vec<u8>, End> {
+        let Format { width, height, .. } = self.run.format;
+        let tables = self.server.settings.tables;
+        let frame = match self.server.port.shared().look(Machine::camera_picture) {
+            Some(picture) => frame_of(&picture, number, tables),
+            None => frame(TestCard::new(width, height, number), number, tables)
+                .map_err(io::Error::other)?,
+        };
+        let header = CameraFrameHeader {
+            frames_ready: i32::try_from(frames_ready).unwrap_or(i32::MAX),
+            // Width and height are at most 4096, so their products fit.
+            width: width as i16,
+            height: height as i16,
+            size_raw: i32::from(width) * i32::from(height) * 2,
+            size_compressed: frame.len() as i32,
+        };
+        let mut packet = Vec::with_capacity(CameraFrameHeader::LEN + frame.len());
+        header.emit(&mut packet);
+        packet.extend(frame);
+        Ok(packet)
+    }
+
+    /// Reads the acknowledge of the frame.
+    fn read_acknowledge(&mut self) -> Result<(), End> {
+        let mut id = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
+        self.read(&mut id)?;
+        if id != CAMERA_FRAME_ACKNOWLEDGE {
+            return Err(End::Misbehaved(format!("{id:02X?} is not the acknowledge of a frame")));
+        }
+        self.server.port.shared().with_machine(Machine::note_camera_acknowledge);
+        Ok(())
+    }
+
+    /// Sends nothing more, until the connection ends.
+    fn fall_silent(&mut self) -> Result<(), End> {
+        log::info!("the camera sends nothing more, as ordered");
+        loop {
+            self.read(&mut [0])?;
+        }
+    }
+
+    /// Fills the buffer.
+    fn read(&mut self, buffer: &mut [u8]) -> Result<(), End> {
+        let run = self.run;
+        self.link.read_all(&mut self.server.port, buffer, None, |shared| check(shared, run))
+    }
+
+    /// Writes all bytes, as slowly as the client reads them.
+    fn write(&mut self, bytes: &[u8]) -> Result<(), End> {
+        let run = self.run;
+        self.link.write_all(&mut self.server.port, bytes, None, |shared| check(shared, run))
+    }
+}
+
+/// Whether the connection may go on in this run of the camera.
+fn check(shared: &Shared, run: CameraRun) -> Result<(), End> {
+    shared.check()?;
+    if shared.look(Machine::camera_run) == Some(run) {
+        Ok(())
+    } else {
+        Err(STOPPED)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::{Ipv4Addr, TcpListener};
+    use std::sync::Arc;
+    use std::thread;
+
+    use super::*;
+    use ft_transfer_area::wire::StartCameraOnline;
+
+    /// Far more than the sockets hold.
+    const TOO_MUCH: usize = 1 << 26;
+
+    /// How writing to a client that never reads ends when this happens.
+    fn write_until(event: impl FnOnce(&Shared)) -> End {
+        let mut machine = Machine::new(0);
+        let asked_for =
+            StartCameraOnline { width: 16, height: 16, framerate: 15, power_line_frequency: 50 };
+        machine.start_camera(asked_for);
+        let run = machine.camera_run().unwrap();
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let _client = std::net::TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (stream, _) = listener.accept().unwrap();
+        stream.set_nonblocking(true).unwrap();
+        let start_up = Duration::ZERO;
+        let settings = CameraSettings { start_up, tables: true, stall_after: None };
+        let shared = Arc::new(Shared::new(machine));
+        let port = Port::new(Arc::clone(&shared), "camera", true).unwrap();
+        let mut server = CameraServer { clients: Clients::Open, port, settings };
+        let link = Link::new(&server.port, TcpStream::from_std(stream)).unwrap();
+        let begin = Duration::ZERO;
+        let mut connection = Connection { server: &mut server, link, run, begin, sent: 0, next: 0 };
+        thread::scope(|scope| {
+            let writing = scope.spawn(|| connection.write(&vec![0; TOO_MUCH]));
+            event(&shared);
+            writing.join().unwrap().unwrap_err()
+        })
+    }
+
+    #[test]
+    fn a_client_that_never_reads_blocks_no_thread() {
+        assert!(matches!(write_until(Shared::stop), End::Stopped));
+        let stop = |shared: &Shared| shared.with_machine(Machine::stop_camera);
+        assert!(matches!(write_until(stop), End::Closed(_)));
+    }
+}

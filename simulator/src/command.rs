@@ -1,0 +1,152 @@
+//! Which commands there are, how long they are, and what is wrong with others.
+
+use std::fmt;
+
+use byteorder::{ByteOrder, LittleEndian};
+
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::wire::{
+    CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
+};
+use ft_transfer_area::Error;
+
+/// Why a client's connection is closed without an answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Misbehaviour {
+    /// No command has this id.
+    UnknownId(u32),
+    /// The command needs online mode.
+    NotOnline(CommandId),
+    /// More extensions than possible.
+    Extensions(u16),
+    /// The packet can't be understood.
+    Packet(Error),
+}
+
+impl fmt::Display for Misbehaviour {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownId(id) => write!(f, "no command has the id {id:#010x}"),
+            Self::NotOnline(command) => write!(f, "{command} came before StartOnline"),
+            Self::Extensions(mask) => {
+                write!(f, "extension mask {mask:#06x} has more than {MAX_EXTENSIONS} bits")
+            }
+            Self::Packet(error) => error.fmt(f),
+        }
+    }
+}
+
+impl From<Error> for Misbehaviour {
+    fn from(error: Error) -> Self {
+        Self::Packet(error)
+    }
+}
+
+/// The size of the command that starts with these bytes, as far as they show it. With that many
+/// bytes the result may be larger.
+pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
+    let Some(id) = start.get(..ID_LEN) else { return Ok(ID_LEN) };
+    match command_id(id)? {
+        CommandId::QueryStatus | CommandId::StopOnline | CommandId::StopCameraOnline => Ok(ID_LEN),
+        CommandId::StartOnline => Ok(StartOnline::LEN),
+        CommandId::UpdateConfig => Ok(UpdateConfig::LEN),
+        CommandId::StartCameraOnline => Ok(StartCameraOnline::LEN),
+        CommandId::ExchangeData => Ok(ExchangeData::LEN),
+        CommandId::ExchangeDataCmpr => match start.get(..CmprHeader::LEN) {
+            None => Ok(CmprHeader::LEN),
+            Some(header) => {
+                let header = CmprHeader::parse_command(header)?;
+                Ok(CmprHeader::LEN + header.extra_size as usize)
+            }
+        },
+    }
+}
+
+/// Which command these bytes are. There are at least [`ID_LEN`] of them.
+pub(super) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
+    let id = LittleEndian::read_u32(command);
+    CommandId::from_id(id).ok_or(Misbehaviour::UnknownId(id))
+}
+
+/// What has arrived after a command before its response is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ahead {
+    /// No whole command.
+    Nothing,
+    /// What a client sends on a connection that it gives up: StopOnline, perhaps after a last
+    /// exchange.
+    Farewell,
+    /// Another command.
+    Command(CommandId),
+}
+
+/// What these bytes are; a command may start with them.
+pub(super) fn ahead(bytes: &[u8]) -> Ahead {
+    let Some((first, rest)) = split_command(bytes) else { return Ahead::Nothing };
+    let last = match first {
+        CommandId::ExchangeData | CommandId::ExchangeDataCmpr => {
+            split_command(rest).map(|(second, _)| second)
+        }
+        first => Some(first),
+    };
+    match last {
+        Some(CommandId::StopOnline) => Ahead::Farewell,
+        _ => Ahead::Command(first),
+    }
+}
+
+/// The command that these bytes start with, if it is whole, and what follows it.
+fn split_command(bytes: &[u8]) -> Option<(CommandId, &[u8])> {
+    let (command, rest) = bytes.split_at_checked(command_size(bytes).ok()?)?;
+    Some((command_id(command).ok()?, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_size_of_a_command_is_told_by_its_start() {
+        let mut command = Vec::new();
+        CmprHeader { extra_size: 9, ..CmprHeader::default() }.emit_command(&mut command);
+        for (there, size) in [(0, 4), (3, 4), (4, 16), (15, 16), (16, 25)] {
+            assert_eq!(command_size(&command[..there]), Ok(size));
+        }
+        let update = CommandId::UpdateConfig.id().to_le_bytes();
+        assert_eq!(command_size(&update), Ok(UpdateConfig::LEN));
+    }
+
+    #[test]
+    fn a_farewell_is_told_from_other_commands() {
+        let id = |command: CommandId| command.id().to_le_bytes().to_vec();
+        let (mut exchange, mut compressed) = (Vec::new(), Vec::new());
+        ExchangeData::default().emit(&mut exchange);
+        CmprHeader { extra_size: 2, ..CmprHeader::default() }.emit_command(&mut compressed);
+        compressed.extend([0; 2]);
+        let (query, stop) = (id(CommandId::QueryStatus), id(CommandId::StopOnline));
+        assert_eq!(ahead(&stop), Ahead::Farewell);
+        assert_eq!(ahead(&query), Ahead::Command(CommandId::QueryStatus));
+        assert_eq!(ahead(&[query, stop.clone()].concat()), Ahead::Command(CommandId::QueryStatus));
+        for (last, id) in
+            [(exchange, CommandId::ExchangeData), (compressed, CommandId::ExchangeDataCmpr)]
+        {
+            assert_eq!(ahead(&last[..last.len() - 1]), Ahead::Nothing);
+            assert_eq!(ahead(&last), Ahead::Command(id));
+            assert_eq!(ahead(&[&last[..], &stop].concat()), Ahead::Farewell);
+            assert_eq!(ahead(&[&last[..], &last, &stop].concat()), Ahead::Command(id));
+        }
+        assert_eq!(ahead(&[]), Ahead::Nothing);
+        assert_eq!(ahead(&[0; 100]), Ahead::Nothing);
+    }
+
+    #[test]
+    fn what_is_no_command_has_no_size() {
+        assert_eq!(command_size(&[0; 4]), Err(Misbehaviour::UnknownId(0)));
+        let mut command = Vec::new();
+        CmprHeader { extra_size: 4097, ..CmprHeader::default() }.emit_command(&mut command);
+        assert!(matches!(
+            command_size(&command),
+            Err(Misbehaviour::Packet(Error::TooLarge { announced: 4097, .. }))
+        ));
+    }
+}

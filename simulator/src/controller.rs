@@ -1,0 +1,334 @@
+//! One controller of the simulated machine.
+
+use std::mem;
+
+use crate::motor::Motor;
+use crate::oddity::Task;
+use crate::sound::Sound;
+use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
+use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
+
+/// The master or one extension: what its inputs report, and the outputs it has received.
+///
+/// The inputs may be set at any time and keep their value, except that motors change
+/// [`counter`](Self::counter) and [`counter_input`](Self::counter_input). A
+/// [world](super::world::World) sets [`uni`](Self::uni) and [`ir`](Self::ir) whenever time passes.
+#[derive(Clone, Debug, Default)]
+pub struct Controller {
+    /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
+    /// simulated TXT does not convert it.
+    pub uni: [i16; 8],
+    /// The levels of C1 to C4, 0 or 1. Each pulse of a motor toggles the level of its counter.
+    pub counter_input: [i16; 4],
+    /// The pulses that C1 to C4 have counted. Wraps from 32767 to −32768. It stays when the
+    /// connection ends.
+    pub counter: [i16; 4],
+    /// What the infrared remotes send: “any remote”, then the four switch settings.
+    pub ir: [IrRemote; 5],
+    /// Loudness, linear. Reported from firmware 4.2.4 on, by the compressed exchange.
+    pub mic_lin: u16,
+    /// Loudness, logarithmic. Reported from firmware 4.2.4 on, by the compressed exchange.
+    pub mic_log: u16,
+    /// The last received outputs; all 0 after StopOnline or when the client is lost.
+    pub outputs: ExchangeData,
+    /// The last accepted configuration; the default before the first.
+    pub config: Config,
+    /// The id of that configuration; 0 before the first one after StartOnline.
+    pub config_id: i16,
+    motors: [Motor; IZ_MOTOR],
+    sound: Sound,
+    /// Ids of the counter resets that were done before this exchange.
+    finished_resets: [u16; IZ_COUNTER],
+    /// Ids of the counter resets of this exchange; the next one reports them.
+    latest_resets: [u16; IZ_COUNTER],
+    /// What it reports instead.
+    told_to_report: Option<ExchangeDataResponse>,
+}
+
+impl Controller {
+    /// Reports this from now on, whatever is plugged in and whatever its outputs do, for a script that
+    /// repeats what a real controller has reported. With `None`, the default, it reports its own inputs and the
+    /// commands that it has finished.
+    ///
+    /// ```
+    /// use ft_transfer_area_simulator::Machine;
+    /// use ft_transfer_area::wire::ExchangeDataResponse;
+    ///
+    /// let mut machine = Machine::new(0);
+    /// let recorded = ExchangeDataResponse { motor_command_id: [7; 4], ..Default::default() };
+    /// machine.controllers[0].report_as(Some(recorded));
+    /// assert_eq!(machine.report(0), Some(recorded));
+    /// ```
+    pub fn report_as(&mut self, report: Option<ExchangeDataResponse>) {
+        self.told_to_report = report;
+    }
+
+    /// Id of the sound command that is playing, `None` when no sound plays.
+    pub fn playing_sound(&self) -> Option<u16> {
+        self.sound.playing_id()
+    }
+
+    /// Stops motors and sounds and forgets all commands.
+    pub(super) fn stop(&mut self) {
+        self.outputs = ExchangeData::default();
+        self.motors = Default::default();
+        self.sound = Sound::default();
+        self.finished_resets = [0; IZ_COUNTER];
+        self.latest_resets = [0; IZ_COUNTER];
+    }
+
+    /// Takes over outputs. A command is new when its id differs from the one before.
+    pub(super) fn take_over(&mut self, outputs: ExchangeData) {
+        let before = mem::replace(&mut self.outputs, outputs);
+        for index in 0..IZ_MOTOR {
+            let id = outputs.motor_command_id[index];
+            if id != before.motor_command_id[index] {
+                self.begin_motor(index, id);
+            }
+        }
+        for index in 0..IZ_COUNTER {
+            if outputs.counter_reset_id[index] != before.counter_reset_id[index] {
+                self.counter[index] = 0;
+            }
+        }
+        let id = outputs.sound_command_id;
+        if id != before.sound_command_id {
+            self.sound.begin(id, outputs.sound_index, outputs.sound_repeat);
+        }
+    }
+
+    /// The tasks that need a motor's count at present, each with the motor's index.
+    pub(super) fn tasks(&self) -> impl Iterator<Item = (usize, Task)> + '_ {
+        let numbered = self.motors.iter().enumerate();
+        numbered.flat_map(|(index, motor)| {
+            let distance = motor.has_distance().then_some((index, Task::Distance));
+            let leader = motor.leader().filter(|leader| *leader != index);
+            let follow = leader.map(|leader| (index, Task::Follow { leader }));
+            let lead = leader.map(|leader| (leader, Task::Lead { follower: index }));
+            [distance, follow, lead].into_iter().flatten()
+        })
+    }
+
+    fn begin_motor(&mut self, index: usize, id: u16) {
+        let motor = &mut self.motors[index];
+        motor.begin(id, self.outputs.master[index], self.outputs.distance[index]);
+        if motor.has_distance() {
+            self.counter[index] = 0;
+        }
+    }
+
+    /// Lets this many µs pass.
+    pub(super) fn move_on(&mut self, micros: u64) {
+        self.pass_time(micros);
+        for index in 0..IZ_MOTOR {
+            let speed = self.speed(index);
+            let pulses = self.motors[index].turn(speed, micros);
+            self.add_pulses(index, pulses);
+        }
+    }
+
+    /// Reports the resets of the exchange before, and remembers those of this one.
+    pub(super) fn finish_resets(&mut self) {
+        self.finished_resets = self.latest_resets;
+        self.latest_resets = self.outputs.counter_reset_id;
+    }
+
+    /// Lets this many µs pass for all but the motors, which a world moves.
+    pub(super) fn pass_time(&mut self, micros: u64) {
+        self.sound.play(micros);
+    }
+
+    fn add_pulses(&mut self, index: usize, pulses: u64) {
+        // A counter has 16 bits and keeps the lowest ones.
+        self.counter[index] = self.counter[index].wrapping_add(pulses as i16);
+        self.counter_input[index] ^= (pulses & 1) as i16;
+    }
+
+    /// The power for each motor of a world, −1.0..=1.0, at these pulses per second.
+    pub(super) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
+        let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {
+            let power = f64::from(self.signed_duty(index)) / f64::from(DUTY_MAX);
+            power * self.motors[index].allowed(pulse_rates[index])
+        });
+        let mut parts = [1.0_f64; IZ_MOTOR];
+        for (follower, leader) in self.pairs().into_iter().flatten() {
+            let motor = &self.motors[follower];
+            let rates = [follower, leader].map(|index| pulse_rates[index]);
+            let [own, leaders] = motor.allowed_together(rates[0], rates[1]);
+            parts[follower] = parts[follower].min(own);
+            if self.duty(follower) > 0 && !motor.has_reached() {
+                parts[leader] = parts[leader].min(leaders);
+            }
+        }
+        powers.iter_mut().zip(parts).for_each(|(power, part)| *power *= part);
+        powers
+    }
+
+    /// Counts the pulses that the motors of a world have given.
+    pub(super) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
+        for (follower, leader) in self.pairs().into_iter().flatten() {
+            self.motors[follower].compare(pulses[follower], pulses[leader]);
+        }
+        for (index, pulses) in pulses.into_iter().enumerate() {
+            self.motors[index].count(pulses);
+            self.add_pulses(index, u64::from(pulses));
+        }
+    }
+
+    /// The motors that are synchronised at present, each follower with its leader.
+    ///
+    /// A leader does not wait for a follower that is switched off. A leader that has finished its
+    /// distance lets its followers finish theirs.
+    fn pairs(&self) -> [Option<(usize, usize)>; IZ_MOTOR] {
+        std::array::from_fn(|follower| {
+            let leader = self.motors[follower].leader().filter(|leader| *leader != follower)?;
+            let left_behind = self.duty(follower) == 0 && self.duty(leader) > 0;
+            let set_free =
+                self.motors[leader].has_reached() && self.motors[follower].has_distance();
+            (!left_behind && !set_free).then_some((follower, leader))
+        })
+    }
+
+    /// The speed of a motor as a duty: its leader's when it follows one and is itself switched on.
+    fn speed(&self, index: usize) -> u16 {
+        match (self.duty(index), self.motors[index].leader()) {
+            (1.., Some(leader)) => self.duty(leader),
+            (own, _) => own,
+        }
+    }
+
+    /// The duty of a motor in either direction, 0..=512.
+    fn duty(&self, index: usize) -> u16 {
+        self.signed_duty(index).unsigned_abs()
+    }
+
+    /// The duty of a motor, negative for backwards, −512..=512.
+    fn signed_duty(&self, index: usize) -> i16 {
+        let [forward, backward] =
+            [2 * index, 2 * index + 1].map(|output| self.outputs.duty[output].clamp(0, DUTY_MAX));
+        forward - backward
+    }
+
+    /// The inputs and the finished commands, as they are reported.
+    pub(super) fn report(&self) -> ExchangeDataResponse {
+        self.told_to_report.unwrap_or_else(|| ExchangeDataResponse {
+            uni: self.uni,
+            counter_input: self.counter_input,
+            counter: self.counter,
+            counter_reset_id: self.finished_resets,
+            motor_command_id: self.motors.each_ref().map(Motor::finished_id),
+            sound_command_id: self.sound.finished_id(),
+            ir: self.ir,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: u64 = 10_000;
+
+    /// Exchanges this many times and gives the last report.
+    fn exchange(
+        controller: &mut Controller,
+        outputs: ExchangeData,
+        times: u32,
+    ) -> ExchangeDataResponse {
+        for _ in 0..times {
+            controller.take_over(outputs);
+            controller.finish_resets();
+            controller.move_on(STEP);
+        }
+        controller.report()
+    }
+
+    #[test]
+    fn either_direction_counts_up_and_pulses_toggle_the_input() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData { duty: [512, 0, 0, 256, 0, 0, 0, 0], ..Default::default() };
+        let report = exchange(&mut controller, outputs, 5);
+        assert_eq!(report.counter, [10, 5, 0, 0]);
+        assert_eq!(report.counter_input, [0, 1, 0, 0]);
+    }
+
+    #[test]
+    fn a_counter_wraps() {
+        let mut controller = Controller::default();
+        controller.counter[0] = i16::MAX;
+        let outputs = ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() };
+        assert_eq!(exchange(&mut controller, outputs, 1).counter[0], i16::MIN + 1);
+    }
+
+    #[test]
+    fn a_counter_reset_is_reported_one_exchange_later() {
+        let mut controller = Controller { counter: [5; 4], ..Controller::default() };
+        let outputs = ExchangeData { counter_reset_id: [0, 9, 0, 0], ..Default::default() };
+        let report = exchange(&mut controller, outputs, 1);
+        assert_eq!((report.counter, report.counter_reset_id), ([5, 0, 5, 5], [0; 4]));
+        controller.counter[1] = 3;
+        let report = exchange(&mut controller, outputs, 1);
+        assert_eq!((report.counter, report.counter_reset_id), ([5, 3, 5, 5], [0, 9, 0, 0]));
+    }
+
+    #[test]
+    fn stopping_forgets_all_commands_but_not_the_counters() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [512, 0, 0, 0, 0, 0, 0, 0],
+            distance: [2, 0, 0, 0],
+            motor_command_id: [1, 0, 0, 0],
+            counter_reset_id: [0, 1, 0, 0],
+            sound_command_id: 1,
+            ..Default::default()
+        };
+        let report = exchange(&mut controller, outputs, 2);
+        assert_eq!((report.motor_command_id[0], report.counter_reset_id[1]), (1, 1));
+        assert_eq!(report.sound_command_id, 1);
+        controller.stop();
+        let counter = [2, 0, 0, 0];
+        assert_eq!(controller.report(), ExchangeDataResponse { counter, ..Default::default() });
+        let outputs = ExchangeData { duty: outputs.duty, ..Default::default() };
+        assert_eq!(exchange(&mut controller, outputs, 1).counter, [4, 0, 0, 0]);
+    }
+
+    #[test]
+    fn a_follower_turns_at_its_leaders_speed_and_both_finish_their_distance() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [256, 0, 0, 512, 0, 0, 0, 0],
+            master: [0, 1, 0, 0],
+            distance: [10, 20, 0, 0],
+            motor_command_id: [1, 1, 0, 0],
+            ..Default::default()
+        };
+        let report = exchange(&mut controller, outputs, 9);
+        assert_eq!((report.counter, report.motor_command_id), ([9, 9, 0, 0], [0; 4]));
+        let report = exchange(&mut controller, outputs, 1);
+        assert_eq!((report.counter, report.motor_command_id), ([10, 10, 0, 0], [1, 0, 0, 0]));
+        let report = exchange(&mut controller, outputs, 50);
+        assert_eq!((report.counter, report.motor_command_id), ([10, 20, 0, 0], [1, 1, 0, 0]));
+    }
+
+    #[test]
+    fn a_follower_that_is_switched_off_stands_still() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [512, 0, 0, 0, 0, 0, 0, 0],
+            master: [0, 1, 0, 0],
+            motor_command_id: [0, 1, 0, 0],
+            ..Default::default()
+        };
+        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 0, 0, 0]);
+    }
+
+    #[test]
+    fn duty_out_of_range_is_the_nearest_in_range() {
+        let mut controller = Controller::default();
+        let outputs = ExchangeData {
+            duty: [i16::MAX, 0, 0, i16::MAX, i16::MIN, 0, 0, 0],
+            ..Default::default()
+        };
+        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 20, 0, 0]);
+    }
+}

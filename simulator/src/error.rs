@@ -1,0 +1,139 @@
+//! Why a simulated TXT could not be started.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::IoError;
+
+/// Why a simulated TXT or its world could not be made. Nothing was started.
+///
+/// `Debug` shows the same sentence as `Display`, because Rust prints it when `main` returns an error.
+#[derive(Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Error {
+    /// A world has a mistake.
+    World {
+        /// The line of the file, counted from 1; 0 for a world without a file.
+        line: usize,
+        /// What is wrong, and what was expected.
+        reason: String,
+    },
+    /// The file of a world can't be read.
+    WorldNotRead {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        cause: IoError,
+    },
+    /// More than 8 extensions are asked for.
+    TooManyExtensions {
+        /// How many were asked for.
+        given: usize,
+    },
+    /// A setting is out of its range.
+    OutOfRange {
+        /// What the number is for.
+        what: &'static str,
+        /// What was given.
+        given: i64,
+        /// The lowest number allowed.
+        least: i64,
+        /// The highest number allowed.
+        most: i64,
+    },
+    /// A port is taken, or the operating system refused a socket or a thread.
+    NotStarted {
+        /// What the operating system said.
+        cause: IoError,
+    },
+}
+
+impl Error {
+    /// Returns an error unless a number is in its range.
+    pub(crate) fn check_range(
+        what: &'static str,
+        given: impl TryInto<i64>,
+        range: RangeInclusive<i64>,
+    ) -> Result<(), Self> {
+        // Only a time can be too large for an i64, and it is above any range.
+        let given = given.try_into().unwrap_or(i64::MAX);
+        if range.contains(&given) {
+            return Ok(());
+        }
+        Err(Self::OutOfRange { what, given, least: *range.start(), most: *range.end() })
+    }
+
+    /// Returns an error unless a time, in whole milliseconds, is in its range.
+    pub(crate) fn check_millis(
+        what: &'static str,
+        given: Duration,
+        range: RangeInclusive<i64>,
+    ) -> Result<(), Self> {
+        Self::check_range(what, given.as_millis(), range)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::World { line: 0, reason } => {
+                write!(f, "the simulated world can't be used: {reason}")
+            }
+            Self::World { line, reason } => {
+                write!(f, "line {line} of the simulated world is wrong: {reason}")
+            }
+            Self::WorldNotRead { path, cause } => {
+                write!(f, "the simulated world in {} can't be read ({cause})", path.display())
+            }
+            Self::TooManyExtensions { given } => {
+                write!(f, "there can be {MAX_EXTENSIONS} extensions at most, and not {given}")
+            }
+            Self::OutOfRange { what, given, least, most } => {
+                write!(f, "the {what} is {given}, but has to be {least} to {most}")
+            }
+            Self::NotStarted { cause } => write!(
+                f,
+                "the simulated TXT could not be started ({cause}); check that no other program uses its port"
+            ),
+        }
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::WorldNotRead { cause, .. } | Self::NotStarted { cause } => Some(&**cause),
+            Self::World { .. } | Self::TooManyExtensions { .. } | Self::OutOfRange { .. } => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::error::Error as _;
+    use std::io;
+
+    use super::*;
+
+    #[test]
+    fn errors_keep_what_the_operating_system_said_as_their_source() {
+        let cause = IoError::from(io::Error::from_raw_os_error(1));
+        for error in [
+            Error::WorldNotRead { path: "gate.toml".into(), cause: cause.clone() },
+            Error::NotStarted { cause: cause.clone() },
+        ] {
+            let source = error.source().and_then(|source| source.downcast_ref::<io::Error>());
+            assert_eq!(source.and_then(io::Error::raw_os_error), Some(1), "{error}");
+            assert!(error.to_string().contains(&cause.to_string()), "{error}");
+        }
+    }
+}

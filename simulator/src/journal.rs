@@ -1,0 +1,104 @@
+//! What a client does, in the log.
+
+use std::fmt;
+
+use crate::oddity::Name;
+use ft_transfer_area::wire::ExchangeData;
+
+/// Logs what these outputs of a controller change: switched motors, new commands.
+///
+/// A duty is logged only when an output goes on or off, so that a control loop does not fill the log.
+pub(super) fn tell(controller: usize, before: &ExchangeData, now: &ExchangeData) {
+    if log::log_enabled!(log::Level::Info) {
+        for change in changes(before, now) {
+            log::info!("{}: {change}", Name(controller));
+        }
+    }
+}
+
+/// Something that outputs change. Motors, counters and outputs are given by index.
+#[derive(Debug, PartialEq, Eq)]
+enum Change {
+    Duty { output: usize, duty: i16 },
+    Motor { motor: usize, id: u16, distance: u16, master: i16 },
+    CounterReset { counter: usize, id: u16 },
+    Sound { id: u16, index: u16, repeat: u16 },
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Duty { output, duty } => write!(f, "O{} is set to {duty}", output + 1),
+            Self::Motor { motor, id, distance, master } => {
+                write!(f, "M{} gets command {id}: distance {distance}", motor + 1)?;
+                if *master == 0 {
+                    return Ok(());
+                }
+                write!(f, ", master {master}")
+            }
+            Self::CounterReset { counter, id } => write!(f, "C{} is reset, id {id}", counter + 1),
+            Self::Sound { id, index, repeat } => {
+                write!(f, "sound command {id}: sound {index}, repeat {repeat}")
+            }
+        }
+    }
+}
+
+fn changes(before: &ExchangeData, now: &ExchangeData) -> Vec<Change> {
+    let mut changes = Vec::new();
+    for (output, (old, duty)) in before.duty.into_iter().zip(now.duty).enumerate() {
+        if (old == 0) != (duty == 0) {
+            changes.push(Change::Duty { output, duty });
+        }
+    }
+    for motor in 0..now.motor_command_id.len() {
+        let id = now.motor_command_id[motor];
+        if id != before.motor_command_id[motor] {
+            let (distance, master) = (now.distance[motor], now.master[motor]);
+            changes.push(Change::Motor { motor, id, distance, master });
+        }
+    }
+    for (counter, id) in now.counter_reset_id.into_iter().enumerate() {
+        if id != before.counter_reset_id[counter] {
+            changes.push(Change::CounterReset { counter, id });
+        }
+    }
+    let id = now.sound_command_id;
+    if id != before.sound_command_id {
+        let (index, repeat) = (now.sound_index, now.sound_repeat);
+        changes.push(Change::Sound { id, index, repeat });
+    }
+    changes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_change_is_logged_once() {
+        let before = ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() };
+        let now = ExchangeData {
+            duty: [0, 300, 0, 0, 0, 0, 0, 0],
+            motor_command_id: [0, 5, 0, 0],
+            distance: [0, 100, 0, 0],
+            master: [0, 1, 0, 0],
+            counter_reset_id: [0, 0, 0, 9],
+            sound_command_id: 1,
+            sound_index: 3,
+            sound_repeat: 2,
+        };
+        let told: Vec<String> = changes(&before, &now).iter().map(Change::to_string).collect();
+        let expected = [
+            "O1 is set to 0",
+            "O2 is set to 300",
+            "M2 gets command 5: distance 100, master 1",
+            "C4 is reset, id 9",
+            "sound command 1: sound 3, repeat 2",
+        ];
+        assert_eq!(told, expected);
+        assert_eq!(changes(&now, &now), []);
+        let slower = ExchangeData { duty: [0, 299, 0, 0, 0, 0, 0, 0], ..now };
+        assert_eq!(changes(&now, &slower), []);
+    }
+}

@@ -1,0 +1,256 @@
+//! A simulated TXT inside the program, for programs and tests without a controller.
+//!
+//! [`SimulatedTxt`] listens on 127.0.0.1 and speaks the controller's side of the protocol on its
+//! main connection: QueryStatus, StartOnline, UpdateConfig, both exchanges, StopOnline, and the
+//! camera's start and stop. It serves one client after another. It has a small [`Machine`]: motors
+//! turn their duty into counter pulses, finish distances and follow each other, counters are reset,
+//! sounds take their time. A program sets its inputs and reads its outputs, or plugs in a [`world`]
+//! of sensors and motors, and orders [faults](Fault) to see how a client handles them. A second
+//! connection has the frames of a camera, a third one reaches I2C devices.
+//!
+//! ```
+//! use std::io::{Read, Write};
+//! use std::net::TcpStream;
+//!
+//! use ft_transfer_area_simulator::SimulatedTxt;
+//! use ft_transfer_area::wire::{CommandId, QueryStatusResponse};
+//! use ft_transfer_area::FirmwareVersion;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let txt = SimulatedTxt::builder().firmware(FirmwareVersion::new(4, 1, 6)).start()?;
+//! let mut stream = TcpStream::connect(txt.address())?;
+//! let mut command = Vec::new();
+//! CommandId::QueryStatus.emit(&mut command);
+//! stream.write_all(&command)?;
+//! let mut response = [0; QueryStatusResponse::LEN];
+//! stream.read_exact(&mut response)?;
+//! assert_eq!(QueryStatusResponse::parse(&response)?.name(), "TX2013");
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # How the machine behaves
+//!
+//! This describes a machine without a world; [with one](world#how-it-moves), motors have inertia
+//! and load.
+//!
+//! * Its time follows the clock while a client is online, and stands still at other times. So a
+//!   client that exchanges more seldom than the [pace](SimulatedTxtBuilder::pace) allows sees motors
+//!   as fast as a real controller's. Without a pace, and in
+//!   [lock-step](SimulatedTxtBuilder::lock_step), time moves by one step per exchange.
+//! * Outputs count from when they arrive. A response has the inputs of the time at which it is sent.
+//! * A motor at duty 512 gives 200 pulses per second, in either direction, on the counter with
+//!   its number.
+//! * A motor command with a distance resets the counter, stops the motor after that many pulses and
+//!   is reported as done in the response of that exchange. Without distance and master it is done
+//!   immediately. A motor that is synchronised without a distance, or with an injected error, goes
+//!   on until its next command, so its own command is never done.
+//! * A synchronised motor that is switched on turns at the speed of the motor it follows, in its
+//!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
+//!   is that many pulses ahead or behind.
+//! * A counter reset is reported as done in the response after the one to its command.
+//! * A sound takes a second per repeat; index 0 is done immediately, repeat 0 never.
+//! * StopOnline, a lost client and StartOnline set all outputs to 0, stop motors and sounds and
+//!   forget all commands. The counters stay.
+//! * After StartOnline the configuration id of every controller is 0, so the next configuration with
+//!   any other id is taken over.
+//! * A client that sends garbage, a wrong checksum, or an exchange or a camera command before
+//!   StartOnline is disconnected.
+//! * While a client is online, another one is accepted and closed immediately. While one is
+//!   connected and not online, others wait until it leaves, is idle for too long, or goes online.
+//! * A client that does something a correct client does not do, but that can be understood, is
+//!   answered, and the machine's [oddities](Machine::oddities) report it. They also report a
+//!   distance or a synchronisation that never ends, because a motor of the world has no encoder.
+//!
+//! Some of this is assumed, because no description of the protocol says it: that StartOnline forgets
+//! the configuration ids and the echoed ids of finished commands; that an extension forgets all
+//! commands while it is cut off, so that commands which its client still sends are carried out
+//! again when it comes back; and that a motor command with an injected error is never done. A
+//! program should not rely on it.
+//!
+//! # I2C
+//!
+//! The devices on the [I2C port](SimulatedTxt::i2c_port) are plugged in by
+//! [`Machine::i2c_device`]; each has 256 registers of one byte. A request has the form that ftrobopy
+//! sends, in big-endian order: id 0xB9DB3B39 (u32), a command byte that is ignored, the device's
+//! address (u32), how many bytes to write (u32) and to read (u16), a byte 0, and the bytes to write.
+//! The first of these is the number of a register. The others go into that register and the
+//! following ones, and reading begins after the last of them. After register 255 comes register 0.
+//! The response is the id 0x87FD0D90, 8 bytes 0 and the bytes read.
+//!
+//! Only ftrobopy's use of this port is known, so the rest is assumed. For a device that is missing,
+//! the response is only the id 0 and 8 bytes 0, which no client takes for success. A wrong request
+//! id, an address of more than 7 bits or more than 257 bytes to write end the connection. One client
+//! is served at a time, online or not, and its connection is closed when it has been idle for the
+//! [idle limit](SimulatedTxtBuilder::idle_limit); others wait.
+//!
+//! # The camera
+//!
+//! StartCameraOnline is answered immediately, and the camera serves on its [own
+//! port](SimulatedTxt::camera_port) when its [start-up
+//! time](SimulatedTxtBuilder::camera_start_up) has passed. The real controller refuses a connection
+//! before that, and while the camera is off. The simulated TXT keeps its port open all the time,
+//! unless [another behaviour](CameraConnection) is chosen: it lets an early client wait for its
+//! frames, because some clients connect once and then expect frames; while the camera is off it
+//! closes the connection immediately.
+//! StopCameraOnline, a new StartCameraOnline, StartOnline, StopOnline and the loss of the main
+//! client end a camera connection, even in the middle of a frame. One client is served at a time;
+//! others wait.
+//!
+//! * Frames are produced by the clock, at the requested rate, from when the client connected; a rate
+//!   below 1 is 15 per second. Each shows its number, counted from 0.
+//! * The next frame is sent when the last one is acknowledged and there is a newer one. It is always
+//!   the newest. `frames_ready` is how many were produced since the last one was sent, 1 for a
+//!   client that keeps up.
+//! * Frames have the requested size, 1..=4096 in each direction, except that 1280×960 is delivered
+//!   as 1280×720. With any other size the camera does not start.
+//! * A frame is a baseline JPEG, 4:2:2, with no EOI marker and 40 bytes of garbage after it. In
+//!   frames with odd numbers the garbage has the marker bytes FF C0, FF DA and FF D3.
+//! * If the client sends anything but the acknowledge, the camera connection ends.
+//!
+//! The picture is a test card: colour bars (grey, yellow, cyan, green, magenta, red, blue,
+//! black), a white bar that crosses them from left to right in 64 frames, the lowest 16 bits of
+//! the frame's number in decimal digits if there is room for them, and the same in 16 blocks
+//! along the bottom edge: white is 1, the most significant bit is on the left. In a picture of at
+//! least 16×16 pixels a program finds bit *i* from the left (*i* = 0..=15), in integers, at
+//!
+//! ```text
+//! x = i * width / 16 + width / 32
+//! y = height - 1 - height / 16
+//! ```
+//!
+//! where luma or green of 128 or more is white.
+
+mod builder;
+mod camera;
+mod command;
+mod controller;
+mod end;
+mod error;
+mod fault;
+mod fault_text;
+mod faults;
+#[cfg(feature = "__fuzzing")]
+#[doc(hidden)]
+pub mod fuzzing;
+mod i2c;
+mod inbox;
+mod journal;
+mod machine;
+mod motor;
+mod oddity;
+mod outgoing;
+mod pause;
+mod port;
+mod ports;
+mod random;
+// It replays recordings that are in the repository, not in the package.
+#[cfg(all(test, feature = "__fuzzing"))]
+mod replay;
+mod server;
+mod session;
+mod shared;
+mod sound;
+mod words;
+pub mod world;
+
+use std::fmt;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+pub use builder::SimulatedTxtBuilder;
+pub use camera::CameraConnection;
+pub use controller::Controller;
+pub use error::Error;
+pub use fault::{Fault, FaultKind, FaultPlace};
+pub use fault_text::ParseFaultError;
+pub use i2c::I2C_REGISTERS;
+pub use machine::Machine;
+
+use shared::Shared;
+
+/// A simulated TXT, listening on 127.0.0.1 until it is dropped.
+///
+/// Dropping it closes the connections and waits for its threads. They end at once, except that a running
+/// [script](SimulatedTxtBuilder::on_exchange) and the encoder of a camera picture are waited for.
+///
+/// It has three threads, one for each port. A thread that has nothing to do sleeps until something comes or is
+/// due. So hundreds of simulated TXTs can be in one program; each needs about 10 open files on Linux.
+pub struct SimulatedTxt {
+    address: SocketAddr,
+    camera_port: u16,
+    i2c_port: u16,
+    shared: Arc<Shared>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl SimulatedTxt {
+    /// A builder to set up a simulated TXT and [start](SimulatedTxtBuilder::start) it.
+    pub fn builder() -> SimulatedTxtBuilder {
+        SimulatedTxtBuilder::new()
+    }
+
+    /// 127.0.0.1 and the port of the main connection.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// The port of the main connection.
+    pub fn port(&self) -> u16 {
+        self.address.port()
+    }
+
+    /// The port of the camera connection, on 127.0.0.1 too.
+    pub fn camera_port(&self) -> u16 {
+        self.camera_port
+    }
+
+    /// The port of the I2C connection, on 127.0.0.1 too.
+    pub fn i2c_port(&self) -> u16 {
+        self.i2c_port
+    }
+
+    /// Reads or changes the simulated machine between two exchanges. If it goes by the clock, it is as it is
+    /// now.
+    ///
+    /// Blocks while an exchange takes place, and delays the next one while `f` runs. Calling this
+    /// or [`wait_until`](Self::wait_until) inside `f`, a condition or a script blocks for ever.
+    pub fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
+        self.shared.with_machine(f)
+    }
+
+    /// Blocks until the condition holds; `false` when the limit is reached first, with [`Duration::MAX`] never.
+    ///
+    /// The condition is checked immediately, after every command and connection change, and at the limit.
+    pub fn wait_until(&self, limit: Duration, condition: impl FnMut(&Machine) -> bool) -> bool {
+        self.shared.wait_until(limit, condition)
+    }
+}
+
+impl Drop for SimulatedTxt {
+    fn drop(&mut self) {
+        self.shared.stop();
+        for thread in self.threads.drain(..) {
+            if thread.join().is_err() {
+                log::error!("a thread of the simulated TXT panicked, perhaps in its script");
+            }
+        }
+    }
+}
+
+impl fmt::Debug for SimulatedTxt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SimulatedTxt")
+            .field("address", &self.address)
+            .field("camera_port", &self.camera_port)
+            .field("i2c_port", &self.i2c_port)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The README's program is tested with the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -1,0 +1,107 @@
+//! The exchange of a program's transfer areas with a machine, without a connection.
+
+use std::time::Duration;
+
+use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
+
+use super::Machine;
+
+impl Machine {
+    /// Gives the controller with this index (0 the master) the values of a transfer area: the
+    /// configuration, if its id differs from the last one, and the outputs. If the controller does
+    /// not exist or is cut off, nothing happens.
+    pub fn set_area(&mut self, controller: usize, area: &FishX1Transfer) {
+        if !self.reaches(controller) {
+            return;
+        }
+        let config_id = i16::from(area.state.config_id);
+        if self.controllers[controller].config_id != config_id {
+            self.controllers[controller].config_id = config_id;
+            self.set_config(controller, area.config);
+        }
+        if let Some(outputs) = outputs(area) {
+            self.set_outputs(controller, outputs);
+        }
+    }
+
+    /// Writes what the controller with this index (0 the master) reports into a transfer area: inputs,
+    /// commands that are done, the timers in machine time, and in the master's area which extensions
+    /// are alive. If the controller does not exist or is cut off, nothing is written.
+    pub fn report_into(&self, controller: usize, area: &mut FishX1Transfer) {
+        let Some(report) = self.report(controller) else { return };
+        let Some(state) = self.controllers.get(controller) else { return };
+        apply(&report, area);
+        [area.txt_inputs2.mic_lin, area.txt_inputs2.mic_log] = [state.mic_lin, state.mic_log];
+        area.timer.set_elapsed(self.time());
+        if controller == 0 {
+            for (extension, is_alive) in area.state.io_slave_alive.iter_mut().enumerate() {
+                *is_alive = u8::from(self.alive_mask() & 1 << extension != 0);
+            }
+        }
+    }
+
+    /// Does what an exchange does, without a connection: takes the outputs of all areas, lets time
+    /// pass, and writes the inputs into the areas. The first area is the master's. So a test of a
+    /// control function needs no simulated TXT and no handler, and has the same result in every run.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    ///
+    /// use ft_transfer_area_simulator::world::World;
+    /// use ft_transfer_area_simulator::Machine;
+    /// use ft_transfer_area::FishX1Transfer;
+    ///
+    /// /// Drives the slide to its end.
+    /// fn control(area: &mut FishX1Transfer) {
+    ///     let is_at_end = area.input.uni[1] != 0; // I2
+    ///     area.output.duty[0] = if is_at_end { 0 } else { 512 }; // M1
+    /// }
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let mut machine = Machine::with_world(0, World::shipped("slide")?)?;
+    /// let mut areas = [FishX1Transfer::default()];
+    /// machine.report_into(0, &mut areas[0]); // what the sensors measure at first
+    /// while areas[0].input.uni[1] == 0 {
+    ///     control(&mut areas[0]);
+    ///     machine.exchange(&mut areas, Duration::from_millis(10));
+    /// }
+    /// assert_eq!(areas[0].timer.timer_1s, 2);
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn exchange(&mut self, areas: &mut [FishX1Transfer], step: Duration) {
+        for (controller, area) in areas.iter().enumerate() {
+            self.set_area(controller, area);
+        }
+        self.step(step);
+        for (controller, area) in areas.iter_mut().enumerate() {
+            self.report_into(controller, area);
+        }
+    }
+}
+
+/// The client's side of an exchange with the master alone.
+fn exchange() -> Exchange {
+    Exchange::new(TransferMode::Simple, FirmwareVersion::OLDEST_SUPPORTED)
+}
+
+/// The outputs of an area as a client sends them.
+fn outputs(area: &FishX1Transfer) -> Option<ExchangeData> {
+    let mut request = Vec::new();
+    exchange().request(std::slice::from_ref(area), &mut request).ok()?;
+    ExchangeData::parse(&request).ok()
+}
+
+/// Writes a response into an area as a client does.
+fn apply(report: &ExchangeDataResponse, area: &mut FishX1Transfer) {
+    let mut response = Vec::new();
+    report.emit(&mut response);
+    let mut exchange = exchange();
+    if let Ok(inputs) = exchange.receive(&response) {
+        // This response knows of no extensions.
+        let alive = area.state.io_slave_alive;
+        inputs.apply(std::slice::from_mut(area));
+        area.state.io_slave_alive = alive;
+    }
+}

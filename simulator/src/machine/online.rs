@@ -1,0 +1,182 @@
+//! What the connections do with the machine, and what it remembers of them.
+
+use super::Machine;
+use crate::camera::CameraRun;
+use crate::controller::Controller;
+use crate::fault::FaultKind;
+use crate::i2c::I2cBus;
+use crate::journal;
+use crate::oddity::Oddity;
+use ft_transfer_area::transfer_area::Config;
+use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
+
+/// How many commands are remembered.
+const COMMANDS_KEPT: usize = 1000;
+
+impl Machine {
+    /// The I2C bus, as its port uses it.
+    pub(crate) fn i2c(&mut self) -> &mut I2cBus {
+        &mut self.i2c
+    }
+
+    /// Remembers a command that came in.
+    pub(crate) fn note_command(&mut self, command: CommandId) {
+        if matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
+            return;
+        }
+        if self.commands.len() == COMMANDS_KEPT {
+            self.commands.pop_front();
+        }
+        self.commands.push_back(command);
+    }
+
+    /// Remembers something that a correct client does not do.
+    pub(crate) fn note_oddity(&mut self, oddity: &Oddity) {
+        self.oddities.note(oddity);
+    }
+
+    /// An exchange with these extensions came in.
+    pub(crate) fn note_mask(&mut self, mask: u16) {
+        self.oddities.check_mask(mask);
+    }
+
+    /// A response says which extensions can be reached.
+    pub(crate) fn note_offer(&mut self) {
+        self.oddities.offer(self.alive_mask());
+    }
+
+    /// The client may ignore the latest exchange response.
+    pub(crate) fn doubt_offer(&mut self) {
+        self.oddities.doubt_offer();
+    }
+
+    /// Counts an answered exchange.
+    pub(crate) fn note_exchange(&mut self) {
+        self.exchanges += 1;
+    }
+
+    /// What happens to the response that is sent now.
+    pub(crate) fn take_disturbances(&mut self) -> Vec<FaultKind> {
+        std::mem::take(&mut self.disturbances)
+    }
+
+    /// A client has connected.
+    pub(crate) fn client_came(&mut self) {
+        self.connections += 1;
+        self.connected = true;
+    }
+
+    /// Another client was refused.
+    pub(crate) fn note_refused(&mut self) {
+        self.refused += 1;
+    }
+
+    /// The client is gone, with or without StopOnline.
+    pub(crate) fn client_left(&mut self) {
+        self.connected = false;
+        self.stop_online();
+    }
+
+    /// Begins online mode: everything stops, and the next configuration is taken over.
+    pub(crate) fn start_online(&mut self) {
+        self.stop_online();
+        for controller in &mut self.controllers {
+            controller.config_id = 0;
+        }
+        self.online = true;
+        self.clock.begin();
+    }
+
+    /// Ends online mode: everything stops, the camera is off.
+    pub(crate) fn stop_online(&mut self) {
+        self.online = false;
+        self.clock.end();
+        self.oddities.begin_session();
+        self.camera.stop();
+        self.controllers.iter_mut().for_each(Controller::stop);
+        if let Some(world) = &mut self.world {
+            world.halt();
+        }
+    }
+
+    /// Starts the camera, in place of an earlier start.
+    pub(crate) fn start_camera(&mut self, settings: StartCameraOnline) {
+        self.camera.start(settings, self.now());
+    }
+
+    /// Stops the camera, if it was started.
+    pub(crate) fn stop_camera(&mut self) {
+        self.camera.stop();
+    }
+
+    /// The present start of the camera.
+    pub(crate) fn camera_run(&self) -> Option<CameraRun> {
+        self.camera.run()
+    }
+
+    /// Counts a camera frame.
+    pub(crate) fn note_camera_frame(&mut self) {
+        self.camera.frames += 1;
+    }
+
+    /// Counts an acknowledge of a camera frame.
+    pub(crate) fn note_camera_acknowledge(&mut self) {
+        self.camera.acknowledges += 1;
+    }
+
+    /// Takes over a configuration, unless its id is the last one or the controller does not exist.
+    pub(crate) fn configure(&mut self, index: i16, config_id: i16, config: Config) {
+        let Ok(index) = usize::try_from(index) else { return };
+        self.oddities.configured(index);
+        let controller = self.controllers.get_mut(index);
+        if let Some(controller) = controller.filter(|known| known.config_id != config_id) {
+            controller.config_id = config_id;
+            controller.config = config;
+        }
+    }
+
+    /// Gives outputs to the controller with this index (0 the master), if it can be reached.
+    pub(crate) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
+        let config = self.controllers.get(index).map(|controller| &controller.config);
+        self.oddities.check_outputs(index, &outputs, config);
+        if self.reaches(index) {
+            journal::tell(index, &self.controllers[index].outputs, &outputs);
+        }
+        self.set_outputs(index, outputs);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_configuration_is_taken_once_per_id() {
+        let mut machine = Machine::new(0);
+        let [first, second] = [2, 3].map(|mode| {
+            let mut config = Config::default();
+            config.uni[0].mode = mode;
+            config
+        });
+        machine.configure(0, 1, first);
+        machine.configure(0, 1, second);
+        machine.configure(1, 2, second);
+        machine.configure(-1, 2, second);
+        assert_eq!(machine.controllers[0].config, first);
+        machine.start_online();
+        machine.configure(0, 1, second);
+        assert_eq!(machine.controllers[0].config, second);
+    }
+
+    #[test]
+    fn the_newest_thousand_commands_are_kept() {
+        let mut machine = Machine::new(0);
+        machine.note_command(CommandId::QueryStatus);
+        for _ in 0..1000 {
+            machine.note_command(CommandId::ExchangeData);
+            machine.note_command(CommandId::UpdateConfig);
+        }
+        assert_eq!(machine.commands().count(), 1000);
+        assert!(machine.commands().all(|command| command == CommandId::UpdateConfig));
+    }
+}

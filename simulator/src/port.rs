@@ -1,0 +1,252 @@
+//! One port of a simulated TXT: its listener, and how its thread waits for sockets.
+//!
+//! No socket blocks. A thread reads, writes or accepts first, and waits for news only when there is nothing to
+//! do: news are told once, so a thread that waits without having tried could miss bytes that are there.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use mio::net::{TcpListener, TcpStream};
+use mio::{Events, Interest, Poll, Token, Waker};
+
+use crate::end::End;
+use crate::shared::{Shared, Stopped};
+
+const LISTENER: Token = Token(0);
+const CLIENT: Token = Token(1);
+const WAKER: Token = Token(2);
+
+/// How long a thread pauses when a client could not be accepted, and still waits.
+const RETRY: Duration = Duration::from_millis(20);
+
+/// A port, and all that its thread waits for.
+pub(super) struct Port {
+    shared: Arc<Shared>,
+    /// Its name in the log.
+    name: &'static str,
+    listener: Option<TcpListener>,
+    /// A client may be waiting to be accepted.
+    has_caller: bool,
+    poll: Poll,
+    events: Events,
+}
+
+impl Port {
+    /// A port that does not listen yet. The thread of the camera is woken by news of the camera, too.
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        name: &'static str,
+        is_camera: bool,
+    ) -> io::Result<Self> {
+        let poll = Poll::new()?;
+        shared.add_waker(Waker::new(poll.registry(), WAKER)?, is_camera);
+        let events = Events::with_capacity(4);
+        Ok(Self { shared, name, listener: None, has_caller: false, poll, events })
+    }
+
+    /// Accepts the clients of this listener, which does not block, from now on.
+    pub(super) fn listen(&mut self, listener: std::net::TcpListener) -> io::Result<()> {
+        let mut listener = TcpListener::from_std(listener);
+        self.poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
+        self.listener = Some(listener);
+        self.has_caller = true;
+        Ok(())
+    }
+
+    /// Refuses clients from now on.
+    pub(super) fn close(&mut self) {
+        self.listener = None;
+        self.has_caller = false;
+    }
+
+    /// What its thread shares with the others.
+    pub(super) fn shared(&self) -> &Shared {
+        &self.shared
+    }
+
+    /// Whether a client may be waiting to be accepted.
+    pub(super) fn has_caller(&self) -> bool {
+        self.has_caller
+    }
+
+    /// A client that waits to be accepted, if there is one.
+    pub(super) fn try_accept(&mut self) -> Option<(TcpStream, SocketAddr)> {
+        let listener = self.listener.as_ref().filter(|_| self.has_caller)?;
+        match listener.accept().and_then(|(stream, client)| {
+            stream.set_nodelay(true)?;
+            Ok((stream, client))
+        }) {
+            Ok(accepted) => return Some(accepted),
+            Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_caller = false,
+            // A client that has closed again, or too many open files: the next client may succeed.
+            Err(error) => log::warn!("a client could not be accepted: {error}"),
+        }
+        None
+    }
+
+    /// Waits for a client.
+    pub(super) fn accept(&mut self) -> Result<TcpStream, Stopped> {
+        let accepted = self.accept_while(|_| true)?;
+        // Nothing else ends the wait.
+        accepted.ok_or(Stopped)
+    }
+
+    /// Waits for a client as long as the condition holds. It is checked after all news.
+    pub(super) fn accept_while(
+        &mut self,
+        condition: impl Fn(&Shared) -> bool,
+    ) -> Result<Option<TcpStream>, Stopped> {
+        self.shared.check()?;
+        while condition(&self.shared) {
+            if let Some((stream, client)) = self.try_accept() {
+                log::info!("{client} connects to the {} port", self.name);
+                return Ok(Some(stream));
+            }
+            if self.has_caller {
+                self.shared.rest(RETRY)?;
+            } else {
+                self.wait(None)?;
+            }
+        }
+        Ok(None)
+    }
+
+    /// Waits for news, at most until the deadline. Returns whether there are some of the served client.
+    /// May end without any.
+    fn wait(&mut self, deadline: Option<Instant>) -> Result<bool, Stopped> {
+        let limit = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
+        match self.poll.poll(&mut self.events, limit) {
+            Ok(()) => {}
+            Err(error) if error.kind() == ErrorKind::Interrupted => return Ok(false),
+            Err(error) => {
+                log::error!("the {} port can't be waited for: {error}", self.name);
+                return Err(Stopped);
+            }
+        }
+        self.shared.check()?;
+        let mut of_client = false;
+        for event in &self.events {
+            match event.token() {
+                LISTENER => self.has_caller = true,
+                CLIENT => of_client = true,
+                _ => {}
+            }
+        }
+        Ok(of_client)
+    }
+}
+
+/// The connection with the client that a port serves.
+pub(super) struct Link {
+    stream: TcpStream,
+    /// Some bytes may have arrived, or the end.
+    has_news: bool,
+}
+
+impl Link {
+    pub(super) fn new(port: &Port, mut stream: TcpStream) -> io::Result<Self> {
+        port.poll.registry().register(&mut stream, CLIENT, Interest::READABLE)?;
+        Ok(Self { stream, has_news: true })
+    }
+
+    /// Whether something may have arrived since the last look.
+    pub(super) fn has_news(&self) -> bool {
+        self.has_news
+    }
+
+    /// Reads what has arrived, at the end 0 bytes; `None` when there is nothing.
+    pub(super) fn try_read(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+        loop {
+            match self.stream.read(buffer) {
+                Ok(count) => return Ok(Some(count)),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    self.has_news = false;
+                    return Ok(None);
+                }
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    /// Waits for news of any kind, at most until the deadline. May end without any.
+    pub(super) fn wait(
+        &mut self,
+        port: &mut Port,
+        deadline: Option<Instant>,
+    ) -> Result<(), Stopped> {
+        self.has_news |= port.wait(deadline)?;
+        Ok(())
+    }
+
+    /// Fills the buffer, at most until the deadline, and as long as the connection `may_go_on`.
+    pub(super) fn read_all(
+        &mut self,
+        port: &mut Port,
+        mut buffer: &mut [u8],
+        deadline: Option<Instant>,
+        may_go_on: impl Fn(&Shared) -> Result<(), End>,
+    ) -> Result<(), End> {
+        while !buffer.is_empty() {
+            may_go_on(&port.shared)?;
+            match self.try_read(buffer)? {
+                Some(0) => return Err(End::Left),
+                Some(count) => buffer = &mut buffer[count..],
+                None if has_passed(deadline) => return Err(End::Idle),
+                None => self.wait(port, deadline)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes all bytes, as slowly as the client reads them, as long as the connection `may_go_on`. With a limit,
+    /// the client may leave them unread for that time.
+    pub(super) fn write_all(
+        &mut self,
+        port: &mut Port,
+        mut bytes: &[u8],
+        limit: Option<Duration>,
+        may_go_on: impl Fn(&Shared) -> Result<(), End>,
+    ) -> Result<(), End> {
+        let mut deadline = None;
+        while !bytes.is_empty() {
+            may_go_on(&port.shared)?;
+            match self.stream.write(bytes) {
+                Ok(0) => return Err(End::Left),
+                Ok(count) => {
+                    bytes = &bytes[count..];
+                    deadline = None;
+                }
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    if has_passed(deadline) {
+                        return Err(End::Unread);
+                    }
+                    if deadline.is_none() {
+                        deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
+                    }
+                    self.wait_for_room(port, deadline)?;
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Waits until the socket takes more bytes, at most until the deadline. May end without any.
+    fn wait_for_room(&mut self, port: &mut Port, deadline: Option<Instant>) -> Result<(), End> {
+        let interest = Interest::READABLE | Interest::WRITABLE;
+        port.poll.registry().reregister(&mut self.stream, CLIENT, interest)?;
+        let waited = self.wait(port, deadline);
+        // Room is no news otherwise.
+        port.poll.registry().reregister(&mut self.stream, CLIENT, Interest::READABLE)?;
+        Ok(waited?)
+    }
+}
+
+/// Whether there is a deadline, and it is over.
+pub(super) fn has_passed(deadline: Option<Instant>) -> bool {
+    deadline.is_some_and(|deadline| deadline <= Instant::now())
+}

@@ -1,0 +1,294 @@
+//! The thread of the main connection and its sockets.
+
+use std::net::SocketAddr;
+use std::time::{Duration, Instant};
+
+use mio::net::TcpStream;
+
+use crate::camera::Doorman;
+use crate::command::{ahead, command_id, Ahead, Misbehaviour};
+use crate::end::End;
+use crate::fault::FaultKind;
+use crate::faults::{Faults, Position};
+use crate::inbox::Inbox;
+use crate::machine::Machine;
+use crate::oddity::Oddity;
+use crate::outgoing::Outgoing;
+use crate::port::{has_passed, Link, Port};
+use crate::session::{Script, Session, Settings};
+use crate::shared::{Shared, Stopped};
+use ft_transfer_area::wire::CommandId;
+
+/// How long a client may leave a response unread before it is cut off. The buffers of the
+/// operating system hold hundreds of responses, so only a client that never reads is cut off.
+const WRITE_LIMIT: Duration = Duration::from_secs(1);
+
+/// Serves one client after another.
+pub(super) struct Server {
+    pub(super) port: Port,
+    pub(super) settings: Settings,
+    pub(super) pace: Duration,
+    /// Whether time passes by exchanges only.
+    pub(super) lock_step: bool,
+    pub(super) idle_limit: Duration,
+    pub(super) faults: Faults,
+    pub(super) script: Script,
+    /// Looks for a camera client when the camera is started, if the camera itself does not.
+    pub(super) camera_doorman: Option<Doorman>,
+    /// A client that came while another was online. Perhaps the other one has already left.
+    pub(super) next: Option<(TcpStream, SocketAddr)>,
+}
+
+impl Server {
+    /// Serves clients until the thread should end.
+    pub(super) fn run(mut self) {
+        while let Ok(stream) = self.next_client() {
+            if self.shared().look(Machine::absent) {
+                log::info!("the client is not served: the controller is away");
+                continue;
+            }
+            self.shared().with_machine(Machine::client_came);
+            let end = self.serve(stream);
+            self.shared().with_machine(Machine::client_left);
+            if let Err(end) = end {
+                end.tell("the client");
+            }
+        }
+    }
+
+    fn shared(&self) -> &Shared {
+        self.port.shared()
+    }
+
+    fn next_client(&mut self) -> Result<TcpStream, Stopped> {
+        match self.next.take() {
+            Some((stream, client)) => {
+                log::info!("{client} connects to the main port");
+                Ok(stream)
+            }
+            None => self.port.accept(),
+        }
+    }
+
+    fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
+        let link = Link::new(&self.port, stream)?;
+        let session = Session::new(self.settings.clone());
+        let mut connection = Connection {
+            server: self,
+            link,
+            inbox: Inbox::new(),
+            end: None,
+            session,
+            response: Vec::new(),
+            responses: 0,
+            exchanges: 0,
+            last_exchange: None,
+        };
+        loop {
+            connection.serve_command()?;
+        }
+    }
+}
+
+impl Drop for Server {
+    /// If a script panics, the camera ends too.
+    fn drop(&mut self) {
+        self.shared().stop();
+    }
+}
+
+impl From<Misbehaviour> for End {
+    fn from(what: Misbehaviour) -> Self {
+        Self::Misbehaved(what.to_string())
+    }
+}
+
+struct Connection<'a> {
+    server: &'a mut Server,
+    link: Link,
+    inbox: Inbox,
+    /// How the client has ended the connection. What it sent before is still answered.
+    end: Option<End>,
+    session: Session,
+    /// An empty buffer for the next response.
+    response: Vec<u8>,
+    /// The number of responses, sent or not.
+    responses: u64,
+    /// The number of responses to exchanges.
+    exchanges: u64,
+    /// When the last exchange response was sent.
+    last_exchange: Option<Instant>,
+}
+
+impl Connection<'_> {
+    /// Waits for a command, carries it out and sends the response.
+    fn serve_command(&mut self) -> Result<(), End> {
+        let id = self.wait_for_command()?;
+        let is_exchange = matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr);
+        let outgoing = self.carry_out(is_exchange)?;
+        if let (CommandId::StartCameraOnline, Some(doorman)) = (id, &self.server.camera_doorman) {
+            doorman.look();
+        }
+        self.delay(outgoing.delay)?;
+        self.look_ahead(is_exchange);
+        if is_exchange {
+            self.last_exchange = Some(Instant::now());
+        }
+        self.send(outgoing)?;
+        self.refuse_others();
+        Ok(())
+    }
+
+    /// Refuses clients that come while this client is online. While it is not, others wait.
+    ///
+    /// The new client may be the one that has just closed this connection, and the end of this
+    /// connection may come after commands that are not read yet. So no client is refused before all
+    /// is read.
+    fn refuse_others(&mut self) {
+        while self.server.next.is_some() || self.server.port.has_caller() {
+            if !self.server.shared().look(Machine::online) {
+                return;
+            }
+            if self.server.next.is_none() {
+                self.server.next = self.server.port.try_accept();
+            }
+            if self.server.next.is_none() || !self.is_silent() {
+                return;
+            }
+            if let Some((_, client)) = self.server.next.take() {
+                self.server.shared().with_machine(Machine::note_refused);
+                log::warn!("{client} is refused: another client is online");
+            }
+        }
+    }
+
+    /// Whether the client is connected and no more commands of it have arrived.
+    fn is_silent(&mut self) -> bool {
+        self.read_arrived();
+        self.end.is_none() && self.inbox.command() == Ok(None)
+    }
+
+    /// Waits for a command, at most until the idle limit. It is in the inbox then.
+    fn wait_for_command(&mut self) -> Result<CommandId, End> {
+        let deadline = Instant::now().checked_add(self.server.idle_limit);
+        loop {
+            if let Some(command) = self.inbox.command()? {
+                return Ok(command_id(command)?);
+            }
+            if let Some(end) = self.end.take() {
+                return Err(end);
+            }
+            if self.link.has_news() {
+                self.read_arrived();
+                continue;
+            }
+            if has_passed(deadline) {
+                return Err(End::Idle);
+            }
+            self.link.wait(&mut self.server.port, deadline)?;
+            self.refuse_others();
+        }
+    }
+
+    /// Puts what has arrived into the inbox, as far as there is room.
+    fn read_arrived(&mut self) {
+        let room = self.inbox.room();
+        if room.is_empty() || self.end.is_some() {
+            return;
+        }
+        match self.link.try_read(room) {
+            Ok(None) => {}
+            Ok(Some(0)) => self.end = Some(End::Left),
+            Ok(Some(count)) => self.inbox.add(count),
+            Err(error) => self.end = Some(error.into()),
+        }
+    }
+
+    /// How long it is until the next exchange response may be sent.
+    fn time_to_response(&self) -> Duration {
+        let passed = self.last_exchange.map_or(Duration::MAX, |last| last.elapsed());
+        self.server.pace.saturating_sub(passed)
+    }
+
+    /// Delays a response by this time.
+    fn delay(&self, time: Duration) -> Result<(), Stopped> {
+        if self.server.lock_step && !time.is_zero() {
+            self.server.shared().with_machine(|machine| machine.step(time));
+            return Ok(());
+        }
+        self.server.shared().rest(time)
+    }
+
+    /// Carries out the command in the inbox and removes it. Returns how its response is sent.
+    fn carry_out(&mut self, is_exchange: bool) -> Result<Outgoing, End> {
+        let rest = if is_exchange { self.time_to_response() } else { Duration::ZERO };
+        let mut response = std::mem::take(&mut self.response);
+        let disturbances = self.answer(rest, &mut response)?;
+        let size = self.inbox.command()?.map_or(0, <[u8]>::len);
+        self.inbox.remove(size);
+        let Self { responses, exchanges, .. } = *self;
+        let at = Position { responses, exchanges, is_exchange };
+        let (outgoing, disturbed) = self.server.faults.disturb(response, at, disturbances);
+        self.responses += 1;
+        self.exchanges += u64::from(is_exchange);
+        if disturbed && is_exchange {
+            self.server.shared().with_machine(Machine::doubt_offer);
+        }
+        Ok(outgoing)
+    }
+
+    /// Carries out the command in the inbox. The outputs of an exchange count from now on, and after this rest
+    /// its response has the inputs of that time. Returns what happens to the response.
+    fn answer(&mut self, rest: Duration, response: &mut Vec<u8>) -> Result<Vec<FaultKind>, End> {
+        let Self { server, session, inbox, .. } = self;
+        let Server { port, script, .. } = &mut **server;
+        let command = inbox.command()?.unwrap_or_default();
+        if rest.is_zero() {
+            return Ok(port.shared().with_machine(|machine| {
+                machine.hear();
+                session.answer(command, machine, script, response)?;
+                Ok::<_, Misbehaviour>(machine.take_disturbances())
+            })?);
+        }
+        let exchange = port.shared().with_machine(|machine| {
+            machine.hear();
+            session.begin(command, machine, response)
+        })?;
+        port.shared().rest(rest)?;
+        Ok(port.shared().with_machine(|machine| {
+            if let Some(exchange) = exchange {
+                session.finish(exchange, machine, script, response);
+            }
+            machine.take_disturbances()
+        }))
+    }
+
+    /// Notices a command that has arrived before the response is sent.
+    fn look_ahead(&mut self, is_exchange: bool) {
+        self.read_arrived();
+        match ahead(self.inbox.bytes()) {
+            Ahead::Command(command) => {
+                let oddity = Oddity::SentAhead(command);
+                self.server.shared().with_machine(|machine| machine.note_oddity(&oddity));
+            }
+            // It was made before the client had this response.
+            Ahead::Farewell if is_exchange => {
+                self.server.shared().with_machine(Machine::doubt_offer);
+            }
+            Ahead::Farewell | Ahead::Nothing => {}
+        }
+    }
+
+    fn send(&mut self, mut outgoing: Outgoing) -> Result<(), End> {
+        let port = &mut self.server.port;
+        for piece in outgoing.pieces() {
+            self.link.write_all(port, piece, Some(WRITE_LIMIT), |_| Ok(()))?;
+        }
+        if outgoing.close {
+            return Err(End::Closed("as ordered"));
+        }
+        outgoing.bytes.clear();
+        self.response = outgoing.bytes;
+        Ok(())
+    }
+}

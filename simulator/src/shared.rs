@@ -1,0 +1,190 @@
+//! What the threads of a simulated TXT and its owner share.
+
+use std::time::{Duration, Instant};
+
+use mio::Waker;
+use parking_lot::{Condvar, Mutex};
+
+use crate::machine::Machine;
+use crate::pause::Clock;
+
+/// The simulated TXT is being dropped, and its threads should end.
+#[derive(Debug)]
+pub(super) struct Stopped;
+
+/// What the threads and their owner share.
+pub(super) struct Shared {
+    machine: Mutex<Machine>,
+    /// The machine may have changed.
+    changed: Condvar,
+    /// Something has changed that the camera's thread may wait for.
+    camera_changed: Condvar,
+    stopping: Mutex<bool>,
+    stopped: Condvar,
+    /// The clock for the pace and the camera.
+    clock: Clock,
+    /// One for each thread that waits for sockets.
+    wakers: Mutex<Vec<ThreadWaker>>,
+}
+
+/// Wakes a thread that waits for sockets.
+struct ThreadWaker {
+    waker: Waker,
+    is_camera: bool,
+}
+
+impl Shared {
+    pub(super) fn new(machine: Machine) -> Self {
+        Self::with_clock(machine, Clock::OF_SYSTEM)
+    }
+
+    fn with_clock(machine: Machine, clock: Clock) -> Self {
+        Self {
+            machine: Mutex::new(machine),
+            changed: Condvar::new(),
+            camera_changed: Condvar::new(),
+            stopping: Mutex::new(false),
+            stopped: Condvar::new(),
+            clock,
+            wakers: Mutex::new(Vec::new()),
+        }
+    }
+
+    /// Wakes one more thread when the threads should end; that of the camera also when the camera is started or
+    /// stopped.
+    pub(super) fn add_waker(&self, waker: Waker, is_camera: bool) {
+        self.wakers.lock().push(ThreadWaker { waker, is_camera });
+    }
+
+    /// Reads or changes the machine as it is now.
+    pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
+        let mut machine = self.machine.lock();
+        machine.catch_up();
+        let (run, time) = (machine.camera_run(), machine.camera_time());
+        let result = f(&mut machine);
+        let is_other_run = machine.camera_run() != run;
+        let is_news = is_other_run || machine.camera_time() != time;
+        drop(machine);
+        self.changed.notify_all();
+        if is_news {
+            self.camera_changed.notify_all();
+        }
+        if is_other_run {
+            self.wake(|thread| thread.is_camera);
+        }
+        result
+    }
+
+    /// Reads the machine as it was left. Wakes no thread that waits for a change.
+    pub(super) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
+        f(&self.machine.lock())
+    }
+
+    /// Waits until the condition holds, at most for the limit. Returns whether it holds.
+    pub(super) fn wait_until(
+        &self,
+        limit: Duration,
+        mut condition: impl FnMut(&Machine) -> bool,
+    ) -> bool {
+        let mut machine = self.machine.lock();
+        let mut holds = |machine: &mut Machine| {
+            machine.catch_up();
+            condition(machine)
+        };
+        let waited = self.changed.wait_while_for(&mut machine, |machine| !holds(machine), limit);
+        !waited.timed_out() || holds(&mut machine)
+    }
+
+    /// Waits for the camera until `look` has a result. Until then it tells after which time it has to look again,
+    /// if there are no news of the camera before.
+    pub(super) fn wait_for_camera<R>(
+        &self,
+        look: impl Fn(&Machine) -> Result<R, Duration>,
+    ) -> Result<R, Stopped> {
+        let mut machine = self.machine.lock();
+        loop {
+            self.check()?;
+            let limit = match look(&machine) {
+                Ok(result) => return Ok(result),
+                Err(limit) => limit,
+            };
+            match Instant::now().checked_add(limit) {
+                Some(deadline) => {
+                    self.clock.wait_until(&self.camera_changed, &mut machine, deadline);
+                }
+                None => self.camera_changed.wait(&mut machine),
+            }
+        }
+    }
+
+    /// Tells the threads to end.
+    pub(super) fn stop(&self) {
+        *self.stopping.lock() = true;
+        self.stopped.notify_all();
+        // The camera's thread may have checked this and not wait yet: it has the machine until then.
+        drop(self.machine.lock());
+        self.camera_changed.notify_all();
+        self.wake(|_| true);
+    }
+
+    /// Wakes these threads, if they wait for sockets.
+    fn wake(&self, which: impl Fn(&ThreadWaker) -> bool) {
+        for thread in self.wakers.lock().iter().filter(|thread| which(thread)) {
+            if let Err(error) = thread.waker.wake() {
+                log::error!("a thread of the simulated TXT can't be woken: {error}");
+            }
+        }
+    }
+
+    /// Whether the thread may go on.
+    pub(super) fn check(&self) -> Result<(), Stopped> {
+        if *self.stopping.lock() {
+            return Err(Stopped);
+        }
+        Ok(())
+    }
+
+    /// Waits for this time, or until the thread should end.
+    pub(super) fn rest(&self, time: Duration) -> Result<(), Stopped> {
+        if time.is_zero() {
+            return self.check();
+        }
+        let mut stopping = self.stopping.lock();
+        self.clock.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
+        if *stopping {
+            return Err(Stopped);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+
+    use super::*;
+
+    const MOMENT: Duration = Duration::from_millis(5);
+
+    #[test]
+    fn a_rest_lasts_its_time_or_until_the_threads_should_end() {
+        for clock in [Clock::Fine, Clock::Coarse] {
+            let shared = Shared::with_clock(Machine::new(0), clock);
+            let begin = Instant::now();
+            for _ in 0..5 {
+                shared.rest(MOMENT).unwrap();
+            }
+            assert!(begin.elapsed() >= 5 * MOMENT);
+            thread::scope(|scope| {
+                let shared = &shared;
+                let rests = [Duration::from_secs(3600), Duration::MAX]
+                    .map(|time| scope.spawn(move || shared.rest(time).is_err()));
+                shared.stop();
+                for rest in rests {
+                    assert!(rest.join().unwrap());
+                }
+            });
+            assert!(shared.rest(Duration::ZERO).is_err());
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Motors and slides, as plain data.
+
+use ft_transfer_area::tx::Input;
+
+/// A motor on a motor output.
+///
+/// Its speed approaches `top_speed × (duty ÷ 512 − load)`, or 0 if that is negative. After one [time
+/// constant](Self::time_constant), 37 % of the difference is left.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MotorModel {
+    /// The speed at duty 512 without a load, in turns per second: more than 0, at most 100.
+    pub top_speed: f64,
+    /// The inertia, in seconds, 0..=1. With more than 0.1 s distances end [more than 3
+    /// pulses](super#how-it-moves) too late, and synchronised motors get more than 11 pulses apart.
+    pub time_constant: f64,
+    /// The torque that it works against, as a part of its starting torque, 0..=1. It is the same in
+    /// both directions.
+    pub load: f64,
+    /// The pulses of its encoder per turn: more than 0, at most 1000. `None` for a motor without an
+    /// encoder: its counter never counts, its distances never end, and no motor can be synchronised
+    /// with it.
+    pub pulses_per_turn: Option<f64>,
+    /// The slide that it moves, if any.
+    pub slide: Option<Slide>,
+}
+
+impl Default for MotorModel {
+    /// A motor without an encoder, 3 turns per second, 0.05 s of inertia, no load, no slide.
+    fn default() -> Self {
+        Self { top_speed: 3.0, time_constant: 0.05, load: 0.0, pulses_per_turn: None, slide: None }
+    }
+}
+
+impl MotorModel {
+    /// The pulses of fischertechnik's encoder motor per turn.
+    pub const ENCODER: f64 = 63.3;
+
+    /// A motor with [fischertechnik's encoder](Self::ENCODER), otherwise the default.
+    pub fn encoder_motor() -> Self {
+        Self { pulses_per_turn: Some(Self::ENCODER), ..Self::default() }
+    }
+
+    /// Sets the speed at duty 512, in turns per second: more than 0, at most 100.
+    pub fn with_top_speed(mut self, top_speed: f64) -> Self {
+        self.top_speed = top_speed;
+        self
+    }
+
+    /// Sets the inertia in seconds, 0..=1.
+    pub fn with_time_constant(mut self, seconds: f64) -> Self {
+        self.time_constant = seconds;
+        self
+    }
+
+    /// Sets the load, as a part of the starting torque, 0..=1.
+    pub fn with_load(mut self, load: f64) -> Self {
+        self.load = load;
+        self
+    }
+
+    /// Adds an encoder that gives this many pulses per turn: more than 0, at most 1000.
+    pub fn with_pulses_per_turn(mut self, pulses: f64) -> Self {
+        self.pulses_per_turn = Some(pulses);
+        self
+    }
+
+    /// Adds a slide that it moves.
+    pub fn with_slide(mut self, slide: Slide) -> Self {
+        self.slide = Some(slide);
+        self
+    }
+}
+
+/// A slide that a motor moves between two stops. Forward is towards its end.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Slide {
+    /// The way between the stops.
+    pub travel: Travel,
+    /// Its position at the start, in the unit of [`travel`](Self::travel), from 0 to its length.
+    pub position: f64,
+    /// The switch that it presses at its start, in the first hundredth of its travel.
+    pub start_switch: Option<Input>,
+    /// The switch that it presses at its end, in the last hundredth of its travel.
+    pub end_switch: Option<Input>,
+    /// The ultrasonic sensor that looks at it.
+    pub seen_by: Option<SeenBy>,
+}
+
+impl Slide {
+    /// A slide at position 0, without switches and without a sensor that looks at it.
+    pub fn new(travel: Travel) -> Self {
+        Self { travel, position: 0.0, start_switch: None, end_switch: None, seen_by: None }
+    }
+
+    /// Sets the position at the start, in the unit of its travel, from 0 to its length.
+    pub fn with_position(mut self, position: f64) -> Self {
+        self.position = position;
+        self
+    }
+
+    /// Sets the input of the switch at its start. A switch has to be plugged in there.
+    pub fn with_start_switch(mut self, input: Input) -> Self {
+        self.start_switch = Some(input);
+        self
+    }
+
+    /// Sets the input of the switch at its end. A switch has to be plugged in there.
+    pub fn with_end_switch(mut self, input: Input) -> Self {
+        self.end_switch = Some(input);
+        self
+    }
+
+    /// Sets the ultrasonic sensor that looks at it.
+    pub fn with_seen_by(mut self, seen_by: SeenBy) -> Self {
+        self.seen_by = Some(seen_by);
+        self
+    }
+}
+
+/// The length of a slide's travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Travel {
+    /// In pulses of the motor's encoder, more than 0.
+    Pulses(f64),
+    /// In millimetres.
+    Mm {
+        /// The length, more than 0.
+        length: f64,
+        /// How far one turn of the motor moves it, more than 0.
+        per_turn: f64,
+    },
+}
+
+impl Travel {
+    /// The length in its own unit, pulses or mm.
+    pub fn length(self) -> f64 {
+        match self {
+            Self::Pulses(length) | Self::Mm { length, .. } => length,
+        }
+    }
+}
+
+/// An ultrasonic sensor that looks at a slide. Its distance changes evenly between start and end. It needs
+/// no other fields, so it is closed on purpose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenBy {
+    /// Where the sensor is plugged in.
+    pub input: Input,
+    /// The distance when the slide is at its start, in cm, at least 0.
+    pub start_cm: f64,
+    /// The distance when the slide is at its end, in cm, at least 0.
+    pub end_cm: f64,
+}

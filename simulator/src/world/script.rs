@@ -1,0 +1,126 @@
+//! What happens in a world by itself.
+
+use super::shaft::TICK_MICROS;
+use super::Remote;
+use ft_transfer_area::tx::Input;
+
+/// What happens at which time.
+///
+/// ```
+/// use ft_transfer_area_simulator::world::{Script, ScriptEvent};
+/// use ft_transfer_area::tx::Input;
+///
+/// let script = Script::default()
+///     .with_event(ScriptEvent::press(0.5, 0, Input::I1, true))
+///     .with_event(ScriptEvent::press(1.5, 0, Input::I1, false))
+///     .with_period(2.0);
+/// assert_eq!(script.events.len(), 2);
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Script {
+    /// After this many seconds it begins again, at least 0.001; `None` when it is played once.
+    pub period: Option<f64>,
+    /// What happens, in any order.
+    pub events: Vec<ScriptEvent>,
+}
+
+impl Script {
+    /// Repeats the script with this period in seconds, at least 0.001.
+    pub fn with_period(mut self, seconds: f64) -> Self {
+        self.period = Some(seconds);
+        self
+    }
+
+    /// Adds an event.
+    pub fn with_event(mut self, event: ScriptEvent) -> Self {
+        self.events.push(event);
+        self
+    }
+}
+
+/// Something that happens at some time.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ScriptEvent {
+    /// The machine time in seconds since the start, or since the script began again; at least 0, and
+    /// less than the period. It is rounded to milliseconds.
+    pub at: f64,
+    /// What happens.
+    pub action: ScriptAction,
+}
+
+/// What happens at an event.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ScriptAction {
+    /// A button or switch is pressed or released.
+    Press {
+        /// The controller: 0 the master, 1..=8 an extension.
+        controller: usize,
+        /// Where the button or switch is plugged in.
+        input: Input,
+        /// Whether it is pressed from then on, or released.
+        pressed: bool,
+    },
+    /// The infrared remote with the same switch setting sends this from then on. It has to be one of
+    /// the world's remotes.
+    Remote(Remote),
+    /// Registers of an I2C device get other values, if it is plugged in. It has to be one of the
+    /// world's devices.
+    I2c {
+        /// The address of the device, 0..=127.
+        address: u8,
+        /// The first register.
+        register: u8,
+        /// The values for it and the following registers. After register 255 comes 0.
+        values: Vec<u8>,
+    },
+}
+
+impl ScriptEvent {
+    /// At this time, in seconds, a button or switch is pressed or released. The controller is 0 for the
+    /// master, 1..=8 for an extension.
+    pub fn press(at: f64, controller: usize, input: Input, pressed: bool) -> Self {
+        Self { at, action: ScriptAction::Press { controller, input, pressed } }
+    }
+
+    /// At this time, in seconds, the remote with the same switch setting begins to send this.
+    pub fn remote(at: f64, remote: Remote) -> Self {
+        Self { at, action: ScriptAction::Remote(remote) }
+    }
+
+    /// At this time, in seconds, this register of an I2C device and the following ones get these values.
+    pub fn i2c(at: f64, address: u8, register: u8, values: &[u8]) -> Self {
+        Self { at, action: ScriptAction::I2c { address, register, values: values.to_vec() } }
+    }
+}
+
+/// A script in ticks.
+#[derive(Clone, Debug)]
+pub(super) struct ScriptState {
+    period: Option<u64>,
+    /// What happens at which tick, in order.
+    events: Vec<(u64, ScriptAction)>,
+}
+
+impl ScriptState {
+    pub(super) fn new(script: &Script) -> Self {
+        // A time out of range is never due.
+        let ticks = |seconds: f64| (seconds * 1e6 / TICK_MICROS as f64).round() as u64;
+        let events = script.events.iter();
+        let mut events: Vec<_> =
+            events.map(|event| (ticks(event.at), event.action.clone())).collect();
+        // Events at the same time keep their order.
+        events.sort_by_key(|event| event.0);
+        Self { period: script.period.map(|period| ticks(period).max(1)), events }
+    }
+
+    /// What happens at the beginning of a tick.
+    pub(super) fn due(&self, tick: u64) -> impl Iterator<Item = &ScriptAction> {
+        let now = self.period.map_or(tick, |period| tick % period);
+        let first = self.events.partition_point(|event| event.0 < now);
+        let due = self.events[first..].iter().take_while(move |event| event.0 == now);
+        due.map(|(_, action)| action)
+    }
+}

@@ -1,0 +1,81 @@
+//! The worlds that come with the library.
+
+use super::World;
+use crate::error::Error;
+
+/// Name and text of each.
+const FILES: [(&str, &str); 5] = [
+    ("car", include_str!("../../worlds/car.toml")),
+    ("default", include_str!("../../worlds/default.toml")),
+    ("everything", include_str!("../../worlds/everything.toml")),
+    ("kit", include_str!("../../worlds/kit.toml")),
+    ("slide", include_str!("../../worlds/slide.toml")),
+];
+
+const NAMES: [&str; FILES.len()] = {
+    let mut names = [""; FILES.len()];
+    let mut index = 0;
+    while index < FILES.len() {
+        names[index] = FILES[index].0;
+        index += 1;
+    }
+    names
+};
+
+impl World {
+    /// The names of the worlds that come with the library, in alphabetical order.
+    /// [`docs/simulator.md`](https://docs.rs/ft-transfer-area/latest/ft_transfer_area/guide/simulator/) describes each of them.
+    pub const SHIPPED: &'static [&'static str] = &NAMES;
+
+    /// The world with this name, one of [`SHIPPED`](Self::SHIPPED).
+    ///
+    /// ```
+    /// use ft_transfer_area_simulator::world::World;
+    /// use ft_transfer_area_simulator::SimulatedTxt;
+    ///
+    /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let txt = SimulatedTxt::builder().world(World::shipped("car")?).start()?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::World`] with a list of the names, when there is no world with this name.
+    pub fn shipped(name: &str) -> Result<Self, Error> {
+        match FILES.iter().find(|(shipped, _)| *shipped == name) {
+            Some((_, text)) => Self::from_toml(text),
+            None => Err(Error::World {
+                line: 0,
+                reason: format!(
+                    "there is no shipped world {name:?}; there are {}",
+                    Self::SHIPPED.join(", ")
+                ),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_shipped_world_is_found_by_its_name() {
+        for name in World::SHIPPED {
+            World::shipped(name).unwrap();
+        }
+        assert!(World::SHIPPED.is_sorted(), "{:?}", World::SHIPPED);
+    }
+
+    #[test]
+    fn a_wrong_name_is_answered_with_the_list_of_names() {
+        for wrong in ["Slide", "slide.toml", ""] {
+            let sentence = World::shipped(wrong).unwrap_err().to_string();
+            assert!(sentence.contains(&format!("{wrong:?}")), "{sentence}");
+            for name in World::SHIPPED {
+                assert!(sentence.contains(name), "{name} is missing in {sentence}");
+            }
+        }
+    }
+}
