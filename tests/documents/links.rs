@@ -83,7 +83,8 @@ fn mistake(document: &Path, link: &str, package: &BTreeSet<PathBuf>) -> Option<&
             path.strip_prefix(root()).ok()?.to_owned()
         }
     };
-    if !package.contains(&path) {
+    // The samples need the simulated TXT, so they are only in the repository.
+    if !package.contains(&path) && !path.starts_with("examples") {
         return Some("not in the package");
     }
     let text = fs::read_to_string(root().join(&path)).ok()?;
