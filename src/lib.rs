@@ -33,7 +33,7 @@
 //! a new guard in each round of a loop. This loop never ends:
 //! `let areas = handler.wait_cycle()?; while areas[LOCAL_IO].input.uni[0] == 0 {}`. A guard that is kept for a
 //! second is told of, with the name of its thread: by the logger, or without one on the standard error. To
-//! wait for something, use [`wait_until`](TransferAreaComHandler::wait_until).
+//! wait for something, use [`wait_until`](TransferArea::wait_until).
 //!
 //! </div>
 //!
@@ -43,10 +43,10 @@
 //! |---|---|
 //! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
 //! | port the calls of the TX library or of FtTxtLib | [`tx`] |
-//! | wait for a motor, an input or any other condition | [`TransferAreaComHandler::wait_until`] and the other waits |
-//! | be told of changes, as by FtTxtLib's callbacks | [`TransferAreaComHandler::events`] |
-//! | record every cycle | [`TransferAreaComHandler::cycle_log`] |
-//! | be told when a motor is blocked | [`TransferAreaComHandler::set_stall_limit`] |
+//! | wait for a motor, an input or any other condition | [`TransferArea::wait_until`] and the other waits |
+//! | be told of changes, as by FtTxtLib's callbacks | [`TransferArea::events`] |
+//! | record every cycle | [`TransferArea::cycle_log`] |
+//! | be told when a motor is blocked | [`TransferArea::set_stall_limit`] |
 //! | measure the time between two responses, and count missed ones | [`TransferAreaGuard::arrived`] and [`cycle`](TransferAreaGuard::cycle) |
 //! | control several controllers in one loop | [`TransferArea::wait_any`] |
 //! | stop the motors when the program hangs | [`TransferAreaComHandlerBuilder::watchdog`] |

@@ -3,11 +3,11 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use super::com_handler::TransferAreaComHandler;
-use super::settings::Settings;
 use crate::client::{host_and_port, TimeLimits, LIMIT_RANGE};
 use crate::error::Error;
 use crate::exchange::{check_area_count, TransferMode};
+use crate::handler::com_handler::TransferAreaComHandler;
+use crate::handler::settings::Settings;
 
 /// In ms. The controller closes the connection much sooner, and a transfer with a longer window seems to hang.
 const WINDOW_RANGE: RangeInclusive<i64> = 0..=60_000;

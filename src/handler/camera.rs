@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use crossbeam_channel::Receiver;
 
-use super::com_handler::{Camera, TransferAreaComHandler};
-use super::command::Command;
-use super::settings::Settings;
 use crate::camera::{CameraFrame, CameraOptions, CameraServer, CameraStatistics, CameraStream};
 use crate::error::Error;
+use crate::handler::com_handler::{Camera, TransferAreaComHandler};
+use crate::handler::settings::Settings;
+use crate::handler::shared::CameraCommand;
 
 /// How long after its time limit the transfer thread may notice that the connection is lost.
 const NOTICE: Duration = Duration::from_secs(1);
@@ -66,7 +66,7 @@ impl TransferAreaComHandler {
         let host = host.ok_or(Error::NotStarted)?;
         let Settings { camera_port, reconnect, limits, .. } = self.settings();
         let server = CameraServer::before_start((host, *camera_port).into());
-        shared.run_command(Command::StartCamera(command))?;
+        shared.run_command(CameraCommand::Start(command))?;
         camera.server_started = true;
         // The main connection shows a lost network within its limit for reading.
         let rides_out = reconnect.map(|_| limits.read + NOTICE);
@@ -96,7 +96,7 @@ impl TransferAreaComHandler {
         }
         let shared = self.area().shared();
         if std::mem::take(&mut camera.server_started) && shared.check_running().is_ok() {
-            shared.run_command(Command::StopCamera)?;
+            shared.run_command(CameraCommand::Stop)?;
         }
         Ok(())
     }

@@ -1,25 +1,26 @@
 //! The handler: a background thread exchanges the transfer area with the controller.
 
+use std::ops::Deref;
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::time::Duration;
 
 use parking_lot::Mutex;
 
-use super::area::TransferArea;
-use super::clock::Clock;
-use super::guard::TransferAreaGuard;
-use super::handshake;
-use super::settings::Settings;
-use super::shared::{Controller, Shared};
-use super::statistics::Statistics;
-use super::sync::spawn;
-use super::thread::TransferThread;
-use super::thread_slot::ThreadSlot;
-use super::watchdog::Watchdog;
 use crate::camera::{CameraControl, CameraStream};
+use crate::client::{found_host, is_auto};
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
+use crate::handler::parts::clock::Clock;
+use crate::handler::parts::watchdog::Watchdog;
+use crate::handler::program::area::TransferArea;
+use crate::handler::settings::Settings;
+use crate::handler::shared::{Controller, Shared};
+use crate::handler::sync::spawn;
+use crate::handler::transfer::handshake;
+use crate::handler::transfer::thread::ThreadSlot;
+use crate::handler::transfer::thread::TransferThread;
+use crate::i2c::I2cClient;
 use crate::notices;
 
 /// How long the end of a transfer waits for the logger, so that a program that ends then has its last lines.
@@ -31,8 +32,8 @@ const FLUSH: Duration = Duration::from_millis(100);
 /// Between [`begin_transfer`](Self::begin_transfer) and [`end_transfer`](Self::end_transfer) a
 /// background thread exchanges the areas' outputs for inputs as fast as the controller answers,
 /// about 100 times a second. The program reads and writes the areas under a
-/// [`lock`](Self::lock), or once per response by [`wait_cycle`](Self::wait_cycle). It can
-/// also wait [for a condition](Self::wait_until), receive [events](Self::events), and have a
+/// [`lock`](TransferArea::lock), or once per response by [`wait_cycle`](TransferArea::wait_cycle). It can
+/// also wait [for a condition](TransferArea::wait_until), receive [events](TransferArea::events), and have a
 /// [function called](Self::set_cycle_hook) in each cycle.
 ///
 /// - What is written under one lock goes out in one request.
@@ -77,22 +78,22 @@ pub struct TransferAreaComHandler {
     area: TransferArea,
     thread: ThreadSlot,
     /// Locked for as long as a command for the camera takes, also across a gap.
-    pub(super) camera: Mutex<Camera>,
+    pub(in crate::handler) camera: Mutex<Camera>,
     /// The state of the current or the last stream. Locked only for a moment.
-    pub(super) camera_state: Mutex<Option<Arc<CameraControl>>>,
+    pub(in crate::handler) camera_state: Mutex<Option<Arc<CameraControl>>>,
 }
 
 /// What the handler knows of its camera.
 #[derive(Debug, Default)]
-pub(super) struct Camera {
+pub(in crate::handler) struct Camera {
     /// The current or the last stream.
-    pub(super) stream: Option<CameraStream>,
+    pub(in crate::handler) stream: Option<CameraStream>,
     /// Whether the controller's camera server runs, as far as this transfer has started it.
-    pub(super) server_started: bool,
+    pub(in crate::handler) server_started: bool,
 }
 
 impl TransferAreaComHandler {
-    pub(super) fn new(settings: Settings) -> Self {
+    pub(in crate::handler) fn new(settings: Settings) -> Self {
         let clock = Clock::new(settings.lock_step);
         // In lock-step a program that computes stops the time.
         let watchdog = settings.watchdog.filter(|_| !settings.lock_step);
@@ -107,11 +108,11 @@ impl TransferAreaComHandler {
         }
     }
 
-    pub(super) fn settings(&self) -> &Settings {
+    pub(in crate::handler) fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    pub(super) fn area(&self) -> &TransferArea {
+    pub(in crate::handler) fn area(&self) -> &TransferArea {
         &self.area
     }
 
@@ -158,7 +159,7 @@ impl TransferAreaComHandler {
     pub fn begin_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
         shared.begin()?;
-        self.area.learn(|known| shared.know_all(known));
+        self.area.learn(|known| shared.acknowledge(known));
         let number = shared.number();
         let begin = || {
             self.join_threads(number);
@@ -237,67 +238,6 @@ impl TransferAreaComHandler {
         camera.server_started = false;
     }
 
-    /// Whether a transfer is running. See [`TransferArea::is_running`].
-    #[doc(alias = "ftxIsTransferActiv")]
-    #[doc(alias = "MotorIOLib_ThreadIsRunning")]
-    #[must_use]
-    pub fn is_running(&self) -> bool {
-        self.area.is_running()
-    }
-
-    /// Locks the areas. See [`TransferArea::lock`].
-    #[doc(alias = "GetTransferAreasArrayAddr")]
-    #[doc(alias = "GetKeLibTransferAreaMainAddress")]
-    #[track_caller]
-    pub fn lock(&self) -> TransferAreaGuard<'_> {
-        self.area.lock()
-    }
-
-    /// Waits for the next response. See [`TransferArea::wait_cycle`].
-    ///
-    /// # Errors
-    ///
-    /// [`Error::NotStarted`], [`Error::ConnectionLost`], [`Error::WatchdogExpired`], or the error that
-    /// ended the transfer.
-    #[doc(alias = "PrgTic")]
-    #[track_caller]
-    pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_cycle()
-    }
-
-    /// Waits for the next response, but not longer than `limit`. See
-    /// [`TransferArea::wait_cycle_for`].
-    ///
-    /// # Errors
-    ///
-    /// [`Error::WaitTimedOut`]; otherwise as [`wait_cycle`](Self::wait_cycle).
-    #[track_caller]
-    pub fn wait_cycle_for(&self, limit: Duration) -> Result<TransferAreaGuard<'_>, Error> {
-        self.area.wait_cycle_for(limit)
-    }
-
-    /// Waits until the controller has the configuration that the areas hold now. See
-    /// [`TransferArea::update_config`].
-    ///
-    /// # Errors
-    ///
-    /// As [`wait_cycle`](Self::wait_cycle).
-    #[doc(alias = "UpdateConfig")]
-    #[track_caller]
-    pub fn update_config(&self) -> Result<(), Error> {
-        self.area.update_config()
-    }
-
-    /// Tells the watchdog that the program is alive. See [`TransferArea::feed_watchdog`].
-    ///
-    /// # Errors
-    ///
-    /// [`Error::WatchdogExpired`], [`Error::ConnectionLost`], [`Error::NotStarted`], or the error that
-    /// ended the transfer.
-    pub fn feed_watchdog(&self) -> Result<(), Error> {
-        self.area.feed_watchdog()
-    }
-
     /// A handle to the areas for another thread. Cheap to clone.
     pub fn transfer_area(&self) -> TransferArea {
         self.area.clone()
@@ -318,19 +258,17 @@ impl TransferAreaComHandler {
         self.controller().map(|controller| controller.status.name())
     }
 
-    /// Statistics of the current transfer, or of the last one. See [`Statistics`].
-    #[doc(alias = "GetTrapStatistic")]
-    pub fn statistics(&self) -> Statistics {
-        self.area.statistics()
-    }
-
-    /// The error that ended the last transfer, until the next `begin_transfer`.
-    pub fn error(&self) -> Option<Error> {
-        self.area.error()
-    }
-
-    pub(super) fn controller(&self) -> Option<Controller> {
+    pub(in crate::handler) fn controller(&self) -> Option<Controller> {
         self.area.shared().controller()
+    }
+}
+
+/// A handler is also its own handle to the areas: `handler.wait_cycle()` is [`TransferArea::wait_cycle`].
+impl Deref for TransferAreaComHandler {
+    type Target = TransferArea;
+
+    fn deref(&self) -> &TransferArea {
+        &self.area
     }
 }
 
@@ -343,5 +281,29 @@ impl Drop for TransferAreaComHandler {
         let _ = self.end_transfer();
         self.area.shared().listeners.end();
         self.clear_cycle_hook();
+    }
+}
+
+impl TransferAreaComHandler {
+    /// Connects to the controller's I2C port, with the handler's host and time limits.
+    ///
+    /// Blocks up to the limit for connecting. The client has a connection of its own: it does not disturb
+    /// a transfer, and may outlive the handler. [`I2cClient`] says what is known about whether a controller
+    /// answers without a transfer.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
+    /// [`Error::ConnectTimedOut`] or [`Error::ConnectFailed`]; for the host `auto` before the first
+    /// transfer also [`Error::NoController`] and [`Error::SeveralControllers`].
+    #[doc(alias = "StartI2C")]
+    pub fn i2c(&self) -> Result<I2cClient, Error> {
+        let Settings { host, port, i2c_port, limits, .. } = self.settings();
+        let host = match self.controller().and_then(|controller| controller.address) {
+            // The transfer's controller: it would not answer a search now.
+            Some(address) if is_auto(host) => address.to_string(),
+            _ => found_host(host, *port, limits.connect)?,
+        };
+        I2cClient::connect(&host, *i2c_port, *limits)
     }
 }

@@ -8,26 +8,26 @@ use crate::exchange::TransferMode;
 
 /// A handler's settings. The defaults are the kit's, if it has one.
 #[derive(Clone, Debug)]
-pub(super) struct Settings {
-    pub(super) host: String,
-    pub(super) port: u16,
-    pub(super) camera_port: u16,
-    pub(super) i2c_port: u16,
-    pub(super) areas: usize,
-    pub(super) mode: TransferMode,
-    pub(super) limits: TimeLimits,
-    pub(super) reaction_window: Duration,
-    pub(super) hook_limit: Duration,
+pub(in crate::handler) struct Settings {
+    pub(in crate::handler) host: String,
+    pub(in crate::handler) port: u16,
+    pub(in crate::handler) camera_port: u16,
+    pub(in crate::handler) i2c_port: u16,
+    pub(in crate::handler) areas: usize,
+    pub(in crate::handler) mode: TransferMode,
+    pub(in crate::handler) limits: TimeLimits,
+    pub(in crate::handler) reaction_window: Duration,
+    pub(in crate::handler) hook_limit: Duration,
     /// Whether time moves only while the program waits.
-    pub(super) lock_step: bool,
+    pub(in crate::handler) lock_step: bool,
     /// `None` switches it off.
-    pub(super) watchdog: Option<Duration>,
+    pub(in crate::handler) watchdog: Option<Duration>,
     /// For how long a lost connection is made again; `None` ends the transfer.
-    pub(super) reconnect: Option<Duration>,
+    pub(in crate::handler) reconnect: Option<Duration>,
 }
 
 impl Settings {
-    pub(super) fn new(host: String) -> Self {
+    pub(in crate::handler) fn new(host: String) -> Self {
         Self {
             host,
             port: PORT,
@@ -45,7 +45,7 @@ impl Settings {
     }
 
     /// The settings, with the controller that was found as the host if that is `auto`.
-    pub(super) fn with_found_host(&self) -> Result<Self, Error> {
+    pub(in crate::handler) fn with_found_host(&self) -> Result<Self, Error> {
         let host = found_host(&self.host, self.port, self.limits.connect)?;
         Ok(Self { host, ..self.clone() })
     }

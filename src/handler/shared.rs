@@ -1,13 +1,13 @@
 //! What the program's threads and the transfer thread share.
 //!
-//! Each part has a module of its own: the state of the [transfer](super::state), [who has the
-//! areas](super::area_lock), the [hand-over](super::hand_over) of outputs and inputs, the [reaction
-//! window](super::window), the [watchdog](super::watchdog), what has [stopped the
-//! outputs](super::interruptions), and the [cycle hook](super::hook_slot). None of them uses another
+//! Each part has a module of its own: the state of the [transfer](crate::handler::parts::state), [who has the
+//! areas](crate::handler::parts::area_lock), the [hand-over](crate::handler::parts::hand_over) of outputs and inputs, the [reaction
+//! window](crate::handler::parts::window), the [watchdog](crate::handler::parts::watchdog), what has [stopped the
+//! outputs](crate::handler::parts::interruptions), and the [cycle hook](crate::handler::parts::hook_slot). None of them uses another
 //! part or a lock. Here they are under one lock, which is held only for moments, and the threads wait on
 //! the condition variables next to it. What the program's threads do with the parts is in
-//! [`program_side`](super::program_side), what the transfer thread does in
-//! [`transfer_side`](super::transfer_side).
+//! [`program_side`](crate::handler::program::calls), what the transfer thread does in
+//! [`transfer_side`](crate::handler::transfer::calls).
 //!
 //! The only other lock is that of the listeners. It is taken first.
 
@@ -15,80 +15,86 @@ use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::area_lock::{AreaLock, Waiter};
-use super::clock::Clock;
-use super::command::Command;
-use super::events::{Event, Listeners, LoggedBeginning, TimedEvent};
-use super::hand_over::HandOver;
-use super::hook_slot::HookSlot;
-use super::interruptions::Interruptions;
-use super::state::Transfer;
-use super::statistics::Statistics;
-use super::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
-use super::watchdog::Watchdog;
-use super::window::Window;
 use crate::camera::CameraControl;
 use crate::firmware::FirmwareVersion;
+use crate::handler::events::{Event, Listeners, LoggedBeginning, TimedEvent};
+use crate::handler::parts::area_lock::{AreaLock, Waiter};
+use crate::handler::parts::clock::Clock;
+use crate::handler::parts::hand_over::HandOver;
+use crate::handler::parts::hook_slot::HookSlot;
+use crate::handler::parts::interruptions::Interruptions;
+use crate::handler::parts::state::Transfer;
+use crate::handler::parts::watchdog::Watchdog;
+use crate::handler::parts::window::Window;
+use crate::handler::statistics::Statistics;
+use crate::handler::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
 use crate::transfer_area::FishX1Transfer;
-use crate::wire::QueryStatusResponse;
+use crate::wire::{QueryStatusResponse, StartCameraOnline};
 
-pub(super) struct Shared {
+pub(in crate::handler) struct Shared {
     state: Mutex<State>,
     /// A response has come in, a command is done, or the transfer's state has changed.
-    pub(super) arrived: Condvar,
+    pub(in crate::handler) arrived: Condvar,
     /// The transfer thread has something to do: all threads that waited for the response have reacted, or a
     /// stop was requested.
-    pub(super) attended: Condvar,
+    pub(in crate::handler) attended: Condvar,
     /// The areas were promised to one of the threads that wait for them, by kind of thread. For the hook also:
     /// it may have to be called or to end, or has ended.
     areas_free: [Condvar; Waiter::COUNT],
-    pub(super) listeners: Arc<Listeners>,
+    pub(in crate::handler) listeners: Arc<Listeners>,
     area_count: usize,
     lock_step: bool,
 }
 
 #[derive(Debug)]
-pub(super) struct State {
-    pub(super) transfer: Transfer,
-    pub(super) area_lock: AreaLock,
-    pub(super) hand_over: HandOver,
-    pub(super) window: Window,
-    pub(super) watchdog: Watchdog,
-    pub(super) interruptions: Interruptions,
-    pub(super) hook: HookSlot,
-    pub(super) statistics: Statistics,
+pub(in crate::handler) struct State {
+    pub(in crate::handler) transfer: Transfer,
+    pub(in crate::handler) area_lock: AreaLock,
+    pub(in crate::handler) hand_over: HandOver,
+    pub(in crate::handler) window: Window,
+    pub(in crate::handler) watchdog: Watchdog,
+    pub(in crate::handler) interruptions: Interruptions,
+    pub(in crate::handler) hook: HookSlot,
+    pub(in crate::handler) statistics: Statistics,
     /// When the transfer thread, which waits, looks at the limits again.
-    pub(super) looks_again: Option<Instant>,
-    /// The turn of the last holder of the areas of whom the program was warned.
-    pub(super) warned_turn: u64,
+    pub(in crate::handler) looks_again: Option<Instant>,
+    /// The lease of whose length the program was last warned.
+    pub(in crate::handler) warned_lease: u64,
     /// Counts the responses of all transfers.
-    pub(super) delivered: u64,
+    pub(in crate::handler) delivered: u64,
     /// When the last response of this connection came in.
-    pub(super) last_response: Option<Instant>,
+    pub(in crate::handler) last_response: Option<Instant>,
     /// When the newest response came in; before the first of a transfer, when the transfer began.
-    pub(super) arrived: Instant,
-    pub(super) clock: Clock,
+    pub(in crate::handler) arrived: Instant,
+    pub(in crate::handler) clock: Clock,
     /// What the transfer thread is to send now.
-    pub(super) command: Option<Command>,
+    pub(in crate::handler) command: Option<CameraCommand>,
     /// Threads that wait for the first of several transfers. They are woken along with those that wait on
     /// `arrived`.
-    pub(super) wakened: Vec<Thread>,
+    pub(in crate::handler) wakened: Vec<Thread>,
     /// The stream of frames that ends with the transfer.
-    pub(super) camera: Option<Arc<CameraControl>>,
+    pub(in crate::handler) camera: Option<Arc<CameraControl>>,
     /// The controller of the last connection.
-    pub(super) controller: Option<Controller>,
+    pub(in crate::handler) controller: Option<Controller>,
+}
+
+/// A command that the transfer thread sends between two exchanges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::handler) enum CameraCommand {
+    Start(StartCameraOnline),
+    Stop,
 }
 
 /// The controller of a connection.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Controller {
-    pub(super) status: QueryStatusResponse,
-    pub(super) address: Option<IpAddr>,
+pub(in crate::handler) struct Controller {
+    pub(in crate::handler) status: QueryStatusResponse,
+    pub(in crate::handler) address: Option<IpAddr>,
 }
 
 impl Shared {
     /// Areas in the kit's default configuration.
-    pub(super) fn new(
+    pub(in crate::handler) fn new(
         count: usize,
         watchdog: Watchdog,
         hook_limit: Duration,
@@ -108,7 +114,7 @@ impl Shared {
             hook: HookSlot::new(hook_limit),
             statistics: Statistics::default(),
             looks_again: None,
-            warned_turn: 0,
+            warned_lease: 0,
             delivered: 0,
             last_response: None,
             arrived: clock.now(),
@@ -129,32 +135,32 @@ impl Shared {
         }
     }
 
-    pub(super) fn state(&self) -> MutexGuard<'_, State> {
+    pub(in crate::handler) fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock()
     }
 
     /// The same for the transfer thread, because the controller waits for it: while other threads lock all
     /// the time, it does not give its core away immediately.
-    pub(super) fn state_soon(&self) -> MutexGuard<'_, State> {
+    pub(in crate::handler) fn state_soon(&self) -> MutexGuard<'_, State> {
         lock_soon(&self.state)
     }
 
-    pub(super) fn area_count(&self) -> usize {
+    pub(in crate::handler) fn area_count(&self) -> usize {
         self.area_count
     }
 
     /// Whether time moves only while the program waits.
-    pub(super) fn is_lock_step(&self) -> bool {
+    pub(in crate::handler) fn is_lock_step(&self) -> bool {
         self.lock_step
     }
 
     /// The condition variable on which the waiters of a kind wait for the areas.
-    pub(super) fn areas_free(&self, waiter: Waiter) -> &Condvar {
+    pub(in crate::handler) fn areas_free(&self, waiter: Waiter) -> &Condvar {
         &self.areas_free[waiter as usize]
     }
 
     /// Wakes the thread that may have the areas next.
-    pub(super) fn wake_next(&self, next: Option<Waiter>) {
+    pub(in crate::handler) fn wake_next(&self, next: Option<Waiter>) {
         match next {
             // Those that wait for its end wait there, too.
             Some(Waiter::Hook) => self.wake_hook(),
@@ -166,34 +172,34 @@ impl Shared {
     }
 
     /// Wakes the hook's thread, and those that wait for its end.
-    pub(super) fn wake_hook(&self) {
+    pub(in crate::handler) fn wake_hook(&self) {
         self.areas_free(Waiter::Hook).notify_all();
     }
 
     /// Wakes all threads that wait for a response, because it or something else has come.
-    pub(super) fn wake_waiting(&self, state: &State) {
+    pub(in crate::handler) fn wake_waiting(&self, state: &State) {
         self.arrived.notify_all();
         self.wake_hook();
         state.wakened.iter().for_each(Thread::unpark);
     }
 
-    pub(super) fn statistics(&self) -> Statistics {
+    pub(in crate::handler) fn statistics(&self) -> Statistics {
         self.state().statistics
     }
 
-    pub(super) fn controller(&self) -> Option<Controller> {
+    pub(in crate::handler) fn controller(&self) -> Option<Controller> {
         self.state().controller
     }
 }
 
 impl State {
     /// For how long the transfer has been running, or was running when it ended.
-    pub(super) fn elapsed(&self) -> Duration {
+    pub(in crate::handler) fn elapsed(&self) -> Duration {
         self.transfer.elapsed(self.clock.now())
     }
 
     /// The beginning of the transfer, while it is running, for a log.
-    pub(super) fn beginning(&self) -> Option<LoggedBeginning> {
+    pub(in crate::handler) fn beginning(&self) -> Option<LoggedBeginning> {
         let at = self.transfer.began()?;
         let controller = self.controller.as_ref();
         let status = controller.map(|controller| &controller.status);
@@ -207,7 +213,7 @@ impl State {
     }
 
     /// An event that does not come with a response, with the current time.
-    pub(super) fn happens_now(&self, event: Event) -> TimedEvent {
+    pub(in crate::handler) fn happens_now(&self, event: Event) -> TimedEvent {
         TimedEvent { event, cycle: self.statistics.cycles, arrived: self.clock.now() }
     }
 }

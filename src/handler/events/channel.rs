@@ -9,11 +9,11 @@ use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
 use super::event::{Event, EventKind, TimedEvent};
 use super::listeners::Listeners;
-use crate::handler::panic_check::PanicCheck;
+use crate::handler::sync::PanicCheck;
 use crate::pause::within_clock;
 
 /// Events of the kinds that were subscribed to, in the order in which they happened; made by
-/// [`TransferAreaComHandler::events`](crate::TransferAreaComHandler::events).
+/// [`TransferArea::events`](crate::TransferArea::events).
 ///
 /// It is an iterator, by value and by reference: each step blocks until there is an event, and a `for` loop
 /// ends after [`Event::TransferEnded`](crate::Event::TransferEnded), or when the handler was dropped. The

@@ -21,7 +21,7 @@ use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_COUNTER, IZ_MOTOR, MAX_A
 const RESERVED: usize = 16;
 
 /// Every cycle of a handler's transfers, on a channel; made by
-/// [`TransferAreaComHandler::cycle_log`](crate::TransferAreaComHandler::cycle_log).
+/// [`TransferArea::cycle_log`](crate::TransferArea::cycle_log).
 ///
 /// It is an iterator: each step blocks until there is an entry, and it ends when the handler was dropped. A log
 /// only looks: it neither keeps the motors on nor stops them, and dropping it changes nothing for the transfer.

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::controller::Controller;
 use super::{check, handler, program, NO_END};
-use crate::handler::area::TransferArea;
+use crate::handler::program::area::TransferArea;
 use crate::handler::settings::Settings;
 use crate::handler::sync::pass;
 use crate::terminals::Motor;

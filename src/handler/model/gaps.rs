@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::{check, handler, program, wait_to_the_end, NO_END, WINDOW};
 use crate::error::Error;
 use crate::exchange::Inputs;
-use crate::handler::clock::Clock;
+use crate::handler::parts::clock::Clock;
+use crate::handler::parts::watchdog::Watchdog;
+use crate::handler::program::lease::Known;
 use crate::handler::shared::Shared;
-use crate::handler::taken::Known;
-use crate::handler::transfer_side::Delivered;
-use crate::handler::watchdog::Watchdog;
+use crate::handler::transfer::calls::Delivered;
 use crate::handler::{EventKind, TransferArea};
 use crate::transfer_area::FishX1Transfer;
 

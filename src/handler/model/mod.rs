@@ -2,7 +2,7 @@
 //!
 //! `RUSTFLAGS="--cfg shuttle" cargo test --lib model`
 //!
-//! The locks, threads and time are those of [`sync`](super::sync) for the models, and the connection is that of a
+//! The locks, threads and time are those of [`sync`](crate::handler::sync) for the models, and the connection is that of a
 //! [`controller`] in the model. All else is the code of the library. A thread that waits for ever fails a model, as
 //! does one that never stops to work.
 
@@ -25,12 +25,12 @@ use shuttle::{Config, MaxSteps, Runner};
 
 pub(super) use self::controller::TxtClient;
 use self::controller::{Controller, Request};
-use super::area::TransferArea;
-use super::com_handler::TransferAreaComHandler;
-use super::guard::TransferAreaGuard;
-use super::settings::Settings;
 use crate::error::Error;
 use crate::exchange::TransferMode;
+use crate::handler::com_handler::TransferAreaComHandler;
+use crate::handler::program::area::TransferArea;
+use crate::handler::program::guard::TransferAreaGuard;
+use crate::handler::settings::Settings;
 
 /// How many points in each order give another thread priority.
 const DEPTH: usize = 4;

@@ -10,11 +10,11 @@ use shuttle::thread;
 use super::{check, NO_END, WINDOW};
 use crate::error::Error;
 use crate::exchange::Inputs;
-use crate::handler::area::TransferArea;
-use crate::handler::clock::Clock;
+use crate::handler::parts::clock::Clock;
+use crate::handler::parts::watchdog::Watchdog;
+use crate::handler::program::area::TransferArea;
+use crate::handler::program::lease::Known;
 use crate::handler::shared::Shared;
-use crate::handler::taken::Known;
-use crate::handler::watchdog::Watchdog;
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::ExchangeDataResponse;
 

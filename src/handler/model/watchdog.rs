@@ -8,7 +8,7 @@ use shuttle::thread;
 
 use super::{check, duties, handler, program, wait_to_the_end};
 use crate::error::Error;
-use crate::handler::area::TransferArea;
+use crate::handler::program::area::TransferArea;
 use crate::handler::sync::{now, pass};
 
 const ORDERS: usize = 700;

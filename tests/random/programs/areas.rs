@@ -4,74 +4,40 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Direction, Input};
-use ft_transfer_area::{
-    Error, FishX1Transfer, TransferArea, TransferAreaComHandler, TransferAreaGuard,
-};
+use ft_transfer_area::{Error, FishX1Transfer, TransferArea, TransferAreaGuard};
 
 use super::plan::{Act, Get};
 use super::record::{duties_of, Awaited, Orders, Record};
-
-/// What a handle and the handler have in common.
-pub(crate) trait Areas {
-    /// Gets the areas. Each check of a condition is noted.
-    fn get(&self, get: Get, check: &dyn Fn()) -> Result<TransferAreaGuard<'_>, Error>;
-    fn update_config(&self) -> Result<(), Error>;
-    fn feed_watchdog(&self) -> Result<(), Error>;
-    fn is_running(&self) -> bool;
-    fn error(&self) -> Option<Error>;
-}
 
 fn ms(count: u64) -> Duration {
     Duration::from_millis(count)
 }
 
-macro_rules! areas {
-    ($of:ty) => {
-        impl Areas for $of {
-            fn get(&self, get: Get, check: &dyn Fn()) -> Result<TransferAreaGuard<'_>, Error> {
-                match get {
-                    Get::Lock => Ok(self.lock()),
-                    Get::Cycle => self.wait_cycle(),
-                    Get::CycleFor(limit) => self.wait_cycle_for(ms(limit)),
-                    Get::Until(checks, limit) => {
-                        let mut left = checks;
-                        let condition = |_: &[FishX1Transfer]| {
-                            check();
-                            left = left.saturating_sub(1);
-                            left == 0
-                        };
-                        self.wait_until(condition, ms(limit))
-                    }
-                    Get::Motor(motor, limit) => self.wait_motor_ex(LOCAL_IO, motor, ms(limit)),
-                    Get::Counter(counter, limit) => {
-                        self.wait_counter_reset(LOCAL_IO, counter, ms(limit))
-                    }
-                    Get::Sound(limit) => self.wait_sound(LOCAL_IO, ms(limit)),
-                    Get::Input(limit) => self.wait_input_change(LOCAL_IO, Input::I1, ms(limit)),
-                }
-            }
-
-            fn update_config(&self) -> Result<(), Error> {
-                self.update_config()
-            }
-
-            fn feed_watchdog(&self) -> Result<(), Error> {
-                self.feed_watchdog()
-            }
-
-            fn is_running(&self) -> bool {
-                self.is_running()
-            }
-
-            fn error(&self) -> Option<Error> {
-                self.error()
-            }
+/// Gets the areas. Each check of a condition is noted.
+pub(crate) fn get<'a>(
+    areas: &'a TransferArea,
+    get: Get,
+    check: &dyn Fn(),
+) -> Result<TransferAreaGuard<'a>, Error> {
+    match get {
+        Get::Lock => Ok(areas.lock()),
+        Get::Cycle => areas.wait_cycle(),
+        Get::CycleFor(limit) => areas.wait_cycle_for(ms(limit)),
+        Get::Until(checks, limit) => {
+            let mut left = checks;
+            let condition = |_: &[FishX1Transfer]| {
+                check();
+                left = left.saturating_sub(1);
+                left == 0
+            };
+            areas.wait_until(condition, ms(limit))
         }
-    };
+        Get::Motor(motor, limit) => areas.wait_motor_ex(LOCAL_IO, motor, ms(limit)),
+        Get::Counter(counter, limit) => areas.wait_counter_reset(LOCAL_IO, counter, ms(limit)),
+        Get::Sound(limit) => areas.wait_sound(LOCAL_IO, ms(limit)),
+        Get::Input(limit) => areas.wait_input_change(LOCAL_IO, Input::I1, ms(limit)),
+    }
 }
-
-areas!(TransferArea);
-areas!(TransferAreaComHandler);
 
 impl Get {
     pub(crate) fn awaits(self) -> Option<Awaited> {

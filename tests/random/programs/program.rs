@@ -10,7 +10,7 @@ use ft_transfer_area::{
 };
 use ft_transfer_area_simulator::FaultKind;
 
-use super::areas::{act, hold, Areas};
+use super::areas::{self, act, hold};
 use super::hook;
 use super::logger;
 use super::machine::{Gate, Slot};
@@ -91,18 +91,18 @@ impl<'a> Program<'a> {
         which: usize,
         by: By,
         what: What,
-        call: impl FnOnce(&dyn Areas) -> Result<(), Error>,
+        call: impl FnOnce(&TransferArea) -> Result<(), Error>,
     ) {
         let who = Who::new(by, self.thread);
         let slot = &self.slots[which];
         let handler;
-        let areas: &dyn Areas = match by {
+        let areas: &TransferArea = match by {
             By::Own => &self.own[which],
             By::Shared => &slot.shared,
             By::Handler => {
                 let Some(found) = slot.handler() else { return };
                 handler = found;
-                &*handler
+                &handler
             }
         };
         note(self.record, which, who, what, || call(areas));
@@ -145,7 +145,7 @@ impl<'a> Program<'a> {
         self.record.trace(which).holds.push(hold);
     }
 
-    fn keep(&mut self, which: usize, who: Who, areas: &'a dyn Areas, get: Get, under: &Under) {
+    fn keep(&mut self, which: usize, who: Who, areas: &'a TransferArea, get: Get, under: &Under) {
         if let Some((mut guard, mut hold)) = got(self.record, which, who, areas, get) {
             hold.orders = act(&mut guard, &under.acts, self.record);
             self.kept.push(Kept { which, guard, hold });
@@ -261,12 +261,12 @@ fn got<'g>(
     record: &Record,
     which: usize,
     who: Who,
-    areas: &'g dyn Areas,
+    areas: &'g TransferArea,
     get: Get,
 ) -> Option<(TransferAreaGuard<'g>, Hold)> {
     let asked = Instant::now();
     let check = || record.trace(which).checks.push(Instant::now());
-    let result = catch_unwind(AssertUnwindSafe(|| areas.get(get, &check)));
+    let result = catch_unwind(AssertUnwindSafe(|| areas::get(areas, get, &check)));
     let what = if matches!(get, Get::Lock) { What::Lock } else { What::Wait };
     let (result, guard) = match result {
         Ok(Ok(guard)) => (Ok(()), Some(guard)),
@@ -284,7 +284,14 @@ fn got<'g>(
     guard
 }
 
-fn use_guard(record: &Record, which: usize, who: Who, areas: &dyn Areas, get: Get, under: &Under) {
+fn use_guard(
+    record: &Record,
+    which: usize,
+    who: Who,
+    areas: &TransferArea,
+    get: Get,
+    under: &Under,
+) {
     let Some((mut guard, mut held)) = got(record, which, who, areas, get) else { return };
     held.orders = act(&mut guard, &under.acts, record);
     hold(under.hold_ms);

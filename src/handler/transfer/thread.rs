@@ -3,17 +3,18 @@
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 
-use super::cycle::Cycle;
-use super::handshake::Link;
-use super::reconnect::{is_of_the_connection, lose, reconnect, Attempts};
-use super::settings::Settings;
-use super::shared::Shared;
-use super::state::Stop;
 use crate::error::Error;
+use crate::handler::parts::state::Stop;
+use crate::handler::settings::Settings;
+use crate::handler::shared::Shared;
+use crate::handler::sync::{JoinHandle, Mutex};
+use crate::handler::transfer::cycle::Cycle;
+use crate::handler::transfer::handshake::Link;
+use crate::handler::transfer::reconnect::{is_of_the_connection, lose, reconnect, Attempts};
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
-pub(super) struct TransferThread {
+pub(in crate::handler) struct TransferThread {
     cycle: Cycle,
     shared: Arc<Shared>,
     settings: Settings,
@@ -23,7 +24,7 @@ pub(super) struct TransferThread {
 
 impl TransferThread {
     /// The work of a thread on a connection that is in online mode and has the areas' configuration.
-    pub(super) fn new(
+    pub(in crate::handler) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
         shared: Arc<Shared>,
@@ -38,7 +39,7 @@ impl TransferThread {
         }
     }
 
-    pub(super) fn run(mut self) {
+    pub(in crate::handler) fn run(mut self) {
         // A panic may leave things half done. Of these only the connection is used afterwards, and the
         // areas' outputs, which are all set below.
         let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
@@ -96,16 +97,42 @@ impl TransferThread {
     }
 }
 
+/// Has the thread as soon as its transfer runs: who sees the transfer running finds its thread here.
+#[derive(Debug, Default)]
+pub(in crate::handler) struct ThreadSlot(Mutex<Option<(u64, JoinHandle<()>)>>);
+
+impl ThreadSlot {
+    /// Starts the thread of the transfer with this number. Others wait meanwhile.
+    pub(in crate::handler) fn start<E>(
+        &self,
+        number: u64,
+        start: impl FnOnce() -> Result<JoinHandle<()>, E>,
+    ) -> Result<(), E> {
+        let mut slot = self.0.lock();
+        *slot = Some((number, start()?));
+        Ok(())
+    }
+
+    /// Waits for the threads of transfers up to this number. Others that do so wait, too.
+    pub(in crate::handler) fn join(&self, number: u64) {
+        let mut slot = self.0.lock();
+        if let Some((_, thread)) = slot.take_if(|(of, _)| *of <= number) {
+            // The thread catches its own panics, so there is nothing to report here.
+            let _ = thread.join();
+        }
+    }
+}
+
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use std::ops::ControlFlow;
     use std::time::Duration;
 
     use super::*;
-    use crate::handler::clock::Clock;
-    use crate::handler::handshake;
-    use crate::handler::peer::Peer;
-    use crate::handler::watchdog::Watchdog;
+    use crate::handler::parts::clock::Clock;
+    use crate::handler::parts::watchdog::Watchdog;
+    use crate::handler::transfer::handshake;
+    use crate::handler::transfer::peer::Peer;
     use crate::handler::{EventKind, TransferAreaComHandler};
     use crate::terminals::Counter;
     use crate::wire::CommandId;

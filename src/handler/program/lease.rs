@@ -1,46 +1,72 @@
 //! What a guard holds, and what its handle knows.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use super::shared::State;
+use crate::handler::shared::State;
 use crate::transfer_area::FishX1Transfer;
 
 /// What one handle to the areas has been told, so that it is told everything once.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
+pub(in crate::handler) struct Known {
     /// The newest window that a wait of this handle has returned.
-    pub(super) returned: u64,
+    pub(in crate::handler) returned: u64,
     /// The newest response that any guard of this handle has shown.
-    pub(super) shown: u64,
+    pub(in crate::handler) shown: u64,
     /// How many interruptions it knows of.
-    pub(super) interruptions: u64,
+    pub(in crate::handler) interruptions: u64,
+}
+
+/// What a handle knows. Threads that share the handle share this.
+#[derive(Debug, Default)]
+pub(in crate::handler) struct AtomicKnown {
+    pub(in crate::handler) returned: AtomicU64,
+    pub(in crate::handler) shown: AtomicU64,
+    pub(in crate::handler) interruptions: AtomicU64,
+}
+
+impl AtomicKnown {
+    pub(in crate::handler) fn get(&self) -> Known {
+        Known {
+            returned: self.returned.load(Ordering::Relaxed),
+            shown: self.shown.load(Ordering::Relaxed),
+            interruptions: self.interruptions.load(Ordering::Relaxed),
+        }
+    }
+}
+
+impl Clone for AtomicKnown {
+    fn clone(&self) -> Self {
+        let Known { returned, shown, interruptions } = self.get();
+        Self { returned: returned.into(), shown: shown.into(), interruptions: interruptions.into() }
+    }
 }
 
 /// The areas that a guard holds, and what has to be known when they are put back.
 #[derive(Debug)]
-pub(super) struct Taken {
-    pub(super) areas: Vec<FishX1Transfer>,
-    /// The holder's turn.
-    pub(super) turn: u64,
+pub(in crate::handler) struct Lease {
+    pub(in crate::handler) areas: Vec<FishX1Transfer>,
+    /// The lease's number.
+    pub(in crate::handler) number: u64,
     /// The newest window.
-    pub(super) window: u64,
+    pub(in crate::handler) window: u64,
     /// The newest response that is in the areas.
-    pub(super) newest: u64,
+    pub(in crate::handler) newest: u64,
     /// Its number in its transfer.
-    pub(super) cycle: u64,
+    pub(in crate::handler) cycle: u64,
     /// When it came in.
-    pub(super) arrived: Instant,
+    pub(in crate::handler) arrived: Instant,
     /// What has made its thread take the areas.
-    pub(super) purpose: Purpose,
+    pub(in crate::handler) purpose: Purpose,
     /// How many interruptions there were before; if there are more, the outputs do not count.
-    pub(super) interruptions: u64,
+    pub(in crate::handler) interruptions: u64,
     /// Whether the outputs count at all.
-    pub(super) outputs_count: bool,
+    pub(in crate::handler) outputs_count: bool,
 }
 
 /// Why a thread has taken the areas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Purpose {
+pub(in crate::handler) enum Purpose {
     /// It is the cycle hook.
     Hook,
     /// It has waited for the window of this number.
@@ -51,11 +77,11 @@ pub(super) enum Purpose {
     Locks,
 }
 
-impl Taken {
+impl Lease {
     /// Brings areas that were taken up to date, for a handle that knows this.
-    pub(super) fn new(
+    pub(in crate::handler) fn new(
         state: &mut State,
-        (mut areas, turn): (Vec<FishX1Transfer>, u64),
+        (mut areas, number): (Vec<FishX1Transfer>, u64),
         known: Known,
         purpose: Purpose,
     ) -> Self {
@@ -63,7 +89,7 @@ impl Taken {
         state.hand_over.bring_up_to_date(&mut areas, elapsed);
         Self {
             areas,
-            turn,
+            number,
             window: state.window.number(),
             newest: state.delivered,
             cycle: state.statistics.cycles,
@@ -78,7 +104,7 @@ impl Taken {
 impl State {
     /// Whether the outputs that a handle writes now count: not while they are stopped and the handle does not
     /// know of that.
-    pub(super) fn outputs_count(&self, known: Known) -> bool {
+    pub(in crate::handler) fn outputs_count(&self, known: Known) -> bool {
         let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();
         goes_on || known.interruptions >= self.interruptions.count()
     }

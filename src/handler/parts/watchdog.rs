@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use super::sync::now;
+use crate::handler::sync::now;
 
 /// When the program has last shown that it is alive, and whether that is too long ago.
 ///
 /// It stops nothing itself. The transfer thread asks it, and stops the outputs.
 #[derive(Debug)]
-pub(super) struct Watchdog {
+pub(in crate::handler) struct Watchdog {
     /// `None` switches it off.
     limit: Option<Duration>,
     fed: Instant,
@@ -17,53 +17,53 @@ pub(super) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(super) fn new(limit: Option<Duration>) -> Self {
+    pub(in crate::handler) fn new(limit: Option<Duration>) -> Self {
         Self { limit, fed: now(), expired: None }
     }
 
     /// Starts again, for a new transfer.
-    pub(super) fn start(&mut self) {
+    pub(in crate::handler) fn start(&mut self) {
         self.expired = None;
         self.feed();
     }
 
     /// The program is alive. After the watchdog has expired this is not enough.
-    pub(super) fn feed(&mut self) {
+    pub(in crate::handler) fn feed(&mut self) {
         if self.limit.is_some() {
             self.fed = now();
         }
     }
 
     /// The program was alive at this time.
-    pub(super) fn feed_at(&mut self, time: Instant) {
+    pub(in crate::handler) fn feed_at(&mut self, time: Instant) {
         self.fed = self.fed.max(time);
     }
 
     /// The program knows of the interruption with this number, or a later one, and goes on.
-    pub(super) fn acknowledge(&mut self, number: u64) {
+    pub(in crate::handler) fn acknowledge(&mut self, number: u64) {
         if self.expired.is_some_and(|expired| expired <= number) {
             self.start();
         }
     }
 
     /// The limit; 0 when it is off.
-    pub(super) fn limit(&self) -> Duration {
+    pub(in crate::handler) fn limit(&self) -> Duration {
         self.limit.unwrap_or_default()
     }
 
     /// Whether the outputs are stopped until the program knows of it.
-    pub(super) fn has_expired(&self) -> bool {
+    pub(in crate::handler) fn has_expired(&self) -> bool {
         self.expired.is_some()
     }
 
     /// When it will expire; `None` when it is off or has already expired.
-    pub(super) fn deadline(&self) -> Option<Instant> {
+    pub(in crate::handler) fn deadline(&self) -> Option<Instant> {
         let limit = self.limit.filter(|_| !self.has_expired())?;
         self.fed.checked_add(limit)
     }
 
     /// If its deadline has come, expires as the interruption `number` and returns its limit.
-    pub(super) fn check(&mut self, now: Instant, number: u64) -> Option<Duration> {
+    pub(in crate::handler) fn check(&mut self, now: Instant, number: u64) -> Option<Duration> {
         self.deadline().filter(|deadline| *deadline <= now)?;
         self.expired = Some(number);
         self.limit

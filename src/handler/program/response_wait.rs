@@ -2,16 +2,16 @@
 
 use std::time::Instant;
 
-use super::area_lock::Waiter;
-use super::events::Step;
-use super::shared::{Shared, State};
-use super::sync::{current_thread, wait_until, MutexGuard};
-use super::taken::{Known, Taken};
 use crate::error::Error;
+use crate::handler::events::Step;
+use crate::handler::parts::area_lock::Waiter;
+use crate::handler::program::lease::{Known, Lease};
+use crate::handler::shared::{Shared, State};
+use crate::handler::sync::{current_thread, wait_until, MutexGuard};
 
 /// A wait for a response that is newer than the last one that the handle has returned.
 #[derive(Debug)]
-pub(super) enum Wait {
+pub(in crate::handler) enum Wait {
     /// It began when the window of this number was the newest, in the transfer of this number.
     For { window: u64, transfer: u64 },
     /// The thread was told of this window and is expected to answer in it.
@@ -29,7 +29,7 @@ enum Progress {
 impl Shared {
     /// Waits for a response that is newer than the last one that the handle has returned; `None` when the
     /// deadline comes first.
-    pub(super) fn wait_for_response(
+    pub(in crate::handler) fn wait_for_response(
         &self,
         state: &mut MutexGuard<'_, State>,
         known: &mut Known,
@@ -91,7 +91,7 @@ impl Shared {
     /// # Panics
     ///
     /// In lock-step, when the thread has the areas.
-    pub(super) fn step(&self) -> Step {
+    pub(in crate::handler) fn step(&self) -> Step {
         if !self.is_lock_step() {
             return Step::ByClock;
         }
@@ -115,12 +115,12 @@ impl Shared {
 
     /// Panics when this thread has the areas.
     #[track_caller]
-    pub(super) fn check_free(&self) {
+    pub(in crate::handler) fn check_free(&self) {
         drop(self.state_of_others());
     }
 
     /// Begins such a wait.
-    pub(super) fn begin_shared_wait(&self, known: &mut Known) -> Result<Wait, Error> {
+    pub(in crate::handler) fn begin_shared_wait(&self, known: &mut Known) -> Result<Wait, Error> {
         let mut state = self.state();
         let wait = self.begin_wait(&mut state, known)?;
         state.wakened.push(current_thread());
@@ -130,7 +130,7 @@ impl Shared {
     /// When the response came in for which the thread waits; `None` when it has not come in yet.
     ///
     /// After an error the wait is over.
-    pub(super) fn look_after(
+    pub(in crate::handler) fn look_after(
         &self,
         wait: &mut Wait,
         known: &mut Known,
@@ -152,7 +152,7 @@ impl Shared {
 
     /// The thread has a response of another transfer. If it was told of a response of this one, it comes back
     /// for it, so the window stays open.
-    pub(super) fn put_off(&self, wait: &Wait) {
+    pub(in crate::handler) fn put_off(&self, wait: &Wait) {
         let mut state = self.state();
         state.forget_waker();
         let told = match *wait {
@@ -168,7 +168,7 @@ impl Shared {
     }
 
     /// Takes the areas for a response that the thread was told of.
-    pub(super) fn take_after(&self, wait: &Wait, known: Known) -> Taken {
+    pub(in crate::handler) fn take_after(&self, wait: &Wait, known: Known) -> Lease {
         let mut state = self.state_of_others();
         state.forget_waker();
         let window = match *wait {

@@ -7,9 +7,9 @@ use std::rc::Rc;
 use std::slice::SliceIndex;
 use std::time::Instant;
 
-use super::panic_check::PanicCheck;
-use super::shared::Shared;
-use super::taken::{Purpose, Taken};
+use crate::handler::program::lease::{Lease, Purpose};
+use crate::handler::shared::Shared;
+use crate::handler::sync::PanicCheck;
 use crate::transfer_area::FishX1Transfer;
 
 /// The areas, locked: a slice with the master at
@@ -26,14 +26,14 @@ use crate::transfer_area::FishX1Transfer;
 /// [built](crate::TransferAreaComHandlerBuilder::areas) with panics; `get` returns `None` for it.
 pub struct TransferAreaGuard<'a> {
     shared: &'a Shared,
-    taken: Taken,
+    taken: Lease,
     panicking: PanicCheck,
     /// The holder of the areas is known by its thread.
     stays_in_its_thread: PhantomData<Rc<()>>,
 }
 
 impl<'a> TransferAreaGuard<'a> {
-    pub(super) fn new(shared: &'a Shared, taken: Taken) -> Self {
+    pub(in crate::handler) fn new(shared: &'a Shared, taken: Lease) -> Self {
         let panicking = PanicCheck::new();
         Self { shared, taken, panicking, stays_in_its_thread: PhantomData }
     }
@@ -81,13 +81,13 @@ impl<'a> TransferAreaGuard<'a> {
     }
 
     /// The newest window when this was locked.
-    pub(super) fn window(&self) -> u64 {
+    pub(in crate::handler) fn window(&self) -> u64 {
         self.taken.window
     }
 
     /// The newest window that does not have to be waited for any more. One that opened while this thread
     /// did not expect it has to be: it still waits for a thread.
-    pub(super) fn attended(&self) -> u64 {
+    pub(in crate::handler) fn attended(&self) -> u64 {
         let window = self.taken.window;
         if self.taken.purpose == Purpose::Reacts(window) {
             window

@@ -3,16 +3,16 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::area_lock::{name_of, Holder, Waiter};
-use super::clock::Clock;
-use super::command::Command;
-use super::events::Subscription;
-use super::shared::{Shared, State};
-use super::state::Stop;
-use super::sync::{current_thread, thread_id, wait_until, MutexGuard};
-use super::taken::{Known, Purpose, Taken};
 use crate::camera::CameraControl;
 use crate::error::Error;
+use crate::handler::events::{Source, Step, Subscription};
+use crate::handler::parts::area_lock::{name_of, Holder, Waiter};
+use crate::handler::parts::clock::Clock;
+use crate::handler::parts::state::Stop;
+use crate::handler::program::lease::{Known, Lease, Purpose};
+use crate::handler::shared::CameraCommand;
+use crate::handler::shared::{Shared, State};
+use crate::handler::sync::{current_thread, thread_id, wait_until, MutexGuard};
 use crate::transfer_area::FishX1Transfer;
 
 impl Shared {
@@ -22,7 +22,7 @@ impl Shared {
     ///
     /// When the thread already has them.
     #[track_caller]
-    pub(super) fn lock(&self, known: Known) -> Taken {
+    pub(in crate::handler) fn lock(&self, known: Known) -> Lease {
         let mut state = self.state_of_others();
         let taken = self.take(&mut state, known, None);
         MutexGuard::unlock_fair(state);
@@ -30,12 +30,12 @@ impl Shared {
     }
 
     /// Takes the areas, for a thread that may have waited for a window.
-    pub(super) fn take(
+    pub(in crate::handler) fn take(
         &self,
         state: &mut MutexGuard<'_, State>,
         known: Known,
         reacts_to: Option<u64>,
-    ) -> Taken {
+    ) -> Lease {
         let areas = self.take_areas(state, reacts_to);
         let is_first = state.delivered > known.shown && state.last_response.is_some();
         let purpose = match reacts_to {
@@ -43,7 +43,7 @@ impl Shared {
             None if is_first => Purpose::Looks,
             None => Purpose::Locks,
         };
-        Taken::new(state, areas, known, purpose)
+        Lease::new(state, areas, known, purpose)
     }
 
     fn take_areas(
@@ -83,18 +83,18 @@ impl Shared {
     }
 
     /// Takes the areas back from a guard; after a panic as they were before it.
-    pub(super) fn release(&self, taken: &mut Taken, panicked: bool) {
+    pub(in crate::handler) fn release(&self, taken: &mut Lease, panicked: bool) {
         let mut areas = std::mem::take(&mut taken.areas);
         let mut state = self.state();
         // Others may have got new ones from a hook that did not return.
-        if state.area_lock.is_turn(taken.turn) {
+        if state.area_lock.is_current(taken.number) {
             if panicked {
                 state.hand_over.restore(&mut areas);
                 state.transfer.ask_to_stop(Stop::ProgramPanicked);
             } else {
                 state.take_answer(taken, &areas);
             }
-            let next = state.area_lock.put_back(areas, taken.turn);
+            let next = state.area_lock.put_back(areas, taken.number);
             self.wake_next(next);
             match taken.purpose {
                 Purpose::Hook => state.hook.returned(thread_id()),
@@ -110,7 +110,7 @@ impl Shared {
     }
 
     /// Adds a log of all cycles.
-    pub(super) fn add_log(&self, capacity: usize) -> Subscription {
+    pub(in crate::handler) fn add_log(&self, capacity: usize) -> Subscription {
         // Locked meanwhile, so that no beginning and no response comes between.
         let mut listeners = self.listeners.lock();
         let running = self.state().beginning();
@@ -120,7 +120,7 @@ impl Shared {
     /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it
     /// would wait for itself for ever.
     #[track_caller]
-    pub(super) fn state_of_others(&self) -> MutexGuard<'_, State> {
+    pub(in crate::handler) fn state_of_others(&self) -> MutexGuard<'_, State> {
         let state = self.state();
         if !state.area_lock.is_held_by(thread_id()) {
             return state;
@@ -137,11 +137,11 @@ impl Shared {
     ///
     /// When the thread has the areas.
     #[track_caller]
-    pub(super) fn wait_cycle(
+    pub(in crate::handler) fn wait_cycle(
         &self,
         known: &mut Known,
         deadline: Option<Instant>,
-    ) -> Result<Option<Taken>, Error> {
+    ) -> Result<Option<Lease>, Error> {
         let mut state = self.state_of_others();
         let response = self.wait_for_response(&mut state, known, deadline)?;
         let taken = response.map(|response| self.take(&mut state, *known, Some(response)));
@@ -153,11 +153,11 @@ impl Shared {
     /// is as for [`wait_cycle`](Self::wait_cycle). The next request waits for the calling thread, if it has
     /// not gone out yet.
     #[track_caller]
-    pub(super) fn look(
+    pub(in crate::handler) fn look(
         &self,
         known: &mut Known,
         deadline: Option<Instant>,
-    ) -> Result<Option<Taken>, Error> {
+    ) -> Result<Option<Lease>, Error> {
         let mut state = self.state_of_others();
         state.tell_news(known)?;
         state.check_running(known)?;
@@ -172,7 +172,7 @@ impl Shared {
     }
 
     /// The program is alive; returns an error that the handle has not been told yet.
-    pub(super) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
+    pub(in crate::handler) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
         let mut state = self.state();
         state.watchdog.feed();
         state.tell_news(known)?;
@@ -180,27 +180,27 @@ impl Shared {
     }
 
     /// The clock for time limits, with its current time.
-    pub(super) fn clock(&self) -> Clock {
+    pub(in crate::handler) fn clock(&self) -> Clock {
         self.state().clock
     }
 
     /// How long the transfer has been running, or how long the last one ran.
-    pub(super) fn elapsed(&self) -> Duration {
+    pub(in crate::handler) fn elapsed(&self) -> Duration {
         self.state().elapsed()
     }
 
     /// Whether a transfer is running.
-    pub(super) fn is_running(&self, known: &mut Known) -> bool {
+    pub(in crate::handler) fn is_running(&self, known: &mut Known) -> bool {
         self.state().check_running(known).is_ok()
     }
 
     /// The handle's owner begins a transfer, so it knows that the last one has ended.
-    pub(super) fn know_all(&self, known: &mut Known) {
+    pub(in crate::handler) fn acknowledge(&self, known: &mut Known) {
         known.interruptions = self.state().interruptions.count();
     }
 
     /// Asks the current transfer to end; returns its number, or that of the last one.
-    pub(super) fn ask_to_end(&self) -> u64 {
+    pub(in crate::handler) fn ask_to_end(&self) -> u64 {
         let mut state = self.state();
         state.transfer.ask_to_stop(Stop::Asked);
         self.attended.notify_one();
@@ -208,12 +208,12 @@ impl Shared {
     }
 
     /// The number of the current transfer, or of the last one.
-    pub(super) fn number(&self) -> u64 {
+    pub(in crate::handler) fn number(&self) -> u64 {
         self.state().transfer.number()
     }
 
     /// Waits while a thread connects for the transfer of this number.
-    pub(super) fn wait_until_begun(&self, number: u64) {
+    pub(in crate::handler) fn wait_until_begun(&self, number: u64) {
         let mut state = self.state();
         while state.transfer.is_beginning() && state.transfer.number() == number {
             self.arrived.wait(&mut state);
@@ -221,18 +221,18 @@ impl Shared {
     }
 
     /// The error that ended the last transfer, until the next begins.
-    pub(super) fn error(&self, known: &mut Known) -> Option<Error> {
+    pub(in crate::handler) fn error(&self, known: &mut Known) -> Option<Error> {
         let state = self.state();
         state.check_running(known).err().and_then(|_| state.transfer.error())
     }
 
     /// Returns an error with the reason if no transfer is running.
-    pub(super) fn check_running(&self) -> Result<(), Error> {
+    pub(in crate::handler) fn check_running(&self) -> Result<(), Error> {
         self.state().transfer.check_running()
     }
 
     /// Makes the transfer thread send a command, and waits until that is done, also across a gap.
-    pub(super) fn run_command(&self, command: Command) -> Result<(), Error> {
+    pub(in crate::handler) fn run_command(&self, command: CameraCommand) -> Result<(), Error> {
         let mut state = self.state();
         state.transfer.check_running()?;
         state.command = Some(command);
@@ -246,7 +246,7 @@ impl Shared {
     }
 
     /// Makes this stream end with the transfer; immediately if the transfer has already ended.
-    pub(super) fn set_camera(&self, camera: Arc<CameraControl>) {
+    pub(in crate::handler) fn set_camera(&self, camera: Arc<CameraControl>) {
         let mut state = self.state();
         if !state.transfer.is_running() {
             drop(state);
@@ -259,7 +259,7 @@ impl Shared {
         state.camera = Some(camera);
     }
 
-    pub(super) fn ask_to_stop(&self, stop: Stop) {
+    pub(in crate::handler) fn ask_to_stop(&self, stop: Stop) {
         self.state().transfer.ask_to_stop(stop);
         self.attended.notify_one();
     }
@@ -267,7 +267,7 @@ impl Shared {
 
 impl State {
     /// Takes what a guard leaves in the areas.
-    fn take_answer(&mut self, taken: &Taken, areas: &[FishX1Transfer]) {
+    fn take_answer(&mut self, taken: &Lease, areas: &[FishX1Transfer]) {
         let counts = taken.outputs_count && self.interruptions.count() == taken.interruptions;
         let reacts = match taken.purpose {
             Purpose::Hook | Purpose::Reacts(_) => true,
@@ -283,14 +283,14 @@ impl State {
 
     /// Makes the next request wait for the calling thread, which is going to take the areas; returns the
     /// window's number, unless it is closed.
-    pub(super) fn join_window(&mut self) -> Option<u64> {
+    pub(in crate::handler) fn join_window(&mut self) -> Option<u64> {
         let window = self.window.join()?;
         self.area_lock.expect_one_more();
         Some(window)
     }
 
     /// Returns as an error the next interruption that a handle has not been told.
-    pub(super) fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
+    pub(in crate::handler) fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
         let Some((number, error)) = self.interruptions.news(known.interruptions) else {
             return Ok(());
         };
@@ -300,7 +300,7 @@ impl State {
     }
 
     /// Returns an error with the reason if no transfer is running; the handle then knows it.
-    pub(super) fn check_running(&self, known: &mut Known) -> Result<(), Error> {
+    pub(in crate::handler) fn check_running(&self, known: &mut Known) -> Result<(), Error> {
         self.transfer.check_running().inspect_err(|_| {
             if !self.transfer.is_beginning() {
                 known.interruptions = self.interruptions.count();
@@ -318,4 +318,19 @@ fn panic_of_holder(held: Duration) -> ! {
          the value that you need and drop the guard first",
         name_of(&current_thread()),
     )
+}
+
+/// A subscription belongs to the transfer.
+impl Source for Arc<Shared> {
+    fn panicked(&self) {
+        self.ask_to_stop(Stop::ProgramPanicked);
+    }
+
+    fn step(&self) -> Step {
+        Shared::step(self)
+    }
+
+    fn now(&self) -> Instant {
+        self.clock().now()
+    }
 }

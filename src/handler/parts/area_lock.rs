@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::sync::{self, current_thread, Thread, ThreadId};
+use crate::handler::sync::{self, current_thread, Thread, ThreadId};
 use crate::transfer_area::FishX1Transfer;
 
 /// A thread that locks the areas takes them out, and puts them back afterwards.
@@ -11,11 +11,11 @@ use crate::transfer_area::FishX1Transfer;
 /// kinds of threads take turns by their rank, and while the window of a response is open, the areas are
 /// kept for the threads that were told of it.
 #[derive(Debug)]
-pub(super) struct AreaLock {
+pub(in crate::handler) struct AreaLock {
     /// `None` while a thread has them.
     areas: Option<Vec<FishX1Transfer>>,
-    /// Counts the holders, to know one whose areas were replaced.
-    turn: u64,
+    /// The number of the newest lease: counts the holders, to know one whose areas were replaced.
+    lease: u64,
     holder: Option<Holder>,
     /// The kind of the waiting thread that the areas were promised to.
     promised: Option<Waiter>,
@@ -28,30 +28,30 @@ pub(super) struct AreaLock {
 
 /// Which thread has the areas, and since when.
 #[derive(Clone, Debug)]
-pub(super) struct Holder {
-    pub(super) thread: Thread,
-    pub(super) since: Instant,
+pub(in crate::handler) struct Holder {
+    pub(in crate::handler) thread: Thread,
+    pub(in crate::handler) since: Instant,
 }
 
 impl Holder {
     /// The calling thread, from now on.
-    pub(super) fn now() -> Self {
+    pub(in crate::handler) fn now() -> Self {
         Self { thread: current_thread(), since: sync::now() }
     }
 
-    pub(super) fn held(&self) -> Duration {
+    pub(in crate::handler) fn held(&self) -> Duration {
         sync::now() - self.since
     }
 }
 
 /// How a message names a thread.
-pub(super) fn name_of(thread: &Thread) -> String {
+pub(in crate::handler) fn name_of(thread: &Thread) -> String {
     thread.name().map_or("a thread without a name".into(), |name| format!("the thread {name:?}"))
 }
 
 /// The kinds of threads that wait for the areas, by their rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Waiter {
+pub(in crate::handler) enum Waiter {
     /// The cycle hook, so that the others find what it wrote.
     Hook,
     /// The next request waits for the thread.
@@ -60,15 +60,15 @@ pub(super) enum Waiter {
 }
 
 impl Waiter {
-    pub(super) const COUNT: usize = 3;
+    pub(in crate::handler) const COUNT: usize = 3;
     const BY_RANK: [Self; Self::COUNT] = [Self::Hook, Self::Reacting, Self::Other];
 }
 
 impl AreaLock {
-    pub(super) fn new(areas: Vec<FishX1Transfer>) -> Self {
+    pub(in crate::handler) fn new(areas: Vec<FishX1Transfer>) -> Self {
         Self {
             areas: Some(areas),
-            turn: 0,
+            lease: 0,
             holder: None,
             promised: None,
             waiting: [0; Waiter::COUNT],
@@ -76,8 +76,8 @@ impl AreaLock {
         }
     }
 
-    /// Takes the areas unless another thread has them or comes first; returns also the holder's turn.
-    pub(super) fn try_take(
+    /// Takes the areas unless another thread has them or comes first; returns also the lease's number.
+    pub(in crate::handler) fn try_take(
         &mut self,
         waiter: Waiter,
         holder: Holder,
@@ -90,30 +90,30 @@ impl AreaLock {
     }
 
     /// Keeps the areas for so many threads of a kind, which were just told of a response.
-    pub(super) fn expect(&mut self, waiter: Waiter, threads: usize) {
+    pub(in crate::handler) fn expect(&mut self, waiter: Waiter, threads: usize) {
         self.expected[waiter as usize] = threads;
     }
 
     /// Keeps the areas for one more reacting thread.
-    pub(super) fn expect_one_more(&mut self) {
+    pub(in crate::handler) fn expect_one_more(&mut self) {
         self.expected[Waiter::Reacting as usize] += 1;
     }
 
     /// One of these threads has come. Returns the kind to wake, as [`put_back`](Self::put_back).
-    pub(super) fn arrive(&mut self, waiter: Waiter) -> Option<Waiter> {
+    pub(in crate::handler) fn arrive(&mut self, waiter: Waiter) -> Option<Waiter> {
         let expected = &mut self.expected[waiter as usize];
         *expected = expected.saturating_sub(1);
         self.promise_if_free()
     }
 
     /// Stops keeping the areas. Returns the kind to wake, as [`put_back`](Self::put_back).
-    pub(super) fn expect_nobody(&mut self) -> Option<Waiter> {
+    pub(in crate::handler) fn expect_nobody(&mut self) -> Option<Waiter> {
         self.expected = [0; Waiter::COUNT];
         self.promise_if_free()
     }
 
     /// Takes the areas if they were promised to this kind of waiter.
-    pub(super) fn take_promised(
+    pub(in crate::handler) fn take_promised(
         &mut self,
         waiter: Waiter,
         holder: Holder,
@@ -123,7 +123,10 @@ impl AreaLock {
     }
 
     /// Takes the areas for the cycle hook, if they are free or were promised to it.
-    pub(super) fn take_for_hook(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
+    pub(in crate::handler) fn take_for_hook(
+        &mut self,
+        holder: Holder,
+    ) -> Option<(Vec<FishX1Transfer>, u64)> {
         if self.promised.is_some_and(|promised| promised != Waiter::Hook) {
             return None;
         }
@@ -135,9 +138,9 @@ impl AreaLock {
 
     fn take(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
         let areas = self.areas.take()?;
-        self.turn += 1;
+        self.lease += 1;
         self.holder = Some(holder);
-        Some((areas, self.turn))
+        Some((areas, self.lease))
     }
 
     fn promise_if_free(&mut self) -> Option<Waiter> {
@@ -148,18 +151,18 @@ impl AreaLock {
     }
 
     /// A thread begins to wait for the areas.
-    pub(super) fn wait(&mut self, waiter: Waiter) {
+    pub(in crate::handler) fn wait(&mut self, waiter: Waiter) {
         self.waiting[waiter as usize] += 1;
     }
 
     /// A thread has waited for the areas.
-    pub(super) fn waited(&mut self, waiter: Waiter) {
+    pub(in crate::handler) fn waited(&mut self, waiter: Waiter) {
         self.waiting[waiter as usize] -= 1;
     }
 
     /// Whether the cycle hook waits for the areas. It may change its mind; then this returns the kind to wake,
     /// as [`put_back`](Self::put_back).
-    pub(super) fn hook_waits(&mut self, waits: bool) -> Option<Waiter> {
+    pub(in crate::handler) fn hook_waits(&mut self, waits: bool) -> Option<Waiter> {
         self.waiting[Waiter::Hook as usize] = usize::from(waits);
         if waits || self.promised != Some(Waiter::Hook) {
             return None;
@@ -169,9 +172,13 @@ impl AreaLock {
     }
 
     /// Puts the areas back; returns the kind of waiters of which one is to be woken. Areas from a holder
-    /// whose turn is over are thrown away.
-    pub(super) fn put_back(&mut self, areas: Vec<FishX1Transfer>, turn: u64) -> Option<Waiter> {
-        if turn != self.turn {
+    /// whose lease is over are thrown away.
+    pub(in crate::handler) fn put_back(
+        &mut self,
+        areas: Vec<FishX1Transfer>,
+        lease: u64,
+    ) -> Option<Waiter> {
+        if lease != self.lease {
             return None;
         }
         self.areas = Some(areas);
@@ -180,9 +187,9 @@ impl AreaLock {
     }
 
     /// Replaces the areas that a thread has not given back.
-    pub(super) fn replace(&mut self, areas: Vec<FishX1Transfer>) -> Option<Waiter> {
-        self.turn += 1;
-        self.put_back(areas, self.turn)
+    pub(in crate::handler) fn replace(&mut self, areas: Vec<FishX1Transfer>) -> Option<Waiter> {
+        self.lease += 1;
+        self.put_back(areas, self.lease)
     }
 
     fn promise(&mut self) -> Option<Waiter> {
@@ -194,23 +201,23 @@ impl AreaLock {
         self.promised
     }
 
-    pub(super) fn holder(&self) -> Option<&Holder> {
+    pub(in crate::handler) fn holder(&self) -> Option<&Holder> {
         self.holder.as_ref()
     }
 
     /// Whether this thread has the areas.
-    pub(super) fn is_held_by(&self, thread: ThreadId) -> bool {
+    pub(in crate::handler) fn is_held_by(&self, thread: ThreadId) -> bool {
         self.holder.as_ref().is_some_and(|holder| holder.thread.id() == thread)
     }
 
-    /// Whether this is still the turn of a holder.
-    pub(super) fn is_turn(&self, turn: u64) -> bool {
-        self.turn == turn
+    /// Whether this is still the lease of a holder.
+    pub(in crate::handler) fn is_current(&self, lease: u64) -> bool {
+        self.lease == lease
     }
 
-    /// The turn of the current holder, or of the last one.
-    pub(super) fn turn(&self) -> u64 {
-        self.turn
+    /// The lease of the current holder, or of the last one.
+    pub(in crate::handler) fn lease(&self) -> u64 {
+        self.lease
     }
 }
 
@@ -225,10 +232,10 @@ mod tests {
     #[test]
     fn no_thread_overtakes_a_waiting_one() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        let (areas, lease) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         assert!(lock.try_take(Waiter::Other, Holder::now()).is_none());
         lock.wait(Waiter::Other);
-        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
+        assert_eq!(lock.put_back(areas, lease), Some(Waiter::Other));
         assert!(lock.try_take(Waiter::Other, Holder::now()).is_none(), "they are promised");
         assert!(lock.take_promised(Waiter::Reacting, Holder::now()).is_none(), "to another kind");
         assert!(lock.take_promised(Waiter::Other, Holder::now()).is_some());
@@ -239,26 +246,26 @@ mod tests {
     #[test]
     fn a_thread_that_answers_a_response_comes_before_one_that_just_locks() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        let (areas, lease) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         lock.wait(Waiter::Other);
         lock.wait(Waiter::Reacting);
-        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
-        let (areas, turn) = lock.take_promised(Waiter::Reacting, Holder::now()).unwrap();
+        assert_eq!(lock.put_back(areas, lease), Some(Waiter::Reacting));
+        let (areas, lease) = lock.take_promised(Waiter::Reacting, Holder::now()).unwrap();
         lock.waited(Waiter::Reacting);
-        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Other));
+        assert_eq!(lock.put_back(areas, lease), Some(Waiter::Other));
     }
 
     #[test]
     fn the_areas_are_kept_for_threads_that_were_told_of_a_response() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        let (areas, lease) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         lock.wait(Waiter::Other);
         lock.expect(Waiter::Reacting, 2);
-        assert_eq!(lock.put_back(areas, turn), None);
+        assert_eq!(lock.put_back(areas, lease), None);
         assert!(lock.try_take(Waiter::Other, Holder::now()).is_none());
-        let (areas, turn) = lock.try_take(Waiter::Reacting, Holder::now()).unwrap();
+        let (areas, lease) = lock.try_take(Waiter::Reacting, Holder::now()).unwrap();
         assert_eq!(lock.arrive(Waiter::Reacting), None, "it has them");
-        assert_eq!(lock.put_back(areas, turn), None, "another one is still to come");
+        assert_eq!(lock.put_back(areas, lease), None, "another one is still to come");
         assert_eq!(lock.arrive(Waiter::Reacting), Some(Waiter::Other), "it does not take them");
         assert!(lock.take_promised(Waiter::Other, Holder::now()).is_some());
     }
@@ -279,22 +286,22 @@ mod tests {
         assert!(lock.try_take(Waiter::Other, Holder::now()).is_none());
         assert!(lock.try_take(Waiter::Reacting, Holder::now()).is_none());
         lock.wait(Waiter::Reacting);
-        let (areas, turn) = lock.take_for_hook(Holder::now()).unwrap();
-        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Reacting));
-        let (areas, turn) = lock.take_promised(Waiter::Reacting, Holder::now()).unwrap();
+        let (areas, lease) = lock.take_for_hook(Holder::now()).unwrap();
+        assert_eq!(lock.put_back(areas, lease), Some(Waiter::Reacting));
+        let (areas, lease) = lock.take_promised(Waiter::Reacting, Holder::now()).unwrap();
         lock.wait(Waiter::Reacting);
         lock.expect(Waiter::Hook, 1);
-        assert_eq!(lock.put_back(areas, turn), None, "kept for the hook");
+        assert_eq!(lock.put_back(areas, lease), None, "kept for the hook");
         assert_eq!(lock.expect_nobody(), Some(Waiter::Reacting));
     }
 
     #[test]
     fn the_hook_may_decline_the_areas_that_it_was_promised() {
         let mut lock = lock();
-        let (areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        let (areas, lease) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         lock.wait(Waiter::Other);
         assert_eq!(lock.hook_waits(true), None);
-        assert_eq!(lock.put_back(areas, turn), Some(Waiter::Hook));
+        assert_eq!(lock.put_back(areas, lease), Some(Waiter::Hook));
         assert_eq!(lock.hook_waits(false), Some(Waiter::Other));
         assert!(lock.take_promised(Waiter::Other, Holder::now()).is_some());
     }
@@ -302,11 +309,11 @@ mod tests {
     #[test]
     fn a_holder_whose_turn_is_over_puts_nothing_back() {
         let mut lock = lock();
-        let (mut areas, turn) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
+        let (mut areas, lease) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
         areas[0].output.duty[0] = 512;
         lock.replace(vec![FishX1Transfer::default()]);
         let (fresh, next) = lock.try_take(Waiter::Other, Holder::now()).unwrap();
-        assert_eq!(lock.put_back(areas, turn), None);
+        assert_eq!(lock.put_back(areas, lease), None);
         assert!(lock.holder().is_some(), "another one has them now");
         assert_eq!(fresh[0].output.duty[0], 0);
         lock.put_back(fresh, next);

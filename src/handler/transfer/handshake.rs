@@ -2,23 +2,23 @@
 
 use std::time::Duration;
 
-#[cfg(all(test, shuttle))]
-use super::model::TxtClient;
-use super::settings::Settings;
-use super::shared::Controller;
 use crate::client::TimeLimits;
 #[cfg(not(all(test, shuttle)))]
 use crate::client::TxtClient;
 use crate::error::Error;
 use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
+#[cfg(all(test, shuttle))]
+use crate::handler::model::TxtClient;
+use crate::handler::settings::Settings;
+use crate::handler::shared::Controller;
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
 /// A connection in online mode, and the exchange on it.
-pub(super) struct Link {
-    pub(super) client: TxtClient,
-    pub(super) exchange: Exchange,
+pub(in crate::handler) struct Link {
+    pub(in crate::handler) client: TxtClient,
+    pub(in crate::handler) exchange: Exchange,
 }
 
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
@@ -26,7 +26,7 @@ pub(super) struct Link {
 ///
 /// Any thread can call this. Connecting takes at most `limit`, and each response as long as the settings
 /// allow.
-pub(super) fn connect(
+pub(in crate::handler) fn connect(
     settings: &Settings,
     limit: Duration,
     areas: &[FishX1Transfer],

@@ -2,21 +2,21 @@
 
 use std::time::{Duration, Instant};
 
-use super::sync;
+use crate::handler::sync;
 
 /// How far a response moves the clock of a machine in lock-step.
-pub(super) const STEP: Duration = Duration::from_millis(10);
+pub(in crate::handler) const STEP: Duration = Duration::from_millis(10);
 
 /// The system's clock, or in lock-step one that only responses move.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Clock {
+pub(in crate::handler) enum Clock {
     System,
     /// With its current time.
     LockStep(Instant),
 }
 
 impl Clock {
-    pub(super) fn new(lock_step: bool) -> Self {
+    pub(in crate::handler) fn new(lock_step: bool) -> Self {
         if lock_step {
             Self::LockStep(sync::now())
         } else {
@@ -24,11 +24,11 @@ impl Clock {
         }
     }
 
-    pub(super) fn is_lock_step(self) -> bool {
+    pub(in crate::handler) fn is_lock_step(self) -> bool {
         matches!(self, Self::LockStep(_))
     }
 
-    pub(super) fn now(self) -> Instant {
+    pub(in crate::handler) fn now(self) -> Instant {
         match self {
             Self::System => sync::now(),
             Self::LockStep(now) => now,
@@ -36,14 +36,14 @@ impl Clock {
     }
 
     /// A response has come in.
-    pub(super) fn step(&mut self) {
+    pub(in crate::handler) fn step(&mut self) {
         if let Self::LockStep(now) = self {
             *now += STEP;
         }
     }
 
     /// The end of a time limit; `None` when that is beyond the range of the clock.
-    pub(super) fn deadline_after(self, limit: Duration) -> Option<Instant> {
+    pub(in crate::handler) fn deadline_after(self, limit: Duration) -> Option<Instant> {
         self.now().checked_add(limit)
     }
 }

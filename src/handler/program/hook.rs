@@ -7,23 +7,23 @@ use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 
-use super::area::TransferArea;
-use super::area_lock::{Holder, Waiter};
-use super::com_handler::TransferAreaComHandler;
-use super::guard::TransferAreaGuard;
-use super::hook_slot::HookSlot;
-use super::shared::{Shared, State};
-use super::state::Stop;
-use super::sync::{now, spawn, thread_id, wait_until};
-use super::taken::{Known, Purpose, Taken};
 use crate::error::Error;
+use crate::handler::com_handler::TransferAreaComHandler;
+use crate::handler::parts::area_lock::{Holder, Waiter};
+use crate::handler::parts::hook_slot::HookSlot;
+use crate::handler::parts::state::Stop;
+use crate::handler::program::area::TransferArea;
+use crate::handler::program::guard::TransferAreaGuard;
+use crate::handler::program::lease::{Known, Lease, Purpose};
+use crate::handler::shared::{Shared, State};
+use crate::handler::sync::{now, spawn, thread_id, wait_until};
 
 impl TransferAreaComHandler {
     /// Calls a function in each cycle, between receiving inputs and sending outputs: the
     /// controller's `SetTransferAreaCompleteCallback`.
     ///
     /// This starts a thread of the program that calls the function with what
-    /// [`wait_cycle`](Self::wait_cycle) would return:
+    /// [`wait_cycle`](TransferArea::wait_cycle) would return:
     ///
     /// - for each response the areas, locked, with the inputs that have just come in. What the function
     ///   writes goes out in the very next request, if it returns within the [reaction
@@ -147,7 +147,7 @@ impl HookThread {
         shared.wake_hook();
     }
 
-    fn call<H>(&self, hook: &mut H, call: Result<Taken, Error>)
+    fn call<H>(&self, hook: &mut H, call: Result<Lease, Error>)
     where
         H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
     {
@@ -190,11 +190,11 @@ impl Shared {
     }
 
     /// Waits for the next call of this hook; `None` when it was replaced or cleared.
-    pub(super) fn next_call(
+    pub(in crate::handler) fn next_call(
         &self,
         version: u64,
         known: &mut Known,
-    ) -> Option<Result<Taken, Error>> {
+    ) -> Option<Result<Lease, Error>> {
         let mut state = self.state();
         loop {
             if let ControlFlow::Break(call) = self.try_call(&mut state, version, known) {
@@ -211,7 +211,7 @@ impl Shared {
         state: &mut State,
         version: u64,
         known: &mut Known,
-    ) -> ControlFlow<Option<Result<Taken, Error>>> {
+    ) -> ControlFlow<Option<Result<Lease, Error>>> {
         if state.hook.is_over(version) {
             return ControlFlow::Break(None);
         }
@@ -227,7 +227,7 @@ impl Shared {
         self.wake_next(state.area_lock.hook_waits(is_due && areas.is_none()));
         let Some(areas) = areas else { return ControlFlow::Continue(()) };
         self.begin_call(state, version, true);
-        ControlFlow::Break(Some(Ok(Taken::new(state, areas, *known, Purpose::Hook))))
+        ControlFlow::Break(Some(Ok(Lease::new(state, areas, *known, Purpose::Hook))))
     }
 
     /// A call begins. Who waits for its end learns that it has a limit from now on.
@@ -270,7 +270,7 @@ impl Shared {
     // What the transfer thread calls.
 
     /// Lets the cycle hook answer the newest response. It comes first, so that the others find what it wrote.
-    pub(super) fn call_hook(&self, state: &mut State) {
+    pub(in crate::handler) fn call_hook(&self, state: &mut State) {
         if state.transfer.stop().is_some() {
             return;
         }
@@ -288,7 +288,7 @@ impl Shared {
 
     /// If the cycle hook has not returned within its limit, ends the transfer and goes on without it: the
     /// areas that it has are replaced, and it is never called again.
-    pub(super) fn give_up_hook(&self, state: &mut State) {
+    pub(in crate::handler) fn give_up_hook(&self, state: &mut State) {
         if state.hook.deadline().is_none() {
             return;
         }

@@ -2,16 +2,16 @@
 
 use std::time::Duration;
 
-use super::area_lock::{name_of, Holder};
-use super::shared::State;
+use crate::handler::parts::area_lock::{name_of, Holder};
+use crate::handler::shared::State;
 use crate::notices;
 
 /// A guard that was held for this time is told of, because its thread may wait in a loop for an input that
 /// can't change under the guard.
-pub(super) const GUARD_IS_LONG: Duration = Duration::from_secs(1);
+pub(in crate::handler) const GUARD_IS_LONG: Duration = Duration::from_secs(1);
 
 /// A guard that is told of.
-pub(super) struct LongGuard {
+pub(in crate::handler) struct LongGuard {
     holder: Holder,
     /// Whether the watchdog has just expired.
     expired: bool,
@@ -19,23 +19,23 @@ pub(super) struct LongGuard {
 
 impl State {
     /// The current guard, if the program is to be warned of it now: once for each guard.
-    pub(super) fn guard_to_warn_of(&mut self, expired: bool) -> Option<LongGuard> {
+    pub(in crate::handler) fn guard_to_warn_of(&mut self, expired: bool) -> Option<LongGuard> {
         let holder = self.area_lock.holder()?;
-        let turn = self.area_lock.turn();
+        let lease = self.area_lock.lease();
         let held = holder.held();
         let is_long = held >= GUARD_IS_LONG || expired && held >= self.watchdog.limit() / 2;
-        if !is_long || self.warned_turn == turn {
+        if !is_long || self.warned_lease == lease {
             return None;
         }
         let holder = holder.clone();
-        self.warned_turn = turn;
+        self.warned_lease = lease;
         Some(LongGuard { holder, expired })
     }
 }
 
 impl LongGuard {
     /// Warns the program, in another thread. Without a logger the warning goes to the standard error.
-    pub(super) fn warn(&self) {
+    pub(in crate::handler) fn warn(&self) {
         let effect = if self.expired { ", and the watchdog has stopped the motors" } else { "" };
         notices::warn_always(
             module_path!(),

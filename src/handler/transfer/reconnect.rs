@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::cycle::Cycle;
-use super::handshake;
-use super::settings::Settings;
-use super::shared::{Controller, Shared};
-use super::state::Stop;
-use super::sync::now;
-use super::transfer_side::Delivered;
 use crate::error::Error;
+use crate::handler::parts::state::Stop;
+use crate::handler::settings::Settings;
+use crate::handler::shared::{Controller, Shared};
+use crate::handler::sync::now;
+use crate::handler::transfer::calls::Delivered;
+use crate::handler::transfer::cycle::Cycle;
+use crate::handler::transfer::handshake;
 use crate::notices::notice;
 
 /// How long to wait after a failed attempt: twice as long each time.
@@ -18,7 +18,7 @@ const FIRST_PAUSE: Duration = Duration::from_millis(50);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// How the attempts ended.
-pub(super) enum Attempts {
+pub(in crate::handler) enum Attempts {
     /// The connection is made, and its first response has come in.
     Connected(Delivered),
     /// The transfer is to stop.
@@ -29,7 +29,7 @@ pub(super) enum Attempts {
 ///
 /// The outputs are stopped before this is called. The first request has the outputs that the program has
 /// written since it knew of that.
-pub(super) fn reconnect(
+pub(in crate::handler) fn reconnect(
     cycle: &mut Cycle,
     shared: &Arc<Shared>,
     settings: &Settings,
@@ -98,14 +98,14 @@ fn attempt(
 }
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
-pub(super) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
+pub(in crate::handler) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
     notice!(Warn, "the connection is lost and is being made again: {error}");
     shared.lose_connection(error, cycle.areas_mut());
     cycle.abandon();
 }
 
 /// Whether a new connection may help against an error of a cycle.
-pub(super) fn is_of_the_connection(error: &Error) -> bool {
+pub(in crate::handler) fn is_of_the_connection(error: &Error) -> bool {
     match error {
         Error::HostNotFound { .. }
         | Error::LookupTimedOut { .. }

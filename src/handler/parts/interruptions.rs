@@ -12,7 +12,7 @@ const KEPT: usize = 16;
 /// Each handle stores how many it knows of. Those that do not end the transfer are reported by an
 /// error, once to each handle.
 #[derive(Debug, Default)]
-pub(super) struct Interruptions {
+pub(in crate::handler) struct Interruptions {
     count: u64,
     /// By number, the error that reports it.
     untold: VecDeque<(u64, Error)>,
@@ -20,12 +20,12 @@ pub(super) struct Interruptions {
 
 impl Interruptions {
     /// How many there were so far.
-    pub(super) fn count(&self) -> u64 {
+    pub(in crate::handler) fn count(&self) -> u64 {
         self.count
     }
 
     /// The outputs were stopped in a transfer that goes on.
-    pub(super) fn note(&mut self, error: Error) {
+    pub(in crate::handler) fn note(&mut self, error: Error) {
         self.count += 1;
         if self.untold.len() == KEPT {
             self.untold.pop_front();
@@ -34,17 +34,17 @@ impl Interruptions {
     }
 
     /// A transfer ends. Its own error reports this.
-    pub(super) fn note_end(&mut self) {
+    pub(in crate::handler) fn note_end(&mut self) {
         self.count += 1;
         self.untold.clear();
     }
 
     /// What a handle that knows of the first `known` has to be told next, and how many it then knows of.
-    pub(super) fn news(&self, known: u64) -> Option<(u64, Error)> {
+    pub(in crate::handler) fn news(&self, known: u64) -> Option<(u64, Error)> {
         self.untold.iter().find(|(number, _)| *number > known).cloned()
     }
 
-    pub(super) fn has_news(&self, known: u64) -> bool {
+    pub(in crate::handler) fn has_news(&self, known: u64) -> bool {
         self.untold.back().is_some_and(|(number, _)| *number > known)
     }
 }

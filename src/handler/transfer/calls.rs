@@ -2,59 +2,59 @@
 
 use std::time::{Duration, Instant};
 
-use super::area_lock::Waiter;
-use super::command::Command;
-use super::events::{Event, KindSet, Logged, LoggedCycle};
-use super::long_guard::GUARD_IS_LONG;
-use super::shared::{Controller, Shared, State};
-use super::state::Stop;
-use super::statistics::Statistics;
-use super::sync::{earlier, now, wait_on_time, wait_until, MutexGuard};
-use super::unfinished::Cut;
 use crate::camera::CameraServer;
 use crate::error::Error;
 use crate::exchange::Inputs;
+use crate::handler::events::{Event, KindSet, Logged, LoggedCycle};
+use crate::handler::parts::area_lock::Waiter;
+use crate::handler::parts::state::Stop;
+use crate::handler::parts::unfinished::Cut;
+use crate::handler::shared::CameraCommand;
+use crate::handler::shared::{Controller, Shared, State};
+use crate::handler::statistics::Statistics;
+use crate::handler::sync::{earlier, now, wait_on_time, wait_until, MutexGuard};
+use crate::handler::transfer::long_guard::GUARD_IS_LONG;
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
 /// What the transfer thread learns when it delivers a response.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Delivered {
+pub(in crate::handler) struct Delivered {
     /// The response's number.
-    pub(super) number: u64,
+    pub(in crate::handler) number: u64,
     /// Its number in its transfer.
-    pub(super) cycle: u64,
+    pub(in crate::handler) cycle: u64,
     /// When it came in.
-    pub(super) arrived: Instant,
+    pub(in crate::handler) arrived: Instant,
     /// Whether it is the first of its connection.
-    pub(super) first: bool,
+    pub(in crate::handler) first: bool,
     /// The events that have listeners.
-    pub(super) listened: KindSet,
+    pub(in crate::handler) listened: KindSet,
     /// Whether there are logs of all cycles.
-    pub(super) logged: bool,
+    pub(in crate::handler) logged: bool,
     /// Whether the waiting threads are told later: in lock-step after the events.
-    pub(super) opens_later: bool,
+    pub(in crate::handler) opens_later: bool,
 }
 
 impl Shared {
     /// The areas as the last guard left them.
-    pub(super) fn outgoing(&self) -> Vec<FishX1Transfer> {
+    pub(in crate::handler) fn outgoing(&self) -> Vec<FishX1Transfer> {
         self.state().hand_over.outgoing().to_vec()
     }
 
     /// A thread of the program begins to connect.
-    pub(super) fn begin(&self) -> Result<(), Error> {
+    pub(in crate::handler) fn begin(&self) -> Result<(), Error> {
         self.state().transfer.begin()
     }
 
     /// Sets the controller of the connection.
-    pub(super) fn set_controller(&self, controller: Controller) {
+    pub(in crate::handler) fn set_controller(&self, controller: Controller) {
         self.state().controller = Some(controller);
     }
 
     /// Begins a transfer for which this number of configurations was sent; returns an error when it was
     /// stopped meanwhile.
-    pub(super) fn run(&self, config_updates: u64) -> Result<(), Stop> {
+    pub(in crate::handler) fn run(&self, config_updates: u64) -> Result<(), Stop> {
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let now = state.clock.now();
@@ -74,7 +74,7 @@ impl Shared {
     ///
     /// If there are listeners, the inputs as the program sees them are put into `now`, and those of the
     /// previous response into `before`.
-    pub(super) fn deliver(
+    pub(in crate::handler) fn deliver(
         &self,
         inputs: &Inputs,
         config_updates: u64,
@@ -121,7 +121,12 @@ impl Shared {
     }
 
     /// Logs a response that was delivered, with the areas of its request.
-    pub(super) fn log(&self, delivered: &Delivered, sent: &[FishX1Transfer], inputs: &Inputs) {
+    pub(in crate::handler) fn log(
+        &self,
+        delivered: &Delivered,
+        sent: &[FishX1Transfer],
+        inputs: &Inputs,
+    ) {
         let Delivered { cycle, arrived, first, .. } = *delivered;
         let statistics = self.statistics();
         let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
@@ -129,7 +134,7 @@ impl Shared {
     }
 
     /// Opens the window for reactions to the last response, and wakes all threads that wait for it.
-    pub(super) fn open_window(&self) {
+    pub(in crate::handler) fn open_window(&self) {
         self.open(&mut self.state());
     }
 
@@ -147,7 +152,7 @@ impl Shared {
     /// asks for the next response.
     ///
     /// When the watchdog expires, stops the outputs and tells the program.
-    pub(super) fn hold_window(
+    pub(in crate::handler) fn hold_window(
         &self,
         length: Duration,
         areas: &mut [FishX1Transfer],
@@ -191,7 +196,7 @@ impl Shared {
 
     /// In lock-step: waits until the program asks for the next response or a stop is requested; returns
     /// whether a command is to be sent first.
-    pub(super) fn wait_for_step(&self) -> bool {
+    pub(in crate::handler) fn wait_for_step(&self) -> bool {
         let mut state = self.state();
         if !state.clock.is_lock_step() {
             return false;
@@ -226,7 +231,7 @@ impl Shared {
 
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
     /// request on this connection, and tells the program.
-    pub(super) fn lose_connection(&self, error: &Error, areas: &mut [FishX1Transfer]) {
+    pub(in crate::handler) fn lose_connection(&self, error: &Error, areas: &mut [FishX1Transfer]) {
         let mut state = self.state();
         let cause = Box::new(error.clone());
         state.interruptions.note(Error::ConnectionLost { cause });
@@ -251,7 +256,7 @@ impl Shared {
     }
 
     /// The connection is re-established, and its first response has come in.
-    pub(super) fn resume(&self, lost_for: Duration) {
+    pub(in crate::handler) fn resume(&self, lost_for: Duration) {
         let mut state = self.state();
         state.watchdog.feed();
         let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
@@ -260,7 +265,7 @@ impl Shared {
     }
 
     /// Waits until a stop is requested, but not beyond the deadline.
-    pub(super) fn wait_for_stop(&self, deadline: Instant) {
+    pub(in crate::handler) fn wait_for_stop(&self, deadline: Instant) {
         let mut state = self.state();
         while state.transfer.stop().is_none() {
             if wait_until(&self.attended, &mut state, Some(deadline)) {
@@ -270,12 +275,12 @@ impl Shared {
     }
 
     /// Counts configurations that were sent outside an exchange.
-    pub(super) fn count_config_updates(&self, count: u64) {
+    pub(in crate::handler) fn count_config_updates(&self, count: u64) {
         self.state().statistics.config_updates += count;
     }
 
     /// The controller's camera server was started again.
-    pub(super) fn resume_camera(&self, server: CameraServer) {
+    pub(in crate::handler) fn resume_camera(&self, server: CameraServer) {
         let camera = self.state().camera.clone();
         if let Some(camera) = camera {
             camera.resume(server);
@@ -283,22 +288,22 @@ impl Shared {
     }
 
     /// Why the transfer is to stop although the connection works.
-    pub(super) fn stop(&self) -> Option<Stop> {
+    pub(in crate::handler) fn stop(&self) -> Option<Stop> {
         self.state().transfer.stop()
     }
 
     /// The command to send now.
-    pub(super) fn command(&self) -> Option<Command> {
+    pub(in crate::handler) fn command(&self) -> Option<CameraCommand> {
         self.state().command
     }
 
-    pub(super) fn command_is_done(&self) {
+    pub(in crate::handler) fn command_is_done(&self) {
         self.state().command = None;
         self.arrived.notify_all();
     }
 
     /// Stops the stream of frames that ends with the transfer.
-    pub(super) fn stop_camera(&self) {
+    pub(in crate::handler) fn stop_camera(&self) {
         let camera = self.state().camera.take();
         if let Some(camera) = camera {
             camera.stop();
@@ -306,7 +311,7 @@ impl Shared {
     }
 
     /// The transfer is about to end: stops the outputs, and takes them for the last request.
-    pub(super) fn leave(&self, areas: &mut [FishX1Transfer]) {
+    pub(in crate::handler) fn leave(&self, areas: &mut [FishX1Transfer]) {
         let mut state = self.state();
         state.interruptions.note_end();
         state.hand_over.stop(Cut::Connection);
@@ -318,7 +323,7 @@ impl Shared {
     }
 
     /// Ends the transfer.
-    pub(super) fn finish(&self, error: Option<Error>) {
+    pub(in crate::handler) fn finish(&self, error: Option<Error>) {
         // Locked until the listeners are told, so that later ones do not get this end.
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
@@ -337,7 +342,7 @@ impl Shared {
     }
 
     /// Stores why a transfer could not begin.
-    pub(super) fn fail(&self, error: Error) {
+    pub(in crate::handler) fn fail(&self, error: Error) {
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let at = state.clock.now();
@@ -354,13 +359,13 @@ impl Shared {
 
 impl State {
     /// When a window of this length ends; in lock-step the clock does not end it.
-    pub(super) fn window_end(&self, length: Duration) -> Option<Instant> {
+    pub(in crate::handler) fn window_end(&self, length: Duration) -> Option<Instant> {
         let last_response = self.last_response.filter(|_| !self.clock.is_lock_step());
         last_response.and_then(|response| response.checked_add(length))
     }
 
     /// Whether the next request need not wait for the program any more.
-    pub(super) fn next_may_leave(&self) -> bool {
+    pub(in crate::handler) fn next_may_leave(&self) -> bool {
         if !self.clock.is_lock_step() {
             return self.window.is_attended() && !self.hook.is_answering();
         }
@@ -370,7 +375,7 @@ impl State {
 
     /// A program that has waited for a late response does not hang. But while a thread has the areas, nobody
     /// can do anything: then only the time before that was a sign of life.
-    pub(super) fn feed_for_waiting(&mut self) {
+    pub(in crate::handler) fn feed_for_waiting(&mut self) {
         let since = self.area_lock.holder().map(|holder| holder.since);
         self.watchdog.feed_at(since.unwrap_or_else(now));
     }
@@ -389,9 +394,9 @@ impl State {
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
-    use crate::handler::clock::Clock;
-    use crate::handler::taken::Known;
-    use crate::handler::watchdog::Watchdog;
+    use crate::handler::parts::clock::Clock;
+    use crate::handler::parts::watchdog::Watchdog;
+    use crate::handler::program::lease::Known;
 
     #[test]
     fn a_program_that_waits_for_a_late_response_does_not_hang() {

@@ -1,19 +1,21 @@
 //! The program's handle to the shared areas.
 
 use std::fmt;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::guard::TransferAreaGuard;
-use super::panic_check::PanicCheck;
-use super::shared::Shared;
-use super::state::Stop;
-use super::statistics::Statistics;
-use super::taken::{Known, Taken};
 use crate::error::Error;
+use crate::handler::events::{CycleLog, EventKind, Events};
+use crate::handler::parts::state::Stop;
+use crate::handler::program::guard::TransferAreaGuard;
+use crate::handler::program::lease::{AtomicKnown, Known, Lease};
+use crate::handler::shared::Shared;
+use crate::handler::statistics::Statistics;
+use crate::handler::sync::PanicCheck;
+use crate::terminals::Motor;
 
-/// A handle to the areas of a [`TransferAreaComHandler`](super::TransferAreaComHandler), for
+/// A handle to the areas of a [`TransferAreaComHandler`](crate::TransferAreaComHandler), for
 /// other threads than the one that owns it.
 ///
 /// It may outlive the handler; the areas then keep their last state.
@@ -69,42 +71,24 @@ pub struct TransferArea {
     panicking: PanicCheck,
 }
 
-/// What a handle knows. Threads that share the handle share this.
-#[derive(Debug, Default)]
-struct AtomicKnown {
-    returned: AtomicU64,
-    shown: AtomicU64,
-    interruptions: AtomicU64,
-}
-
-impl AtomicKnown {
-    fn get(&self) -> Known {
-        Known {
-            returned: self.returned.load(Ordering::Relaxed),
-            shown: self.shown.load(Ordering::Relaxed),
-            interruptions: self.interruptions.load(Ordering::Relaxed),
-        }
-    }
-}
-
 impl TransferArea {
-    pub(super) fn new(shared: Arc<Shared>) -> Self {
+    pub(in crate::handler) fn new(shared: Arc<Shared>) -> Self {
         Self { shared, known: AtomicKnown::default(), panicking: PanicCheck::new() }
     }
 
-    pub(super) fn shared(&self) -> &Arc<Shared> {
+    pub(in crate::handler) fn shared(&self) -> &Arc<Shared> {
         &self.shared
     }
 
     /// Stops the transfer if the thread has begun to panic since it got this handle.
-    pub(super) fn stop_on_panic(&self) {
+    pub(in crate::handler) fn stop_on_panic(&self) {
         if self.panicking.has_begun() {
             self.shared.ask_to_stop(Stop::ProgramPanicked);
         }
     }
 
     /// Makes a call that tells this handle what it does not know yet, and stores what it knows then.
-    pub(super) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
+    pub(in crate::handler) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
         let mut known = self.known.get();
         let result = call(&mut known);
         self.has_learned(known);
@@ -112,24 +96,24 @@ impl TransferArea {
     }
 
     /// Stores what a call has told this handle.
-    pub(super) fn has_learned(&self, known: Known) {
+    pub(in crate::handler) fn has_learned(&self, known: Known) {
         self.known.interruptions.fetch_max(known.interruptions, Ordering::Relaxed);
     }
 
     /// [`Shared::wait_cycle`], so that a panic names the program's line.
     #[track_caller]
-    pub(super) fn wait_for_next(
+    pub(in crate::handler) fn wait_for_next(
         &self,
         mut known: Known,
         deadline: Option<Instant>,
-    ) -> Result<Option<Taken>, Error> {
+    ) -> Result<Option<Lease>, Error> {
         let result = self.shared.wait_cycle(&mut known, deadline);
         self.has_learned(known);
         result
     }
 
     /// What this handle knows.
-    pub(super) fn known(&self) -> Known {
+    pub(in crate::handler) fn known(&self) -> Known {
         self.known.get()
     }
 
@@ -146,6 +130,8 @@ impl TransferArea {
     /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
     /// of its block, or of the statement that locks: `match handler.lock()[0].input.uni[0] { … }` and
     /// `println!` hold it until their end.
+    #[doc(alias = "GetTransferAreasArrayAddr")]
+    #[doc(alias = "GetKeLibTransferAreaMainAddress")]
     #[must_use = "the areas are locked only as long as the guard lives"]
     #[track_caller]
     pub fn lock(&self) -> TransferAreaGuard<'_> {
@@ -173,6 +159,7 @@ impl TransferArea {
     /// # Panics
     ///
     /// When this thread holds a guard, as [`lock`](Self::lock).
+    #[doc(alias = "PrgTic")]
     #[track_caller]
     pub fn wait_cycle(&self) -> Result<TransferAreaGuard<'_>, Error> {
         self.wait(None)
@@ -208,12 +195,12 @@ impl TransferArea {
 
     /// Stores that a wait of this handle has returned a guard of this window. Another thread that shares the
     /// handle may have returned a newer one meanwhile.
-    pub(super) fn note_returned(&self, window: u64) {
+    pub(in crate::handler) fn note_returned(&self, window: u64) {
         self.known.returned.fetch_max(window, Ordering::Relaxed);
     }
 
     /// The guard of areas that this thread has taken.
-    pub(super) fn guard(&self, taken: Taken) -> TransferAreaGuard<'_> {
+    pub(in crate::handler) fn guard(&self, taken: Lease) -> TransferAreaGuard<'_> {
         self.known.shown.fetch_max(taken.newest, Ordering::Relaxed);
         TransferAreaGuard::new(&self.shared, taken)
     }
@@ -269,6 +256,7 @@ impl TransferArea {
     }
 
     /// Statistics of the current transfer, or of the last one.
+    #[doc(alias = "GetTrapStatistic")]
     pub fn statistics(&self) -> Statistics {
         self.shared.statistics()
     }
@@ -277,12 +265,7 @@ impl TransferArea {
 /// The clone knows what this handle knows.
 impl Clone for TransferArea {
     fn clone(&self) -> Self {
-        let Known { returned, shown, interruptions } = self.known.get();
-        let known = AtomicKnown {
-            returned: returned.into(),
-            shown: shown.into(),
-            interruptions: interruptions.into(),
-        };
+        let known = self.known.clone();
         Self { shared: Arc::clone(&self.shared), known, panicking: PanicCheck::new() }
     }
 }
@@ -296,6 +279,121 @@ impl fmt::Debug for TransferArea {
 impl Drop for TransferArea {
     fn drop(&mut self) {
         self.stop_on_panic();
+    }
+}
+
+impl TransferArea {
+    /// Subscribes to events of these kinds, on a channel that holds up to `capacity` of them,
+    /// 1..=[`Events::MAX_CAPACITY`]. This replaces FtTxtLib's callbacks; see [`Event`](crate::Event).
+    ///
+    /// Events come for changes after this call, from a response or from the state of the transfer. An event
+    /// comes after the change is in the areas: a listener that locks them finds it there, and what it writes
+    /// within the reaction window goes out in the next request. Threads in
+    /// [`wait_cycle`](Self::wait_cycle) that are done sooner end the window sooner, so to answer
+    /// immediately, wait there instead.
+    ///
+    /// The transfer thread does not wait for a listener. While the channel is full, new events are
+    /// dropped and [counted](Events::lost); those in it stay, in order.
+    ///
+    /// [`Event::TransferEnded`](crate::Event::TransferEnded) comes to every listener, also to one that has
+    /// not asked for it, so that no loop waits for ever. There is one more place for it in the channel: it
+    /// comes even when the channel is full, unless that of an earlier transfer is still in it.
+    ///
+    /// If the handler was already dropped, the channel has ended.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the capacity.
+    #[doc(alias = "SetFtCbJoyStick")]
+    pub fn events(&self, kinds: &[EventKind], capacity: usize) -> Result<Events, Error> {
+        Error::check_range("capacity for events", capacity, 1..=Events::MAX_CAPACITY as i64)?;
+        let shared = Arc::clone(self.shared());
+        Ok(Events::new(&self.shared().listeners, kinds, capacity, shared))
+    }
+}
+
+impl TransferArea {
+    /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
+    /// gaps and ends of transfers. The channel holds up to `capacity` cycles, 1..=[`CycleLog::MAX_CAPACITY`],
+    /// each of about 9 kB; a few other entries have more room.
+    ///
+    /// The transfer thread does not wait for a log, and allocates nothing for a cycle. While the channel is
+    /// full, new entries are lost; the next one that fits [tells how many](crate::LogEntry::lost).
+    ///
+    /// If a transfer is running, the first entry is its beginning. If the handler was already dropped, the
+    /// channel has ended.
+    ///
+    /// ```
+    /// use ft_transfer_area_simulator::SimulatedTxt;
+    /// use ft_transfer_area::{Logged, TransferAreaComHandler};
+    ///
+    /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
+    /// let txt = SimulatedTxt::builder().start()?;
+    /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
+    /// let log = handler.cycle_log(500)?; // five seconds
+    /// handler.begin_transfer()?;
+    /// handler.wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
+    /// handler.end_transfer()?;
+    /// drop(handler);
+    ///
+    /// let entries: Vec<Logged> = log.map(|entry| entry.what).collect();
+    /// let Some(Logged::Began(began)) = entries.first() else { panic!("it begins so") };
+    /// assert_eq!(began.device_name, "TX2013");
+    /// let cycles = entries.iter().filter(|entry| matches!(entry, Logged::Cycle(_)));
+    /// assert!(cycles.count() >= 2, "the last one stops the motors");
+    /// # Ok(())
+    /// # }
+    /// # run().unwrap();
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the capacity.
+    pub fn cycle_log(&self, capacity: usize) -> Result<CycleLog, Error> {
+        Error::check_range("capacity for a log", capacity, 1..=CycleLog::MAX_CAPACITY as i64)?;
+        let shared = self.shared();
+        Ok(CycleLog::new(Arc::clone(&shared.listeners), shared.add_log(capacity)))
+    }
+
+    /// Sends [`Event::MotorStalled`](crate::Event::MotorStalled) when a motor should turn but its counter does
+    /// not change for `limit`. With `None`, the default, this event is never sent.
+    ///
+    /// This is for motors with an encoder at the counter of the same number; for others an unchanged counter
+    /// means nothing. The time is measured between responses, and starts with the response to the first
+    /// request that makes the motor turn. Choose a limit above the time that the motor needs to start, about
+    /// 100 ms; zero tells of it with that response, and [`Duration::MAX`] never. The limit is the same for all listeners, and stays for later transfers. It is checked only
+    /// while there is a listener for this kind of event.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    ///
+    /// use ft_transfer_area::transfer_area::LOCAL_IO;
+    /// use ft_transfer_area::tx::Motor;
+    /// use ft_transfer_area::{Error, Event, EventKind, TransferArea};
+    ///
+    /// /// Drives M1 against its stop, which has no switch; returns whether it got there in time.
+    /// fn drive_to_stop(area: &TransferArea) -> Result<bool, Error> {
+    ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Some(Duration::from_millis(300)))?;
+    ///     let events = area.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
+    ///     area.lock()[LOCAL_IO].output.duty[0] = 200;
+    ///     let told = events.recv_timeout(Duration::from_secs(10));
+    ///     area.lock()[LOCAL_IO].output.duty[0] = 0;
+    ///     Ok(told.is_ok_and(|told| matches!(told.event, Event::MotorStalled { .. })))
+    /// }
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for an area that does not exist.
+    pub fn set_stall_limit(
+        &self,
+        area: usize,
+        motor: Motor,
+        limit: Option<Duration>,
+    ) -> Result<(), Error> {
+        self.check_area(area)?;
+        self.shared().listeners.lock().set_stall_limit(area, motor, limit);
+        Ok(())
     }
 }
 
