@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use crate::client::{found_host, Connection, PacketNames, TimeLimits, PORT};
+use crate::client::{
+    found_host, Connection, Endpoint, Network, PacketNames, TimeLimits, PORT, TCP,
+};
 use crate::error::Error;
 use crate::notices::notice;
 use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
@@ -59,8 +61,7 @@ const NAMES: PacketNames =
 /// ```
 #[derive(Debug)]
 pub struct I2cClient {
-    host: String,
-    port: u16,
+    endpoint: Endpoint,
     limits: TimeLimits,
     /// `None` after an error on the wire.
     connection: Option<Connection>,
@@ -88,11 +89,20 @@ impl I2cClient {
     #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
         limits.check()?;
-        let host = found_host(host, PORT, limits.connect)?;
+        Self::connect_in(&TCP, host, port, limits)
+    }
+
+    pub(crate) fn connect_in(
+        network: &'static dyn Network,
+        host: &str,
+        port: u16,
+        limits: TimeLimits,
+    ) -> Result<Self, Error> {
+        let host = found_host(network, host, PORT, limits.connect)?;
+        let endpoint = Endpoint::new(network, &host, port)?;
         Ok(Self {
-            connection: Some(Connection::connect(&host, port, limits)?),
-            host,
-            port,
+            connection: Some(Connection::open(&endpoint, limits)?),
+            endpoint,
             limits,
             last_request: Instant::now(),
             request: Vec::new(),
@@ -201,9 +211,8 @@ impl I2cClient {
         if let Some(connection) = connection.filter(|old| is_young && old.is_silent()) {
             return Ok(connection);
         }
-        let Self { host, port, limits, .. } = self;
-        notice!(Debug, "a new I2C connection to {host}:{port} is made");
-        Connection::connect(host, *port, *limits)
+        notice!(Debug, "a new I2C connection to {} is made", self.endpoint);
+        Connection::open(&self.endpoint, self.limits)
     }
 }
 
@@ -213,8 +222,7 @@ impl I2cClient {
 pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
     let client = I2cClient {
-        host: "127.0.0.1".to_owned(),
-        port: 0,
+        endpoint: Endpoint::at(&TCP, std::net::Ipv4Addr::LOCALHOST.into(), 0),
         limits: TimeLimits::default(),
         last_request: Instant::now(),
         connection: Some(server.connection()),
@@ -243,13 +251,14 @@ mod tests {
     use std::thread;
 
     use super::*;
-    use crate::client::scripted::{storm, Script, Scripted, LIMITS};
+    use crate::client::scripted::{
+        at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS,
+    };
 
     /// The result of a client whose connection has this script, and how long it took.
     fn write_over(reads: Script, writes: Script) -> (Result<(), Error>, Duration) {
-        let (mut client, _streams) = client_of(1);
         let transport = Scripted::new(reads, writes);
-        client.connection = Some(transport.connection());
+        let mut client = scripted_client([Ok(transport.clone())]).0;
         let result = client.write(0x18, 1, &[2]);
         assert!(client.connection.is_none(), "it is used again");
         let time = transport.state().time;
@@ -266,14 +275,45 @@ mod tests {
         assert_eq!(write_over(vec![], storm()), (Err(not_taken), limit));
     }
 
+    /// A client whose connections are opened like this, and its network.
+    fn scripted_client<const N: usize>(
+        openings: [Result<Scripted, Error>; N],
+    ) -> (I2cClient, &'static ScriptedNetwork) {
+        let network = ScriptedNetwork::new(openings);
+        (I2cClient::connect_in(network, "txt", 65_002, LIMITS).unwrap(), network)
+    }
+
+    /// A connection on which every register holds this.
+    fn answering(value: u8) -> Scripted {
+        let mut response = Vec::new();
+        I2cResponseHeader::default().emit(&mut response);
+        response.push(value);
+        Scripted::new(at_once([Event::Bytes(response)]), vec![])
+    }
+
     #[test]
     fn a_connection_that_is_not_silent_is_not_used_again() {
-        let (mut client, _streams) = client_of(1);
-        let transport = Scripted::new(vec![], vec![]);
-        transport.state().silent = false;
-        client.connection = Some(transport.connection());
-        assert_eq!(read(&mut client), 1);
-        assert!(transport.state().written.is_empty());
+        let (first, second) = (answering(1), answering(2));
+        first.state().silent = false;
+        let (mut client, network) = scripted_client([Ok(first.clone()), Ok(second)]);
+        assert_eq!(read(&mut client), 2);
+        assert!(first.state().written.is_empty());
+        let asked = ("txt:65002".to_owned(), LIMITS);
+        assert_eq!(network.asked(), [asked.clone(), asked]);
+    }
+
+    #[test]
+    fn after_an_error_of_connecting_nothing_was_sent_and_the_next_call_connects() {
+        let old = answering(1);
+        old.state().silent = false;
+        let address = "txt:65002".to_owned();
+        let timed_out = Error::ConnectTimedOut { address, limit: LIMITS.connect };
+        let openings = [Ok(old.clone()), Err(timed_out.clone()), Ok(answering(3))];
+        let (mut client, network) = scripted_client(openings);
+        assert_eq!(client.write(0x18, 1, &[2]), Err(timed_out));
+        assert!(old.state().written.is_empty());
+        assert_eq!(read(&mut client), 3);
+        assert_eq!(network.asked().len(), 3);
     }
 
     /// A client of a controller that answers this number of requests, and the controller's side of each

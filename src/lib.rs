@@ -129,7 +129,7 @@ pub mod transfer_area;
 pub mod tx;
 pub mod wire;
 
-pub use camera::{CameraFrame, CameraOptions, CameraStatistics, Picture, PowerLine};
+pub use camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream, Picture, PowerLine};
 pub use client::{
     ask_controllers_at, find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT,
     USUAL_HOSTS,

@@ -1,12 +1,12 @@
 //! How other threads control the camera's stream.
 
-use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::time::Duration;
 
 use parking_lot::{Condvar, Mutex};
 
 use super::server::CameraServer;
 use super::CameraStatistics;
+use crate::client::{Close, Endpoint, Transport};
 use crate::error::Error;
 
 /// Controls a stream's thread, and has its state.
@@ -22,31 +22,30 @@ struct State {
     stopping: bool,
     finished: bool,
     /// Where the frames come from; `None` while there is a gap.
-    server: Option<SocketAddr>,
+    server: Option<Endpoint>,
     /// The connection that was made before the server was started, until the thread takes it.
-    early: Option<TcpStream>,
+    early: Option<Box<dyn Transport>>,
     /// How often the server was changed.
     changes: u64,
-    /// The connection, for the other side to learn at once that it ends. On most systems this also wakes the
-    /// thread that waits on it.
-    connection: Option<TcpStream>,
+    /// Ends the connection, and the thread's waits on it.
+    closer: Option<Box<dyn Close>>,
     /// Why the stream has ended.
     error: Option<Error>,
     statistics: CameraStatistics,
 }
 
 /// A camera server, until it is replaced by another or started again.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub(super) struct Server {
-    pub(super) address: SocketAddr,
+    pub(super) endpoint: Endpoint,
     number: u64,
 }
 
 /// What other threads do.
 impl CameraControl {
     pub(super) fn new(server: CameraServer) -> Self {
-        let CameraServer { address, early } = server;
-        let state = State { server: Some(address), early, ..State::default() };
+        let CameraServer { endpoint, early } = server;
+        let state = State { server: Some(endpoint), early, ..State::default() };
         Self { state: Mutex::new(state), changed: Condvar::new() }
     }
 
@@ -93,7 +92,7 @@ impl CameraControl {
     fn change(&self, server: Option<CameraServer>) {
         let mut state = self.state.lock();
         (state.server, state.early) = match server {
-            Some(CameraServer { address, early }) => (Some(address), early),
+            Some(CameraServer { endpoint, early }) => (Some(endpoint), early),
             None => (None, None),
         };
         state.changes += 1;
@@ -111,11 +110,11 @@ impl CameraControl {
         if state.stopping {
             return None;
         }
-        state.server.map(|address| Server { address, number: state.changes })
+        state.server.clone().map(|endpoint| Server { endpoint, number: state.changes })
     }
 
     /// The connection to this server that was made before it was started; returned only once.
-    pub(super) fn take_early(&self, server: Server) -> Option<TcpStream> {
+    pub(super) fn take_early(&self, server: &Server) -> Option<Box<dyn Transport>> {
         let mut state = self.state.lock();
         if state.has_left(server) {
             return None;
@@ -125,21 +124,16 @@ impl CameraControl {
 
     /// Waits for `time`, or until this is no longer the server to read from; returns whether it is no
     /// longer.
-    pub(super) fn wait_for_change(&self, server: Server, time: Duration) -> bool {
+    pub(super) fn wait_for_change(&self, server: &Server, time: Duration) -> bool {
         let mut state = self.state.lock();
         self.changed.wait_while_for(&mut state, |state| !state.has_left(server), time);
         state.has_left(server)
     }
 
-    /// Whether this is no longer the server to read from.
-    pub(super) fn has_left(&self, server: Server) -> bool {
-        self.state.lock().has_left(server)
-    }
-
     /// Lets others close the connection to this server, or closes it when it is no longer needed.
-    pub(super) fn keep(&self, connection: TcpStream, server: Server) {
+    pub(super) fn keep(&self, closer: Box<dyn Close>, server: &Server) {
         let mut state = self.state.lock();
-        state.connection = Some(connection);
+        state.closer = Some(closer);
         if state.has_left(server) {
             state.disconnect();
         }
@@ -147,12 +141,12 @@ impl CameraControl {
 
     /// Drops a connection that has failed.
     pub(super) fn let_go(&self) {
-        self.state.lock().connection = None;
+        self.state.lock().closer = None;
     }
 
     #[cfg(test)]
     pub(super) fn is_connected(&self) -> bool {
-        self.state.lock().connection.is_some()
+        self.state.lock().closer.is_some()
     }
 
     /// Counts a frame that has come in, and those that were dropped for it.
@@ -165,7 +159,7 @@ impl CameraControl {
     /// Stores that the stream has ended; returns the error, unless it was stopped.
     pub(super) fn finish(&self, result: Result<(), Error>) -> Option<Error> {
         let mut state = self.state.lock();
-        (state.connection, state.early) = (None, None);
+        (state.closer, state.early) = (None, None);
         state.finished = true;
         state.error = result.err().filter(|_| !state.stopping);
         state.error.clone()
@@ -174,14 +168,13 @@ impl CameraControl {
 
 impl State {
     fn disconnect(&mut self) {
-        if let Some(connection) = self.connection.take() {
-            // It may be closed already.
-            let _ = connection.shutdown(Shutdown::Both);
+        if let Some(closer) = self.closer.take() {
+            closer.close();
         }
     }
 
     /// Whether the stream is to stop, or to read from another server than this one.
-    fn has_left(&self, server: Server) -> bool {
+    fn has_left(&self, server: &Server) -> bool {
         self.stopping || self.changes != server.number
     }
 }

@@ -10,6 +10,7 @@ mod parser;
 mod planes;
 mod repair;
 mod server;
+mod start;
 mod steps;
 mod stream;
 mod yuv;
@@ -22,7 +23,7 @@ pub use frame::CameraFrame;
 pub(crate) use server::CameraServer;
 #[cfg(feature = "__fuzzing")]
 pub use stream::read_frames;
-pub(crate) use stream::CameraStream;
+pub use stream::CameraStream;
 
 use crate::client::LIMIT_RANGE;
 use crate::error::Error;

@@ -1,11 +1,9 @@
 //! The camera server, which sends the frames.
 
-use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
+use crate::client::{Endpoint, TimeLimits, Transport};
 use crate::notices::notice;
-
-use crate::client::connect_to;
 
 /// The longest that connecting before the command may take. A host that listens or refuses answers
 /// immediately.
@@ -14,8 +12,8 @@ const EARLY_LIMIT: Duration = Duration::from_millis(300);
 /// A camera server, and the connection to it if there is one already.
 #[derive(Debug)]
 pub(crate) struct CameraServer {
-    pub(super) address: SocketAddr,
-    pub(super) early: Option<TcpStream>,
+    pub(super) endpoint: Endpoint,
+    pub(super) early: Option<Box<dyn Transport>>,
 }
 
 impl CameraServer {
@@ -24,14 +22,11 @@ impl CameraServer {
     ///
     /// A TXT refuses until the command has started its camera server. The server program for the
     /// TXT 4.0 always listens, but checks for a connection only once: when the command comes.
-    pub(crate) fn before_start(address: SocketAddr) -> Self {
-        let early = connect_to(address, EARLY_LIMIT);
+    pub(crate) fn before_start(endpoint: Endpoint) -> Self {
+        let early = endpoint.open(&TimeLimits::default().with_connect(EARLY_LIMIT));
         if let Err(error) = &early {
-            notice!(
-                Debug,
-                "the camera at {address} accepts no connection before its start: {error}"
-            );
+            notice!(Debug, "the camera accepts no connection before its start: {error}");
         }
-        Self { address, early: early.ok() }
+        Self { endpoint, early: early.ok() }
     }
 }

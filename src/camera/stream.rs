@@ -1,9 +1,6 @@
 //! The camera's connection: a thread that reads frames, acknowledges them and puts them into the
 //! channel.
 
-#[cfg(feature = "__fuzzing")]
-use std::net::SocketAddr;
-use std::net::TcpStream;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -11,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use super::control::{CameraControl, Server};
 use super::server::CameraServer;
-use super::{CameraFrame, CameraOptions};
-use crate::client::{connect_error, connect_to, Connection, TimeLimits, WaitEnds};
+use super::{CameraFrame, CameraOptions, CameraStatistics};
+use crate::client::{Connection, TimeLimits, Transport};
 use crate::error::Error;
 use crate::notices::notice;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
@@ -28,9 +25,11 @@ const ATTEMPT: Duration = Duration::from_secs(1);
 /// request for the next one.
 const REQUEST: &str = "the request for a camera frame";
 
-/// A running or finished stream of frames.
+/// A stream of camera frames, from [`TxtClient::start_camera`](crate::TxtClient::start_camera).
+///
+/// Dropping it [stops](Self::stop) it. Frames that are in its channel then can still be received.
 #[derive(Debug)]
-pub(crate) struct CameraStream {
+pub struct CameraStream {
     control: Arc<CameraControl>,
     thread: Option<JoinHandle<()>>,
 }
@@ -39,9 +38,9 @@ impl CameraStream {
     /// Starts a thread that connects, unless that was done before the camera's start, and reads frames
     /// until it is stopped. Does not block.
     ///
-    /// When the main connection fails, the camera's fails, too, perhaps first. With `rides_out`, a failed
-    /// connection ends the stream only after that time: until then the thread waits for
-    /// [`CameraControl::pause`] or [`CameraControl::resume`].
+    /// When the main connection fails, the camera's fails, too, perhaps first. So a failed connection ends the
+    /// stream only after `gap_limit`: until then the thread waits for [`CameraControl::pause`] or
+    /// [`CameraControl::resume`].
     ///
     /// # Errors
     ///
@@ -49,27 +48,12 @@ impl CameraStream {
     pub(crate) fn start(
         server: CameraServer,
         options: CameraOptions,
-        rides_out: Option<Duration>,
-    ) -> Result<(Self, Receiver<CameraFrame>), Error> {
-        Self::start_with(server, options, rides_out, WaitEnds::ON_SYSTEM)
-    }
-
-    fn start_with(
-        server: CameraServer,
-        options: CameraOptions,
-        rides_out: Option<Duration>,
-        wait_ends: WaitEnds,
+        gap_limit: Duration,
     ) -> Result<(Self, Receiver<CameraFrame>), Error> {
         let control = Arc::new(CameraControl::new(server));
         let (sender, receiver) = bounded(options.channel_frames);
-        let reader = Reader {
-            options,
-            rides_out: rides_out.unwrap_or(Duration::ZERO),
-            wait_ends,
-            control: Arc::clone(&control),
-            oldest: receiver.clone(),
-            sender,
-        };
+        let oldest = receiver.clone();
+        let reader = Reader { options, gap_limit, control: Arc::clone(&control), oldest, sender };
         let thread = std::thread::Builder::new()
             .name("camera".to_owned())
             .spawn(move || reader.run())
@@ -82,12 +66,26 @@ impl CameraStream {
     }
 
     /// Whether no more frames will come.
-    pub(crate) fn is_finished(&self) -> bool {
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
         self.control.is_finished()
     }
 
+    /// The error that ended the stream; `None` while it goes on, and when it was stopped.
+    #[must_use]
+    pub fn error(&self) -> Option<Error> {
+        self.control.error()
+    }
+
+    /// Statistics of the stream since its start.
+    #[must_use]
+    pub fn statistics(&self) -> CameraStatistics {
+        self.control.statistics()
+    }
+
     /// Stops the stream and waits for its thread, for a second at most.
-    pub(crate) fn join(&mut self) {
+    #[doc(alias = "StopCamera")]
+    pub fn stop(&mut self) {
         self.control.stop();
         if let Some(thread) = self.thread.take() {
             // The thread catches its own panics, so there is nothing to report here.
@@ -96,11 +94,16 @@ impl CameraStream {
     }
 }
 
+impl Drop for CameraStream {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
 struct Reader {
     options: CameraOptions,
     /// How long to wait for a gap after a failed connection.
-    rides_out: Duration,
-    wait_ends: WaitEnds,
+    gap_limit: Duration,
     control: Arc<CameraControl>,
     sender: Sender<CameraFrame>,
     /// The channel's other end, to take the oldest frame out.
@@ -124,9 +127,9 @@ impl Reader {
     fn read_frames(&self) -> Result<(), Error> {
         let mut sequence = 0;
         while let Some(server) = self.control.server() {
-            let error = self.read_from_server(server, &mut sequence);
-            let patience = if may_be_a_gap(&error) { self.rides_out } else { Duration::ZERO };
-            if !self.control.wait_for_change(server, patience) {
+            let error = self.read_from_server(&server, &mut sequence);
+            let limit = if may_be_a_gap(&error) { self.gap_limit } else { Duration::ZERO };
+            if !self.control.wait_for_change(&server, limit) {
                 return Err(error);
             }
         }
@@ -134,7 +137,7 @@ impl Reader {
     }
 
     /// Reads frames until an error, and returns the error.
-    fn read_from_server(&self, server: Server, sequence: &mut u64) -> Error {
+    fn read_from_server(&self, server: &Server, sequence: &mut u64) -> Error {
         let start = Instant::now();
         let first = *sequence;
         loop {
@@ -158,35 +161,39 @@ impl Reader {
     }
 
     /// Connects to the server, which may not listen yet.
-    fn connect(&self, server: Server, start: Instant) -> Result<Connection, Error> {
-        let (address, limit) = (server.address, self.options.start_limit);
+    fn connect(&self, server: &Server, start: Instant) -> Result<Connection, Error> {
+        let CameraOptions { start_limit, frame_limit, .. } = self.options;
         let mut early = self.control.take_early(server);
         loop {
-            let rest = limit.saturating_sub(start.elapsed());
-            let connected = match early.take() {
-                Some(stream) => Ok(stream),
-                None => connect_to(address, rest.min(ATTEMPT)),
-            };
-            let error = match connected.and_then(|stream| self.prepare(stream, server)) {
-                Ok(connection) => return Ok(connection),
+            let rest = start_limit.saturating_sub(start.elapsed());
+            let limits =
+                TimeLimits { connect: rest.min(ATTEMPT), read: frame_limit, write: frame_limit };
+            let opened = early.take().map_or_else(|| server.endpoint.open(&limits), Ok);
+            let opened = opened.and_then(|transport| self.let_others_close(transport, server));
+            let mut error = match opened {
+                Ok(transport) => return Ok(Connection::over(transport, limits)),
                 Err(error) => error,
             };
-            let given_up = start.elapsed() >= limit || self.control.wait_for_change(server, RETRY);
-            if given_up {
-                return Err(connect_error(address, limit, error));
+            if start.elapsed() >= start_limit || self.control.wait_for_change(server, RETRY) {
+                if let Error::ConnectTimedOut { limit, .. } = &mut error {
+                    *limit = start_limit;
+                }
+                return Err(error);
             }
         }
     }
 
-    fn prepare(&self, stream: TcpStream, server: Server) -> std::io::Result<Connection> {
-        let other_hold = stream.try_clone()?;
-        let limit = self.options.frame_limit;
-        let limits = TimeLimits { connect: self.options.start_limit, read: limit, write: limit };
-        let control = Arc::clone(&self.control);
-        let is_over = move || control.has_left(server);
-        let connection = Connection::that_can_end(stream, limits, self.wait_ends, is_over)?;
-        self.control.keep(other_hold, server);
-        Ok(connection)
+    fn let_others_close(
+        &self,
+        mut transport: Box<dyn Transport>,
+        server: &Server,
+    ) -> Result<Box<dyn Transport>, Error> {
+        let closer = transport.closer().map_err(|error| Error::ConnectFailed {
+            address: server.endpoint.to_string(),
+            cause: error.into(),
+        })?;
+        self.control.keep(closer, server);
+        Ok(transport)
     }
 
     /// Reads frames until an error, and returns the error.
@@ -268,10 +275,10 @@ pub fn read_frames(
 ) -> (Vec<CameraFrame>, Error, Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
     let (sender, oldest) = bounded(options.channel_frames);
-    let address = SocketAddr::from(([127, 0, 0, 1], 0));
-    let control = Arc::new(CameraControl::new(CameraServer { address, early: None }));
-    let wait_ends = WaitEnds::ON_SYSTEM;
-    let reader = Reader { options, rides_out: Duration::ZERO, wait_ends, control, sender, oldest };
+    let address = std::net::Ipv4Addr::LOCALHOST.into();
+    let endpoint = crate::client::Endpoint::at(&crate::client::TCP, address, 0);
+    let control = Arc::new(CameraControl::new(CameraServer { endpoint, early: None }));
+    let reader = Reader { options, gap_limit: Duration::ZERO, control, sender, oldest };
     let error = reader.read_from(&mut server.connection(), &mut 0);
     let sent = server.state().written.clone();
     (reader.oldest.try_iter().collect(), error, sent)

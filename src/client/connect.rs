@@ -1,4 +1,4 @@
-//! Making connections, and what can go wrong with them.
+//! Making TCP connections, and what can go wrong with them.
 
 use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpStream};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::limits::TimeLeft;
 use super::resolve::{Found, Resolver, SYSTEM};
-use super::transport::SHORTEST_LIMIT;
+use super::tcp::SHORTEST_LIMIT;
 use crate::error::Error;
 
 /// Connects to the first of the host's addresses that answers; the limit is for all of it.
@@ -58,12 +58,12 @@ fn connect_to_one<S>(
 }
 
 /// Connects to an address within the limit.
-pub(crate) fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<TcpStream> {
+fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<TcpStream> {
     TcpStream::connect_timeout(&address, limit.max(SHORTEST_LIMIT))
 }
 
 /// The error for an address that could not be connected to within the limit.
-pub(crate) fn connect_error(address: SocketAddr, limit: Duration, error: io::Error) -> Error {
+fn connect_error(address: SocketAddr, limit: Duration, error: io::Error) -> Error {
     let address = address.to_string();
     match error.kind() {
         ErrorKind::ConnectionRefused => Error::ConnectionRefused { address },

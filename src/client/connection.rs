@@ -1,14 +1,11 @@
 //! A request and its response: what the controller's connections have in common.
 
 use std::io::{self, ErrorKind};
-use std::net::{IpAddr, TcpStream};
+use std::net::IpAddr;
 use std::time::Duration;
 
-use super::address::host_and_port;
-use super::connect;
 use super::limits::{TimeLeft, TimeLimits};
-use super::transport::{TcpTransport, Transport};
-use super::watched::{WaitEnds, WatchedTransport};
+use super::transport::{Endpoint, Transport};
 use crate::error::Error;
 
 /// A connection on which requests and responses alternate.
@@ -26,40 +23,11 @@ pub(crate) struct PacketNames {
 }
 
 impl Connection {
-    /// Connects to the first of the host's addresses that answers; the limit for connecting is for
-    /// all of it. A port in `host` is used instead of `port`.
-    pub(crate) fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
-        let (host, port) = host_and_port(host, port)?;
-        let stream = connect::connect(host, port, limits.connect)?;
-        Self::over_tcp(stream, limits).map_err(|error| Error::ConnectFailed {
-            address: format!("{host}:{port}"),
-            cause: error.into(),
-        })
+    pub(crate) fn open(endpoint: &Endpoint, limits: TimeLimits) -> Result<Self, Error> {
+        Ok(Self::over(endpoint.open(&limits)?, limits))
     }
 
-    /// A connection over a stream.
-    pub(crate) fn over_tcp(stream: TcpStream, limits: TimeLimits) -> io::Result<Self> {
-        let transport = TcpTransport::new(stream, limits.read, limits.write)?;
-        Ok(Self::over(Box::new(transport), limits))
-    }
-
-    /// A connection over a stream, whose waits another thread ends in this way: it shuts the stream down, or
-    /// `is_over` returns true from then on. Such a wait ends with [`Error::ConnectionClosed`].
-    pub(crate) fn that_can_end(
-        stream: TcpStream,
-        limits: TimeLimits,
-        ends: WaitEnds,
-        is_over: impl Fn() -> bool + Send + Sync + 'static,
-    ) -> io::Result<Self> {
-        match ends {
-            WaitEnds::ByShutdown => Self::over_tcp(stream, limits),
-            WaitEnds::ByLooking => {
-                Ok(Self::over(Box::new(WatchedTransport::new(stream, is_over)?), limits))
-            }
-        }
-    }
-
-    pub(super) fn over(transport: Box<dyn Transport>, limits: TimeLimits) -> Self {
+    pub(crate) fn over(transport: Box<dyn Transport>, limits: TimeLimits) -> Self {
         Self { transport, limits }
     }
 
@@ -71,7 +39,7 @@ impl Connection {
 
     /// The other side's address, unless the connection is lost already.
     pub(super) fn peer_ip(&self) -> Option<IpAddr> {
-        self.transport.peer_ip()
+        self.transport.addresses().ok().map(|addresses| addresses.peer.ip())
     }
 
     /// Sends a request and reads its whole response into `buffer`. The buffer is longer than any

@@ -5,10 +5,11 @@ use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use super::address::host_and_port;
-use super::connect::connect;
 use super::connection::{Connection, PacketNames};
 use super::limits::{TimeLimits, LIMIT_RANGE};
 use super::response::response_size;
+use super::tcp::TCP;
+use super::transport::{Addresses, Endpoint, Network};
 use super::PORT;
 use crate::error::Error;
 use crate::found::{ConnectionKind, FoundController, TriedAddress};
@@ -59,7 +60,7 @@ const AT_A_TIME: usize = 64;
 /// [`Error::NoController`] when none answered, with what happened at each address;
 /// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
 pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> {
-    find_usual(PORT, limit)
+    find_usual(&TCP, PORT, limit)
 }
 
 /// Finds the controllers at given addresses, such as all those in a classroom. Returns those that answer,
@@ -95,8 +96,19 @@ pub fn find_controllers_at<A>(
 where
     A: AsRef<str> + Sync,
 {
+    find_at(&TCP, addresses, limit)
+}
+
+fn find_at<A>(
+    network: &'static dyn Network,
+    addresses: &[A],
+    limit: Duration,
+) -> Result<Vec<FoundController>, Error>
+where
+    A: AsRef<str> + Sync,
+{
     let (mut found, mut tried) = (Vec::new(), Vec::new());
-    for answer in ask_controllers_at(addresses, limit)? {
+    for answer in ask_at(network, addresses, limit)? {
         match answer {
             Ok(controller) => found.push(controller),
             Err(address) => tried.push(address),
@@ -137,10 +149,21 @@ pub fn ask_controllers_at<A>(
 where
     A: AsRef<str> + Sync,
 {
+    ask_at(&TCP, addresses, limit)
+}
+
+fn ask_at<A>(
+    network: &'static dyn Network,
+    addresses: &[A],
+    limit: Duration,
+) -> Result<Vec<Answer>, Error>
+where
+    A: AsRef<str> + Sync,
+{
     Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
     let mut answers = Vec::with_capacity(addresses.len());
     for some in addresses.chunks(AT_A_TIME) {
-        answers.extend(ask_side_by_side(some, limit)?);
+        answers.extend(ask_side_by_side(network, some, limit)?);
     }
     Ok(answers)
 }
@@ -151,11 +174,16 @@ pub(crate) fn is_auto(host: &str) -> bool {
 }
 
 /// The host itself, or for `auto` the address of the only controller that is found.
-pub(crate) fn found_host(host: &str, port: u16, limit: Duration) -> Result<String, Error> {
+pub(crate) fn found_host(
+    network: &'static dyn Network,
+    host: &str,
+    port: u16,
+    limit: Duration,
+) -> Result<String, Error> {
     if !is_auto(host) {
         return Ok(host.to_owned());
     }
-    let controller = only(find_usual(port, limit.min(AUTO_LIMIT))?)?;
+    let controller = only(find_usual(network, port, limit.min(AUTO_LIMIT))?)?;
     notice!(Info, "found {controller}");
     Ok(controller.address.ip().to_string())
 }
@@ -168,9 +196,13 @@ fn only(mut found: Vec<FoundController>) -> Result<FoundController, Error> {
     }
 }
 
-fn find_usual(port: u16, limit: Duration) -> Result<Vec<FoundController>, Error> {
+fn find_usual(
+    network: &'static dyn Network,
+    port: u16,
+    limit: Duration,
+) -> Result<Vec<FoundController>, Error> {
     let addresses: Vec<_> = USUAL_HOSTS.iter().map(|host| format!("{host}:{port}")).collect();
-    Ok(without_doubles(find_controllers_at(&addresses, limit)?))
+    Ok(without_doubles(find_at(network, &addresses, limit)?))
 }
 
 /// A program on the controller reaches it by each of the controller's addresses.
@@ -186,7 +218,11 @@ fn without_doubles(mut found: Vec<FoundController>) -> Vec<FoundController> {
 
 type Answer = Result<FoundController, TriedAddress>;
 
-fn ask_side_by_side<A>(addresses: &[A], limit: Duration) -> Result<Vec<Answer>, Error>
+fn ask_side_by_side<A>(
+    network: &'static dyn Network,
+    addresses: &[A],
+    limit: Duration,
+) -> Result<Vec<Answer>, Error>
 where
     A: AsRef<str> + Sync,
 {
@@ -196,7 +232,7 @@ where
         for address in addresses {
             let thread = thread::Builder::new()
                 .name("find-controller".to_owned())
-                .spawn_scoped(scope, move || ask(address.as_ref(), limit));
+                .spawn_scoped(scope, move || ask(network, address.as_ref(), limit));
             threads.push(thread.map_err(Error::not_started)?);
         }
         let answers = threads.into_iter().map(ScopedJoinHandle::join);
@@ -205,8 +241,8 @@ where
 }
 
 /// Asks the controller at this address for its name. Blocks up to the limit.
-fn ask(address: &str, limit: Duration) -> Answer {
-    query(address, limit).map_err(|error| {
+fn ask(network: &'static dyn Network, address: &str, limit: Duration) -> Answer {
+    query(network, address, limit).map_err(|error| {
         let host = host_and_port(address, PORT).map_or(address, |(host, _)| host);
         TriedAddress {
             address: address.to_owned(),
@@ -220,18 +256,22 @@ fn ask(address: &str, limit: Duration) -> Answer {
     })
 }
 
-fn query(address: &str, limit: Duration) -> Result<FoundController, Error> {
+fn query(
+    network: &'static dyn Network,
+    address: &str,
+    limit: Duration,
+) -> Result<FoundController, Error> {
     let begin = Instant::now();
-    let (host, port) = host_and_port(address, PORT)?;
-    let stream = connect(host, port, limit)?;
+    let limits = TimeLimits { connect: limit, read: limit, write: limit };
+    let transport = Endpoint::new(network, address, PORT)?.open(&limits)?;
     let failed = |error: std::io::Error| Error::ConnectFailed {
         address: address.to_owned(),
         cause: error.into(),
     };
-    let (own, peer) = (stream.local_addr().map_err(failed)?, stream.peer_addr().map_err(failed)?);
+    let Addresses { own, peer } = transport.addresses().map_err(failed)?;
     let rest = limit.saturating_sub(begin.elapsed());
     let limits = TimeLimits { connect: rest, read: rest, write: rest };
-    let mut connection = Connection::over_tcp(stream, limits).map_err(failed)?;
+    let mut connection = Connection::over(transport, limits);
     let status = query_status(&mut connection)?;
     Ok(FoundController {
         address: peer,

@@ -12,6 +12,7 @@ mod response;
 pub(crate) mod scripted;
 #[cfg(all(test, unix))]
 pub(crate) mod signals;
+mod tcp;
 #[cfg(test)]
 mod tests;
 mod transact;
@@ -21,12 +22,16 @@ mod watched;
 use std::net::IpAddr;
 
 pub(crate) use address::host_and_port;
-pub(crate) use connect::{connect_error, connect_to};
 pub(crate) use connection::{Connection, PacketNames};
 pub use find::{ask_controllers_at, find_controllers, find_controllers_at, USUAL_HOSTS};
 pub(crate) use find::{found_host, is_auto};
 pub use limits::TimeLimits;
 pub(crate) use limits::LIMIT_RANGE;
+#[cfg(test)]
+pub(crate) use tcp::Tcp;
+pub(crate) use tcp::TCP;
+pub(crate) use transport::{Close, Endpoint, Network, Transport};
+#[cfg(test)]
 pub(crate) use watched::WaitEnds;
 
 use crate::error::Error;
@@ -70,6 +75,8 @@ const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 /// ```
 #[derive(Debug)]
 pub struct TxtClient {
+    /// Where its connection leads.
+    endpoint: Endpoint,
     /// `None` when it was abandoned.
     connection: Option<Connection>,
     online: bool,
@@ -95,24 +102,26 @@ impl TxtClient {
     /// could be started to look up a host name.
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
         limits.check()?;
-        Self::connect_within(host, port, limits)
+        Self::connect_within(&TCP, host, port, limits)
     }
 
     /// Connects with limits that may be shorter than a program's: what is left of another limit.
-    pub(crate) fn connect_within(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
-        let (host, port) = host_and_port(host, port)?;
-        let host = found_host(host, port, limits.connect)?;
-        Ok(Self::over(Connection::connect(&host, port, limits)?))
-    }
-
-    fn over(connection: Connection) -> Self {
-        Self {
-            connection: Some(connection),
+    pub(crate) fn connect_within(
+        network: &'static dyn Network,
+        host: &str,
+        port: u16,
+        limits: TimeLimits,
+    ) -> Result<Self, Error> {
+        let mut endpoint = Endpoint::new(network, host, port)?;
+        endpoint.host = found_host(network, &endpoint.host, endpoint.port, limits.connect)?;
+        Ok(Self {
+            connection: Some(Connection::open(&endpoint, limits)?),
+            endpoint,
             online: false,
             broken: None,
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
-        }
+        })
     }
 
     /// Asks for the controller's name and firmware version. Blocks until the response.
@@ -225,7 +234,8 @@ impl TxtClient {
         exchange.receive(&self.response[..size]).map_err(|error| self.broken(error))
     }
 
-    /// Starts the camera server on the controller. The server is ready 1 to 2 s after the response. Its
+    /// Starts the camera server on the controller, without reading frames; see
+    /// [`start_camera`](Self::start_camera) for both. The server is ready 1 to 2 s after the response. Its
     /// frames come over a connection of their own, each after a
     /// [`CameraFrameHeader`](crate::wire::CameraFrameHeader).
     /// Blocks until the response.
@@ -274,13 +284,23 @@ impl TxtClient {
         self.connection.as_ref().and_then(Connection::peer_ip)
     }
 
+    /// Another port of the controller to which this is connected: at that one of the host's addresses which has
+    /// answered.
+    pub(crate) fn other_port(&self, port: u16) -> Endpoint {
+        let Endpoint { network, host, .. } = &self.endpoint;
+        match self.address() {
+            Some(address) => Endpoint::at(*network, address, port),
+            None => Endpoint { network: *network, host: host.clone(), port },
+        }
+    }
+
     /// Returns the error that broke the connection.
     fn usable(&self) -> Result<(), Error> {
         self.broken.clone().map_or(Ok(()), Err)
     }
 
     /// Returns an error when the connection is broken or not in online mode.
-    fn online(&self, command: CommandId) -> Result<(), Error> {
+    pub(crate) fn online(&self, command: CommandId) -> Result<(), Error> {
         self.usable()?;
         if self.online {
             Ok(())

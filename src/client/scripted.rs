@@ -3,13 +3,13 @@
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind};
-use std::net::IpAddr;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use super::connection::Connection;
 use super::limits::TimeLimits;
-use super::transport::Transport;
+use super::transport::{Addresses, Close, Endpoint, Network, Transport};
+use crate::error::Error;
 
 /// The limits of a scripted connection.
 pub(crate) const LIMITS: TimeLimits = TimeLimits {
@@ -17,6 +17,9 @@ pub(crate) const LIMITS: TimeLimits = TimeLimits {
     read: Duration::from_millis(300),
     write: Duration::from_millis(200),
 };
+
+/// For events that come immediately.
+pub(crate) const NO_WAIT: Duration = Duration::ZERO;
 
 /// What happens to a system call.
 #[derive(Clone, Debug)]
@@ -40,7 +43,7 @@ pub(crate) fn storm() -> Script {
 
 /// Events without a wait between them.
 pub(crate) fn at_once<const N: usize>(events: [Event; N]) -> Script {
-    events.map(|event| (Duration::ZERO, event)).into()
+    events.map(|event| (NO_WAIT, event)).into()
 }
 
 /// The test's handle to a transport that the connection owns.
@@ -88,7 +91,7 @@ impl Scripted {
             false => Event::Bytes(piece),
         });
         let events = events.chain([Event::End]);
-        Self::new(events.map(|event| (Duration::ZERO, event)).collect(), Vec::new())
+        Self::new(events.map(|event| (NO_WAIT, event)).collect(), Vec::new())
     }
 
     pub(crate) fn connection(&self) -> Connection {
@@ -133,7 +136,7 @@ impl Transport for Scripted {
                 let rest = bytes.split_off(count);
                 buffer[..count].copy_from_slice(&bytes);
                 if !rest.is_empty() {
-                    state.reads.push_front((Duration::ZERO, Event::Bytes(rest)));
+                    state.reads.push_front((NO_WAIT, Event::Bytes(rest)));
                 }
                 Ok(count)
             }
@@ -172,7 +175,60 @@ impl Transport for Scripted {
         self.state().silent
     }
 
-    fn peer_ip(&self) -> Option<IpAddr> {
-        None
+    fn addresses(&self) -> io::Result<Addresses> {
+        Ok(Addresses {
+            own: ([192, 168, 7, 1], 50_000).into(),
+            peer: ([192, 168, 7, 2], 65_000).into(),
+        })
+    }
+
+    fn closer(&mut self) -> io::Result<Box<dyn Close>> {
+        Ok(Box::new(self.clone()))
+    }
+}
+
+impl Close for Scripted {
+    fn close(&self) {
+        self.state().reads = [(NO_WAIT, Event::End)].into();
+    }
+}
+
+/// A network for tests: what becomes of each connection that is opened, and a record of what was asked for.
+/// When the script is over, hosts refuse.
+#[derive(Debug, Default)]
+pub(crate) struct ScriptedNetwork {
+    openings: Mutex<VecDeque<Result<Scripted, Error>>>,
+    asked: Mutex<Vec<(String, TimeLimits)>>,
+}
+
+impl ScriptedNetwork {
+    /// A network that stays until the tests end, as the system's does.
+    pub(crate) fn new<const N: usize>(openings: [Result<Scripted, Error>; N]) -> &'static Self {
+        let openings = Mutex::new(openings.into());
+        Box::leak(Box::new(Self { openings, asked: Mutex::default() }))
+    }
+
+    /// The host and the port of each connection that was asked for, and its limits.
+    pub(crate) fn asked(&self) -> Vec<(String, TimeLimits)> {
+        self.asked.lock().unwrap().clone()
+    }
+
+    pub(crate) fn endpoint(&'static self) -> Endpoint {
+        Endpoint { network: self, host: "txt".to_owned(), port: 65_000 }
+    }
+}
+
+impl Network for ScriptedNetwork {
+    fn open(
+        &self,
+        host: &str,
+        port: u16,
+        limits: &TimeLimits,
+    ) -> Result<Box<dyn Transport>, Error> {
+        let address = format!("{host}:{port}");
+        self.asked.lock().unwrap().push((address.clone(), *limits));
+        let refused = Err(Error::ConnectionRefused { address });
+        let opening = self.openings.lock().unwrap().pop_front().unwrap_or(refused);
+        opening.map(|transport| Box::new(transport) as Box<dyn Transport>)
     }
 }

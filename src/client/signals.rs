@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use nix::sys::pthread::{pthread_kill, pthread_self};
 use nix::sys::signal::Signal;
 
-use super::{Connection, TimeLimits, TxtClient};
+use super::{Connection, Endpoint, TimeLimits, TxtClient, TCP};
 use crate::error::Error;
 use crate::i2c::I2cClient;
 use crate::wire::{CommandId, ResponseId};
@@ -94,7 +94,8 @@ fn a_response_that_comes_in_a_storm_of_signals_is_taken() {
 #[test]
 fn the_limit_for_sending_holds_in_a_storm_of_signals() {
     let (_reads_nothing, port) = listen();
-    let mut connection = Connection::connect("127.0.0.1", port, LIMITS).unwrap();
+    let endpoint = Endpoint::new(&TCP, "127.0.0.1", port).unwrap();
+    let mut connection = Connection::open(&endpoint, LIMITS).unwrap();
     // More than any system buffers.
     let bytes = vec![0; 64 << 20];
     let result = in_a_storm(|| connection.send("a long command", &bytes));

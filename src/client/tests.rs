@@ -4,14 +4,13 @@
 use std::io::ErrorKind;
 use std::time::Duration;
 
-use super::scripted::{at_once, storm, Event, Script, Scripted, LIMITS};
+use super::scripted::{at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS, NO_WAIT};
 use super::TxtClient;
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
 use crate::wire::{CommandId, QueryStatusResponse, ResponseId, UpdateConfig};
 
 const QUERY: &str = "QueryStatus";
-const NO_WAIT: Duration = Duration::ZERO;
 
 fn ms(time: u64) -> Duration {
     Duration::from_millis(time)
@@ -28,7 +27,8 @@ fn response() -> Vec<u8> {
 /// A client with these scripts, and the handle to its transport.
 fn client(reads: Script, writes: Script) -> (TxtClient, Scripted) {
     let transport = Scripted::new(reads, writes);
-    (TxtClient::over(transport.connection()), transport)
+    let network = ScriptedNetwork::new([Ok(transport.clone())]);
+    (TxtClient::connect_within(network, "txt", 65_000, LIMITS).unwrap(), transport)
 }
 
 /// The result of QueryStatus, and how long it took.

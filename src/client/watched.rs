@@ -5,12 +5,12 @@
 //! So the socket does not block; while there is nothing to read, or no room, the thread sleeps for a moment
 //! and looks whether it is to end.
 
-use std::fmt;
 use std::io::{self, ErrorKind};
-use std::net::{IpAddr, Shutdown, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::transport::Transport;
+use super::transport::Close;
 
 /// How long each of the sleeps is: how late bytes and the end may be seen. `thread::sleep` has a timer of
 /// high resolution on Windows.
@@ -31,119 +31,98 @@ impl WaitEnds {
         if cfg!(windows) { Self::ByLooking } else { Self::ByShutdown };
 }
 
-/// A TCP connection that looks, while it waits, whether it is to end.
-pub(super) struct WatchedTransport<F> {
-    stream: TcpStream,
-    is_over: F,
+/// Says that the connection is closed, to the thread that looks.
+impl Close for Arc<AtomicBool> {
+    fn close(&self) {
+        self.store(true, Ordering::Release);
+    }
 }
 
-impl<F: Fn() -> bool> WatchedTransport<F> {
-    pub(super) fn new(stream: TcpStream, is_over: F) -> io::Result<Self> {
-        stream.set_nodelay(true)?;
-        stream.set_nonblocking(true)?;
-        Ok(Self { stream, is_over })
-    }
-
-    /// Tries until something was moved, the limit is over, or the connection is to end.
-    fn move_bytes(
-        &self,
-        limit: Duration,
-        mut attempt: impl FnMut(&TcpStream) -> io::Result<usize>,
-    ) -> io::Result<usize> {
-        let deadline = Instant::now().checked_add(limit);
-        loop {
-            if (self.is_over)() {
-                return Err(ErrorKind::ConnectionAborted.into());
-            }
-            match attempt(&self.stream) {
-                Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
-                        return Err(error);
-                    }
-                }
-                result => return result,
-            }
-            std::thread::sleep(NAP);
+/// Tries a system call that does not block until it has moved something, the limit is over, or the connection
+/// is closed by another thread.
+pub(super) fn wait(
+    closed: &AtomicBool,
+    limit: Duration,
+    mut attempt: impl FnMut() -> io::Result<usize>,
+) -> io::Result<usize> {
+    let deadline = Instant::now().checked_add(limit);
+    loop {
+        if closed.load(Ordering::Acquire) {
+            return Err(ErrorKind::ConnectionAborted.into());
         }
-    }
-}
-
-impl<F: Fn() -> bool + Send + Sync> Transport for WatchedTransport<F> {
-    fn now(&self) -> Instant {
-        Instant::now()
-    }
-
-    fn read(&mut self, buffer: &mut [u8], limit: Duration) -> io::Result<usize> {
-        self.move_bytes(limit, |mut stream| io::Read::read(&mut stream, buffer))
-    }
-
-    fn write(&mut self, bytes: &[u8], limit: Duration) -> io::Result<usize> {
-        self.move_bytes(limit, |mut stream| io::Write::write(&mut stream, bytes))
-    }
-
-    fn end_writing(&mut self) -> io::Result<()> {
-        self.stream.shutdown(Shutdown::Write)
-    }
-
-    fn is_silent(&self) -> bool {
-        self.stream.peek(&mut [0]).is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
-    }
-
-    fn peer_ip(&self) -> Option<IpAddr> {
-        self.stream.peer_addr().ok().map(|address| address.ip())
-    }
-}
-
-impl<F> fmt::Debug for WatchedTransport<F> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("WatchedTransport").field("stream", &self.stream).finish_non_exhaustive()
+        match attempt() {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+                    return Err(error);
+                }
+            }
+            result => return result,
+        }
+        std::thread::sleep(NAP);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use std::io::{Read, Write};
-    use std::net::TcpListener;
-    use std::sync::atomic::{AtomicBool, Ordering};
+    use std::net::{TcpListener, TcpStream};
+    use std::sync::atomic::AtomicUsize;
     use std::thread;
 
+    use super::super::tcp::TcpTransport;
+    use super::super::transport::Transport;
     use super::*;
 
     /// Longer than anything takes on a busy machine; only a failing test waits as long as this.
     const AMPLE: Duration = Duration::from_secs(30);
 
-    fn connected<F: Fn() -> bool>(is_over: F) -> (WatchedTransport<F>, TcpStream) {
+    /// A transport whose waits end by looking, what closes it, and the other side.
+    fn connected() -> (TcpTransport, Box<dyn Close>, TcpStream) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let stream = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
-        (WatchedTransport::new(stream, is_over).unwrap(), listener.accept().unwrap().0)
+        let mut transport = TcpTransport::new(stream, AMPLE, AMPLE, WaitEnds::ByLooking).unwrap();
+        let closer = transport.closer().unwrap();
+        (transport, closer, listener.accept().unwrap().0)
     }
 
-    /// How calls end that wait until another thread says so by nothing but the flag.
-    fn ended(wait: impl Fn(&mut dyn Transport) -> io::Result<()> + Sync) -> ErrorKind {
-        let (is_over, looked) = (AtomicBool::new(false), AtomicBool::new(false));
-        let (mut transport, _other_side) = connected(|| {
-            looked.store(true, Ordering::SeqCst);
-            is_over.load(Ordering::SeqCst)
-        });
+    /// How calls end that wait until another thread closes the connection.
+    fn ended(call: impl Fn(&mut dyn Transport) -> io::Result<()> + Sync) -> ErrorKind {
+        let (mut transport, closer, mut other_side) = connected();
         let begin = Instant::now();
         let error = thread::scope(|scope| {
             let waiting = scope.spawn(|| loop {
-                if let Err(error) = wait(&mut transport) {
+                if let Err(error) = call(&mut transport) {
                     return error;
                 }
             });
-            // It looks again and again, so it waits.
-            for _ in 0..2 {
-                looked.store(false, Ordering::SeqCst);
-                while !looked.load(Ordering::SeqCst) {
-                    thread::yield_now();
-                }
-            }
-            is_over.store(true, Ordering::SeqCst);
+            closer.close();
             waiting.join().unwrap()
         });
         assert!(begin.elapsed() < AMPLE, "it waited for its limit");
+        other_side.set_nonblocking(true).unwrap();
+        let end = io::copy(&mut other_side, &mut io::sink()).unwrap_err();
+        assert_eq!(end.kind(), ErrorKind::WouldBlock, "the connection was touched");
         error.kind()
+    }
+
+    #[test]
+    fn a_wait_that_another_thread_ends_has_looked_again_and_again_before() {
+        let (closed, attempts) = (Arc::new(AtomicBool::new(false)), AtomicUsize::new(0));
+        let begin = Instant::now();
+        let attempt = || {
+            attempts.fetch_add(1, Ordering::SeqCst);
+            Err(ErrorKind::WouldBlock.into())
+        };
+        let error = thread::scope(|scope| {
+            let waiting = scope.spawn(|| wait(&closed, AMPLE, attempt).unwrap_err());
+            while attempts.load(Ordering::SeqCst) < 3 {
+                thread::yield_now();
+            }
+            closed.close();
+            waiting.join().unwrap()
+        });
+        assert_eq!(error.kind(), ErrorKind::ConnectionAborted);
+        assert!(begin.elapsed() < AMPLE, "it waited for its limit");
     }
 
     #[test]
@@ -157,7 +136,7 @@ mod tests {
 
     #[test]
     fn bytes_that_are_there_are_moved_and_the_end_is_read() {
-        let (mut transport, mut server) = connected(|| false);
+        let (mut transport, _closer, mut server) = connected();
         assert!(transport.is_silent());
         server.write_all(&[1, 2]).unwrap();
         let mut buffer = [0; 3];
@@ -172,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_wait_has_its_limit() {
-        let (mut transport, _server) = connected(|| false);
+        let (mut transport, _closer, _server) = connected();
         for limit in [Duration::ZERO, 3 * NAP] {
             let begin = Instant::now();
             let error = transport.read(&mut [0], limit).unwrap_err();

@@ -6,6 +6,7 @@ use std::time::Duration;
 use crossbeam_channel::Receiver;
 
 use crate::camera::{CameraFrame, CameraOptions, CameraServer, CameraStatistics, CameraStream};
+use crate::client::Endpoint;
 use crate::error::Error;
 use crate::handler::com_handler::{Camera, TransferAreaComHandler};
 use crate::handler::settings::Settings;
@@ -64,13 +65,13 @@ impl TransferAreaComHandler {
         // A transfer is running, so there was a connection.
         let host = self.controller().and_then(|controller| controller.address);
         let host = host.ok_or(Error::NotStarted)?;
-        let Settings { camera_port, reconnect, limits, .. } = self.settings();
-        let server = CameraServer::before_start((host, *camera_port).into());
+        let Settings { network, camera_port, reconnect, limits, .. } = self.settings();
+        let server = CameraServer::before_start(Endpoint::at(*network, host, *camera_port));
         shared.run_command(CameraCommand::Start(command))?;
         camera.server_started = true;
         // The main connection shows a lost network within its limit for reading.
-        let rides_out = reconnect.map(|_| limits.read + NOTICE);
-        let (stream, frames) = CameraStream::start(server, options, rides_out)?;
+        let gap_limit = reconnect.map_or(Duration::ZERO, |_| limits.read + NOTICE);
+        let (stream, frames) = CameraStream::start(server, options, gap_limit)?;
         shared.set_camera(Arc::clone(stream.control()));
         *self.camera_state.lock() = Some(Arc::clone(stream.control()));
         camera.stream = Some(stream);
@@ -92,7 +93,7 @@ impl TransferAreaComHandler {
 
     fn stop(&self, camera: &mut Camera) -> Result<(), Error> {
         if let Some(stream) = &mut camera.stream {
-            stream.join();
+            stream.stop();
         }
         let shared = self.area().shared();
         if std::mem::take(&mut camera.server_started) && shared.check_running().is_ok() {

@@ -233,7 +233,7 @@ impl TransferAreaComHandler {
         }
         let mut camera = self.camera.lock();
         if let Some(stream) = &mut camera.stream {
-            stream.join();
+            stream.stop();
         }
         camera.server_started = false;
     }
@@ -298,12 +298,12 @@ impl TransferAreaComHandler {
     /// transfer also [`Error::NoController`] and [`Error::SeveralControllers`].
     #[doc(alias = "StartI2C")]
     pub fn i2c(&self) -> Result<I2cClient, Error> {
-        let Settings { host, port, i2c_port, limits, .. } = self.settings();
+        let Settings { network, host, port, i2c_port, limits, .. } = self.settings();
         let host = match self.controller().and_then(|controller| controller.address) {
             // The transfer's controller: it would not answer a search now.
             Some(address) if is_auto(host) => address.to_string(),
-            _ => found_host(host, *port, limits.connect)?,
+            _ => found_host(*network, host, *port, limits.connect)?,
         };
-        I2cClient::connect(&host, *i2c_port, *limits)
+        I2cClient::connect_in(*network, &host, *i2c_port, *limits)
     }
 }

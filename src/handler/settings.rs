@@ -2,13 +2,14 @@
 
 use std::time::Duration;
 
-use crate::client::{found_host, TimeLimits, PORT};
+use crate::client::{found_host, Network, TimeLimits, PORT, TCP};
 use crate::error::Error;
 use crate::exchange::TransferMode;
 
 /// A handler's settings. The defaults are the kit's, if it has one.
 #[derive(Clone, Debug)]
 pub(in crate::handler) struct Settings {
+    pub(in crate::handler) network: &'static dyn Network,
     pub(in crate::handler) host: String,
     pub(in crate::handler) port: u16,
     pub(in crate::handler) camera_port: u16,
@@ -29,6 +30,7 @@ pub(in crate::handler) struct Settings {
 impl Settings {
     pub(in crate::handler) fn new(host: String) -> Self {
         Self {
+            network: &TCP,
             host,
             port: PORT,
             camera_port: PORT + 1,
@@ -46,7 +48,7 @@ impl Settings {
 
     /// The settings, with the controller that was found as the host if that is `auto`.
     pub(in crate::handler) fn with_found_host(&self) -> Result<Self, Error> {
-        let host = found_host(&self.host, self.port, self.limits.connect)?;
+        let host = found_host(self.network, &self.host, self.port, self.limits.connect)?;
         Ok(Self { host, ..self.clone() })
     }
 }

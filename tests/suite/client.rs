@@ -8,12 +8,12 @@ use std::time::Duration;
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{ExchangeData, QueryStatusResponse, ResponseId, UpdateConfig};
 use ft_transfer_area::{
-    Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits,
+    CameraOptions, Error, Exchange, FirmwareVersion, FishX1Transfer, I2cClient, TimeLimits,
     TransferAreaComHandler, TransferMode, TxtClient,
 };
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::unpaced;
+use crate::support::{unpaced, DEADLINE};
 
 fn client_of(txt: &SimulatedTxt) -> TxtClient {
     TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap()
@@ -234,4 +234,64 @@ fn the_limit_is_for_the_whole_response() {
     assert!(matches!(error, Error::NoAnswer { received: 1.., .. }), "{error:?}");
     drop(client);
     server.join().unwrap();
+}
+
+#[test]
+fn frames_of_the_camera_come_in_between_the_exchanges_until_the_stream_is_stopped() {
+    let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
+    let (mut client, camera_port) = (client_of(&txt), txt.camera_port());
+    let options = CameraOptions::default().with_framerate(60);
+    let command = "StartCameraOnline";
+    assert_eq!(
+        client.start_camera(camera_port, options).unwrap_err(),
+        Error::NotOnline { command }
+    );
+    client.start_online().unwrap();
+    let wrong = client.start_camera(camera_port, options.with_size(0, 240)).unwrap_err();
+    assert!(matches!(wrong, Error::OutOfRange { given: 0, .. }), "{wrong}");
+    assert_eq!(txt.with_machine(|machine| machine.camera()), None);
+
+    // Twice: the second stream begins as the first.
+    for _ in 0..2 {
+        let (mut stream, frames) = client.start_camera(camera_port, options).unwrap();
+        let started = txt.with_machine(|machine| machine.camera()).unwrap();
+        assert_eq!((started.width, started.framerate), (320, 60));
+        for number in 0..3 {
+            let frame = frames.recv_timeout(DEADLINE).unwrap();
+            assert!(frame.sequence >= number && frame.jpeg().is_ok());
+            client.exchange_data(&ExchangeData::default()).unwrap();
+        }
+        assert!(!stream.is_finished());
+        stream.stop();
+        while frames.recv_timeout(DEADLINE).is_ok() {}
+        assert!(stream.is_finished());
+        assert_eq!(stream.error(), None);
+        assert!(stream.statistics().frames >= 3);
+        client.stop_camera_online().unwrap();
+        assert_eq!(txt.with_machine(|machine| machine.camera()), None);
+    }
+    client.stop_online().unwrap();
+}
+
+#[test]
+fn a_camera_that_disappears_ends_its_stream_with_the_error_and_a_dropped_stream_has_ended() {
+    let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
+    let mut client = client_of(&txt);
+    client.start_online().unwrap();
+    let (stream, frames) =
+        client.start_camera(txt.camera_port(), CameraOptions::default()).unwrap();
+    frames.recv_timeout(DEADLINE).unwrap();
+    drop(txt);
+    while frames.recv_timeout(DEADLINE).is_ok() {}
+    assert!(matches!(stream.error(), Some(Error::ConnectionClosed { .. })), "{stream:?}");
+
+    let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
+    let mut client = client_of(&txt);
+    client.start_online().unwrap();
+    let (stream, frames) =
+        client.start_camera(txt.camera_port(), CameraOptions::default()).unwrap();
+    frames.recv_timeout(DEADLINE).unwrap();
+    drop(stream);
+    // Those that are in the channel, and then its end.
+    assert!(frames.iter().count() <= 2);
 }

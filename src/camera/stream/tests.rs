@@ -1,9 +1,11 @@
 //! A stream of frames across gaps of the main connection, from the tests' own camera servers.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 
 use super::*;
+use crate::client::scripted::{at_once, Event, Scripted, ScriptedNetwork};
+use crate::client::{Endpoint, Network, Tcp, WaitEnds, TCP};
 
 /// Longer than anything takes on a busy machine; only a failing test waits as long as this.
 const AMPLE: Duration = Duration::from_secs(20);
@@ -27,7 +29,11 @@ impl Server {
 
     /// This server, to be connected to after its start.
     fn listening(&self) -> CameraServer {
-        CameraServer { address: self.address(), early: None }
+        self.listening_in(&TCP)
+    }
+
+    fn listening_in(&self, network: &'static dyn Network) -> CameraServer {
+        CameraServer { endpoint: endpoint(network, self.address()), early: None }
     }
 
     fn accept(&self) -> TcpStream {
@@ -46,13 +52,27 @@ impl Server {
     }
 }
 
-/// Sends a frame of one byte, and waits for its acknowledge.
-fn send_frame(stream: &mut TcpStream, byte: u8) {
+fn endpoint(network: &'static dyn Network, address: SocketAddr) -> Endpoint {
+    Endpoint::at(network, address.ip(), address.port())
+}
+
+/// No server gets this port by chance.
+fn refusing() -> Endpoint {
+    endpoint(&TCP, SocketAddr::from(([127, 0, 0, 1], 1)))
+}
+
+/// A frame of one byte.
+fn frame(byte: u8) -> Vec<u8> {
     let mut frame = Vec::new();
     CameraFrameHeader { frames_ready: 1, width: 1, height: 1, size_raw: 2, size_compressed: 1 }
         .emit(&mut frame);
     frame.push(byte);
-    stream.write_all(&frame).unwrap();
+    frame
+}
+
+/// Sends a frame of one byte, and waits for its acknowledge.
+fn send_frame(stream: &mut TcpStream, byte: u8) {
+    stream.write_all(&frame(byte)).unwrap();
     let mut acknowledge = [0; 4];
     stream.read_exact(&mut acknowledge).unwrap();
     assert_eq!(acknowledge, CAMERA_FRAME_ACKNOWLEDGE);
@@ -69,15 +89,15 @@ fn options() -> CameraOptions {
 fn start(
     server: &Server,
     options: CameraOptions,
-    rides_out: Option<Duration>,
+    gap_limit: Duration,
 ) -> (CameraStream, Receiver<CameraFrame>) {
-    CameraStream::start(server.listening(), options, rides_out).unwrap()
+    CameraStream::start(server.listening(), options, gap_limit).unwrap()
 }
 
 /// A stream whose waits end as on Windows.
 fn start_looking(server: &Server) -> (CameraStream, Receiver<CameraFrame>) {
-    CameraStream::start_with(server.listening(), options(), Some(AMPLE), WaitEnds::ByLooking)
-        .unwrap()
+    static LOOKING: Tcp = Tcp { wait_ends: WaitEnds::ByLooking };
+    CameraStream::start(server.listening_in(&LOOKING), options(), AMPLE).unwrap()
 }
 
 /// The next frame's number and byte.
@@ -101,7 +121,7 @@ fn closed() -> Error {
 #[test]
 fn frames_go_on_after_a_gap_on_the_same_channel_with_the_next_number() {
     let (first, second) = (Server::start(), Server::start());
-    let (mut stream, frames) = start(&first, options(), Some(AMPLE));
+    let (mut stream, frames) = start(&first, options(), AMPLE);
     let control = stream.control();
     let mut connection = first.accept();
     send_frame(&mut connection, 10);
@@ -113,7 +133,7 @@ fn frames_go_on_after_a_gap_on_the_same_channel_with_the_next_number() {
     control.resume(second.listening());
     send_frame(&mut second.accept(), 12);
     assert_eq!(receive(&frames), (2, 12));
-    stream.join();
+    stream.stop();
     assert_eq!(end(&stream, &frames), None);
     assert_eq!(stream.control().statistics().frames, 3);
 }
@@ -121,12 +141,12 @@ fn frames_go_on_after_a_gap_on_the_same_channel_with_the_next_number() {
 #[test]
 fn a_connection_that_fails_before_the_gap_is_known_does_not_end_the_stream() {
     let (first, second) = (Server::start(), Server::start());
-    let (stream, frames) = start(&first, options(), Some(AMPLE));
+    let (stream, frames) = start(&first, options(), AMPLE);
     let mut connection = first.accept();
     send_frame(&mut connection, 1);
     drop(connection);
     assert_eq!(receive(&frames), (0, 1));
-    wait_until_it_rides(&stream);
+    wait_until_it_is_closed(&stream);
     stream.control().pause();
     stream.control().resume(second.listening());
     send_frame(&mut second.accept(), 2);
@@ -134,7 +154,7 @@ fn a_connection_that_fails_before_the_gap_is_known_does_not_end_the_stream() {
 }
 
 /// Waits until the thread has dropped its connection.
-fn wait_until_it_rides(stream: &CameraStream) {
+fn wait_until_it_is_closed(stream: &CameraStream) {
     let begin = Instant::now();
     while stream.control().is_connected() {
         assert!(begin.elapsed() < AMPLE, "the connection goes on");
@@ -144,23 +164,23 @@ fn wait_until_it_rides(stream: &CameraStream) {
 
 #[test]
 fn a_failure_without_a_gap_after_it_ends_the_stream_with_its_error() {
-    for rides_out in [None, Some(SHORT)] {
+    for gap_limit in [Duration::ZERO, SHORT] {
         let server = Server::start();
-        let (stream, frames) = start(&server, options(), rides_out);
+        let (stream, frames) = start(&server, options(), gap_limit);
         let mut connection = server.accept();
         send_frame(&mut connection, 1);
         let begin = Instant::now();
         drop(connection);
         assert_eq!(receive(&frames), (0, 1));
         assert_eq!(end(&stream, &frames), Some(closed()));
-        assert!(begin.elapsed() >= rides_out.unwrap_or_default(), "it ended early");
+        assert!(begin.elapsed() >= gap_limit, "it ended early");
     }
 }
 
 #[test]
 fn bytes_that_are_not_a_frame_end_the_stream_immediately() {
     let server = Server::start();
-    let (stream, frames) = start(&server, options(), Some(10 * AMPLE));
+    let (stream, frames) = start(&server, options(), 10 * AMPLE);
     let mut connection = server.accept();
     connection.write_all(&[0; CameraFrameHeader::LEN]).unwrap();
     let error = end(&stream, &frames);
@@ -170,7 +190,7 @@ fn bytes_that_are_not_a_frame_end_the_stream_immediately() {
 #[test]
 fn a_gap_may_last_longer_than_the_stream_waits_for_one() {
     let server = Server::start();
-    let (stream, frames) = start(&server, options(), Some(SHORT));
+    let (stream, frames) = start(&server, options(), SHORT);
     send_frame(&mut server.accept(), 1);
     assert_eq!(receive(&frames), (0, 1));
     stream.control().pause();
@@ -185,7 +205,7 @@ fn a_gap_may_last_longer_than_the_stream_waits_for_one() {
 fn the_server_has_the_whole_limit_for_the_start_again_after_a_gap() {
     let server = Server::start();
     let start_limit = Duration::from_secs(1);
-    let (stream, frames) = start(&server, CameraOptions { start_limit, ..options() }, Some(AMPLE));
+    let (stream, frames) = start(&server, CameraOptions { start_limit, ..options() }, AMPLE);
     send_frame(&mut server.accept(), 1);
     assert_eq!(receive(&frames), (0, 1));
     stream.control().pause();
@@ -201,14 +221,12 @@ fn the_server_has_the_whole_limit_for_the_start_again_after_a_gap() {
 fn a_server_that_does_not_come_back_ends_the_stream() {
     let server = Server::start();
     let options = CameraOptions { start_limit: SHORT, ..options() };
-    let (stream, frames) = start(&server, options, Some(SHORT));
+    let (stream, frames) = start(&server, options, SHORT);
     send_frame(&mut server.accept(), 1);
     assert_eq!(receive(&frames), (0, 1));
-    // No server gets this port by chance.
-    let address = SocketAddr::from(([127, 0, 0, 1], 1));
     stream.control().pause();
-    stream.control().resume(CameraServer { address, early: None });
-    let refused = Error::ConnectionRefused { address: address.to_string() };
+    stream.control().resume(CameraServer { endpoint: refusing(), early: None });
+    let refused = Error::ConnectionRefused { address: refusing().to_string() };
     assert_eq!(end(&stream, &frames), Some(refused));
     // The stream has ended, so this does nothing.
     stream.control().pause();
@@ -220,16 +238,16 @@ fn a_server_that_does_not_come_back_ends_the_stream() {
 fn a_stream_can_be_stopped_in_a_gap_and_while_it_waits_for_one() {
     for gap in [true, false] {
         let server = Server::start();
-        let (mut stream, frames) = start(&server, options(), Some(10 * AMPLE));
+        let (mut stream, frames) = start(&server, options(), 10 * AMPLE);
         let mut connection = server.accept();
         send_frame(&mut connection, 1);
         if gap {
             stream.control().pause();
         }
         drop(connection);
-        wait_until_it_rides(&stream);
+        wait_until_it_is_closed(&stream);
         let begin = Instant::now();
-        stream.join();
+        stream.stop();
         assert!(begin.elapsed() < AMPLE);
         assert_eq!(receive(&frames), (0, 1));
         assert_eq!(end(&stream, &frames), None);
@@ -245,10 +263,8 @@ fn a_wait_that_no_shutdown_wakes_ends_when_the_stream_is_stopped() {
         send_frame(&mut connection, 1);
         assert_eq!(receive(&frames), (0, 1));
         connection.write_all(begun).unwrap();
-        // There is nothing left to shut down.
-        stream.control().let_go();
         let begin = Instant::now();
-        stream.join();
+        stream.stop();
         assert!(begin.elapsed() < AMPLE / 2, "it waited for the limit of a frame");
         assert_eq!(end(&stream, &frames), None);
     }
@@ -261,7 +277,6 @@ fn a_wait_that_no_shutdown_wakes_ends_in_a_gap_and_frames_go_on_after_it() {
     let mut connection = first.accept();
     send_frame(&mut connection, 1);
     assert_eq!(receive(&frames), (0, 1));
-    stream.control().let_go();
     let begin = Instant::now();
     stream.control().pause();
     assert_closed(&mut connection);
@@ -274,7 +289,7 @@ fn a_wait_that_no_shutdown_wakes_ends_in_a_gap_and_frames_go_on_after_it() {
 #[test]
 fn two_gaps_in_a_row_end_with_the_last_server() {
     let (first, second, third) = (Server::start(), Server::start(), Server::start());
-    let (stream, frames) = start(&first, options(), Some(AMPLE));
+    let (stream, frames) = start(&first, options(), AMPLE);
     send_frame(&mut first.accept(), 1);
     for server in [&second, &third] {
         stream.control().pause();
@@ -294,9 +309,8 @@ fn the_limit_for_a_frame_holds_in_a_storm_of_signals() {
     let (sender, oldest) = bounded(1);
     let control = Arc::new(CameraControl::new(server.listening()));
     let place = control.server().unwrap();
-    let wait_ends = WaitEnds::ON_SYSTEM;
-    let reader = Reader { options, rides_out: Duration::ZERO, wait_ends, control, sender, oldest };
-    let mut connection = reader.connect(place, Instant::now()).unwrap();
+    let reader = Reader { options, gap_limit: Duration::ZERO, control, sender, oldest };
+    let mut connection = reader.connect(&place, Instant::now()).unwrap();
     let _silent = server.accept();
     let error = in_a_storm(|| reader.read_from(&mut connection, &mut 0));
     assert_eq!(error, Error::NoAnswer { command: REQUEST, limit: LIMIT, received: 0 });
@@ -304,7 +318,7 @@ fn the_limit_for_a_frame_holds_in_a_storm_of_signals() {
 
 /// A camera server to which the stream has connected before the camera's start, and that connection.
 fn connected_early(server: &Server) -> (CameraServer, TcpStream) {
-    let camera = CameraServer::before_start(server.address());
+    let camera = CameraServer::before_start(endpoint(&TCP, server.address()));
     (camera, server.accept())
 }
 
@@ -312,10 +326,10 @@ fn connected_early(server: &Server) -> (CameraServer, TcpStream) {
 fn frames_come_over_the_connection_that_was_made_before_the_start() {
     let server = Server::start();
     let (camera, mut connection) = connected_early(&server);
-    let (mut stream, frames) = CameraStream::start(camera, options(), None).unwrap();
+    let (mut stream, frames) = CameraStream::start(camera, options(), Duration::ZERO).unwrap();
     send_frame(&mut connection, 1);
     assert_eq!(receive(&frames), (0, 1));
-    stream.join();
+    stream.stop();
     assert_closed(&mut connection);
 }
 
@@ -324,15 +338,14 @@ fn a_server_that_closes_the_early_connection_is_connected_to_after_the_start() {
     let server = Server::start();
     let (camera, connection) = connected_early(&server);
     drop(connection);
-    let (_stream, frames) = CameraStream::start(camera, options(), None).unwrap();
+    let (_stream, frames) = CameraStream::start(camera, options(), Duration::ZERO).unwrap();
     send_frame(&mut server.accept(), 1);
     assert_eq!(receive(&frames), (0, 1));
 }
 
 #[test]
 fn a_server_that_refuses_before_the_start_leaves_connecting_to_the_stream() {
-    // No server gets this port by chance.
-    let camera = CameraServer::before_start(SocketAddr::from(([127, 0, 0, 1], 1)));
+    let camera = CameraServer::before_start(refusing());
     assert!(camera.early.is_none());
 }
 
@@ -347,7 +360,35 @@ fn a_gap_closes_an_early_connection_that_is_not_in_use_yet() {
     let (camera, mut connection) = connected_early(&second);
     control.resume(camera);
     let server = control.server().unwrap();
-    assert!(control.take_early(server).is_some());
-    assert!(control.take_early(server).is_none(), "it was returned twice");
+    assert!(control.take_early(&server).is_some());
+    assert!(control.take_early(&server).is_none(), "it was returned twice");
     assert_closed(&mut connection);
+}
+
+#[test]
+fn a_server_that_refuses_or_closes_while_it_starts_is_connected_to_until_a_frame_comes() {
+    let refused = || Err(Error::ConnectionRefused { address: "txt:65000".to_owned() });
+    let closing = Scripted::new(at_once([Event::End]), vec![]);
+    let ready = Scripted::new(at_once([Event::Bytes(frame(7))]), vec![]);
+    let openings = [refused(), refused(), Ok(closing.clone()), Ok(ready.clone())];
+    let network = ScriptedNetwork::new(openings);
+    let camera = CameraServer::before_start(network.endpoint());
+    let (stream, frames) = CameraStream::start(camera, options(), AMPLE).unwrap();
+    assert_eq!(receive(&frames), (0, 7));
+    drop(stream);
+    let limits: Vec<_> = network.asked().iter().map(|(_, limits)| limits.connect).collect();
+    assert_eq!(limits, [Duration::from_millis(300), ATTEMPT, ATTEMPT, ATTEMPT]);
+    assert_eq!(ready.state().written, CAMERA_FRAME_ACKNOWLEDGE);
+    assert!(closing.state().written.is_empty());
+}
+
+#[test]
+fn a_server_that_never_answers_ends_the_stream_with_the_whole_limit_in_the_error() {
+    let timed_out = |limit| Error::ConnectTimedOut { address: "txt:65000".to_owned(), limit };
+    let network = ScriptedNetwork::new::<100>(std::array::from_fn(|_| Err(timed_out(ATTEMPT))));
+    let options = CameraOptions { start_limit: SHORT, ..options() };
+    let camera = CameraServer { endpoint: network.endpoint(), early: None };
+    let (stream, frames) = CameraStream::start(camera, options, Duration::ZERO).unwrap();
+    assert_eq!(end(&stream, &frames), Some(timed_out(SHORT)));
+    assert!(network.asked().iter().all(|(_, limits)| limits.connect <= SHORT));
 }

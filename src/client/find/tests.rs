@@ -4,6 +4,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener};
 
 use super::*;
+use crate::client::scripted::{at_once, Event, Scripted, ScriptedNetwork, LIMITS};
 use crate::client::TxtClient;
 use crate::firmware::FirmwareVersion;
 
@@ -16,13 +17,22 @@ fn answer(listener: &TcpListener, connections: usize) {
         let (mut stream, _) = listener.accept().unwrap();
         let mut request = [0; 4];
         stream.read_exact(&mut request).unwrap();
-        let mut device_name = [0; 16];
-        device_name[..3].copy_from_slice(b"TXT");
-        let mut response = Vec::new();
-        QueryStatusResponse { device_name, version: FirmwareVersion::new(4, 6, 6) }
-            .emit(&mut response);
-        stream.write_all(&response).unwrap();
+        stream.write_all(&response()).unwrap();
     }
+}
+
+/// The response to QueryStatus.
+fn response() -> Vec<u8> {
+    let mut device_name = [0; 16];
+    device_name[..3].copy_from_slice(b"TXT");
+    let mut response = Vec::new();
+    QueryStatusResponse { device_name, version: FirmwareVersion::new(4, 6, 6) }.emit(&mut response);
+    response
+}
+
+/// A connection on which these bytes come in, and then the end.
+fn sending(bytes: Vec<u8>) -> Scripted {
+    Scripted::new(at_once([Event::Bytes(bytes), Event::End]), vec![])
 }
 
 fn found(address: &str, connection: ConnectionKind) -> FoundController {
@@ -44,7 +54,7 @@ fn auto_is_the_only_controller_that_is_found() {
         let mut client = TxtClient::connect("auto", port, TimeLimits::default()).unwrap();
         assert_eq!(client.query_status().unwrap().name(), "TXT");
         scope.spawn(|| answer(&listener, 1));
-        let host = found_host("auto", port, AMPLE);
+        let host = found_host(&TCP, "auto", port, AMPLE);
         assert_eq!(host, Ok("127.0.0.1".to_owned()));
     });
 }
@@ -78,11 +88,62 @@ fn auto_with_several_controllers_lists_them_and_takes_none() {
 
 #[test]
 fn any_other_host_is_itself_without_a_search() {
-    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = listener.local_addr().unwrap().port();
-    listener.set_nonblocking(true).unwrap();
-    assert_eq!(found_host("127.0.0.1", port, AMPLE), Ok("127.0.0.1".to_owned()));
-    assert!(listener.accept().is_err());
+    let network = ScriptedNetwork::new([]);
+    assert_eq!(found_host(network, "127.0.0.1", PORT, AMPLE), Ok("127.0.0.1".to_owned()));
+    assert_eq!(network.asked(), []);
+}
+
+#[test]
+fn auto_is_connected_to_at_the_address_that_has_answered() {
+    let network = ScriptedNetwork::new([Ok(sending(response())), Ok(sending(response()))]);
+    let mut client = TxtClient::connect_within(network, "Auto", PORT, LIMITS).unwrap();
+    assert_eq!(client.query_status().unwrap().name(), "TXT");
+    let asked: Vec<_> = network.asked().into_iter().map(|(address, _)| address).collect();
+    assert_eq!(asked, ["127.0.0.1:65000", "192.168.7.2:65000"]);
+}
+
+#[test]
+fn a_search_says_what_happened_at_an_address() {
+    let address = || "txt:65000".to_owned();
+    let reset = std::io::Error::from(std::io::ErrorKind::NetworkUnreachable);
+    let silent = Scripted::new(vec![], vec![]);
+    let mut no_txt = response();
+    no_txt[0] ^= 1;
+    for (opening, outcome, perhaps_in_use) in [
+        (Err(Error::ConnectionRefused { address: address() }), "nothing listens there", false),
+        (
+            Err(Error::ConnectTimedOut { address: address(), limit: AMPLE }),
+            "no answer within",
+            false,
+        ),
+        (
+            Err(Error::LookupTimedOut { host: address(), limit: AMPLE }),
+            "address was not found",
+            false,
+        ),
+        (
+            Err(Error::ConnectFailed { address: address(), cause: reset.into() }),
+            "unreachable",
+            false,
+        ),
+        (Ok(silent), "another program may be using it", true),
+        (Ok(sending(vec![])), "another program may be using it", true),
+        (Ok(sending(response()[..7].to_vec())), "another program may be using it", true),
+        (Ok(sending(no_txt)), "what answers is no TXT", false),
+    ] {
+        let network = ScriptedNetwork::new([opening]);
+        let error = find_at(network, &["txt"], AMPLE).unwrap_err();
+        let Error::NoController { tried } = error else { panic!("{error}") };
+        assert!(tried[0].outcome.contains(outcome), "{tried:?}");
+        assert_eq!(tried[0].perhaps_in_use, perhaps_in_use, "{tried:?}");
+        assert_eq!(
+            network.asked(),
+            [(address(), TimeLimits { connect: AMPLE, read: AMPLE, write: AMPLE })]
+        );
+    }
+    let network = ScriptedNetwork::new([Ok(sending(response()))]);
+    let expected = found("192.168.7.2:65000", ConnectionKind::Usb);
+    assert_eq!(find_at(network, &["txt"], AMPLE), Ok(vec![expected]));
 }
 
 #[test]
@@ -113,7 +174,7 @@ fn a_host_that_accepts_the_connection_and_does_not_answer_takes_only_the_limit()
     let address: SocketAddr = listener.local_addr().unwrap();
     let limit = Duration::from_millis(200);
     let begin = Instant::now();
-    let tried = ask(&address.to_string(), limit).unwrap_err();
+    let tried = ask(&TCP, &address.to_string(), limit).unwrap_err();
     assert!(begin.elapsed() >= limit && begin.elapsed() < AMPLE);
     assert!(tried.outcome.contains("did not answer within 200ms"), "{tried}");
     let (mut stream, _) = listener.accept().unwrap();

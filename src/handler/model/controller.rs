@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use shuttle::sync::{Mutex, MutexGuard};
 use shuttle::thread;
 
-use crate::client::TimeLimits;
+use crate::client::{Network, TimeLimits};
 use crate::error::Error;
 use crate::exchange::{Exchange, Inputs};
 use crate::firmware::FirmwareVersion;
@@ -117,6 +117,7 @@ pub(in crate::handler) struct TxtClient {
 
 impl TxtClient {
     pub(in crate::handler) fn connect_within(
+        _network: &'static dyn Network,
         _host: &str,
         _port: u16,
         _limits: TimeLimits,

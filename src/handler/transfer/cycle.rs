@@ -1,10 +1,10 @@
 //! The cycle: outputs to the controller, inputs to the program, and time for the program to answer.
 
-use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::camera::CameraServer;
+use crate::client::Endpoint;
 use crate::error::Error;
 use crate::exchange::{Inputs, SentConfigs};
 use crate::handler::events::Comparison;
@@ -26,7 +26,7 @@ pub(in crate::handler) struct Cycle {
     /// How the controller's camera server was started, while it is running.
     camera: Option<StartCameraOnline>,
     /// After a gap, the camera's server, which is to be started again.
-    camera_to_restart: Option<SocketAddr>,
+    camera_to_restart: Option<Endpoint>,
     /// The last two responses, if there are listeners for events.
     inputs_before: Inputs,
     inputs: Inputs,
@@ -169,7 +169,7 @@ impl Cycle {
     pub(in crate::handler) fn go_on_with(
         &mut self,
         link: Link,
-        camera: Option<SocketAddr>,
+        camera: Option<Endpoint>,
     ) -> Result<Delivered, Error> {
         self.configs_before = *link.exchange.sent_configs();
         self.configs_changed = false;

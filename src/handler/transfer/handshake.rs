@@ -32,9 +32,9 @@ pub(in crate::handler) fn connect(
     areas: &[FishX1Transfer],
     mut found: impl FnMut(Controller),
 ) -> Result<(Link, u64), Error> {
-    let Settings { host, port, .. } = settings;
+    let Settings { network, host, port, .. } = settings;
     let limits = TimeLimits { connect: limit, ..settings.limits };
-    let mut client = TxtClient::connect_within(host, *port, limits)?;
+    let mut client = TxtClient::connect_within(*network, host, *port, limits)?;
     let address = client.address();
     let status = client.query_status()?;
     found(Controller { status, address });

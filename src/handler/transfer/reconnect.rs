@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::client::Endpoint;
 use crate::error::Error;
 use crate::handler::parts::state::Stop;
 use crate::handler::settings::Settings;
@@ -84,7 +85,7 @@ fn attempt(
         let _ = link.client.stop_online();
         return Ok(Attempts::Stopped(stop));
     }
-    let camera = host.map(|host| (host, settings.camera_port).into());
+    let camera = host.map(|host| Endpoint::at(settings.network, host, settings.camera_port));
     let delivered = match cycle.go_on_with(link, camera) {
         Ok(delivered) => delivered,
         Err(error) => {
