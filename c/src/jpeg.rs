@@ -2,8 +2,10 @@
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
 use std::slice;
+use std::time::Duration;
 
-use ft_transfer_area::{CameraFrame, Error};
+use ft_transfer_area::channel::Receiver;
+use ft_transfer_area::{CameraFrame, CameraOptions, Error, PowerLine};
 
 use crate::ffi::guarded;
 use crate::report;
@@ -11,13 +13,50 @@ use crate::report;
 /// Bytes after each picture that belong to the program, too: the kits' samples write the end marker there.
 const SPARE: usize = 16;
 
+/// How long a frame may take, with the camera's start before it.
+const FRAME_LIMIT: Duration = Duration::from_secs(10);
+
+/// The options for what both kits' `StartCamera` is given: width, height, frames per second, frequency of the
+/// mains.
+pub(crate) fn camera_options(settings: [i32; 4]) -> Result<CameraOptions, Error> {
+    let what = ["camera's width", "camera's height", "camera's framerate"];
+    for (what, given) in what.into_iter().zip(settings) {
+        let (least, most) = (1, u16::MAX.into());
+        if !(least..=most).contains(&i64::from(given)) {
+            return Err(Error::OutOfRange { what, given: given.into(), least, most });
+        }
+    }
+    let [width, height, framerate, power_line] = settings;
+    let power_line = match power_line {
+        50 => PowerLine::Hz50,
+        60 => PowerLine::Hz60,
+        _ => PowerLine::Auto,
+    };
+    Ok(CameraOptions::default()
+        .with_size(width as u16, height as u16)
+        .with_framerate(framerate as u16)
+        .with_power_line(power_line)
+        .with_channel_frames(1))
+}
+
 /// The last picture that a program got. Its bytes stay where they are until the next one.
 #[derive(Default)]
 pub(crate) struct Buffer(Vec<u8>);
 
 impl Buffer {
-    /// Takes a frame in, repaired. Returns where the program finds it, and its size.
-    pub(crate) fn fill(&mut self, frame: &CameraFrame) -> Result<(*mut u8, usize), Error> {
+    /// Waits for the next frame that is a picture, and takes it in, repaired. Returns where the program finds
+    /// it, and its size; `None` when no more frames come, or none in time.
+    pub(crate) fn next(&mut self, frames: &Receiver<CameraFrame>) -> Option<(*mut u8, usize)> {
+        loop {
+            match self.fill(&frames.recv_timeout(FRAME_LIMIT).ok()?) {
+                // The next frame is a better one.
+                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
+                Ok(filled) => return Some(filled),
+            }
+        }
+    }
+
+    fn fill(&mut self, frame: &CameraFrame) -> Result<(*mut u8, usize), Error> {
         let jpeg = frame.jpeg()?;
         self.0.clear();
         self.0.extend_from_slice(&jpeg);

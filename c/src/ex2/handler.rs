@@ -5,26 +5,19 @@ use std::ffi::c_void;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
-use std::time::Duration;
 
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::FishX1Transfer;
-use ft_transfer_area::{
-    CameraFrame, CameraOptions, Error, I2cClient, PowerLine, TimeLimits, TransferMode, TxtClient,
-    PORT,
-};
+use ft_transfer_area::{CameraFrame, Error, I2cClient, TimeLimits, TransferMode, TxtClient, PORT};
 use parking_lot::Mutex;
 
 use crate::exit;
 use crate::host;
-use crate::jpeg::Buffer;
+use crate::jpeg::{self, Buffer};
 use crate::memory::{AreaArray, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_ONLINE};
 use crate::report;
 use crate::session::{beside_threads, Session, Settings};
-
-/// How long a frame may take, with the camera's start before it.
-const FRAME_LIMIT: Duration = Duration::from_secs(10);
 
 /// The function that is called after each response; it returns 0 to end the transfer.
 #[derive(Clone)]
@@ -196,20 +189,7 @@ impl Ex2 {
 
     /// `settings`: width, height, frames per second, frequency of the mains.
     pub(super) fn start_camera(&self, settings: [i32; 4]) -> Result<(), Error> {
-        let [width, height, framerate, power_line] = settings;
-        // 0 is out of range.
-        let [width, height, framerate] =
-            [width, height, framerate].map(|value| u16::try_from(value).unwrap_or(0));
-        let power_line = match power_line {
-            50 => PowerLine::Hz50,
-            60 => PowerLine::Hz60,
-            _ => PowerLine::Auto,
-        };
-        let options = CameraOptions::default()
-            .with_size(width, height)
-            .with_framerate(framerate)
-            .with_power_line(power_line)
-            .with_channel_frames(1);
+        let options = jpeg::camera_options(settings)?;
         let frames = self.running()?.handler().start_camera(options)?;
         *self.frames.lock() = Some(frames);
         Ok(())
@@ -228,17 +208,10 @@ impl Ex2 {
         let session = self.session().ok_or(Error::NotStarted)?;
         let frames = self.frames.lock().clone().ok_or(Error::NotStarted)?;
         let mut picture = self.picture.lock();
-        loop {
-            let Ok(frame) = frames.recv_timeout(FRAME_LIMIT) else {
-                let error = session.handler().camera_error().or(session.handler().error());
-                return Err(error.unwrap_or(Error::NotStarted));
-            };
-            match picture.fill(&frame) {
-                // The next frame is a better one.
-                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
-                filled => return filled,
-            }
-        }
+        picture.next(&frames).ok_or_else(|| {
+            let handler = session.handler();
+            handler.camera_error().or_else(|| handler.error()).unwrap_or(Error::NotStarted)
+        })
     }
 }
 

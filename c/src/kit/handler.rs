@@ -5,17 +5,17 @@ use std::fmt::Display;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
-use ft_transfer_area::wire::StartCameraOnline;
 use ft_transfer_area::{
-    find_controllers, Error, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
+    find_controllers, CameraFrame, CameraStream, Exchange, TimeLimits, TransferMode, TxtClient,
+    PORT,
 };
 use parking_lot::Mutex;
 
 use super::areas::ProgramAreas;
-use super::camera::Camera;
 use crate::host;
-use crate::jpeg::Buffer;
+use crate::jpeg::{self, Buffer};
 use crate::memory::AreaArray;
 use crate::mirror::Mirror;
 use crate::report;
@@ -31,7 +31,7 @@ pub struct Kit {
     /// Whether the host is the one of the environment, not that of the program.
     is_replaced: bool,
     transfer: Mutex<Transfer>,
-    camera: Mutex<Option<Arc<Camera>>>,
+    camera: Mutex<Option<Camera>>,
     picture: Mutex<Buffer>,
     /// What was reported last, so that a loop that ignores errors does not fill the terminal.
     reported: Mutex<Option<Failure>>,
@@ -47,6 +47,12 @@ impl<E: Display> From<E> for Failure {
     }
 }
 
+/// A camera that was started, and the channel of its frames.
+struct Camera {
+    stream: CameraStream,
+    frames: Receiver<CameraFrame>,
+}
+
 struct Transfer {
     array: Arc<AreaArray<FishX1Transfer>>,
     mirror: Mirror<FishX1Transfer>,
@@ -56,8 +62,6 @@ struct Transfer {
 /// A connection while it is online.
 struct Link {
     client: TxtClient,
-    /// Its host, without a port.
-    host: String,
     simple: Exchange,
     compressed: Exchange,
     /// The areas as they go over the wire.
@@ -116,7 +120,6 @@ impl Kit {
         client.start_online()?;
         let mut link = Link {
             client,
-            host: host::without_port(&host).to_owned(),
             simple: Exchange::new(TransferMode::Simple, firmware),
             compressed: Exchange::new(TransferMode::Compressed, firmware),
             areas: vec![FishX1Transfer::default(); self.areas.count()],
@@ -193,31 +196,21 @@ impl Kit {
         settings: [i32; 4],
         port: Option<&str>,
     ) -> Result<(), Failure> {
-        let what = ["camera's width", "camera's height", "camera's framerate"];
-        for (what, given) in what.into_iter().zip(settings) {
-            let (least, most) = (1, u16::MAX.into());
-            if !(least..=most).contains(&i64::from(given)) {
-                let given = given.into();
-                return Err(Error::OutOfRange { what, given, least, most }.into());
-            }
-        }
-        let [width, height, framerate, power_line_frequency] = settings.map(|value| value as _);
-        let command = StartCameraOnline { width, height, framerate, power_line_frequency };
+        let options = jpeg::camera_options(settings)?;
         self.stop_camera()?;
         let mut transfer = self.transfer.lock();
         let link = transfer.link.as_mut().ok_or(NO_TRANSFER)?;
         let [after, _] = host::ports_after(&self.host);
         let given = port.and_then(|port| port.trim().parse().ok());
         let port = given.filter(|_| !self.is_replaced).unwrap_or(after);
-        let camera = Camera::before_start(&link.host, port);
-        link.client.start_camera_online(&command)?;
-        *self.camera.lock() = Some(Arc::new(camera.start()?));
+        let (stream, frames) = link.client.start_camera(port, options)?;
+        *self.camera.lock() = Some(Camera { stream, frames });
         Ok(())
     }
 
     pub(super) fn stop_camera(&self) -> Result<(), Failure> {
         let Some(camera) = self.camera.lock().take() else { return Ok(()) };
-        camera.stop();
+        drop(camera);
         match &mut self.transfer.lock().link {
             Some(link) => Ok(link.client.stop_camera_online()?),
             None => Ok(()),
@@ -226,15 +219,17 @@ impl Kit {
 
     /// Where the next frame is, and its size.
     pub(super) fn frame(&self) -> Result<(*mut u8, usize), Failure> {
-        let camera = self.camera.lock().clone().ok_or("the camera was not started")?;
-        let mut picture = self.picture.lock();
-        loop {
-            match picture.fill(&camera.next()?) {
-                // The next frame is a better one.
-                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
-                Ok(filled) => return Ok(filled),
+        let frames = self.camera.lock().as_ref().map(|camera| camera.frames.clone());
+        let frames = frames.ok_or("the camera was not started")?;
+        // A program may stop the camera meanwhile.
+        let filled = self.picture.lock().next(&frames);
+        filled.ok_or_else(|| {
+            match self.camera.lock().as_ref().map(|camera| camera.stream.error()) {
+                Some(Some(error)) => format!("the camera has ended: {error}").into(),
+                Some(None) => "no frame of the camera came in".into(),
+                None => "the camera has ended: it was stopped".into(),
             }
-        }
+        })
     }
 }
 

@@ -2,7 +2,6 @@
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
 mod areas;
-mod camera;
 mod handler;
 
 use std::ffi::c_char;
