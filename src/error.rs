@@ -2,6 +2,7 @@
 
 mod io_error;
 mod message;
+mod origin;
 
 use std::any::Any;
 use std::fmt;
@@ -10,6 +11,7 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 pub use io_error::IoError;
+pub(crate) use origin::Origin;
 
 use crate::firmware::FirmwareVersion;
 use crate::found::{FoundController, TriedAddress};

@@ -10,7 +10,7 @@ use super::control::{CameraControl, Server};
 use super::server::CameraServer;
 use super::{CameraFrame, CameraOptions, CameraStatistics};
 use crate::client::{Connection, TimeLimits, Transport};
-use crate::error::Error;
+use crate::error::{Error, Origin};
 use crate::notices::notice;
 use crate::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
@@ -128,7 +128,10 @@ impl Reader {
         let mut sequence = 0;
         while let Some(server) = self.control.server() {
             let error = self.read_from_server(&server, &mut sequence);
-            let limit = if may_be_a_gap(&error) { self.gap_limit } else { Duration::ZERO };
+            let limit = match error.origin() {
+                Origin::Connection => self.gap_limit,
+                Origin::Bytes | Origin::Other => Duration::ZERO,
+            };
             if !self.control.wait_for_change(&server, limit) {
                 return Err(error);
             }
@@ -250,20 +253,6 @@ impl Reader {
         }
         self.control.count_frame(dropped);
     }
-}
-
-/// Whether this error may come from a loss of the main connection.
-fn may_be_a_gap(error: &Error) -> bool {
-    matches!(
-        error,
-        Error::ConnectionClosed { .. }
-            | Error::NoAnswer { .. }
-            | Error::NotTaken { .. }
-            | Error::Io { .. }
-            | Error::ConnectionRefused { .. }
-            | Error::ConnectTimedOut { .. }
-            | Error::ConnectFailed { .. }
-    )
 }
 
 /// Reads frames that come in these pieces until an error; an empty piece means a signal. Returns the frames

@@ -5,16 +5,14 @@ use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use super::address::host_and_port;
-use super::connection::{Connection, PacketNames};
+use super::connection::Connection;
 use super::limits::{TimeLimits, LIMIT_RANGE};
-use super::response::response_size;
 use super::tcp::TCP;
 use super::transport::{Addresses, Endpoint, Network};
-use super::PORT;
+use super::{TxtClient, PORT};
 use crate::error::Error;
 use crate::found::{ConnectionKind, FoundController, TriedAddress};
 use crate::notices::notice;
-use crate::wire::{CommandId, QueryStatusResponse};
 
 /// The host that means the only controller that is found.
 const AUTO: &str = "auto";
@@ -99,14 +97,11 @@ where
     find_at(&TCP, addresses, limit)
 }
 
-fn find_at<A>(
+fn find_at(
     network: &'static dyn Network,
-    addresses: &[A],
+    addresses: &[impl AsRef<str> + Sync],
     limit: Duration,
-) -> Result<Vec<FoundController>, Error>
-where
-    A: AsRef<str> + Sync,
-{
+) -> Result<Vec<FoundController>, Error> {
     let (mut found, mut tried) = (Vec::new(), Vec::new());
     for answer in ask_at(network, addresses, limit)? {
         match answer {
@@ -152,14 +147,11 @@ where
     ask_at(&TCP, addresses, limit)
 }
 
-fn ask_at<A>(
+fn ask_at(
     network: &'static dyn Network,
-    addresses: &[A],
+    addresses: &[impl AsRef<str> + Sync],
     limit: Duration,
-) -> Result<Vec<Answer>, Error>
-where
-    A: AsRef<str> + Sync,
-{
+) -> Result<Vec<Answer>, Error> {
     Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
     let mut answers = Vec::with_capacity(addresses.len());
     for some in addresses.chunks(AT_A_TIME) {
@@ -218,14 +210,11 @@ fn without_doubles(mut found: Vec<FoundController>) -> Vec<FoundController> {
 
 type Answer = Result<FoundController, TriedAddress>;
 
-fn ask_side_by_side<A>(
+fn ask_side_by_side(
     network: &'static dyn Network,
-    addresses: &[A],
+    addresses: &[impl AsRef<str> + Sync],
     limit: Duration,
-) -> Result<Vec<Answer>, Error>
-where
-    A: AsRef<str> + Sync,
-{
+) -> Result<Vec<Answer>, Error> {
     // The scope waits for all its threads, even when one could not be started.
     thread::scope(|scope| {
         let mut threads = Vec::with_capacity(addresses.len());
@@ -263,16 +252,16 @@ fn query(
 ) -> Result<FoundController, Error> {
     let begin = Instant::now();
     let limits = TimeLimits { connect: limit, read: limit, write: limit };
-    let transport = Endpoint::new(network, address, PORT)?.open(&limits)?;
-    let failed = |error: std::io::Error| Error::ConnectFailed {
+    let endpoint = Endpoint::new(network, address, PORT)?;
+    let transport = endpoint.open(&limits)?;
+    let addresses = transport.addresses();
+    let Addresses { own, peer } = addresses.map_err(|error| Error::ConnectFailed {
         address: address.to_owned(),
         cause: error.into(),
-    };
-    let Addresses { own, peer } = transport.addresses().map_err(failed)?;
+    })?;
     let rest = limit.saturating_sub(begin.elapsed());
     let limits = TimeLimits { connect: rest, read: rest, write: rest };
-    let mut connection = Connection::over(transport, limits);
-    let status = query_status(&mut connection)?;
+    let status = TxtClient::over(endpoint, Connection::over(transport, limits)).query_status()?;
     Ok(FoundController {
         address: peer,
         connection: connection_kind(own.ip(), peer.ip()),
@@ -288,18 +277,6 @@ fn connection_kind(own: IpAddr, peer: IpAddr) -> ConnectionKind {
     } else {
         ConnectionKind::of(peer)
     }
-}
-
-fn query_status(connection: &mut Connection) -> Result<QueryStatusResponse, Error> {
-    let command = CommandId::QueryStatus;
-    let names = PacketNames { request: command.name(), response: command.response().name() };
-    let mut request = Vec::new();
-    command.emit(&mut request);
-    // One more byte, to detect a longer response.
-    let mut response = [0; QueryStatusResponse::LEN + 1];
-    let size = connection
-        .transact(names, &request, &mut response, |start| response_size(command, start))?;
-    QueryStatusResponse::parse(&response[..size])
 }
 
 /// What happened, in a few words. The error for all addresses says what to check.

@@ -114,14 +114,19 @@ impl TxtClient {
     ) -> Result<Self, Error> {
         let mut endpoint = Endpoint::new(network, host, port)?;
         endpoint.host = found_host(network, &endpoint.host, endpoint.port, limits.connect)?;
-        Ok(Self {
-            connection: Some(Connection::open(&endpoint, limits)?),
+        let connection = Connection::open(&endpoint, limits)?;
+        Ok(Self::over(endpoint, connection))
+    }
+
+    fn over(endpoint: Endpoint, connection: Connection) -> Self {
+        Self {
             endpoint,
+            connection: Some(connection),
             online: false,
             broken: None,
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
-        })
+        }
     }
 
     /// Asks for the controller's name and firmware version. Blocks until the response.

@@ -6,7 +6,6 @@ use std::io::{self, ErrorKind};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use super::connection::Connection;
 use super::limits::TimeLimits;
 use super::transport::{Addresses, Close, Endpoint, Network, Transport};
 use crate::error::Error;
@@ -94,8 +93,9 @@ impl Scripted {
         Self::new(events.map(|event| (NO_WAIT, event)).collect(), Vec::new())
     }
 
-    pub(crate) fn connection(&self) -> Connection {
-        Connection::over(Box::new(self.clone()), LIMITS)
+    #[cfg(feature = "__fuzzing")]
+    pub(crate) fn connection(&self) -> super::connection::Connection {
+        super::connection::Connection::over(Box::new(self.clone()), LIMITS)
     }
 
     pub(crate) fn state(&self) -> MutexGuard<'_, State> {

@@ -150,12 +150,10 @@ pub extern "C" fn CreateEventW(
 
 fn set_event(handle: Handle, to: bool) -> i32 {
     guarded(FALSE, || {
-        truth(change(handle, |object| match object {
-            Object::Event { set, .. } => {
-                *set = to;
-                Some(())
-            }
-            _ => None,
+        truth(change(handle, |object| {
+            let Object::Event { set, .. } = object else { return None };
+            *set = to;
+            Some(())
         }))
     })
 }
@@ -198,15 +196,16 @@ pub extern "C" fn CreateMutexW(
 #[no_mangle]
 pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
     guarded(FALSE, || {
-        truth(change(mutex, |object| match object {
-            Object::Mutex { owner, times } if *owner == Some(thread::current().id()) => {
-                *times -= 1;
-                if *times == 0 {
-                    *owner = None;
-                }
-                Some(())
+        truth(change(mutex, |object| {
+            let Object::Mutex { owner, times } = object else { return None };
+            if *owner != Some(thread::current().id()) {
+                return None;
             }
-            _ => None,
+            *times -= 1;
+            if *times == 0 {
+                *owner = None;
+            }
+            Some(())
         }))
     })
 }
@@ -254,9 +253,9 @@ pub extern "C" fn CloseHandle(object: Handle) -> i32 {
 #[no_mangle]
 pub unsafe extern "C" fn GetExitCodeThread(thread: Handle, code: *mut u32) -> i32 {
     guarded(FALSE, || {
-        let ended = change(thread, |object| match object {
-            Object::Thread { code } => Some(code.unwrap_or(STILL_ACTIVE)),
-            _ => None,
+        let ended = change(thread, |object| {
+            let Object::Thread { code } = object else { return None };
+            Some(code.unwrap_or(STILL_ACTIVE))
         });
         match ended {
             Some(ended) if !code.is_null() => {

@@ -44,12 +44,10 @@ fn start(
         let _ = tell.send(GetCurrentThreadId());
         let code = run(argument.get());
         let handle = ptr::without_provenance_mut(number);
-        change(handle, |object| match object {
-            Object::Thread { code: its } => {
-                *its = Some(code);
-                Some(())
-            }
-            _ => None,
+        change(handle, |object| {
+            let Object::Thread { code: its } = object else { return None };
+            *its = Some(code);
+            Some(())
         });
         if !stays {
             close(handle);

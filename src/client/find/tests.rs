@@ -5,8 +5,8 @@ use std::net::{SocketAddr, TcpListener};
 
 use super::*;
 use crate::client::scripted::{at_once, Event, Scripted, ScriptedNetwork, LIMITS};
-use crate::client::TxtClient;
 use crate::firmware::FirmwareVersion;
+use crate::wire::QueryStatusResponse;
 
 /// Longer than anything takes on a busy machine.
 const AMPLE: Duration = Duration::from_secs(30);

@@ -153,7 +153,7 @@ impl Transfer {
     pub(in crate::handler) fn error(&self) -> Option<Error> {
         match &self.phase {
             Phase::Idle(error) => error.clone(),
-            _ => None,
+            Phase::Beginning | Phase::Running | Phase::Reconnecting | Phase::Ending => None,
         }
     }
 

@@ -50,7 +50,7 @@ impl Shared {
                 Progress::Waits if !timed_out => {
                     timed_out = wait_until(&self.arrived, state, by_clock);
                 }
-                _ => break,
+                Progress::Told(_) | Progress::Waits | Progress::Over => break,
             }
         }
         self.give_up(state, window);

@@ -3,14 +3,14 @@
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 
-use crate::error::Error;
+use crate::error::{Error, Origin};
 use crate::handler::parts::state::Stop;
 use crate::handler::settings::Settings;
 use crate::handler::shared::Shared;
 use crate::handler::sync::{JoinHandle, Mutex};
 use crate::handler::transfer::cycle::Cycle;
 use crate::handler::transfer::handshake::Link;
-use crate::handler::transfer::reconnect::{is_of_the_connection, lose, reconnect, Attempts};
+use crate::handler::transfer::reconnect::{lose, reconnect, Attempts};
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
@@ -83,7 +83,7 @@ impl TransferThread {
     /// Re-establishes a lost connection, if the program wants that; returns a stop if the transfer is to stop
     /// instead.
     fn reconnect_after(&mut self, error: Error) -> Result<Option<Stop>, Error> {
-        let limit = self.settings.reconnect.filter(|_| is_of_the_connection(&error));
+        let limit = self.settings.reconnect.filter(|_| error.origin() != Origin::Other);
         let Some(limit) = limit else { return Err(error) };
         lose(&mut self.cycle, &self.shared, &error);
         self.connected = false;
