@@ -139,9 +139,9 @@ pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use found::{ConnectionKind, FoundController, TriedAddress};
 pub use handler::{
-    CycleLog, Event, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning, LoggedCycle,
-    Statistics, TimedEvent, TransferArea, TransferAreaComHandler, TransferAreaComHandlerBuilder,
-    TransferAreaGuard,
+    CycleLog, Event, EventDetails, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning,
+    LoggedCycle, Statistics, TimedEvent, TransferArea, TransferAreaComHandler,
+    TransferAreaComHandlerBuilder, TransferAreaGuard,
 };
 pub use i2c::I2cClient;
 pub use transfer_area::FishX1Transfer;

@@ -58,10 +58,6 @@ impl Error {
             | Self::ReconnectFailed { .. }
             | Self::ThreadNotStarted { .. }
             | Self::ThreadPanicked { .. } => Origin::Other,
-            #[cfg(feature = "simulator")]
-            Self::World { .. } | Self::WorldNotRead { .. } | Self::SimulatorFailed { .. } => {
-                Origin::Other
-            }
         }
     }
 }

@@ -18,7 +18,7 @@ pub(super) struct Outputs {
 impl Outputs {
     /// The output part of the area with this index (0 the master).
     pub(super) fn of(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
-        let duty = area.output.duty.map(|duty| duty.clamp(0, DUTY_MAX));
+        let duty = area.output.sent_duty();
         // Nearly always all duties are in range, and were before.
         if duty != area.output.duty || self.out_of_range[index] != [false; IZ_PWM_CHAN] {
             self.warn(index, &area.output.duty, &duty);

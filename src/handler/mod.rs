@@ -17,8 +17,8 @@ mod transfer;
 pub use builder::TransferAreaComHandlerBuilder;
 pub use com_handler::TransferAreaComHandler;
 pub use events::{
-    CycleLog, Event, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning, LoggedCycle,
-    TimedEvent,
+    CycleLog, Event, EventDetails, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning,
+    LoggedCycle, TimedEvent,
 };
 pub use program::area::TransferArea;
 pub use program::guard::TransferAreaGuard;

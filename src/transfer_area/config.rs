@@ -1,6 +1,11 @@
 //! The configuration part: what is plugged in where.
 
-use super::{IZ_COUNTER, IZ_MOTOR, IZ_UNI_INPUT};
+use std::ops::RangeInclusive;
+
+use super::{
+    IZ_COUNTER, IZ_MOTOR, IZ_UNI_INPUT, R2_MAX, R2_MIN, R_MAX, R_MIN, ULTRASONIC_MAX,
+    ULTRASONIC_MIN, U_MAX,
+};
 
 /// What a universal input measures.
 ///
@@ -41,8 +46,40 @@ pub enum InputMode {
 
 impl InputMode {
     /// All modes, in the order of their numbers.
-    pub(crate) const ALL: [Self; 4] =
-        [Self::Voltage, Self::Resistance, Self::Resistance15k, Self::Ultrasonic];
+    pub const ALL: &'static [Self] =
+        &[Self::Voltage, Self::Resistance, Self::Resistance15k, Self::Ultrasonic];
+
+    /// Its name in files and messages: `voltage`, `resistance`, `resistance15k`, `ultrasonic`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Voltage => "voltage",
+            Self::Resistance => "resistance",
+            Self::Resistance15k => "resistance15k",
+            Self::Ultrasonic => "ultrasonic",
+        }
+    }
+
+    /// The unit of what it measures: `mV`, `Ω` or `cm`.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::Voltage => "mV",
+            Self::Resistance | Self::Resistance15k => "Ω",
+            Self::Ultrasonic => "cm",
+        }
+    }
+
+    /// The values that it measures. A value above them is over range.
+    #[must_use]
+    pub const fn range(self) -> RangeInclusive<i16> {
+        match self {
+            Self::Voltage => 0..=U_MAX,
+            Self::Resistance => R_MIN..=R_MAX,
+            Self::Resistance15k => R2_MIN..=R2_MAX,
+            Self::Ultrasonic => ULTRASONIC_MIN..=ULTRASONIC_MAX,
+        }
+    }
 }
 
 /// Its number, 0..=3: what [`UniConfig::mode`] holds.
@@ -82,6 +119,31 @@ impl UniConfig {
     pub const fn digital(mode: InputMode) -> Self {
         Self { mode: mode as u8, digital: 1, dummy: [0; 2] }
     }
+
+    /// What it measures; `None` for a number that is no mode.
+    #[must_use]
+    pub fn input_mode(&self) -> Option<InputMode> {
+        InputMode::try_from(self.mode).ok()
+    }
+
+    /// Whether it reports 0 or 1, not the measured value.
+    #[must_use]
+    pub const fn is_digital(&self) -> bool {
+        self.digital != 0
+    }
+
+    /// The unit of what it reports; empty for 0 or 1, and for a number that is no mode.
+    #[must_use]
+    pub fn unit(&self) -> &'static str {
+        self.input_mode().filter(|_| !self.is_digital()).map_or("", InputMode::unit)
+    }
+
+    /// Whether a value that it reports is over range, which 0 and 1 never are.
+    #[must_use]
+    pub fn is_over_range(&self, value: i16) -> bool {
+        let over = |mode: InputMode| value > *mode.range().end();
+        !self.is_digital() && self.input_mode().is_some_and(over)
+    }
 }
 
 /// The kit's default: a switch.
@@ -103,7 +165,16 @@ pub enum CounterMode {
 
 impl CounterMode {
     /// Both modes, in the order of their numbers.
-    pub(crate) const ALL: [Self; 2] = [Self::Inverted, Self::Normal];
+    pub const ALL: [Self; 2] = [Self::Inverted, Self::Normal];
+
+    /// Its name in files and messages: `inverted`, `normal`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Inverted => "inverted",
+            Self::Normal => "normal",
+        }
+    }
 }
 
 /// Its number, 0 or 1: what [`CounterConfig::mode`] holds.
@@ -182,5 +253,36 @@ impl Default for Config {
             cnt: Default::default(),
             motor_config: [[0; 4]; IZ_MOTOR],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_have_names_of_their_own() {
+        let names: Vec<_> = InputMode::ALL.iter().map(|mode| mode.name()).collect();
+        assert_eq!(names, ["voltage", "resistance", "resistance15k", "ultrasonic"]);
+        assert_eq!(CounterMode::ALL.map(CounterMode::name), ["inverted", "normal"]);
+    }
+
+    #[test]
+    fn an_input_has_the_unit_and_the_range_of_its_mode() {
+        for (mode, unit, most) in [
+            (InputMode::Voltage, "mV", 9_999),
+            (InputMode::Resistance, "Ω", 4_999),
+            (InputMode::Resistance15k, "Ω", 14_999),
+            (InputMode::Ultrasonic, "cm", 1_023),
+        ] {
+            let (analog, digital) = (UniConfig::analog(mode), UniConfig::digital(mode));
+            assert_eq!((analog.input_mode(), analog.unit()), (Some(mode), unit));
+            assert_eq!((digital.input_mode(), digital.unit()), (Some(mode), ""));
+            assert!(!analog.is_over_range(most) && analog.is_over_range(most + 1));
+            assert!(!digital.is_over_range(i16::MAX));
+        }
+        let unknown = UniConfig { mode: 9, digital: 0, dummy: [0; 2] };
+        assert_eq!((unknown.input_mode(), unknown.unit()), (None, ""));
+        assert!(!unknown.is_over_range(i16::MAX));
     }
 }

@@ -1,6 +1,6 @@
 //! The parts that the program writes: motors, lamps, counter resets, sound.
 
-use super::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+use super::{DUTY_MAX, DUTY_MIN, IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
 
 /// Values for the outputs, motor commands and counter resets, 44 bytes.
 ///
@@ -39,6 +39,12 @@ pub struct OutputValues {
 }
 
 impl OutputValues {
+    /// The duties as they are sent: each the nearest one of 0..=512.
+    #[must_use]
+    pub fn sent_duty(&self) -> [i16; IZ_PWM_CHAN] {
+        self.duty.map(|duty| duty.clamp(DUTY_MIN, DUTY_MAX))
+    }
+
     /// Switches every output off and every motor back to plain speed control: duty, distance and
     /// master 0, and a new command id for each motor.
     #[doc(alias = "StopMotors")]

@@ -2,7 +2,7 @@
 
 use super::Input;
 use crate::error::Error;
-use crate::transfer_area::{FishX1Transfer, InputMode, R2_OVR, R_OVR, ULTRASONIC_OVR, U_OVR};
+use crate::transfer_area::FishX1Transfer;
 
 /// What a universal input reports. Closed on purpose: it has the two values of the C call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,22 +15,14 @@ pub struct IoValue {
 }
 
 impl FishX1Transfer {
-    /// The value of a universal input, and whether it is over range: at least [`R_OVR`], [`R2_OVR`],
-    /// [`U_OVR`] or [`ULTRASONIC_OVR`], as its mode says. An ultrasonic sensor that is not connected
+    /// The value of a universal input, and whether it is over range: above the
+    /// [range](crate::transfer_area::InputMode::range) of its mode. An ultrasonic sensor that is not connected
     /// is over range too.
     #[doc(alias = "GetInIOValue")]
     #[must_use]
     pub fn get_in_io_value(&self, input: Input) -> IoValue {
         let value = self.input.uni[input.index()];
-        let config = self.config.uni[input.index()];
-        // There are no other modes.
-        let limit = InputMode::try_from(config.mode).ok().map(|mode| match mode {
-            InputMode::Voltage => U_OVR,
-            InputMode::Resistance => R_OVR,
-            InputMode::Resistance15k => R2_OVR,
-            InputMode::Ultrasonic => ULTRASONIC_OVR,
-        });
-        let over_range = config.digital == 0 && limit.is_some_and(|limit| value >= limit);
+        let over_range = self.config.uni[input.index()].is_over_range(value);
         IoValue { value, over_range }
     }
 
@@ -86,7 +78,7 @@ impl FishX1Transfer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::transfer_area::{UniConfig, NO_ULTRASONIC};
+    use crate::transfer_area::{InputMode, UniConfig, NO_ULTRASONIC};
 
     #[test]
     fn each_mode_has_its_own_over_range() {

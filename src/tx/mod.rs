@@ -50,7 +50,7 @@ mod sound;
 pub use crate::terminals::{Counter, Input, Motor, Output};
 pub use input::IoValue;
 pub use joystick::{IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
-pub use output::Direction;
+pub use output::{check_duty, check_power, Direction};
 pub use sound::{Sound, SILENCE};
 
 /// The id of a new command: neither the last command's id nor the one last reported as done, so that

@@ -56,7 +56,7 @@ from_numbers! {
     /// −1 is counterclockwise, 0 is halt, 1 is clockwise.
     Direction, i32: "direction", -1..=1, [Direction::Ccw, Direction::Halt, Direction::Cw];
     /// The number that an area holds, FtTxtLib's too: 0 `MODE_U`, 1 `MODE_R`, 3 `MODE_ULTRASONIC`.
-    InputMode, u8 | i32: "input's mode", 0..=3, InputMode::ALL;
+    InputMode, u8 | i32: "input's mode", 0..=3, *InputMode::ALL;
     /// The number that an area holds. In the TX library 0 is normal and 1 inverted.
     CounterMode, u8 | i32: "counter's mode", 0..=1, CounterMode::ALL;
     /// The index of the infrared remote in an area.

@@ -2,7 +2,7 @@
 
 use super::{Motor, Output};
 use crate::error::Error;
-use crate::transfer_area::{FishX1Transfer, DUTY_MAX};
+use crate::transfer_area::{FishX1Transfer, DUTY_MAX, DUTY_MIN};
 
 /// Which way a motor turns. The numbers are FtTxtLib's. Closed on purpose: there is no other way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -46,8 +46,7 @@ impl FishX1Transfer {
     /// [`Error::OutOfRange`] for the power, [`Error::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "SetOutMotorValues")]
     pub fn set_out_motor_power(&mut self, motor: Motor, power: i16) -> Result<(), Error> {
-        let most = i64::from(DUTY_MAX);
-        Error::check_range("motor's power", power, -most..=most)?;
+        check_power(power)?;
         let direction = if power < 0 { Direction::Ccw } else { Direction::Cw };
         self.set_out_motor_values(motor, power.abs(), direction)
     }
@@ -131,9 +130,28 @@ impl FishX1Transfer {
     }
 }
 
-/// An error when it is not a duty.
-pub(super) fn check_duty(duty: i16) -> Result<(), Error> {
-    Error::check_range("duty", duty, 0..=DUTY_MAX.into())
+/// A duty of an output, 0 off to 512 full, from any number.
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`].
+pub fn check_duty(duty: impl Into<i64>) -> Result<i16, Error> {
+    checked(duty.into(), DUTY_MIN)
+}
+
+/// The power of a motor, −512 counterclockwise to 512 clockwise, from any number.
+///
+/// # Errors
+///
+/// [`Error::OutOfRange`].
+pub fn check_power(power: impl Into<i64>) -> Result<i16, Error> {
+    checked(power.into(), -DUTY_MAX)
+}
+
+fn checked(given: i64, least: i16) -> Result<i16, Error> {
+    Error::check_range("duty", given, least.into()..=DUTY_MAX.into())?;
+    // Checked above.
+    Ok(given as i16)
 }
 
 #[cfg(test)]

@@ -2,9 +2,7 @@
 
 use std::ffi::c_int;
 
-use ft_transfer_area::transfer_area::{
-    InputMode, IZ_COUNTER, IZ_UNI_INPUT, R2_OVR, R_OVR, ULTRASONIC_OVR, U_OVR,
-};
+use ft_transfer_area::transfer_area::{IZ_COUNTER, IZ_UNI_INPUT};
 
 use super::arguments::{Handle, Out};
 use super::{index, with_area};
@@ -24,14 +22,7 @@ pub(crate) extern "C" fn GetInIOValue(
         value.check()?;
         let measured = device.array().load(places.input).uni[input];
         let config = device.array().load(places.config).uni[input];
-        let limit = match InputMode::try_from(config.mode) {
-            Ok(InputMode::Voltage) => U_OVR,
-            Ok(InputMode::Resistance) => R_OVR,
-            Ok(InputMode::Resistance15k) => R2_OVR,
-            Ok(InputMode::Ultrasonic) => ULTRASONIC_OVR,
-            _ => i16::MAX,
-        };
-        overrun.put((config.digital == 0 && measured >= limit).into())?;
+        overrun.put(config.is_over_range(measured).into())?;
         value.put(measured)
     })
 }

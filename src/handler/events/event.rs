@@ -165,11 +165,42 @@ pub enum Joystick {
     Right,
 }
 
-/// The kinds of [`Event`], with the same names. Later versions may add kinds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
-#[allow(missing_docs, reason = "the events of the same names say what they are")]
-pub enum EventKind {
+/// Makes the kinds of events, each with the name of its event.
+macro_rules! kinds {
+    ($($kind:ident),+ $(,)?) => {
+        /// The kinds of [`Event`], with the same names. Later versions may add kinds.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[non_exhaustive]
+        #[allow(missing_docs, reason = "the events of the same names say what they are")]
+        pub enum EventKind {
+            $($kind),+
+        }
+
+        impl EventKind {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$kind),+];
+
+            /// Its name, as `InputChanged`.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$kind => stringify!($kind)),+
+                }
+            }
+        }
+
+        impl Event {
+            /// The kind of this event, to subscribe to it.
+            pub fn kind(&self) -> EventKind {
+                match self {
+                    $(Self::$kind { .. } => EventKind::$kind),+
+                }
+            }
+        }
+    };
+}
+
+kinds! {
     InputChanged,
     CounterChanged,
     CounterReset,
@@ -184,38 +215,70 @@ pub enum EventKind {
 }
 
 impl EventKind {
-    /// All of them.
-    pub const ALL: &'static [Self] = &[
-        Self::InputChanged,
-        Self::CounterChanged,
-        Self::CounterReset,
-        Self::MotorReached,
-        Self::MotorStalled,
-        Self::JoystickMoved,
-        Self::ExtensionChanged,
-        Self::ConnectionLost,
-        Self::ConnectionRestored,
-        Self::WatchdogExpired,
-        Self::TransferEnded,
-    ];
+    /// Whether such events come from responses. The others tell of the transfer itself, and a
+    /// [`CycleLog`](crate::CycleLog) has them, too.
+    #[must_use]
+    pub const fn is_of_response(self) -> bool {
+        match self {
+            Self::InputChanged
+            | Self::CounterChanged
+            | Self::CounterReset
+            | Self::MotorReached
+            | Self::MotorStalled
+            | Self::JoystickMoved
+            | Self::ExtensionChanged => true,
+            Self::ConnectionLost
+            | Self::ConnectionRestored
+            | Self::WatchdogExpired
+            | Self::TransferEnded => false,
+        }
+    }
+}
+
+/// Where an event has happened, and with which value: the same for all kinds, for recorders and tables.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct EventDetails {
+    /// Index of the area; of an extension that was connected or disconnected, its number.
+    pub area: usize,
+    /// What has changed, as `I1`, or `Any.Left` of a joystick; empty for a whole extension.
+    pub terminal: String,
+    /// Its new value, its position, or the id of its command; of a joystick, left to right.
+    pub value: i64,
+    /// Of a joystick: backwards to forward.
+    pub y: Option<i64>,
 }
 
 impl Event {
-    /// The kind of this event, to subscribe to it.
-    pub fn kind(&self) -> EventKind {
-        match self {
-            Self::InputChanged { .. } => EventKind::InputChanged,
-            Self::CounterChanged { .. } => EventKind::CounterChanged,
-            Self::CounterReset { .. } => EventKind::CounterReset,
-            Self::MotorReached { .. } => EventKind::MotorReached,
-            Self::MotorStalled { .. } => EventKind::MotorStalled,
-            Self::JoystickMoved { .. } => EventKind::JoystickMoved,
-            Self::ExtensionChanged { .. } => EventKind::ExtensionChanged,
-            Self::ConnectionLost { .. } => EventKind::ConnectionLost,
-            Self::ConnectionRestored { .. } => EventKind::ConnectionRestored,
-            Self::WatchdogExpired { .. } => EventKind::WatchdogExpired,
-            Self::TransferEnded { .. } => EventKind::TransferEnded,
-        }
+    /// Where it has happened, and with which value; `None` for an event that comes from no response.
+    #[must_use]
+    pub fn details(&self) -> Option<EventDetails> {
+        let (area, terminal, value, y) = match self {
+            Self::InputChanged { area, input, pressed } => {
+                (*area, input.to_string(), (*pressed).into(), None)
+            }
+            Self::CounterChanged { area, counter, count } => {
+                (*area, counter.to_string(), (*count).into(), None)
+            }
+            Self::CounterReset { area, counter, command_id } => {
+                (*area, counter.to_string(), (*command_id).into(), None)
+            }
+            Self::MotorReached { area, motor, position, command_id: _ }
+            | Self::MotorStalled { area, motor, position } => {
+                (*area, motor.to_string(), (*position).into(), None)
+            }
+            Self::JoystickMoved { area, device, joystick, x, y } => {
+                (*area, format!("{device:?}.{joystick:?}"), (*x).into(), Some((*y).into()))
+            }
+            Self::ExtensionChanged { extension, alive } => {
+                (*extension, String::new(), (*alive).into(), None)
+            }
+            Self::ConnectionLost { .. }
+            | Self::ConnectionRestored { .. }
+            | Self::WatchdogExpired { .. }
+            | Self::TransferEnded { .. } => return None,
+        };
+        Some(EventDetails { area, terminal, value, y })
     }
 }
 
@@ -240,5 +303,40 @@ impl KindSet {
 impl FromIterator<EventKind> for KindSet {
     fn from_iter<T: IntoIterator<Item = EventKind>>(kinds: T) -> Self {
         Self(kinds.into_iter().fold(0, |set, kind| set | 1 << kind as u8))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_kind_has_the_name_of_its_event() {
+        let names: Vec<_> = EventKind::ALL.iter().map(|kind| kind.name()).collect();
+        let debug: Vec<_> = EventKind::ALL.iter().map(|kind| format!("{kind:?}")).collect();
+        assert_eq!(names, debug);
+        assert_eq!(names[0], "InputChanged");
+    }
+
+    #[test]
+    fn events_of_responses_have_details_and_others_have_none() {
+        let moved = Event::JoystickMoved {
+            area: 1,
+            device: IrDevice::OnOff,
+            joystick: Joystick::Left,
+            x: -15,
+            y: 3,
+        };
+        let terminal = "OnOff.Left".to_owned();
+        let details = EventDetails { area: 1, terminal, value: -15, y: Some(3) };
+        assert_eq!(moved.details(), Some(details));
+        let plugged = Event::ExtensionChanged { extension: 2, alive: true };
+        let details = EventDetails { area: 2, terminal: String::new(), value: 1, y: None };
+        assert_eq!(plugged.details(), Some(details));
+        let ended = Event::TransferEnded { error: None };
+        assert_eq!(ended.details(), None);
+        for event in [moved, plugged, ended] {
+            assert_eq!(event.kind().is_of_response(), event.details().is_some(), "{event:?}");
+        }
     }
 }

@@ -15,7 +15,7 @@ use crate::exchange::Inputs;
 use crate::firmware::FirmwareVersion;
 use crate::handler::statistics::Statistics;
 use crate::pause::within_clock;
-use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 
 /// Places for entries that are no cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
@@ -161,7 +161,7 @@ impl LoggedCycle {
             area.state.config_id = sent.state.config_id;
             area.config = sent.config;
             area.output = sent.output;
-            area.output.duty = sent.output.duty.map(|duty| duty.clamp(0, DUTY_MAX));
+            area.output.duty = sent.output.sent_duty();
             area.txt_outputs = sent.txt_outputs;
         }
         let areas = &mut cycle.areas[..cycle.count];

@@ -10,7 +10,7 @@ mod watch;
 pub use channel::Events;
 pub(super) use channel::{Source, Step};
 pub(super) use event::KindSet;
-pub use event::{Event, EventKind, Joystick, TimedEvent};
+pub use event::{Event, EventDetails, EventKind, Joystick, TimedEvent};
 pub(super) use listeners::Listeners;
 pub(super) use log::Subscription;
 pub use log::{CycleLog, LogEntry, Logged, LoggedBeginning, LoggedCycle};

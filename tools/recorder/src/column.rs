@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use ft_transfer_area::transfer_area::{InputMode, MAX_AREAS};
+use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::tx::{Counter, Input, Motor, Output};
 use ft_transfer_area::FishX1Transfer;
 
@@ -71,14 +71,7 @@ impl Column {
     pub fn unit(&self, areas: &[FishX1Transfer]) -> &'static str {
         match self.terminal {
             Terminal::Input(input) => {
-                let config = areas.get(self.area).map(|area| area.config.uni[input.index()]);
-                let Some(analog) = config.filter(|config| config.digital == 0) else { return "" };
-                match InputMode::try_from(analog.mode) {
-                    Ok(InputMode::Voltage) => "mV",
-                    Ok(InputMode::Resistance | InputMode::Resistance15k) => "Ω",
-                    Ok(InputMode::Ultrasonic) => "cm",
-                    _ => "",
-                }
+                areas.get(self.area).map_or("", |area| area.config.uni[input.index()].unit())
             }
             Terminal::Counter(_) => "pulses",
             Terminal::Motor(_) | Terminal::Output(_) => "duty",
@@ -89,7 +82,7 @@ impl Column {
     pub fn input(&self) -> Option<Input> {
         match self.terminal {
             Terminal::Input(input) => Some(input),
-            _ => None,
+            Terminal::Counter(_) | Terminal::Motor(_) | Terminal::Output(_) => None,
         }
     }
 

@@ -116,7 +116,14 @@ impl std::error::Error for Error {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Read { cause, .. } => Some(cause),
-            _ => None,
+            Self::Write { .. }
+            | Self::Empty { .. }
+            | Self::NotMcap { .. }
+            | Self::OtherMcap { .. }
+            | Self::Newer { .. }
+            | Self::Damaged { .. }
+            | Self::NotStarted { .. }
+            | Self::NoColumn { .. } => None,
         }
     }
 }

@@ -11,7 +11,6 @@
 
 mod column;
 mod error;
-mod event;
 mod format;
 mod part;
 mod reader;

@@ -148,7 +148,8 @@ impl Recorder {
         let not_started = |cause: String| Error::NotStarted { cause };
         let log =
             handler.cycle_log(options.capacity).map_err(|error| not_started(error.to_string()))?;
-        let kinds = EventKind::ALL.iter().copied().filter(is_of_response);
+        // The log has the others.
+        let kinds = EventKind::ALL.iter().copied().filter(|kind| kind.is_of_response());
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
         let events = handler
             .events(&kinds.collect::<Vec<_>>(), capacity)
@@ -229,13 +230,6 @@ impl Drop for Recorder {
     fn drop(&mut self) {
         self.end();
     }
-}
-
-/// The log has the others.
-fn is_of_response(kind: &EventKind) -> bool {
-    use EventKind::{ConnectionLost, ConnectionRestored, TransferEnded, WatchdogExpired};
-
-    !matches!(kind, ConnectionLost | ConnectionRestored | TransferEnded | WatchdogExpired)
 }
 
 /// What went wrong, in the words of the operating system if it was that.

@@ -17,9 +17,8 @@ use mcap::{Compression, McapError, McapResult, WriteOptions};
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::event::recorded;
 use crate::format::{
-    controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage,
+    controller, schema_of, topic, CycleMessage, Failure, ImageMessage, LogMessage, RecordedEvent,
     StatisticsMessage, Timestamp, Transfer, CAMERA, CYCLE, ERROR, EVENTS, FORMAT, HEAD,
     HEAD_FORMAT, HEAD_STARTED, INFO, LOG, PROFILE, STATISTICS, TRANSFER, WARNING,
 };
@@ -276,18 +275,26 @@ impl Writer {
             Event::TransferEnded { .. } => {
                 (Transfer::Ended, INFO, "the transfer has ended".to_owned())
             }
-            _ => return Ok(()),
+            // A kind that this program does not know yet is not lost.
+            _ => return self.event(told),
         };
         self.put_json(TRANSFER, told.arrived, &message)?;
         self.put_log(told.arrived, level, text)
     }
 
-    /// An event of a response.
+    /// An event of a response, of whatever kind.
     pub(crate) fn event(&mut self, told: &TimedEvent) -> McapResult<()> {
-        match recorded(told, controller) {
-            Some(event) => self.put_json(EVENTS, told.arrived, &event),
-            None => Ok(()),
+        let mut message = RecordedEvent {
+            event: told.event.kind().name().to_owned(),
+            cycle: told.cycle,
+            ..RecordedEvent::default()
+        };
+        if let Some(details) = told.event.details() {
+            message.controller = controller(details.area);
+            message.terminal = details.terminal;
+            (message.value, message.y) = (details.value, details.y);
         }
+        self.put_json(EVENTS, told.arrived, &message)
     }
 
     pub(crate) fn statistics(

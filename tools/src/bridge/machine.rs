@@ -5,12 +5,10 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use ft_transfer_area::{
-    Error, EventKind, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler,
-};
+use ft_transfer_area::{Error, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler};
 
 use super::desk::{Desk, Setup};
-use super::report::Stage;
+use super::report::{Stage, TOLD};
 
 /// How long a response may take before the broker is looked after without one.
 const LOOK: Duration = Duration::from_millis(100);
@@ -26,13 +24,6 @@ const WATCHDOG: Duration = Duration::from_secs(1);
 
 /// Connecting may take this long; a lookup or a controller that hangs delays the end of the program.
 const CONNECT_LIMIT: Duration = Duration::from_secs(2);
-
-const KINDS: [EventKind; 4] = [
-    EventKind::InputChanged,
-    EventKind::CounterReset,
-    EventKind::MotorReached,
-    EventKind::ConnectionRestored,
-];
 
 /// Connects one controller to the broker until `stop`.
 pub(crate) struct Machine<'a> {
@@ -61,7 +52,7 @@ impl<'a> Machine<'a> {
         setup: Setup,
         stop: &'a AtomicBool,
     ) -> anyhow::Result<Self> {
-        let events = handler.events(&KINDS, Events::MAX_CAPACITY)?;
+        let events = handler.events(&TOLD, Events::MAX_CAPACITY)?;
         Ok(Self { handler, events, desk: Desk::open(setup)?, stop, lost: 0, told_lost: 0 })
     }
 
@@ -236,7 +227,7 @@ mod tests {
             .unwrap();
         let host = txt.address().to_string();
         let handler = handler(&host, 1).unwrap();
-        let events = handler.events(&KINDS, 1000).unwrap();
+        let events = handler.events(&TOLD, 1000).unwrap();
         let desk = Desk::without_broker(setup(host), news);
         Machine { handler, events, desk, stop: &stop, lost: 0, told_lost: 0 }.run().unwrap();
         let duties = duties.lock().unwrap();

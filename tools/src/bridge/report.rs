@@ -3,10 +3,32 @@
 use std::io::Write;
 use std::time::Duration;
 
-use ft_transfer_area::Event;
+use ft_transfer_area::{Event, EventKind};
 use serde::Serialize;
 
 use super::broker::random;
+
+/// The events that the bridge tells: changes of inputs as values, the others as [`Happened`].
+pub(crate) const TOLD: [EventKind; 4] = [
+    EventKind::InputChanged,
+    EventKind::CounterReset,
+    EventKind::MotorReached,
+    EventKind::ConnectionRestored,
+];
+
+/// The events that it does not tell: values and its own state say the same.
+const NOT_TOLD: [EventKind; 7] = [
+    EventKind::CounterChanged,
+    EventKind::MotorStalled,
+    EventKind::JoystickMoved,
+    EventKind::ExtensionChanged,
+    EventKind::ConnectionLost,
+    EventKind::WatchdogExpired,
+    EventKind::TransferEnded,
+];
+
+/// A new kind has to be put into one of the two.
+const _: () = assert!(TOLD.len() + NOT_TOLD.len() == EventKind::ALL.len());
 
 /// The state of a bridge, as the payload of its topic.
 #[derive(Clone, Debug, PartialEq, Serialize)]

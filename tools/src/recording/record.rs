@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
-use ft_transfer_area::transfer_area::{InputMode, MAX_AREAS};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use ft_transfer_area_simulator::world::World;
@@ -48,7 +50,7 @@ pub(crate) struct Args {
     seconds: Option<f64>,
     /// What an input measures: switch (the default), mV, ohm, ohm15k, cm
     #[arg(long = "input", value_name = "I1=KIND", value_parser = parse_input)]
-    inputs: Vec<(Column, Kind)>,
+    inputs: Vec<(Column, UniConfig)>,
     /// Record the camera's pictures, too
     #[arg(long)]
     camera: bool,
@@ -57,28 +59,32 @@ pub(crate) struct Args {
     simulate: Option<String>,
 }
 
-/// What an input measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kind {
-    mode: InputMode,
-    digital: bool,
-}
+/// What an input can measure, by what is typed for it.
+const KINDS: [(&str, UniConfig); 5] = [
+    ("switch", UniConfig::digital(InputMode::Resistance)),
+    ("mV", UniConfig::analog(InputMode::Voltage)),
+    ("ohm", UniConfig::analog(InputMode::Resistance)),
+    ("ohm15k", UniConfig::analog(InputMode::Resistance15k)),
+    ("cm", UniConfig::analog(InputMode::Ultrasonic)),
+];
 
-fn parse_input(given: &str) -> Result<(Column, Kind), String> {
+/// A new mode needs a name here.
+const _: () = assert!(KINDS.len() == 1 + InputMode::ALL.len());
+
+fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
     let (name, kind) = given.split_once('=').ok_or("write I1=cm, for example")?;
     let column: Column = name.parse().map_err(|error| format!("{error}"))?;
     if column.input().is_none() {
         return Err(format!("{column} is no universal input"));
     }
-    let (mode, digital) = match kind.to_lowercase().as_str() {
-        "switch" => (InputMode::Resistance, true),
-        "mv" => (InputMode::Voltage, false),
-        "ohm" => (InputMode::Resistance, false),
-        "ohm15k" => (InputMode::Resistance15k, false),
-        "cm" => (InputMode::Ultrasonic, false),
-        other => return Err(format!("{other:?} is none of switch, mV, ohm, ohm15k and cm")),
-    };
-    Ok((column, Kind { mode, digital }))
+    let found = KINDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(kind));
+    match found {
+        Some((_, kind)) => Ok((column, *kind)),
+        None => {
+            let names = KINDS.map(|(name, _)| name);
+            Err(format!("{kind:?} is none of {}", names.join(", ")))
+        }
+    }
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
@@ -143,9 +149,11 @@ fn handler(
     };
     let handler = builder.areas(MAX_AREAS).reconnect(RECONNECT).build()?;
     let mut areas = handler.lock();
-    for (column, kind) in &args.inputs {
+    for (column, config) in &args.inputs {
         if let Some(input) = column.input() {
-            areas[column.area()].set_ft_uni_config(input, kind.mode, kind.digital);
+            let area = &mut areas[column.area()];
+            area.config.uni[input.index()] = *config;
+            area.raise_config_id();
         }
     }
     drop(areas);
@@ -236,11 +244,11 @@ mod tests {
     fn an_input_is_given_by_its_name_and_what_it_measures() {
         let (column, kind) = parse_input("e1.i2=CM").unwrap();
         assert_eq!((column.area(), column.to_string()), (1, "E1.I2".to_owned()));
-        assert_eq!(kind, Kind { mode: InputMode::Ultrasonic, digital: false });
-        assert!(parse_input("I1=switch").unwrap().1.digital);
+        assert_eq!(kind, UniConfig::analog(InputMode::Ultrasonic));
+        assert!(parse_input("I1=switch").unwrap().1.is_digital());
         for (wrong, sentence) in [
             ("I1", "write I1=cm, for example"),
-            ("I1=bar", "\"bar\" is none of switch, mV, ohm, ohm15k and cm"),
+            ("I1=bar", "\"bar\" is none of switch, mV, ohm, ohm15k, cm"),
             ("M1=cm", "M1 is no universal input"),
         ] {
             assert_eq!(parse_input(wrong).unwrap_err(), sentence);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use anyhow::bail;
+use ft_transfer_area::EventKind;
 use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
 use super::draw::{Line, Panel, Picture};
@@ -12,8 +13,13 @@ use crate::find::printable;
 /// More ticks than this are a grey bar, so the others are left out.
 const TICKS: usize = 1000;
 
-/// The events that are ticks. The others are seen by their values.
-const TOLD: [&str; 3] = ["MotorReached", "MotorStalled", "ExtensionChanged"];
+/// The events that are no ticks: they are seen by their values.
+const SEEN: [EventKind; 4] = [
+    EventKind::InputChanged,
+    EventKind::CounterChanged,
+    EventKind::CounterReset,
+    EventKind::JoystickMoved,
+];
 
 /// What the picture shows, collected entry by entry.
 pub(super) struct Tracks {
@@ -74,10 +80,11 @@ impl Tracks {
                 }
             }
             Recorded::Transfer(told) => self.take_transfer(at, told),
-            Recorded::Event(event)
-                if is_wanted && self.ticks.len() < TICKS && TOLD.contains(&&*event.event) =>
-            {
-                self.ticks.push(at);
+            Recorded::Event(event) => {
+                let is_seen = SEEN.iter().any(|kind| kind.name() == event.event);
+                if is_wanted && self.ticks.len() < TICKS && !is_seen {
+                    self.ticks.push(at);
+                }
             }
             _ => {}
         }

@@ -2,8 +2,7 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::IrInput;
-use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
+use ft_transfer_area::transfer_area::{IrInput, OutputValues, IZ_COUNTER, IZ_MOTOR};
 use ft_transfer_area::tx::{Counter, Motor, Output};
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 use ft_transfer_area::FishX1Transfer;
@@ -40,10 +39,11 @@ impl Terminals {
             }
         };
         let output = &recorded.output;
+        // A client of another kind may send any number.
+        let sent = OutputValues { duty: given.duty, ..OutputValues::default() }.sent_duty();
         for terminal in Output::ALL {
             let index = terminal.index();
-            // A client of another kind may send any number.
-            let (was, is) = (output.duty[index], given.duty[index].clamp(0, DUTY_MAX));
+            let (was, is) = (output.duty[index], sent[index]);
             note(was != is, &|| format!("{terminal} was {was} and is {is}"));
         }
         for (motor, commands) in Motor::ALL.into_iter().zip(&mut self.motors) {
