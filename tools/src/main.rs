@@ -2,12 +2,14 @@
 
 mod bridge;
 mod camera;
+mod commands;
 mod find;
 mod interrupt;
 mod panel;
 mod print;
 mod recording;
 mod simulate;
+mod values;
 mod web;
 
 use std::process::ExitCode;
@@ -20,13 +22,13 @@ use env_logger::Env;
 #[command(name = "txt", version, max_term_width = 100, after_help = EXAMPLE)]
 struct Cli {
     #[command(subcommand)]
-    command: Command,
+    tool: Tool,
 }
 
 const EXAMPLE: &str = "Example: txt panel     shows a simulated TXT with its page in the browser";
 
 #[derive(Subcommand)]
-enum Command {
+enum Tool {
     Find(find::Args),
     Panel(panel::Args),
     Record(recording::record::Args),
@@ -46,17 +48,17 @@ const LOG: &str =
 
 fn main() -> ExitCode {
     env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
-    let done = match Cli::parse().command {
-        Command::Find(args) => find::run(args),
-        Command::Panel(args) => panel::run(args),
-        Command::Record(args) => recording::record::run(args),
-        Command::Info(args) => recording::info::run(args),
-        Command::Csv(args) => recording::csv::run(args),
-        Command::Plot(args) => recording::plot::run(args),
-        Command::Replay(args) => recording::replay::run(args),
-        Command::Camera(args) => camera::run(args),
-        Command::Bridge(args) => bridge::run(args),
-        Command::Simulate(args) => simulate::run(args),
+    let done = match Cli::parse().tool {
+        Tool::Find(args) => find::run(args),
+        Tool::Panel(args) => panel::run(args),
+        Tool::Record(args) => recording::record::run(args),
+        Tool::Info(args) => recording::info::run(args),
+        Tool::Csv(args) => recording::csv::run(args),
+        Tool::Plot(args) => recording::plot::run(args),
+        Tool::Replay(args) => recording::replay::run(args),
+        Tool::Camera(args) => camera::run(args),
+        Tool::Bridge(args) => bridge::run(args),
+        Tool::Simulate(args) => simulate::run(args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,10 +7,11 @@ use ft_transfer_area::{Event, FishX1Transfer, TimedEvent};
 use rumqttc::{LastWill, QoS};
 
 use super::broker::{Broker, Message, News, Publisher};
-use super::commands::{stop_all, Command};
+use super::commands::Received;
 use super::report::{json, say, Complaint, Happened, Master, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Message as Told, Noise, Values};
+use crate::commands::stop_all;
 
 /// How long the last messages may take to the broker.
 const FAREWELL: Duration = Duration::from_secs(2);
@@ -200,7 +201,7 @@ impl Desk {
                     .to_owned(),
             );
         }
-        let command = Command::parse(tail, &message.payload)?;
+        let command = Received::parse(tail, &message.payload)?;
         self.heard = Instant::now();
         self.set_master(true);
         match areas {
@@ -287,8 +288,8 @@ impl Desk {
         loop {
             match self.news.recv_deadline(deadline) {
                 Ok(News::Message(_) | News::Dropped(_)) => {}
-                // The thread has ended, the connection broke, or the broker is too slow.
-                _ => return,
+                // The connection broke, the thread has ended, or the broker is too slow.
+                Ok(News::Up(_) | News::Down(_) | News::Refused(_)) | Err(_) => return,
             }
         }
     }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value;
 
-use super::commands::Command;
+use super::commands::Received;
 use super::topics::{Addressed, Topics, What, ERROR, EVENT, MASTER, STATE};
 
 const DOCUMENT: &str = include_str!("../../../docs/bridge.md");
@@ -56,7 +56,7 @@ fn the_documented_commands_work() {
     let rows = table("### What the bridge takes");
     for (topics, payloads) in &rows {
         let payload = payloads.first().map_or("", |payload| payload);
-        let parsed = Command::parse(&topics[0], payload.as_bytes());
+        let parsed = Received::parse(&topics[0], payload.as_bytes());
         assert!(parsed.is_ok(), "{topics:?} {payload}: {parsed:?}");
     }
     let topics: BTreeSet<&str> = rows.iter().map(|(topics, _)| &*topics[0]).collect();
@@ -79,7 +79,7 @@ fn the_flow_for_node_red_is_well_formed_and_uses_the_topics() {
     };
     let is_command = |topic: &str| {
         // The payload comes from other nodes.
-        let error = Command::parse(&tail(topic), b"{}").err().unwrap_or_default();
+        let error = Received::parse(&tail(topic), b"{}").err().unwrap_or_default();
         assert!(!error.contains("there is no"), "{error}");
     };
     for node in &flow {

@@ -1,12 +1,13 @@
 //! The values of an area, as they are sent.
 
-use ft_transfer_area::transfer_area::{CounterMode, InputMode, MAX_EXTENSIONS};
-use ft_transfer_area::tx::{Input, IrDevice, JoystickAxis, JoystickSwitch, Motor};
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::tx::Motor;
 use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
-use super::payload::{CounterModeName, InputModeName, PairMode};
 use super::topics::What;
+use crate::commands::Pair;
+use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// A value as its payload.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -14,11 +15,11 @@ use super::topics::What;
 pub(crate) enum Value {
     Digital { value: i16 },
     Measured { value: i16, unit: &'static str, over_range: bool },
-    InputConfig { mode: InputModeName, digital: bool },
+    InputConfig { mode: &'static str, digital: bool },
     Counter { count: u16, level: bool },
-    CounterConfig { mode: CounterModeName },
+    CounterConfig { mode: &'static str },
     Motor { duty: i16, distance: u16, done: bool },
-    PairConfig { mode: PairMode },
+    PairConfig { mode: Pair },
     Output { duty: i16 },
     Remote { left: Stick, right: Stick, on: bool, off: bool },
     Microphone { linear: u16, logarithmic: u16 },
@@ -38,31 +39,37 @@ impl Value {
     /// are a motor.
     pub(crate) fn read(what: What, area: &FishX1Transfer) -> Option<Self> {
         Some(match what {
-            What::Input(input) => read_input(input, area),
+            What::Input(input) => {
+                let InputValue { digital, value, unit, over_range, .. } =
+                    InputValue::of(area, input);
+                match digital {
+                    true => Self::Digital { value },
+                    false => Self::Measured { value, unit, over_range },
+                }
+            }
             What::InputConfig(input) => {
-                let config = area.config.uni[input.index()];
-                let mode = InputModeName::try_from(config.mode).ok()?;
-                Self::InputConfig { mode, digital: config.digital != 0 }
+                let InputValue { mode, digital, .. } = InputValue::of(area, input);
+                Self::InputConfig { mode, digital }
             }
             What::Counter(counter) => {
-                let (count, level) = area.get_in_counter_value(counter);
+                let CounterValue { count, level, .. } = CounterValue::of(area, counter);
                 Self::Counter { count, level }
             }
             What::CounterConfig(counter) => {
-                let inverted = u8::from(CounterMode::Inverted);
-                let is_inverted = area.config.cnt[counter.index()].mode == inverted;
-                Self::CounterConfig { mode: CounterModeName::new(is_inverted) }
+                Self::CounterConfig { mode: CounterValue::of(area, counter).mode }
             }
             What::Motor(motor) => read_motor(motor, area)?,
-            What::MotorConfig(motor) => Self::PairConfig { mode: PairMode::of(area, motor) },
+            What::MotorConfig(motor) => Self::PairConfig { mode: Pair::of(area, motor) },
             What::Output(output) => Self::Output { duty: area.get_out_pwm_values(output).ok()? },
-            What::Remote(device) => read_remote(device, area),
+            What::Remote(device) => {
+                read_remote(&RemoteValue::from(&area.txt_inputs.ir_input[device.index()]))
+            }
             What::Microphone => {
                 Self::Microphone { linear: area.get_mic_lin(), logarithmic: area.get_mic_log() }
             }
             What::Sound => {
-                let sound = area.txt_outputs.sound_index;
-                Self::Sound { sound, done: area.is_sound_ready() }
+                let SoundValue { index, playing, .. } = SoundValue::of(area);
+                Self::Sound { sound: index, done: !playing }
             }
             What::Extensions => {
                 Self::Extensions { connected: area.state.io_slave_alive.map(|alive| alive != 0) }
@@ -103,32 +110,17 @@ impl Value {
     }
 }
 
-fn read_input(input: Input, area: &FishX1Transfer) -> Value {
-    let config = area.config.uni[input.index()];
-    let reading = area.get_in_io_value(input);
-    if config.digital != 0 {
-        return Value::Digital { value: reading.value };
-    }
-    let unit = match InputMode::try_from(config.mode) {
-        Ok(InputMode::Voltage) => "mV",
-        Ok(InputMode::Ultrasonic) => "cm",
-        _ => "Ω",
-    };
-    Value::Measured { value: reading.value, unit, over_range: reading.over_range }
-}
-
 fn read_motor(motor: Motor, area: &FishX1Transfer) -> Option<Value> {
     let duty = area.get_out_motor_values(motor).ok()?;
     let distance = area.output.distance[motor.index()];
     Some(Value::Motor { duty, distance, done: area.is_motor_ex_ready(motor) })
 }
 
-fn read_remote(device: IrDevice, area: &FishX1Transfer) -> Value {
-    let axis = |axis| area.get_joystick_full(device, axis);
+fn read_remote(remote: &RemoteValue) -> Value {
     Value::Remote {
-        left: Stick { x: axis(JoystickAxis::LeftX), y: axis(JoystickAxis::LeftY) },
-        right: Stick { x: axis(JoystickAxis::RightX), y: axis(JoystickAxis::RightY) },
-        on: area.get_joystick_but_swi(device, JoystickSwitch::On),
-        off: area.get_joystick_but_swi(device, JoystickSwitch::Off),
+        left: Stick { x: remote.left_x, y: remote.left_y },
+        right: Stick { x: remote.right_x, y: remote.right_y },
+        on: remote.on,
+        off: remote.off,
     }
 }

@@ -8,10 +8,10 @@ use ft_transfer_area::{CameraFrame, CameraOptions, Error, TransferAreaComHandler
 use serde::Serialize;
 use tokio::sync::watch;
 
-use super::host::{spawn, Ordered};
-use super::reply::Reply;
-use super::trouble::Trouble;
-use super::wish::CameraWish;
+use super::common::spawn;
+use super::order::Order;
+use super::problem::Problem;
+use super::request::CameraRequest;
 
 /// How many orders may wait.
 const WAITING: usize = 4;
@@ -29,18 +29,7 @@ pub(crate) struct Camera {
 pub(crate) struct CameraState {
     running: bool,
     frames: u64,
-    error: Option<Trouble>,
-}
-
-pub(super) struct CameraOrder {
-    pub(super) wish: CameraWish,
-    pub(super) reply: Reply,
-}
-
-impl Ordered for CameraOrder {
-    fn reply(self) -> Reply {
-        self.reply
-    }
+    error: Option<Problem>,
 }
 
 impl Default for Camera {
@@ -78,23 +67,27 @@ impl Camera {
 pub(super) fn start(
     handler: Arc<TransferAreaComHandler>,
     camera: Arc<Camera>,
-) -> Result<Sender<CameraOrder>, Error> {
+) -> Result<Sender<Order<CameraRequest>>, Error> {
     let (orders, receiver) = bounded(WAITING);
     spawn("camera", move || work(&handler, &camera, &receiver))?;
     Ok(orders)
 }
 
-fn work(handler: &TransferAreaComHandler, camera: &Camera, orders: &Receiver<CameraOrder>) {
+fn work(
+    handler: &TransferAreaComHandler,
+    camera: &Camera,
+    orders: &Receiver<Order<CameraRequest>>,
+) {
     let mut frames = never();
     loop {
         select! {
             recv(orders) -> order => match order {
-                Ok(CameraOrder { wish, reply }) => {
-                    let switched = switch(handler, &wish);
+                Ok(Order { request, reply, .. }) => {
+                    let switched = switch(handler, &request);
                     let mut state = camera.lock();
                     match switched {
                         Ok(stream) => {
-                            *state = CameraState { running: wish.on, ..CameraState::default() };
+                            *state = CameraState { running: request.on, ..CameraState::default() };
                             frames = stream;
                             reply.send(Ok(None));
                         }
@@ -109,7 +102,7 @@ fn work(handler: &TransferAreaComHandler, camera: &Camera, orders: &Receiver<Cam
                     frames = never();
                     let mut state = camera.lock();
                     state.running = false;
-                    state.error = handler.camera_error().map(Trouble::from);
+                    state.error = handler.camera_error().map(Problem::from);
                 }
             },
         }
@@ -118,16 +111,16 @@ fn work(handler: &TransferAreaComHandler, camera: &Camera, orders: &Receiver<Cam
 
 fn switch(
     handler: &TransferAreaComHandler,
-    wish: &CameraWish,
+    request: &CameraRequest,
 ) -> Result<Receiver<CameraFrame>, Error> {
-    if !wish.on {
+    if !request.on {
         handler.stop_camera()?;
         return Ok(never());
     }
     let options = CameraOptions::default();
     let (width, height) =
-        (wish.width.unwrap_or(options.width), wish.height.unwrap_or(options.height));
-    let framerate = wish.fps.unwrap_or(options.framerate);
+        (request.width.unwrap_or(options.width), request.height.unwrap_or(options.height));
+    let framerate = request.fps.unwrap_or(options.framerate);
     let options = options.with_size(width, height).with_framerate(framerate);
     handler.start_camera(options.with_frame_limit(FRAME_LIMIT))
 }

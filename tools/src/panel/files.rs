@@ -40,7 +40,7 @@ files!(
     "overview.js",
     "distance.js",
     "host.js",
-    "wheel.js",
+    "control_lock.js",
     "icon.svg",
 );
 

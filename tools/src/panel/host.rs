@@ -2,20 +2,20 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender};
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 use tokio::sync::watch;
 
-use super::camera::{self, Camera, CameraOrder};
-use super::i2c::{self, I2cOrder};
+use super::camera::{self, Camera};
+use super::common::{spawn, Common};
+use super::i2c;
+use super::order::{not_connected, Order};
+use super::problem::Problem;
 use super::reply::Reply;
-use super::trouble::Trouble;
-use super::wheel::Wheel;
-use super::wish::{AreaWish, CameraWish, I2cWish, WorldWish};
-use super::worker::{Order, Worker};
+use super::request::{CameraRequest, I2cRequest, Work, WorldRequest};
+use super::worker::{AreaOrder, Worker};
 use super::world::Simulated;
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
@@ -26,29 +26,6 @@ const RECONNECT: Duration = Duration::from_secs(3600);
 const WATCHDOG: Duration = Duration::from_millis(500);
 const CONNECT_LIMIT: Duration = Duration::from_secs(2);
 
-/// What all parts of the program share.
-#[derive(Debug)]
-pub(crate) struct Common {
-    pub(crate) wheel: Wheel,
-    pub(crate) begin: Instant,
-    /// The program ends.
-    ending: AtomicBool,
-}
-
-impl Common {
-    pub(crate) fn new() -> Self {
-        Self { wheel: Wheel::default(), begin: Instant::now(), ending: AtomicBool::new(false) }
-    }
-
-    pub(crate) fn end(&self) {
-        self.ending.store(true, Ordering::Relaxed);
-    }
-
-    pub(crate) fn is_ending(&self) -> bool {
-        self.ending.load(Ordering::Relaxed)
-    }
-}
-
 /// A controller, as the server knows it.
 pub(crate) struct Host {
     pub(crate) address: String,
@@ -57,9 +34,9 @@ pub(crate) struct Host {
     pub(crate) camera: Arc<Camera>,
     simulated: Option<Arc<Simulated>>,
     running: Arc<AtomicBool>,
-    orders: Sender<Order>,
-    i2c: Sender<I2cOrder>,
-    camera_orders: Sender<CameraOrder>,
+    orders: Sender<AreaOrder>,
+    i2c: Sender<Order<I2cRequest>>,
+    camera_orders: Sender<Order<CameraRequest>>,
     stopper: Sender<()>,
     ended: Receiver<()>,
 }
@@ -142,51 +119,30 @@ impl Host {
         self.ended.recv_deadline(deadline).is_ok()
     }
 
-    pub(crate) fn order(&self, turn: u64, area: usize, wish: AreaWish, reply: Reply) {
-        self.when_running(reply, |reply| send(&self.orders, Order { turn, area, wish, reply }));
-    }
-
-    pub(crate) fn order_i2c(&self, turn: u64, wish: I2cWish, reply: Reply) {
-        self.when_running(reply, |reply| send(&self.i2c, I2cOrder { turn, wish, reply }));
-    }
-
-    pub(crate) fn order_camera(&self, wish: CameraWish, reply: Reply) {
-        self.when_running(reply, |reply| send(&self.camera_orders, CameraOrder { wish, reply }));
+    /// Hands work on to the thread that does it.
+    pub(crate) fn order(&self, lease: u64, area: usize, work: Work, reply: Reply) {
+        let running = self.running.load(Ordering::Relaxed);
+        match work {
+            Work::World(request) => {
+                reply.send(self.change_world(area, &request).map(|()| None));
+            }
+            Work::Area(_) | Work::I2c(_) | Work::Camera(_) if !running => {
+                reply.send(Err(not_connected()));
+            }
+            Work::Area(command) => {
+                Order { lease, request: (area, command), reply }.send_to(&self.orders);
+            }
+            Work::I2c(request) => Order { lease, request, reply }.send_to(&self.i2c),
+            Work::Camera(request) => Order { lease, request, reply }.send_to(&self.camera_orders),
+        }
     }
 
     /// Changes the world of a simulated TXT.
-    pub(crate) fn change_world(&self, area: usize, wish: &WorldWish, reply: Reply) {
-        let not_simulated = || Trouble::new("not_simulated", "this controller is not simulated");
-        let simulated = self.simulated.as_ref().ok_or_else(not_simulated);
-        reply.send(simulated.and_then(|simulated| simulated.act(area, wish)).map(|()| None));
-    }
-
-    fn when_running(&self, reply: Reply, order: impl FnOnce(Reply)) {
-        if self.running.load(Ordering::Relaxed) {
-            order(reply);
-        } else {
-            reply.send(Err(not_connected()));
-        }
-    }
-}
-
-pub(super) fn not_connected() -> Trouble {
-    Trouble::new("not_connected", "the controller is not connected at present")
-}
-
-pub(super) fn stopped() -> Trouble {
-    Trouble::new("stopped", "the motors were stopped before this command was carried out")
-}
-
-/// Something that can be ordered, and is answered.
-pub(super) trait Ordered {
-    fn reply(self) -> Reply;
-}
-
-fn send<T: Ordered>(orders: &Sender<T>, order: T) {
-    if let Err(full) = orders.try_send(order) {
-        let text = "too many commands wait for this controller; this one was not carried out";
-        full.into_inner().reply().send(Err(Trouble::new("busy", text)));
+    fn change_world(&self, area: usize, request: &WorldRequest) -> Result<(), Problem> {
+        let Some(simulated) = &self.simulated else {
+            return Err(Problem::new("not_simulated", "this controller is not simulated"));
+        };
+        simulated.change(area, request)
     }
 }
 
@@ -203,18 +159,17 @@ fn start_stopper(areas: TransferArea) -> Result<Sender<()>, Error> {
     Ok(stopper)
 }
 
-pub(super) fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<(), Error> {
-    let thread = thread::Builder::new().name(name.to_owned()).spawn(work);
-    thread.map(drop).map_err(|error| Error::ThreadNotStarted { cause: error.into() })
-}
-
 #[cfg(test)]
 mod tests {
     use ft_transfer_area_simulator::SimulatedTxt;
+    use ft_transfer_area::tx::Motor;
 
+    use std::thread;
+
+    use super::super::control_lock::Freed;
     use super::super::reply::Answers;
-    use super::super::wheel::Freed;
     use super::*;
+    use crate::commands::Command;
 
     const LIMIT: Duration = Duration::from_secs(30);
 
@@ -223,7 +178,7 @@ mod tests {
         let begin = Instant::now();
         while !is_true() {
             assert!(begin.elapsed() < LIMIT, "{what}");
-            common.wheel.sign_of_life(1);
+            common.control.sign_of_life(1);
             thread::sleep(Duration::from_millis(5));
         }
     }
@@ -236,25 +191,26 @@ mod tests {
         let duty = || txt.with_machine(|machine| machine.controllers[0].outputs.duty);
         let (answers, mut waiting) = Answers::channel();
         let order = |motor| {
-            let turn = common.wheel.turn_of(1).unwrap();
-            host.order(turn, 0, AreaWish::Motor { motor, duty: 512 }, answers.reply(Some(1)));
+            let lease = common.control.lease_of(1).unwrap();
+            let work = Work::Area(Command::Motor { motor, duty: 512, stops_followers: true });
+            host.order(lease, 0, work, answers.reply(Some(1)));
         };
 
         wait_until(&common, "it is connected", || host.running.load(Ordering::Relaxed));
-        common.wheel.drive(1).unwrap();
-        order(0);
+        common.control.drive(1).unwrap();
+        order(Motor::M1);
         wait_until(&common, "M1 turns", || duty()[0] == 512);
         assert!(waiting.blocking_recv().unwrap().contains("\"ok\":true"));
 
         // The worker needs the camera's state for its report.
         let hang = host.camera.lock();
         wait_until(&common, "the watchdog has stopped M1", || duty() == [0; 8]);
-        order(1);
+        order(Motor::M2);
         drop(hang);
-        wait_until(&common, "nobody drives", || common.wheel.driver().is_err());
+        wait_until(&common, "nobody drives", || common.control.driver().is_err());
         let answer = waiting.blocking_recv().unwrap();
         assert!(answer.contains("\"stopped\""), "{answer}");
-        assert_eq!(common.wheel.driver(), Err(Some(Freed::Hang)));
+        assert_eq!(common.control.driver(), Err(Some(Freed::Hang)));
         assert_eq!(duty(), [0; 8]);
 
         common.end();

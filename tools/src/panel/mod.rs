@@ -1,19 +1,20 @@
 //! `txt panel`: a page in the browser that shows and drives controllers.
 
-mod act;
 mod camera;
+mod common;
+mod connection;
+mod control_lock;
+mod dispatch;
 mod files;
 mod histogram;
 mod host;
 mod i2c;
-mod page;
-mod pages;
+mod order;
+mod problem;
 mod reply;
+mod request;
 mod server;
 mod state;
-mod trouble;
-mod wheel;
-mod wish;
 mod worker;
 mod world;
 
@@ -28,8 +29,9 @@ use anyhow::Context;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area_simulator::world::{Script, World};
 
-use self::host::{Common, Host};
-use self::pages::Panel;
+use self::common::Common;
+use self::dispatch::Panel;
+use self::host::Host;
 use self::world::Simulated;
 use crate::interrupt;
 use crate::web::access::Access;

@@ -4,7 +4,7 @@ use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::mpsc;
 
-use super::trouble::Trouble;
+use super::problem::Problem;
 
 /// How many answers may wait for a page that does not read them.
 const WAITING: usize = 256;
@@ -29,7 +29,7 @@ struct Answer<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     value: Option<&'a Value>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<&'a Trouble>,
+    error: Option<&'a Problem>,
 }
 
 impl Answers {
@@ -45,14 +45,14 @@ impl Answers {
 
 impl Reply {
     /// Answers. A page that has gone, or that reads none of so many answers, gets none.
-    pub(crate) fn send(self, result: Result<Option<Value>, Trouble>) {
+    pub(crate) fn send(self, result: Result<Option<Value>, Problem>) {
         // A mistake is told even if the message was too wrong to have a number.
         if self.seq.is_none() && result.is_ok() {
             return;
         }
         let (value, error) = match &result {
             Ok(value) => (value.as_ref(), None),
-            Err(trouble) => (None, Some(trouble)),
+            Err(problem) => (None, Some(problem)),
         };
         let answer = Answer { r#type: "answer", seq: self.seq, ok: error.is_none(), value, error };
         match serde_json::to_string(&answer) {

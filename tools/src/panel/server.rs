@@ -14,9 +14,9 @@ use axum::{Extension, Router};
 use serde::Deserialize;
 use tokio::sync::Semaphore;
 
+use super::connection;
+use super::dispatch::Panel;
 use super::files::{self, File};
-use super::page;
-use super::pages::Panel;
 use crate::web::connections::Kept;
 use crate::web::pictures;
 
@@ -130,7 +130,7 @@ async fn open_page(
     kept.store(true, Ordering::Relaxed);
     let upgrade = upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
-        page::serve(socket, server.panel).await;
+        connection::serve(socket, server.panel).await;
         drop(place);
     }))
 }

@@ -9,15 +9,14 @@ use crossbeam_channel::Receiver;
 use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 use tokio::sync::watch;
 
-use super::act::act;
 use super::camera::Camera;
+use super::common::Common;
 use super::histogram::Histogram;
-use super::host::{not_connected, stopped, Common, Ordered};
-use super::reply::Reply;
+use super::order::{not_connected, stopped, Order};
+use super::problem::Problem;
 use super::state::{self, HostState, Link, Phase};
-use super::trouble::Trouble;
-use super::wish::AreaWish;
 use super::world::Simulated;
+use crate::commands::Command;
 
 /// How often the state is told.
 pub(crate) const STATE_PERIOD: Duration = Duration::from_millis(50);
@@ -26,20 +25,8 @@ const WAIT: Duration = Duration::from_millis(40);
 /// How long to wait before connecting again to a controller that is not there.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// A command for the outputs or the configuration.
-pub(super) struct Order {
-    /// The turn in which it was given.
-    pub(super) turn: u64,
-    pub(super) area: usize,
-    pub(super) wish: AreaWish,
-    pub(super) reply: Reply,
-}
-
-impl Ordered for Order {
-    fn reply(self) -> Reply {
-        self.reply
-    }
-}
+/// A command for the area with this index.
+pub(super) type AreaOrder = Order<(usize, Command)>;
 
 pub(super) struct Worker {
     handler: Arc<TransferAreaComHandler>,
@@ -47,14 +34,14 @@ pub(super) struct Worker {
     camera: Arc<Camera>,
     common: Arc<Common>,
     running: Arc<AtomicBool>,
-    orders: Receiver<Order>,
+    orders: Receiver<AreaOrder>,
     publish: watch::Sender<Arc<str>>,
     phase: Phase,
     /// Why there is no connection.
-    error: Option<Trouble>,
+    error: Option<Problem>,
     histogram: Histogram,
-    /// The turn whose outputs are set.
-    turn: u64,
+    /// The lease whose outputs are set.
+    lease: u64,
     next_state: Instant,
 }
 
@@ -65,7 +52,7 @@ impl Worker {
         camera: Arc<Camera>,
         common: Arc<Common>,
         running: Arc<AtomicBool>,
-        orders: Receiver<Order>,
+        orders: Receiver<AreaOrder>,
         publish: watch::Sender<Arc<str>>,
     ) -> Self {
         let worker = Self {
@@ -79,7 +66,7 @@ impl Worker {
             phase: Phase::Connecting,
             error: None,
             histogram: Histogram::default(),
-            turn: 0,
+            lease: 0,
             next_state: Instant::now(),
         };
         // A page that comes before the first response sees a whole state, too.
@@ -109,7 +96,7 @@ impl Worker {
                 Err(Error::WaitTimedOut { .. }) => self.idle(),
                 Err(Error::WatchdogExpired { .. }) => {
                     // What was ordered meanwhile comes too late to be wanted.
-                    self.common.wheel.stop_after_hang();
+                    self.common.control.stop_after_hang();
                     self.idle();
                 }
                 Err(error @ Error::ConnectionLost { .. }) => self.lose(Phase::Gap, error),
@@ -138,13 +125,13 @@ impl Worker {
         Ok(())
     }
 
-    /// In another turn than before, nothing that was set counts any more.
+    /// In another lease than before, nothing that was set counts any more.
     fn obey(&mut self, areas: &mut [FishX1Transfer]) {
-        let (_, turn) = self.common.wheel.look();
-        if turn == self.turn {
+        let lease = self.common.control.lease();
+        if lease == self.lease {
             return;
         }
-        self.turn = turn;
+        self.lease = lease;
         for area in areas.iter_mut().filter(|area| is_moving(area)) {
             area.output.stop_motors();
         }
@@ -152,18 +139,19 @@ impl Worker {
 
     fn carry_out(&mut self, areas: &mut [FishX1Transfer]) {
         while let Ok(order) = self.orders.try_recv() {
-            // A turn that begins after this look is found before the next order or in the next cycle.
+            // A lease that begins after this look is found before the next order or in the next cycle.
             self.obey(areas);
-            let result = if order.turn != self.turn {
+            let result = if order.lease != self.lease {
                 Err(stopped())
             } else {
-                match areas.get_mut(order.area) {
-                    Some(area) => act(area, &order.wish),
-                    None => Err(no_area(order.area, areas.len())),
+                let (index, command) = &order.request;
+                match areas.get_mut(*index) {
+                    Some(area) => command.apply(area).map_err(Problem::from),
+                    None => Err(no_area(*index, areas.len())),
                 }
             };
-            if result.as_ref().is_err_and(Trouble::is_nonsense) {
-                self.common.wheel.stop();
+            if result.as_ref().is_err_and(Problem::is_nonsense) {
+                self.common.control.stop();
             }
             order.reply.send(result.map(|()| None));
         }
@@ -241,8 +229,8 @@ fn is_moving(area: &FishX1Transfer) -> bool {
     output.duty != [0; 8] || output.distance != [0; 4] || output.master != [0; 4]
 }
 
-fn no_area(area: usize, count: usize) -> Trouble {
-    Trouble::out_of_range("area", area.try_into().unwrap_or(i64::MAX), 0, count as i64 - 1)
+fn no_area(area: usize, count: usize) -> Problem {
+    Problem::out_of_range("area", area.try_into().unwrap_or(i64::MAX), 0, count as i64 - 1)
 }
 
 /// The members of an object, without its braces.

@@ -7,8 +7,8 @@ use ft_transfer_area_simulator::world::{Board, Remote, Sensor, World, WorldState
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde::Serialize;
 
-use super::trouble::Trouble;
-use super::wish::{RemoteWish, WorldWish};
+use super::problem::Problem;
+use super::request::{RemoteRequest, WorldRequest};
 
 /// A simulated TXT that the panel shows.
 pub(super) struct Simulated {
@@ -115,16 +115,16 @@ impl Simulated {
     }
 
     /// Changes the world as the page asks for.
-    pub(super) fn act(&self, area: usize, wish: &WorldWish) -> Result<(), Trouble> {
-        self.txt.with_machine(|machine| match wish {
-            WorldWish::Plug { alive } => plug(machine, area, *alive),
-            WorldWish::Press { input, pressed } => {
+    pub(super) fn change(&self, area: usize, request: &WorldRequest) -> Result<(), Problem> {
+        self.txt.with_machine(|machine| match request {
+            WorldRequest::Plug { alive } => plug(machine, area, *alive),
+            WorldRequest::Press { input, pressed } => {
                 press(world_of(machine)?, area, Input::try_from(*input)?, *pressed)
             }
-            WorldWish::Sensor { input, value } => {
+            WorldRequest::Sensor { input, value } => {
                 set(world_of(machine)?, area, Input::try_from(*input)?, *value)
             }
-            WorldWish::Remote(wish) => set_remote(world_of(machine)?, wish),
+            WorldRequest::Remote(request) => set_remote(world_of(machine)?, request),
         })
     }
 }
@@ -147,15 +147,15 @@ fn configure(world: &WorldState, index: usize, area: &mut FishX1Transfer) {
     }
 }
 
-fn world_of(machine: &mut Machine) -> Result<&mut WorldState, Trouble> {
-    machine.world_mut().ok_or_else(|| Trouble::new("no_world", "this simulated TXT has no world"))
+fn world_of(machine: &mut Machine) -> Result<&mut WorldState, Problem> {
+    machine.world_mut().ok_or_else(|| Problem::new("no_world", "this simulated TXT has no world"))
 }
 
-fn plug(machine: &mut Machine, area: usize, alive: bool) -> Result<(), Trouble> {
+fn plug(machine: &mut Machine, area: usize, alive: bool) -> Result<(), Problem> {
     let extensions = machine.controllers.len() - 1;
     let extension = area.checked_sub(1).filter(|extension| *extension < extensions);
     let Some(extension) = extension.filter(|extension| *extension < MAX_EXTENSIONS) else {
-        return Err(Trouble::new(
+        return Err(Problem::new(
             "no_extension",
             format!("there is no extension {area} to plug in"),
         ));
@@ -164,23 +164,23 @@ fn plug(machine: &mut Machine, area: usize, alive: bool) -> Result<(), Trouble> 
     Ok(())
 }
 
-fn press(world: &mut WorldState, area: usize, input: Input, pressed: bool) -> Result<(), Trouble> {
+fn press(world: &mut WorldState, area: usize, input: Input, pressed: bool) -> Result<(), Problem> {
     if world.press(area, input, pressed) {
         return Ok(());
     }
-    Err(Trouble::new("no_button", format!("nothing to press is plugged into {input}")))
+    Err(Problem::new("no_button", format!("nothing to press is plugged into {input}")))
 }
 
-fn set(world: &mut WorldState, area: usize, input: Input, value: f64) -> Result<(), Trouble> {
+fn set(world: &mut WorldState, area: usize, input: Input, value: f64) -> Result<(), Problem> {
     let Some(mut sensor) = world.sensor(area, input).cloned() else {
-        return Err(Trouble::new("no_sensor", format!("no sensor is plugged into {input}")));
+        return Err(Problem::new("no_sensor", format!("no sensor is plugged into {input}")));
     };
     let Some(SensorValue { min, max, .. }) = sensor_value(&sensor) else {
-        return Err(Trouble::new("no_sensor", format!("the sensor at {input} can't be set here")));
+        return Err(Problem::new("no_sensor", format!("the sensor at {input} can't be set here")));
     };
     if !(min..=max).contains(&value) {
         let text = format!("the value of {input} is {value}, but has to be {min} to {max}");
-        return Err(Trouble::new("out_of_range", text));
+        return Err(Problem::new("out_of_range", text));
     }
     match &mut sensor {
         Sensor::Switch { pressed, .. } | Sensor::Button { pressed, .. } => *pressed = value >= 0.5,
@@ -196,18 +196,18 @@ fn set(world: &mut WorldState, area: usize, input: Input, value: f64) -> Result<
     Ok(())
 }
 
-fn set_remote(world: &mut WorldState, wish: &RemoteWish) -> Result<(), Trouble> {
-    let Some(remote) = world.remotes().get(wish.remote).copied() else {
-        return Err(Trouble::new("no_remote", format!("there is no remote {}", wish.remote)));
+fn set_remote(world: &mut WorldState, request: &RemoteRequest) -> Result<(), Problem> {
+    let Some(remote) = world.remotes().get(request.remote).copied() else {
+        return Err(Problem::new("no_remote", format!("there is no remote {}", request.remote)));
     };
     // The switches say which remote it is, so they stay.
     world.set_remote(Remote {
-        left_x: wish.left_x,
-        left_y: wish.left_y,
-        right_x: wish.right_x,
-        right_y: wish.right_y,
-        on: wish.on,
-        off: wish.off,
+        left_x: request.left_x,
+        left_y: request.left_y,
+        right_x: request.right_x,
+        right_y: request.right_y,
+        on: request.on,
+        off: request.off,
         ..remote
     });
     Ok(())

@@ -7,13 +7,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
-use ft_transfer_area::simulator::world::World;
-use ft_transfer_area::simulator::SimulatedTxt;
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
-use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::{interrupt, print};

@@ -48,7 +48,7 @@ fn installed() -> Result<Option<Installed>> {
     Ok(in_path(&BROWSERS).zip(driver).map(|(browser, driver)| Installed { browser, driver }))
 }
 
-/// One browser at a time: a page that the computer leaves alone for a second loses the wheel, as it should.
+/// One browser at a time: a page that the computer leaves alone for a second loses control, as it should.
 static BROWSER: Mutex<()> = Mutex::new(());
 
 /// Runs a test in a browser of its own, which is ended whatever comes of it.

@@ -118,9 +118,9 @@ async fn take_over(client: &Client) -> Result<()> {
     page.wait_for(".board:disabled").await?;
 
     drop(txt);
-    page.wait_for_text(".trouble:not([hidden])", "The connection is lost").await?;
+    page.wait_for_text(".problem:not([hidden])", "The connection is lost").await?;
     page.click("#language").await?;
     // With its cause.
-    page.wait_for_text(".trouble:not([hidden])", "alle Motoren sind aus: D").await?;
+    page.wait_for_text(".problem:not([hidden])", "alle Motoren sind aus: D").await?;
     page.ensure_no_console_errors().await
 }

@@ -55,7 +55,7 @@ async fn wait_grey(client: &Client) -> Result<()> {
     page.type_key(Key::Space).await?;
     ensure_waits(&page).await?;
     ensure_seen(&txt, "the space bar", all_off)?;
-    // The page does not take the wheel while a part of its stop can still take it away.
+    // The page does not take control while a part of its stop can still take it away.
     page.wait_for(STOPPED).await?;
     ensure_waits(&page).await?;
     page.run("window.letStopGo()", json!(null)).await?;

@@ -43,7 +43,7 @@ fn a_page_turns_a_motor_and_stops_it() {
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[1].outputs.duty[7] == 300));
     page.done(json!({"do": "stop"}));
     wait_for_stop(&txt);
-    // What was on its way before the stop has no effect after it, so the page takes the wheel again.
+    // What was on its way before the stop has no effect after it, so the page takes control again.
     assert_eq!(page.refused(json!({"do": "motor", "motor": 0, "duty": 9})), "not_driving");
     page.done(json!({"do": "drive"}));
     turn(&mut page, &txt);

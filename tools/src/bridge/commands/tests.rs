@@ -3,7 +3,7 @@ use super::*;
 /// The master's area and an extension's after this command.
 fn after(tail: &str, payload: &str) -> Result<[FishX1Transfer; 2], String> {
     let mut areas = [FishX1Transfer::default(); 2];
-    Command::parse(tail, payload.as_bytes())?.apply(&mut areas)?;
+    Received::parse(tail, payload.as_bytes())?.apply(&mut areas)?;
     Ok(areas)
 }
 
@@ -25,7 +25,7 @@ fn a_distance_is_for_a_group_and_a_plain_duty_ends_it() {
     assert_eq!(areas[0].output.master, [0, 0, 2, 0]);
     assert_eq!(areas[0].output.duty, [0, 0, 0, 200, 200, 0, 0, 0]);
     let id = areas[0].output.motor_ex_cmd_id[1];
-    let plain = Command::parse("M2/set", br#"{"duty": 7}"#).unwrap();
+    let plain = Received::parse("M2/set", br#"{"duty": 7}"#).unwrap();
     plain.apply(&mut areas).unwrap();
     assert_eq!(areas[0].output.distance, [0, 0, 90, 0]);
     assert_ne!(areas[0].output.motor_ex_cmd_id[1], id, "a new command");
@@ -44,11 +44,11 @@ fn stop_switches_off_everything_everywhere() {
         ("O8/set", r#"{"duty": 512}"#),
         ("sound/set", r#"{"sound": "Bell", "repeat": 0}"#),
     ] {
-        let command = Command::parse(tail, payload.as_bytes()).unwrap();
+        let command = Received::parse(tail, payload.as_bytes()).unwrap();
         command.apply(&mut areas).unwrap();
     }
     assert_eq!((areas[0].output.duty[7], areas[0].txt_outputs.sound_index), (512, 3));
-    Command::parse("stop", b"").unwrap().apply(&mut areas).unwrap();
+    Received::parse("stop", b"").unwrap().apply(&mut areas).unwrap();
     for area in areas {
         assert_eq!((area.output.duty, area.output.distance), ([0; 8], [0; 4]));
         assert_eq!(area.txt_outputs.sound_index, 0);
@@ -78,11 +78,11 @@ fn what_is_wrong_is_a_sentence_and_changes_nothing() {
         ("M1/go", "{}", "there is no command \"M1/go\""),
         ("O1/set", r#"{"duty": 5}"#, "O1 and O2 are the motor M1"),
         ("O1/set", r#"{"duty": -5}"#, "has to be 0 to 512"),
-        ("M1/move", r#"{"duty": 5, "distance": 0}"#, "has to be 1 to 65535"),
+        ("M1/move", r#"{"duty": 5, "distance": 0}"#, "a distance is 1 to 65535 pulses"),
         ("M1/move", r#"{"duty": 5, "with": [{"motor": "M1"}]}"#, "M1 is named twice"),
         ("M1/move", r#"{"duty": 5, "with": [{"motor": "M9"}]}"#, "there is no motor \"M9\""),
-        ("I1/mode", r#"{"mode": "colour", "digital": true}"#, "unknown variant `colour`"),
-        ("sound/set", r#"{"sound": 100}"#, "the sound is 100"),
+        ("I1/mode", r#"{"mode": "colour", "digital": true}"#, "unknown mode \"colour\""),
+        ("sound/set", r#"{"sound": 100}"#, "the sound's index is 100"),
         ("sound/set", r#"{"sound": "Ding"}"#, "there is no sound \"Ding\""),
         ("sound/set", r#"{"sound": []}"#, "a sound is a number or a name"),
         ("ext9/M1/set", r#"{"duty": 5}"#, "there is no ext9"),
@@ -93,19 +93,19 @@ fn what_is_wrong_is_a_sentence_and_changes_nothing() {
         let found = after(tail, payload).unwrap_err();
         assert!(found.contains(error), "{tail} {payload}: {found}");
     }
-    let error = Command::parse("M1/set", &[0xFF, 0xFE]).unwrap_err();
+    let error = Received::parse("M1/set", &[0xFF, 0xFE]).unwrap_err();
     assert!(error.contains("no UTF-8"), "{error}");
-    let error = Command::parse("M1/set", &[b' '; 4097]).unwrap_err();
+    let error = Received::parse("M1/set", &[b' '; 4097]).unwrap_err();
     assert!(error.contains("4097 bytes"), "{error}");
     let deep = "[".repeat(4000);
-    assert!(Command::parse("M1/set", deep.as_bytes()).is_err());
+    assert!(Received::parse("M1/set", deep.as_bytes()).is_err());
 }
 
 #[test]
 fn outputs_need_their_mode_and_motors_theirs() {
     let mut areas = [FishX1Transfer::default()];
     let mut send = |tail: &str, payload: &str| {
-        Command::parse(tail, payload.as_bytes())?.apply(&mut areas)?;
+        Received::parse(tail, payload.as_bytes())?.apply(&mut areas)?;
         Ok::<_, String>(areas[0].output.duty)
     };
     send("M1/mode", r#"{"mode": "outputs"}"#).unwrap();

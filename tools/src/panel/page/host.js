@@ -34,10 +34,10 @@ export class HostView {
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
     this.chips = new Map();
-    this.trouble = h("p", { class: "trouble", role: "status", hidden: true });
+    this.problem = h("p", { class: "problem", role: "status", hidden: true });
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
-      areas.length > 1 ? this.chooser(areas, choose) : null, this.trouble, rows.flat(), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
+      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, rows.flat(), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
   }
 
   chooser(areas, choose) {
@@ -60,8 +60,8 @@ export class HostView {
     const { phase, error } = state.link;
     const may = drives && phase === "running";
     // An old error stays with the connection, below.
-    setAttribute(this.trouble, "hidden", !error || phase === "running");
-    setText(this.trouble, error ? sentence(error) : "");
+    setAttribute(this.problem, "hidden", !error || phase === "running");
+    setText(this.problem, error ? sentence(error) : "");
     this.states += 1;
     // What can be clicked is right at once: it may come into sight at any moment.
     const changed = may !== this.may;

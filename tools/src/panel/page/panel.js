@@ -6,7 +6,7 @@ import { HostView } from "./host.js";
 import { Overview } from "./overview.js";
 import { hosts, pushState, setHosts } from "./state.js";
 import { readColours } from "./trace.js";
-import { Wheel } from "./wheel.js";
+import { ControlLock } from "./control_lock.js";
 import { currentLanguage, sentence, setLanguage, t } from "./words.js";
 
 const TOAST_MS = 8000;
@@ -26,16 +26,16 @@ const connection = new Connection({
     setHosts(message.hosts);
     if (shown.host === null || (shown.host !== "all" && !hosts.has(shown.host))) shown.host = message.hosts[0]?.id ?? "all";
     setLost(false);
-    wheel.hello();
+    control.hello();
     rebuild();
   },
   state(message) {
     pushState(message);
-    wheel.state(message);
+    control.state(message);
     schedule();
   },
   lost() {
-    wheel.lost();
+    control.lost();
     // Nothing moves that nobody sees.
     view?.close();
     view = null;
@@ -44,12 +44,12 @@ const connection = new Connection({
   },
   failed: toast,
 });
-const wheel = new Wheel(connection, {
+const control = new ControlLock(connection, {
   freed: (why) => toast({ code: "", text: t(`freed-${why}`) }),
   // Nothing can be clicked any more when the stop returns.
   stopped: show,
 });
-const take = button("", () => wheel.take(), { id: "take", class: "primary" });
+const take = button("", () => control.take(), { id: "take", class: "primary" });
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
 function schedule() {
@@ -141,7 +141,7 @@ function show() {
 
 /** The view, whose controls are disabled while this page does not drive. */
 function showControls() {
-  const drives = wheel.mine;
+  const drives = control.mine;
   const changed = drives !== drove;
   drove = drives;
   if (changed && !drives) focused = document.activeElement;
@@ -152,12 +152,12 @@ function showControls() {
 
 function showRole() {
   const known = [...hosts.values()].some((host) => host.state);
-  const role = wheel.mine ? "driving" : wheel.comes ? "coming" : "looking";
+  const role = control.mine ? "driving" : control.comes ? "coming" : "looking";
   setText($("role"), known ? t(role) : "");
-  setAttribute($("role"), "data-drives", wheel.mine);
+  setAttribute($("role"), "data-drives", control.mine);
   setAttribute($("banner"), "hidden", !known || role !== "looking");
-  const other = wheel.driver !== null;
-  setText($("driver"), other ? t("driverOther", { page: wheel.driver }) : t("driverNobody"));
+  const other = control.driver !== null;
+  setText($("driver"), other ? t("driverOther", { page: control.driver }) : t("driverNobody"));
   // It stays the same button, so that a click is not lost while its text changes.
   setText(take, t(other ? "takeOver" : "drive"));
 }

@@ -5,28 +5,28 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::trouble::Trouble;
+use super::problem::Problem;
 
 /// How long the driving page may be silent.
 pub(crate) const SILENCE_LIMIT: Duration = Duration::from_secs(1);
 
 /// The number of a page's connection.
-pub(crate) type Page = u64;
+pub(crate) type PageId = u64;
 
-/// The wheel: one page has it, or nobody.
+/// The control over all controllers: one page has it, or nobody.
 ///
-/// Each stop and each change of the driver begins another turn. A command belongs to the turn in which it was
-/// given, and is carried out in no other. Whoever carries out commands sets all outputs to 0 when it
-/// finds another turn than before.
+/// Each stop and each change of the driver begins a new lease. A command belongs to the lease under which it was
+/// given, and is carried out under no other. Whoever carries out commands sets all outputs to 0 when it
+/// finds another lease than before.
 #[derive(Debug, Default)]
-pub(crate) struct Wheel {
+pub(crate) struct ControlLock {
     state: Mutex<State>,
 }
 
 #[derive(Debug, Default)]
 struct State {
     driver: Option<Driver>,
-    turn: u64,
+    lease: u64,
     freed: Option<Freed>,
 }
 
@@ -46,36 +46,35 @@ pub(crate) enum Freed {
 
 #[derive(Debug)]
 struct Driver {
-    page: Page,
+    page: PageId,
     last_sign: Instant,
 }
 
-impl Wheel {
-    /// The present driver and the present turn.
-    pub(crate) fn look(&self) -> (Option<Page>, u64) {
-        let state = self.state();
-        (state.page(), state.turn)
+impl ControlLock {
+    /// The number of the present lease.
+    pub(crate) fn lease(&self) -> u64 {
+        self.state().lease
     }
 
     /// The present driver; if nobody drives, why the last one does not.
-    pub(crate) fn driver(&self) -> Result<Page, Option<Freed>> {
+    pub(crate) fn driver(&self) -> Result<PageId, Option<Freed>> {
         let state = self.state();
         state.page().ok_or(state.freed)
     }
 
     /// This page is there.
-    pub(crate) fn sign_of_life(&self, page: Page) {
+    pub(crate) fn sign_of_life(&self, page: PageId) {
         if let Some(driver) = self.state().driver.as_mut().filter(|driver| driver.page == page) {
             driver.last_sign = Instant::now();
         }
     }
 
     /// This page wants to drive, if nobody else does.
-    pub(crate) fn drive(&self, page: Page) -> Result<(), Trouble> {
+    pub(crate) fn drive(&self, page: PageId) -> Result<(), Problem> {
         let mut state = self.state();
         match state.page() {
             Some(driver) if driver == page => Ok(()),
-            Some(_) => Err(Trouble::new("taken", "another page drives; take the wheel from it")),
+            Some(_) => Err(Problem::new("taken", "another page drives; take control from it")),
             None => {
                 state.hand_to(page);
                 Ok(())
@@ -84,7 +83,7 @@ impl Wheel {
     }
 
     /// This page drives from now on, whoever did before.
-    pub(crate) fn take(&self, page: Page) {
+    pub(crate) fn take(&self, page: PageId) {
         let mut state = self.state();
         if state.page() != Some(page) {
             state.hand_to(page);
@@ -92,7 +91,7 @@ impl Wheel {
     }
 
     /// This page does not drive any more. Returns whether it did.
-    pub(crate) fn release(&self, page: Page) -> bool {
+    pub(crate) fn release(&self, page: PageId) -> bool {
         let mut state = self.state();
         let drove = state.page() == Some(page);
         if drove {
@@ -101,10 +100,10 @@ impl Wheel {
         drove
     }
 
-    /// Begins another turn, in which nobody drives at first.
+    /// Begins a new lease, under which nobody drives at first.
     ///
-    /// Commands of the driver may still be on their way here, also from a page that hangs. They come without
-    /// the wheel, so they move nothing.
+    /// Commands of the driver may still be on their way here, also from a page that hangs. They belong to an
+    /// earlier lease, so they move nothing.
     pub(crate) fn stop(&self) {
         self.state().free(Freed::Stop);
     }
@@ -114,13 +113,13 @@ impl Wheel {
         self.state().free(Freed::Hang);
     }
 
-    /// The turn for a command of this page, if it may give one.
-    pub(crate) fn turn_of(&self, page: Page) -> Result<u64, Trouble> {
+    /// The lease of a command of this page, if it may give one.
+    pub(crate) fn lease_of(&self, page: PageId) -> Result<u64, Problem> {
         let state = self.state();
         if state.page() == Some(page) {
-            return Ok(state.turn);
+            return Ok(state.lease);
         }
-        Err(Trouble::new("not_driving", "this page only looks; it has to take the wheel first"))
+        Err(Problem::new("not_driving", "this page only looks; it has to take control first"))
     }
 
     /// The state, without a driver that was silent for too long.
@@ -135,13 +134,13 @@ impl Wheel {
 }
 
 impl State {
-    fn page(&self) -> Option<Page> {
+    fn page(&self) -> Option<PageId> {
         self.driver.as_ref().map(|driver| driver.page)
     }
 
-    fn hand_to(&mut self, page: Page) {
+    fn hand_to(&mut self, page: PageId) {
         self.driver = Some(Driver { page, last_sign: Instant::now() });
-        self.turn += 1;
+        self.lease += 1;
     }
 
     fn free(&mut self, why: Freed) {
@@ -149,7 +148,7 @@ impl State {
         if self.driver.take().is_some() {
             self.freed = Some(why);
         }
-        self.turn += 1;
+        self.lease += 1;
     }
 }
 
@@ -159,60 +158,63 @@ mod tests {
 
     #[test]
     fn one_page_drives_until_it_lets_go() {
-        let wheel = Wheel::default();
-        assert_eq!(wheel.turn_of(1).unwrap_err().code, "not_driving");
-        wheel.drive(1).unwrap();
-        let turn = wheel.turn_of(1).unwrap();
-        wheel.drive(1).unwrap();
-        assert_eq!(wheel.turn_of(1).unwrap(), turn, "it drives already");
-        assert_eq!(wheel.drive(2).unwrap_err().code, "taken");
-        assert!(!wheel.release(2));
-        assert_eq!(wheel.look(), (Some(1), turn));
-        assert!(wheel.release(1));
-        assert!(wheel.look().1 > turn);
-        wheel.drive(2).unwrap();
+        let control = ControlLock::default();
+        assert_eq!(control.lease_of(1).unwrap_err().code, "not_driving");
+        control.drive(1).unwrap();
+        let lease = control.lease_of(1).unwrap();
+        control.drive(1).unwrap();
+        assert_eq!(control.lease_of(1).unwrap(), lease, "it drives already");
+        assert_eq!(control.drive(2).unwrap_err().code, "taken");
+        assert!(!control.release(2));
+        assert_eq!((control.driver(), control.lease()), (Ok(1), lease));
+        assert!(control.release(1));
+        assert!(control.lease() > lease);
+        control.drive(2).unwrap();
     }
 
     #[test]
     fn taking_the_wheel_and_stopping_begin_another_turn() {
-        let wheel = Wheel::default();
-        wheel.drive(1).unwrap();
-        let first = wheel.turn_of(1).unwrap();
-        wheel.take(2);
-        let second = wheel.turn_of(2).unwrap();
+        let control = ControlLock::default();
+        control.drive(1).unwrap();
+        let first = control.lease_of(1).unwrap();
+        control.take(2);
+        let second = control.lease_of(2).unwrap();
         assert!(second > first);
-        assert_eq!(wheel.turn_of(1).unwrap_err().code, "not_driving");
-        wheel.stop();
-        assert_eq!(wheel.turn_of(2).unwrap_err().code, "not_driving");
-        assert!(wheel.look().1 > second);
+        assert_eq!(control.lease_of(1).unwrap_err().code, "not_driving");
+        control.stop();
+        assert_eq!(control.lease_of(2).unwrap_err().code, "not_driving");
+        assert!(control.lease() > second);
     }
 
     #[test]
     fn a_silent_page_loses_the_wheel() {
-        let wheel = Wheel::default();
-        wheel.drive(1).unwrap();
-        let turn = wheel.turn_of(1).unwrap();
+        let control = ControlLock::default();
+        control.drive(1).unwrap();
+        let lease = control.lease_of(1).unwrap();
         let long_ago = Instant::now().checked_sub(2 * SILENCE_LIMIT).unwrap();
-        wheel.state().driver.as_mut().unwrap().last_sign = long_ago;
-        assert_eq!(wheel.look(), (None, turn + 1));
-        assert_eq!(wheel.driver(), Err(Some(Freed::Silent)));
-        wheel.sign_of_life(1);
-        assert_eq!(wheel.look().0, None, "it has to ask again");
+        control.state().driver.as_mut().unwrap().last_sign = long_ago;
+        assert_eq!(control.driver(), Err(Some(Freed::Silent)));
+        assert_eq!(control.lease(), lease + 1);
+        control.sign_of_life(1);
+        assert!(control.driver().is_err(), "it has to ask again");
     }
 
     #[test]
     fn the_last_driver_learns_why_it_drives_no_more() {
-        let wheel = Wheel::default();
-        assert_eq!(wheel.driver(), Err(None));
-        let ends: [fn(&Wheel); 3] =
-            [|wheel| assert!(wheel.release(1)), Wheel::stop_after_hang, Wheel::stop];
+        let control = ControlLock::default();
+        assert_eq!(control.driver(), Err(None));
+        let ends: [fn(&ControlLock); 3] = [
+            |control| assert!(control.release(1)),
+            ControlLock::stop_after_hang,
+            ControlLock::stop,
+        ];
         for (free, why) in ends.iter().zip([Freed::Left, Freed::Hang, Freed::Stop]) {
-            wheel.drive(1).unwrap();
-            assert_eq!(wheel.driver(), Ok(1));
-            free(&wheel);
-            assert_eq!(wheel.driver(), Err(Some(why)));
+            control.drive(1).unwrap();
+            assert_eq!(control.driver(), Ok(1));
+            free(&control);
+            assert_eq!(control.driver(), Err(Some(why)));
         }
-        wheel.stop_after_hang();
-        assert_eq!(wheel.driver(), Err(Some(Freed::Stop)), "nobody has lost the wheel by it");
+        control.stop_after_hang();
+        assert_eq!(control.driver(), Err(Some(Freed::Stop)), "nobody has lost control by it");
     }
 }

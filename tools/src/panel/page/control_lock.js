@@ -1,13 +1,13 @@
-// Who drives. One page does; it takes the wheel by itself when nobody has it, until another page takes it away.
+// Who drives. One page does; it takes control by itself when nobody has it, until another page takes it away.
 
 import { dropWaiting } from "./dom.js";
 
 // After a reload the page before may still be there for a moment.
 const GIVE_UP_MS = 1500;
 
-export class Wheel {
+export class ControlLock {
   /**
-   * `freed` is called when the program has taken the wheel away: "silent", "hang" or, by another page, "stop".
+   * `freed` is called when the program has taken control away: "silent", "hang" or, by another page, "stop".
    * `stopped` is called at once when this page has sent a stop.
    */
   constructor(connection, { freed, stopped }) {
@@ -29,7 +29,7 @@ export class Wheel {
     addEventListener("panelstopped", () => this.stopArrived());
   }
 
-  /** Whether this page is about to take the wheel by itself. */
+  /** Whether this page is about to take control by itself. */
   get comes() {
     return this.wanted && !this.mine && this.driver === null;
   }
@@ -66,7 +66,7 @@ export class Wheel {
     this.ask("take");
   }
 
-  /** This page's stop is on its way. It would end the next drive, so the wheel is asked for when it has arrived. */
+  /** This page's stop is on its way. It would end the next drive, so control is asked for when it has arrived. */
   stop() {
     this.stops += 1;
     if (this.mine) this.lose(null);

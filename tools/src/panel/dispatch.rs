@@ -5,14 +5,15 @@ use std::sync::Arc;
 
 use serde_json::{json, Value};
 
-use super::host::{Common, Host};
+use super::common::Common;
+use super::control_lock::PageId;
+use super::host::Host;
+use super::problem::Problem;
 use super::reply::{Answers, Reply};
-use super::trouble::Trouble;
-use super::wheel::Page;
-use super::wish::{self, Message, Wish};
+use super::request::{self, Message, Request, Work};
 use crate::web::access::Access;
 
-/// The controllers, the wheel, and who may come in.
+/// The controllers, who drives them, and who may come in.
 pub(crate) struct Panel {
     pub(crate) hosts: Vec<Host>,
     pub(crate) common: Arc<Common>,
@@ -26,20 +27,20 @@ impl Panel {
     }
 
     /// A number for one more page.
-    pub(crate) fn enter(&self) -> Page {
+    pub(crate) fn enter(&self) -> PageId {
         self.pages.fetch_add(1, Ordering::Relaxed) + 1
     }
 
     /// This page is gone. If it drove, all motors stop.
-    pub(crate) fn leave(&self, page: Page) {
-        if self.common.wheel.release(page) {
+    pub(crate) fn leave(&self, page: PageId) {
+        if self.common.control.release(page) {
             self.stop_hosts();
         }
     }
 
     /// Stops all motors of all controllers.
     pub(crate) fn stop(&self) {
-        self.common.wheel.stop();
+        self.common.control.stop();
         self.stop_hosts();
     }
 
@@ -48,7 +49,7 @@ impl Panel {
     }
 
     /// The first message for a page.
-    pub(crate) fn hello(&self, page: Page) -> String {
+    pub(crate) fn hello(&self, page: PageId) -> String {
         let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated()});
         let hosts: Vec<_> = self.hosts.iter().enumerate().map(host).collect();
         let version = env!("CARGO_PKG_VERSION");
@@ -56,9 +57,9 @@ impl Panel {
     }
 
     /// The newest state of a controller, for this page.
-    pub(crate) fn state(&self, id: usize, page: Page) -> Option<String> {
+    pub(crate) fn state(&self, id: usize, page: PageId) -> Option<String> {
         let state = self.hosts.get(id)?.state.borrow().clone();
-        let (driver, freed) = match self.common.wheel.driver() {
+        let (driver, freed) = match self.common.control.driver() {
             Ok(driver) => (json!(driver), Value::Null),
             Err(freed) => (Value::Null, json!(freed)),
         };
@@ -69,62 +70,58 @@ impl Panel {
     }
 
     /// Does what a message of this page says.
-    pub(crate) fn hear(&self, page: Page, text: &str, answers: &Answers) {
-        self.common.wheel.sign_of_life(page);
-        let (seq, message) = wish::read(text);
+    pub(crate) fn hear(&self, page: PageId, text: &str, answers: &Answers) {
+        self.common.control.sign_of_life(page);
+        let (seq, message) = request::read(text);
         let reply = answers.reply(seq);
         match message {
             Ok(message) => self.obey(page, message, reply),
-            Err(trouble) => {
+            Err(problem) => {
                 // A page that talks nonsense may not know what it drives.
-                if self.common.wheel.turn_of(page).is_ok() {
+                if self.common.control.lease_of(page).is_ok() {
                     self.stop();
                 }
-                reply.send(Err(trouble));
+                reply.send(Err(problem));
             }
         }
     }
 
-    fn obey(&self, page: Page, message: Message, reply: Reply) {
-        let Message { host, area, wish } = message;
-        let wheel = &self.common.wheel;
-        let result = match wish {
-            Wish::Alive => Ok(()),
-            Wish::Drive => wheel.drive(page),
-            Wish::Take => {
-                wheel.take(page);
+    fn obey(&self, page: PageId, message: Message, reply: Reply) {
+        let Message { host, area, request } = message;
+        let control = &self.common.control;
+        let result = match request {
+            Request::Alive => Ok(()),
+            Request::Drive => control.drive(page),
+            Request::Take => {
+                control.take(page);
                 self.stop_hosts();
                 Ok(())
             }
-            Wish::Release => {
+            Request::Release => {
                 self.leave(page);
                 Ok(())
             }
-            Wish::Stop => {
+            Request::Stop => {
                 self.stop();
                 Ok(())
             }
-            wish => return self.order(page, host, area, wish, reply),
+            Request::Work(work) => return self.order(page, host, area, work, reply),
         };
         reply.send(result.map(|()| None));
     }
 
-    /// Passes a command on to its controller, if this page drives.
-    fn order(&self, page: Page, host: usize, area: usize, wish: Wish, reply: Reply) {
-        let turn = match self.common.wheel.turn_of(page) {
-            Ok(turn) => turn,
-            Err(trouble) => return reply.send(Err(trouble)),
+    /// Passes work on to its controller, if this page drives.
+    fn order(&self, page: PageId, host: usize, area: usize, work: Work, reply: Reply) {
+        let lease = match self.common.control.lease_of(page) {
+            Ok(lease) => lease,
+            Err(problem) => return reply.send(Err(problem)),
         };
-        let Some(host) = self.hosts.get(host) else {
-            let text = format!("there is no controller {host}");
-            return reply.send(Err(Trouble::new("no_host", text)));
-        };
-        match wish {
-            Wish::Area(wish) => host.order(turn, area, wish, reply),
-            Wish::I2c(wish) => host.order_i2c(turn, wish, reply),
-            Wish::Camera(wish) => host.order_camera(wish, reply),
-            Wish::World(wish) => host.change_world(area, &wish, reply),
-            Wish::Alive | Wish::Drive | Wish::Take | Wish::Release | Wish::Stop => {}
+        match self.hosts.get(host) {
+            Some(host) => host.order(lease, area, work, reply),
+            None => {
+                let text = format!("there is no controller {host}");
+                reply.send(Err(Problem::new("no_host", text)));
+            }
         }
     }
 }
@@ -138,10 +135,10 @@ mod tests {
         let access = Access::new([127, 0, 0, 1].into(), 8000).unwrap();
         let panel = Panel::new(Vec::new(), Arc::new(Common::new()), access);
         let (drives, looks) = (panel.enter(), panel.enter());
-        panel.common.wheel.drive(drives).unwrap();
+        panel.common.control.drive(drives).unwrap();
         panel.leave(looks);
-        assert_eq!(panel.common.wheel.look().0, Some(drives));
+        assert_eq!(panel.common.control.driver(), Ok(drives));
         panel.leave(drives);
-        assert_eq!(panel.common.wheel.look().0, None);
+        assert!(panel.common.control.driver().is_err());
     }
 }

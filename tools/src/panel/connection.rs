@@ -8,15 +8,15 @@ use futures_util::{SinkExt, StreamExt};
 use tokio::sync::mpsc;
 use tokio::time::{self, MissedTickBehavior};
 
-use super::pages::Panel;
+use super::control_lock::PageId;
+use super::dispatch::Panel;
 use super::reply::Answers;
-use super::wheel::Page;
 use super::worker::STATE_PERIOD;
 
 /// Leaves the panel when the connection ends, however it ends.
 struct Visit {
     panel: Arc<Panel>,
-    page: Page,
+    page: PageId,
 }
 
 impl Drop for Visit {

@@ -3,9 +3,11 @@
 use ft_transfer_area::Error;
 use serde::Serialize;
 
+use crate::commands::sentence;
+
 /// Why something was not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub(crate) struct Trouble {
+pub(crate) struct Problem {
     pub(crate) code: &'static str,
     pub(crate) text: String,
     /// The code of what led to it. The text tells it already.
@@ -13,7 +15,7 @@ pub(crate) struct Trouble {
     pub(crate) cause: Option<&'static str>,
 }
 
-impl Trouble {
+impl Problem {
     pub(crate) fn new(code: &'static str, text: impl Into<String>) -> Self {
         Self { code, text: text.into(), cause: None }
     }
@@ -35,7 +37,7 @@ impl Trouble {
     }
 }
 
-impl From<Error> for Trouble {
+impl From<Error> for Problem {
     fn from(error: Error) -> Self {
         let cause = match &error {
             Error::ConnectionLost { cause } | Error::ReconnectFailed { cause, .. } => {
@@ -44,36 +46,6 @@ impl From<Error> for Trouble {
             _ => None,
         };
         Self { code: code(&error), text: sentence(&error), cause }
-    }
-}
-
-/// The sentences of the library, except where they are for programmers.
-fn sentence(error: &Error) -> String {
-    match error {
-        Error::NotAMotor { motor } => {
-            let [first, second] = motor.outputs();
-            format!("{motor} is set to the single outputs {first} and {second}; make it a motor")
-        }
-        Error::NotAnOutput { output } => {
-            format!("{output} belongs to {}; make that two single outputs", output.motor())
-        }
-        Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
-        Error::ConnectTimedOut { address, limit } => format!(
-            "{address} did not answer within {limit:?}; check that the TXT is switched on and \
-             connected by USB, WLAN or Bluetooth"
-        ),
-        Error::NoAnswer { limit, .. } => {
-            format!("the controller did not answer within {limit:?}; check the connection to it")
-        }
-        Error::NotTaken { limit, .. } => {
-            format!("the controller took no command within {limit:?}; check the connection to it")
-        }
-        Error::ConnectionLost { cause } => format!(
-            "the connection is lost and is being made again, and all motors are off; what went \
-             wrong: {}",
-            sentence(cause)
-        ),
-        other => other.to_string(),
     }
 }
 
@@ -120,9 +92,9 @@ mod tests {
     fn a_lost_connection_is_told_without_names_of_functions() {
         let command = "ExchangeDataCmpr";
         let cause = Error::NoAnswer { command, limit: Duration::from_secs(2), received: 0 };
-        let trouble = Trouble::from(Error::ConnectionLost { cause: Box::new(cause) });
-        assert_eq!((trouble.code, trouble.cause), ("connection_lost", Some("no_answer")));
-        assert!(trouble.text.contains("did not answer within 2s"), "{}", trouble.text);
-        assert!(!trouble.text.contains("time_limits"), "{}", trouble.text);
+        let problem = Problem::from(Error::ConnectionLost { cause: Box::new(cause) });
+        assert_eq!((problem.code, problem.cause), ("connection_lost", Some("no_answer")));
+        assert!(problem.text.contains("did not answer within 2s"), "{}", problem.text);
+        assert!(!problem.text.contains("time_limits"), "{}", problem.text);
     }
 }

@@ -1,0 +1,172 @@
+//! The commands for one area, from a page or from the master of a broker.
+
+pub(crate) mod names;
+mod sentence;
+#[cfg(test)]
+mod tests;
+
+use ft_transfer_area::transfer_area::{CounterMode, InputMode};
+use ft_transfer_area::tx::{
+    check_duty, check_power, Counter, Direction, Input, Motor, Output, SILENCE,
+};
+use ft_transfer_area::{Error, FishX1Transfer};
+use serde::{Deserialize, Serialize};
+
+pub(crate) use self::sentence::sentence;
+
+/// A command for one area. Its numbers are checked when it is applied.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Command {
+    InputMode {
+        input: Input,
+        mode: InputMode,
+        digital: bool,
+    },
+    CounterMode {
+        counter: Counter,
+        mode: CounterMode,
+    },
+    Pair {
+        motor: Motor,
+        kind: Pair,
+    },
+    ResetCounter(Counter),
+    /// Plain speed control, which ends a distance of this motor.
+    Motor {
+        motor: Motor,
+        duty: i64,
+        /// Whether the motors that follow this one are stopped. Otherwise they go on.
+        stops_followers: bool,
+    },
+    /// A distance; without pulses, motors that turn together without an end.
+    Move {
+        motor: Motor,
+        duty: i64,
+        pulses: Option<u32>,
+        with: Vec<Follower>,
+    },
+    StopMotor(Motor),
+    Output {
+        output: Output,
+        duty: i64,
+    },
+    Sound {
+        index: i64,
+        repeat: u16,
+    },
+}
+
+/// A motor that moves together with another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Follower {
+    pub(crate) motor: Motor,
+    /// Whether it turns the other way.
+    pub(crate) opposite: bool,
+}
+
+/// What a pair of outputs is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Pair {
+    Motor,
+    Outputs,
+}
+
+impl Pair {
+    pub(crate) fn of(area: &FishX1Transfer, motor: Motor) -> Self {
+        match area.config.motor[motor.index()] {
+            0 => Self::Outputs,
+            _ => Self::Motor,
+        }
+    }
+}
+
+impl Command {
+    /// Changes the area as the command says. An error leaves it as it is.
+    pub(crate) fn apply(&self, area: &mut FishX1Transfer) -> Result<(), Error> {
+        let mut changed = *area;
+        self.change(&mut changed)?;
+        *area = changed;
+        Ok(())
+    }
+
+    /// An error if the command is wrong for every area: a number is out of range, or a motor is named twice.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let mut area = FishX1Transfer::default();
+        if let Self::Output { output, .. } = self {
+            area.set_ft_motor_config(output.motor(), false);
+        }
+        self.change(&mut area)
+    }
+
+    fn change(&self, area: &mut FishX1Transfer) -> Result<(), Error> {
+        match *self {
+            Self::InputMode { input, mode, digital } => {
+                area.set_ft_uni_config(input, mode, digital);
+            }
+            Self::CounterMode { counter, mode } => area.set_ft_cnt_config(counter, mode),
+            Self::Pair { motor, kind } => area.set_ft_motor_config(motor, kind == Pair::Motor),
+            Self::ResetCounter(counter) => area.start_counter_reset(counter),
+            Self::Motor { motor, duty, stops_followers } => {
+                turn(area, motor, duty, stops_followers)?;
+            }
+            Self::Move { motor, duty, pulses, ref with } => go(area, motor, duty, pulses, with)?,
+            Self::StopMotor(motor) => area.stop_motor_ex_cmd(motor)?,
+            Self::Output { output, duty } => area.set_out_pwm_values(output, check_duty(duty)?)?,
+            Self::Sound { index, repeat } => area.set_sound(index, repeat)?,
+        }
+        Ok(())
+    }
+}
+
+fn turn(
+    area: &mut FishX1Transfer,
+    motor: Motor,
+    duty: i64,
+    stops_followers: bool,
+) -> Result<(), Error> {
+    if stops_followers {
+        for other in Motor::ALL {
+            if usize::from(area.output.master[other.index()]) == motor.index() + 1 {
+                area.stop_motor_ex_cmd(other)?;
+            }
+        }
+    }
+    let index = motor.index();
+    if area.output.distance[index] != 0 || area.output.master[index] != 0 {
+        area.stop_motor_ex_cmd(motor)?;
+    }
+    area.set_out_motor_power(motor, check_power(duty)?)
+}
+
+fn go(
+    area: &mut FishX1Transfer,
+    motor: Motor,
+    duty: i64,
+    pulses: Option<u32>,
+    with: &[Follower],
+) -> Result<(), Error> {
+    let duty = check_power(duty)?;
+    let (ahead, back) = match duty {
+        ..0 => (Direction::Ccw, Direction::Cw),
+        0.. => (Direction::Cw, Direction::Ccw),
+    };
+    let slave =
+        |follower: &Follower| (follower.motor, if follower.opposite { back } else { ahead });
+    let slaves: Vec<_> = with.iter().map(slave).collect();
+    match pulses {
+        Some(pulses) => area.start_motor_ex_cmd(motor, duty.abs(), ahead, &slaves, pulses),
+        None => area.start_synchronised(motor, duty.abs(), ahead, &slaves),
+    }
+}
+
+/// Switches off all motors, outputs and sounds.
+pub(crate) fn stop_all(areas: &mut [FishX1Transfer]) {
+    for area in areas {
+        area.output.stop_motors();
+        if !area.is_sound_ready() && area.txt_outputs.sound_index != SILENCE {
+            area.txt_outputs.sound_index = SILENCE;
+            area.raise_sound_cmd_id();
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The library's errors as sentences for people who do not program.
+
+use ft_transfer_area::Error;
+
+/// What went wrong. The sentences of the library, except where they are for programmers.
+pub(crate) fn sentence(error: &Error) -> String {
+    match error {
+        Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
+        Error::NotAMotor { motor } => {
+            let [first, second] = motor.outputs();
+            format!("{motor} is set to the single outputs {first} and {second}; make it a motor")
+        }
+        Error::NotAnOutput { output } => {
+            format!("{output} belongs to {}; make that two single outputs", output.motor())
+        }
+        Error::ConnectTimedOut { address, limit } => format!(
+            "{address} did not answer within {limit:?}; check that the TXT is switched on and \
+             connected by USB, WLAN or Bluetooth"
+        ),
+        Error::NoAnswer { limit, .. } => {
+            format!("the controller did not answer within {limit:?}; check the connection to it")
+        }
+        Error::NotTaken { limit, .. } => {
+            format!("the controller took no command within {limit:?}; check the connection to it")
+        }
+        Error::ConnectionLost { cause } => format!(
+            "the connection is lost and is being made again, and all motors are off; what went \
+             wrong: {}",
+            sentence(cause)
+        ),
+        other => other.to_string(),
+    }
+}

@@ -1,0 +1,251 @@
+//! What a page asks for.
+
+use ft_transfer_area::transfer_area::{CounterMode, InputMode};
+use ft_transfer_area::tx::{Counter, Input, Motor, Output};
+use ft_transfer_area::Error;
+use serde::de::DeserializeOwned;
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::problem::Problem;
+use crate::commands::{names, Command, Follower, Pair};
+
+/// A message of a page.
+#[derive(Debug)]
+pub(crate) struct Message {
+    pub(crate) host: usize,
+    /// 0 the master, 1..=8 the extensions.
+    pub(crate) area: usize,
+    pub(crate) request: Request,
+}
+
+#[derive(Debug)]
+pub(crate) enum Request {
+    Alive,
+    Drive,
+    Take,
+    Release,
+    Stop,
+    Work(Work),
+}
+
+/// What only the page that drives may ask for.
+#[derive(Debug)]
+pub(crate) enum Work {
+    Area(Command),
+    Camera(CameraRequest),
+    I2c(I2cRequest),
+    World(WorldRequest),
+}
+
+/// For one area: its configuration and its outputs. Terminals are numbered from 0.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+enum AreaRequest {
+    Uni {
+        input: i32,
+        #[serde(deserialize_with = "names::input_mode")]
+        mode: InputMode,
+        digital: bool,
+    },
+    CounterMode {
+        counter: i32,
+        #[serde(deserialize_with = "names::counter_mode")]
+        mode: CounterMode,
+    },
+    ResetCounter {
+        counter: i32,
+    },
+    MotorKind {
+        motor: i32,
+        outputs: bool,
+    },
+    Motor {
+        motor: i32,
+        duty: i16,
+    },
+    Output {
+        output: i32,
+        duty: i16,
+    },
+    Distance {
+        motor: i32,
+        duty: i16,
+        pulses: u32,
+        with: Option<i32>,
+        #[serde(default)]
+        opposite: bool,
+    },
+    Sound {
+        index: i64,
+        repeat: u16,
+    },
+}
+
+impl TryFrom<AreaRequest> for Command {
+    type Error = Error;
+
+    fn try_from(request: AreaRequest) -> Result<Self, Error> {
+        Ok(match request {
+            AreaRequest::Uni { input, mode, digital } => {
+                Self::InputMode { input: Input::try_from(input)?, mode, digital }
+            }
+            AreaRequest::CounterMode { counter, mode } => {
+                Self::CounterMode { counter: Counter::try_from(counter)?, mode }
+            }
+            AreaRequest::ResetCounter { counter } => Self::ResetCounter(counter.try_into()?),
+            AreaRequest::MotorKind { motor, outputs } => {
+                let kind = if outputs { Pair::Outputs } else { Pair::Motor };
+                Self::Pair { motor: Motor::try_from(motor)?, kind }
+            }
+            AreaRequest::Motor { motor, duty } => {
+                let (motor, duty) = (Motor::try_from(motor)?, duty.into());
+                Self::Motor { motor, duty, stops_followers: true }
+            }
+            AreaRequest::Output { output, duty } => {
+                Self::Output { output: Output::try_from(output)?, duty: duty.into() }
+            }
+            AreaRequest::Distance { motor, duty, pulses, with, opposite } => {
+                let (motor, with) = (Motor::try_from(motor)?, with.map(Motor::try_from));
+                let with = with.transpose()?.map(|motor| Follower { motor, opposite });
+                // Two motors may turn together without an end.
+                let pulses = Some(pulses).filter(|pulses| *pulses != 0 || with.is_none());
+                Self::Move { motor, duty: duty.into(), pulses, with: with.into_iter().collect() }
+            }
+            AreaRequest::Sound { index, repeat } => Self::Sound { index, repeat },
+        })
+    }
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct CameraRequest {
+    pub(crate) on: bool,
+    pub(crate) width: Option<u16>,
+    pub(crate) height: Option<u16>,
+    pub(crate) fps: Option<u16>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do")]
+pub(crate) enum I2cRequest {
+    #[serde(rename = "i2c_scan")]
+    Scan,
+    #[serde(rename = "i2c_read")]
+    Read { address: u8, register: u8, count: usize },
+    #[serde(rename = "i2c_write")]
+    Write { address: u8, register: u8, values: Vec<u8> },
+}
+
+/// For the world of a simulated TXT.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+pub(crate) enum WorldRequest {
+    Press { input: i32, pressed: bool },
+    Sensor { input: i32, value: f64 },
+    Remote(RemoteRequest),
+    Plug { alive: bool },
+}
+
+#[derive(Debug, Deserialize)]
+pub(crate) struct RemoteRequest {
+    pub(crate) remote: usize,
+    pub(crate) left_x: i8,
+    pub(crate) left_y: i8,
+    pub(crate) right_x: i8,
+    pub(crate) right_y: i8,
+    pub(crate) on: bool,
+    pub(crate) off: bool,
+}
+
+/// The number of the message, if it has one, and the message.
+pub(crate) fn read(text: &str) -> (Option<u64>, Result<Message, Problem>) {
+    match serde_json::from_str::<Value>(text) {
+        Ok(value) => (value.get("seq").and_then(Value::as_u64), understand(value)),
+        Err(error) => (None, Err(Problem::bad_message(error))),
+    }
+}
+
+fn understand(value: Value) -> Result<Message, Problem> {
+    let (host, area) = (place(&value, "host")?, place(&value, "area")?);
+    let name = value.get("do").and_then(Value::as_str);
+    let name = name.ok_or_else(|| Problem::bad_message("it has no \"do\""))?;
+    let request = match name {
+        "alive" => Request::Alive,
+        "drive" => Request::Drive,
+        "take" => Request::Take,
+        "release" => Request::Release,
+        "stop" => Request::Stop,
+        "camera" => Request::Work(Work::Camera(parse(value)?)),
+        "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
+        "press" | "sensor" | "remote" | "plug" => Request::Work(Work::World(parse(value)?)),
+        _ => Request::Work(Work::Area(Command::try_from(parse::<AreaRequest>(value)?)?)),
+    };
+    Ok(Message { host, area, request })
+}
+
+/// An index in a message; 0 if it is not there.
+fn place(value: &Value, key: &str) -> Result<usize, Problem> {
+    let Some(given) = value.get(key).filter(|given| !given.is_null()) else { return Ok(0) };
+    let index = given.as_u64().and_then(|index| usize::try_from(index).ok());
+    index.ok_or_else(|| Problem::bad_message(format!("{key:?} is no whole number from 0 on")))
+}
+
+fn parse<T: DeserializeOwned>(value: Value) -> Result<T, Problem> {
+    serde_json::from_value(value).map_err(Problem::bad_message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_message_gives_a_sentence_and_keeps_its_number() {
+        for (text, seq, reason) in [
+            ("", None, "EOF"),
+            ("[]", None, "no \"do\""),
+            ("{\"seq\":7}", Some(7), "no \"do\""),
+            ("{\"seq\":7,\"do\":\"fly\"}", Some(7), "fly"),
+            ("{\"seq\":7,\"do\":\"motor\",\"motor\":0}", Some(7), "duty"),
+            ("{\"do\":\"motor\",\"motor\":0,\"duty\":99999}", None, "99999"),
+            ("{\"do\":\"stop\",\"host\":-1}", None, "host"),
+            ("{\"do\":\"i2c_write\",\"address\":1,\"register\":1,\"values\":[256]}", None, "256"),
+        ] {
+            let (number, result) = read(text);
+            let problem = result.unwrap_err();
+            assert_eq!((number, problem.code), (seq, "bad_message"), "{text}");
+            assert!(problem.text.contains(reason), "{}", problem.text);
+        }
+    }
+
+    #[test]
+    fn places_are_the_first_ones_by_default() {
+        let (_, message) = read("{\"do\":\"motor\",\"motor\":1,\"duty\":-512,\"host\":2}");
+        let message = message.unwrap();
+        assert_eq!((message.host, message.area), (2, 0));
+        let command = Command::Motor { motor: Motor::M2, duty: -512, stops_followers: true };
+        assert!(matches!(message.request, Request::Work(Work::Area(given)) if given == command));
+    }
+
+    #[test]
+    fn a_terminal_that_there_is_not_is_out_of_range() {
+        for text in [
+            "{\"do\":\"motor\",\"motor\":4,\"duty\":0}",
+            "{\"do\":\"uni\",\"input\":-1,\"mode\":\"voltage\",\"digital\":false}",
+            "{\"do\":\"output\",\"output\":8,\"duty\":1}",
+        ] {
+            assert_eq!(read(text).1.unwrap_err().code, "out_of_range", "{text}");
+        }
+    }
+
+    #[test]
+    fn without_pulses_two_motors_turn_together_and_one_has_no_distance() {
+        let pulses = |with: &str| {
+            let go = "\"do\":\"distance\",\"motor\":1,\"duty\":9,\"pulses\":0";
+            match read(&format!("{{{go}{with}}}")).1.unwrap().request {
+                Request::Work(Work::Area(Command::Move { pulses, .. })) => pulses,
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!((pulses(",\"with\":3"), pulses("")), (None, Some(0)));
+    }
+}
