@@ -11,6 +11,7 @@ mod recording;
 mod simulate;
 mod values;
 mod web;
+mod worlds;
 
 use std::process::ExitCode;
 

@@ -3,6 +3,7 @@
 use ft_transfer_area::transfer_area::{CounterMode, InputMode, IrInput};
 use ft_transfer_area::tx::{Counter, Input};
 use ft_transfer_area::FishX1Transfer;
+use ft_transfer_area_simulator::world::Remote;
 use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -92,5 +93,13 @@ impl From<&IrInput> for RemoteValue {
             dip1: remote.dip_switch_1 != 0,
             dip2: remote.dip_switch_2 != 0,
         }
+    }
+}
+
+impl From<&Remote> for RemoteValue {
+    fn from(remote: &Remote) -> Self {
+        let Remote { left_x, left_y, right_x, right_y, on, off, dip1, dip2 } = *remote;
+        let [left_x, left_y, right_x, right_y] = [left_x, left_y, right_x, right_y].map(i16::from);
+        Self { left_x, left_y, right_x, right_y, on, off, dip1, dip2 }
     }
 }

@@ -22,7 +22,6 @@ use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{select, unbounded};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{find_controllers, Error};
-use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use self::broker::Broker;
@@ -30,7 +29,7 @@ use self::desk::Setup;
 use self::machine::{handler, Machine};
 use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
-use crate::interrupt;
+use crate::{interrupt, worlds};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
@@ -200,11 +199,6 @@ fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {
     Ok(Some((user, password)))
 }
 
-/// A simulated TXT with a world by its name, or from a file.
-fn simulate(world: &str) -> Result<SimulatedTxt, ft_transfer_area_simulator::Error> {
-    let world = match World::SHIPPED.contains(&world) {
-        true => World::shipped(world)?,
-        false => World::load(world)?,
-    };
-    SimulatedTxt::builder().world(world).start()
+fn simulate(world: &str) -> anyhow::Result<SimulatedTxt> {
+    Ok(SimulatedTxt::builder().world(worlds::named(world)?).start()?)
 }

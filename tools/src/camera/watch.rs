@@ -3,54 +3,43 @@
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::atomic::Ordering;
 use std::sync::Arc;
-use std::thread;
 
 use axum::extract::{Query, Request, State};
-use axum::http::{header, HeaderValue, StatusCode};
+use axum::http::StatusCode;
 use axum::middleware::{self, Next as Inner};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
 use crossbeam_channel::Receiver;
 use serde::Deserialize;
-use tokio::net::TcpListener;
-use tokio::runtime::Runtime;
 use tokio::sync::{watch, Semaphore};
 
 use super::source::{Next, Source};
 use crate::print;
 use crate::web::access::Access;
-use crate::web::connections::{self, Kept};
-use crate::web::{self, pictures};
+use crate::web::connections::Kept;
+use crate::web::{self, pictures, Site};
 
 /// How many browsers may show the pictures.
 const VIEWERS: usize = 50;
 const TOO_MANY: (StatusCode, &str) =
     (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close some of them\n");
 
-/// A server that listens, but does not answer yet.
+/// The page with pictures of this size, which is not served yet.
 pub(super) struct Page {
-    runtime: Runtime,
-    listener: TcpListener,
-    access: Arc<Access>,
-    address: String,
+    site: Site,
     size: (u16, u16),
 }
 
 impl Page {
     pub(super) fn listen(port: u16, size: (u16, u16)) -> anyhow::Result<Self> {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let listener = web::listen(&runtime, SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?;
-        let here = listener.local_addr()?;
-        let access = Arc::new(Access::new(here.ip(), here.port())?);
-        let address = format!("http://{here}/?token={}", access.token());
-        Ok(Self { runtime, listener, access, address, size })
+        Ok(Self { site: Site::listen(SocketAddr::from((Ipv4Addr::LOCALHOST, port)))?, size })
     }
 
     fn router(&self, newest: watch::Receiver<Arc<[u8]>>) -> Router {
         let (width, height) = self.size;
         let page = include_str!("watch.html")
-            .replace("{token}", self.access.token())
+            .replace("{token}", self.site.access.token())
             .replace("{width}", &width.to_string())
             .replace("{height}", &height.to_string());
         let viewers = Arc::new(Semaphore::new(VIEWERS));
@@ -62,7 +51,7 @@ impl Page {
         Router::new()
             .route("/", get(|| async { Html(page) }))
             .route("/pictures", get(pictures))
-            .layer(middleware::from_fn_with_state(Arc::clone(&self.access), check))
+            .layer(middleware::from_fn_with_state(Arc::clone(&self.site.access), check))
     }
 }
 
@@ -75,16 +64,9 @@ pub(super) fn watch(
 ) -> anyhow::Result<()> {
     let (sender, newest) = watch::channel(Arc::from([]));
     let router = page.router(newest);
-    let Page { runtime, listener, address, .. } = page;
-    print::line(&address)?;
-    thread::Builder::new()
-        .name(String::from("server"))
-        .spawn(move || runtime.block_on(connections::serve(listener, router)))?;
-    if open {
-        thread::Builder::new()
-            .name(String::from("browser"))
-            .spawn(move || web::open_browser(&address))?;
-    }
+    let url = page.site.url(page.site.address.ip());
+    print::line(&url)?;
+    page.site.serve(router, open.then_some(url))?;
     loop {
         match source.next(interrupted)? {
             Next::Picture(jpeg) => drop(sender.send_replace(jpeg.into())),
@@ -116,13 +98,6 @@ async fn check(
         return (StatusCode::FORBIDDEN, hint).into_response();
     }
     let mut response = inner.run(request).await;
-    for (name, value) in [
-        (header::CACHE_CONTROL, "no-store"),
-        // The address has the token.
-        (header::REFERRER_POLICY, "no-referrer"),
-        (header::X_FRAME_OPTIONS, "DENY"),
-    ] {
-        response.headers_mut().insert(name, HeaderValue::from_static(value));
-    }
+    web::protect(response.headers_mut());
     response
 }

@@ -17,12 +17,12 @@ use crate::web::access::Access;
 pub(crate) struct Panel {
     pub(crate) hosts: Vec<Host>,
     pub(crate) common: Arc<Common>,
-    pub(crate) access: Access,
+    pub(crate) access: Arc<Access>,
     pages: AtomicU64,
 }
 
 impl Panel {
-    pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Access) -> Self {
+    pub(crate) fn new(hosts: Vec<Host>, common: Arc<Common>, access: Arc<Access>) -> Self {
         Self { hosts, common, access, pages: AtomicU64::new(0) }
     }
 
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn a_page_that_leaves_drives_no_more() {
         let access = Access::new([127, 0, 0, 1].into(), 8000).unwrap();
-        let panel = Panel::new(Vec::new(), Arc::new(Common::new()), access);
+        let panel = Panel::new(Vec::new(), Arc::new(Common::new()), Arc::new(access));
         let (drives, looks) = (panel.enter(), panel.enter());
         panel.common.control.drive(drives).unwrap();
         panel.leave(looks);

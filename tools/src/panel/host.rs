@@ -161,8 +161,8 @@ fn start_stopper(areas: TransferArea) -> Result<Sender<()>, Error> {
 
 #[cfg(test)]
 mod tests {
-    use ft_transfer_area_simulator::SimulatedTxt;
     use ft_transfer_area::tx::Motor;
+    use ft_transfer_area_simulator::SimulatedTxt;
 
     use std::thread;
 

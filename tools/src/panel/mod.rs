@@ -20,9 +20,7 @@ mod world;
 
 use std::io::{self, Write};
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
-use std::path::Path;
 use std::sync::Arc;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -33,9 +31,8 @@ use self::common::Common;
 use self::dispatch::Panel;
 use self::host::Host;
 use self::world::Simulated;
-use crate::interrupt;
-use crate::web::access::Access;
-use crate::web::{self, connections};
+use crate::web::Site;
+use crate::{interrupt, worlds};
 
 /// The host that is no address.
 const SIMULATED: &str = "simulated";
@@ -76,21 +73,12 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    let listener = web::listen(&runtime, SocketAddr::new(args.bind, args.port))?;
-    let address = listener.local_addr()?;
+    let site = Site::listen(SocketAddr::new(args.bind, args.port))?;
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;
-    let access = Access::new(address.ip(), address.port())?;
-    let panel = Arc::new(Panel::new(hosts, common, access));
-    let url = tell(&panel, address)?;
-    let router = server::router(Arc::clone(&panel));
-    thread::Builder::new()
-        .name("server".to_owned())
-        .spawn(move || runtime.block_on(connections::serve(listener, router)))?;
-    if !args.no_browser {
-        thread::Builder::new().name("browser".to_owned()).spawn(move || web::open_browser(&url))?;
-    }
+    let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
+    let url = tell(&site)?;
+    site.serve(server::router(Arc::clone(&panel)), (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
     end(&panel)
 }
@@ -116,33 +104,27 @@ fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
         // The hand at the mouse presses the buttons here, not the script.
         return Ok(Some(World::default().with_script(Script::default())));
     };
-    let path = Path::new(name);
-    Ok(match name {
-        "none" => None,
-        _ if path.extension().is_some() || path.components().count() > 1 => {
-            Some(World::load(path).with_context(|| name.to_owned())?)
-        }
-        _ => Some(World::shipped(name)?),
-    })
+    match name {
+        "none" => Ok(None),
+        _ => Ok(Some(worlds::named(name)?)),
+    }
 }
 
 /// Says where the page is.
-fn tell(panel: &Panel, address: SocketAddr) -> anyhow::Result<String> {
-    let (port, token) = (address.port(), panel.access.token());
-    let url = |ip: IpAddr| format!("http://{}/?token={token}", SocketAddr::new(ip, port));
-    let here = match address.ip() {
+fn tell(site: &Site) -> anyhow::Result<String> {
+    let here = match site.address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
         IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
         ip => ip,
     };
     let mut out = io::stdout().lock();
-    writeln!(out, "{}", url(here))?;
-    if address.ip().is_unspecified() {
+    writeln!(out, "{}", site.url(here))?;
+    if site.address.ip().is_unspecified() {
         if let Some(ip) = own_address() {
-            writeln!(out, "from other computers: {}", url(ip))?;
+            writeln!(out, "from other computers: {}", site.url(ip))?;
         }
     }
-    if !address.ip().is_loopback() {
+    if !site.address.ip().is_loopback() {
         writeln!(
             out,
             "Whoever in the network knows this address with its token can drive the machine."
@@ -150,7 +132,7 @@ fn tell(panel: &Panel, address: SocketAddr) -> anyhow::Result<String> {
     }
     writeln!(out, "Ctrl-C stops all motors and ends the panel.")?;
     out.flush()?;
-    Ok(url(here))
+    Ok(site.url(here))
 }
 
 /// The address by which this computer reaches others. Nothing is sent for it.

@@ -1,7 +1,5 @@
 //! What a page asks for.
 
-use ft_transfer_area::transfer_area::{CounterMode, InputMode};
-use ft_transfer_area::tx::{Counter, Input, Motor, Output};
 use ft_transfer_area::Error;
 use serde::de::DeserializeOwned;
 use serde::Deserialize;
@@ -36,85 +34,6 @@ pub(crate) enum Work {
     Camera(CameraRequest),
     I2c(I2cRequest),
     World(WorldRequest),
-}
-
-/// For one area: its configuration and its outputs. Terminals are numbered from 0.
-#[derive(Debug, Deserialize)]
-#[serde(tag = "do", rename_all = "snake_case")]
-enum AreaRequest {
-    Uni {
-        input: i32,
-        #[serde(deserialize_with = "names::input_mode")]
-        mode: InputMode,
-        digital: bool,
-    },
-    CounterMode {
-        counter: i32,
-        #[serde(deserialize_with = "names::counter_mode")]
-        mode: CounterMode,
-    },
-    ResetCounter {
-        counter: i32,
-    },
-    MotorKind {
-        motor: i32,
-        outputs: bool,
-    },
-    Motor {
-        motor: i32,
-        duty: i16,
-    },
-    Output {
-        output: i32,
-        duty: i16,
-    },
-    Distance {
-        motor: i32,
-        duty: i16,
-        pulses: u32,
-        with: Option<i32>,
-        #[serde(default)]
-        opposite: bool,
-    },
-    Sound {
-        index: i64,
-        repeat: u16,
-    },
-}
-
-impl TryFrom<AreaRequest> for Command {
-    type Error = Error;
-
-    fn try_from(request: AreaRequest) -> Result<Self, Error> {
-        Ok(match request {
-            AreaRequest::Uni { input, mode, digital } => {
-                Self::InputMode { input: Input::try_from(input)?, mode, digital }
-            }
-            AreaRequest::CounterMode { counter, mode } => {
-                Self::CounterMode { counter: Counter::try_from(counter)?, mode }
-            }
-            AreaRequest::ResetCounter { counter } => Self::ResetCounter(counter.try_into()?),
-            AreaRequest::MotorKind { motor, outputs } => {
-                let kind = if outputs { Pair::Outputs } else { Pair::Motor };
-                Self::Pair { motor: Motor::try_from(motor)?, kind }
-            }
-            AreaRequest::Motor { motor, duty } => {
-                let (motor, duty) = (Motor::try_from(motor)?, duty.into());
-                Self::Motor { motor, duty, stops_followers: true }
-            }
-            AreaRequest::Output { output, duty } => {
-                Self::Output { output: Output::try_from(output)?, duty: duty.into() }
-            }
-            AreaRequest::Distance { motor, duty, pulses, with, opposite } => {
-                let (motor, with) = (Motor::try_from(motor)?, with.map(Motor::try_from));
-                let with = with.transpose()?.map(|motor| Follower { motor, opposite });
-                // Two motors may turn together without an end.
-                let pulses = Some(pulses).filter(|pulses| *pulses != 0 || with.is_none());
-                Self::Move { motor, duty: duty.into(), pulses, with: with.into_iter().collect() }
-            }
-            AreaRequest::Sound { index, repeat } => Self::Sound { index, repeat },
-        })
-    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -178,9 +97,57 @@ fn understand(value: Value) -> Result<Message, Problem> {
         "camera" => Request::Work(Work::Camera(parse(value)?)),
         "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
         "press" | "sensor" | "remote" | "plug" => Request::Work(Work::World(parse(value)?)),
-        _ => Request::Work(Work::Area(Command::try_from(parse::<AreaRequest>(value)?)?)),
+        _ => Request::Work(Work::Area(command(name, &value)?)),
     };
     Ok(Message { host, area, request })
+}
+
+/// A command for one area: its configuration and its outputs. Terminals are counted from 0.
+fn command(name: &str, message: &Value) -> Result<Command, Problem> {
+    let motor = || terminal(message, "motor");
+    let duty = || field::<i16>(message, "duty").map(i64::from);
+    Ok(match name {
+        "uni" => Command::InputMode {
+            input: terminal(message, "input")?,
+            mode: names::input_mode(&message["mode"]).map_err(Problem::bad_message)?,
+            digital: field(message, "digital")?,
+        },
+        "counter_mode" => Command::CounterMode {
+            counter: terminal(message, "counter")?,
+            mode: names::counter_mode(&message["mode"]).map_err(Problem::bad_message)?,
+        },
+        "reset_counter" => Command::ResetCounter(terminal(message, "counter")?),
+        "motor_kind" => {
+            let kind = if field(message, "outputs")? { Pair::Outputs } else { Pair::Motor };
+            Command::Pair { motor: motor()?, kind }
+        }
+        "motor" => Command::Motor { motor: motor()?, duty: duty()?, stops_followers: true },
+        "output" => Command::Output { output: terminal(message, "output")?, duty: duty()? },
+        "distance" => {
+            let opposite = field::<Option<bool>>(message, "opposite")?.unwrap_or_default();
+            let with = match &message["with"] {
+                Value::Null => Vec::new(),
+                _ => vec![Follower { motor: terminal(message, "with")?, opposite }],
+            };
+            // Two motors may turn together without an end.
+            let pulses = Some(field(message, "pulses")?);
+            let pulses = pulses.filter(|pulses| *pulses != 0 || with.is_empty());
+            Command::Move { motor: motor()?, duty: duty()?, pulses, with }
+        }
+        "sound" => {
+            Command::Sound { index: field(message, "index")?, repeat: field(message, "repeat")? }
+        }
+        other => return Err(Problem::bad_message(format!("there is no {other:?}"))),
+    })
+}
+
+/// The terminal with the index that a message has under this key.
+fn terminal<T: TryFrom<i32, Error = Error>>(message: &Value, key: &str) -> Result<T, Problem> {
+    Ok(T::try_from(field(message, key)?)?)
+}
+
+fn field<T: DeserializeOwned>(message: &Value, key: &str) -> Result<T, Problem> {
+    T::deserialize(&message[key]).map_err(|error| Problem::bad_message(format!("{key}: {error}")))
 }
 
 /// An index in a message; 0 if it is not there.
@@ -196,6 +163,8 @@ fn parse<T: DeserializeOwned>(value: Value) -> Result<T, Problem> {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area::tx::Motor;
+
     use super::*;
 
     #[test]

@@ -18,7 +18,7 @@ use super::connection;
 use super::dispatch::Panel;
 use super::files::{self, File};
 use crate::web::connections::Kept;
-use crate::web::pictures;
+use crate::web::{self, pictures};
 
 /// How many pages may be open.
 const PAGES: usize = 200;
@@ -88,16 +88,7 @@ async fn check(State(server): State<Server>, request: Request, next: Next) -> Re
     if let Ok(policy) = HeaderValue::try_from(policy) {
         headers.insert(header::CONTENT_SECURITY_POLICY, policy);
     }
-    for (name, value) in [
-        (header::CACHE_CONTROL, "no-store"),
-        (header::REFERRER_POLICY, "no-referrer"),
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
-        (header::X_FRAME_OPTIONS, "DENY"),
-        (header::HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
-        (header::HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
-    ] {
-        headers.insert(name, HeaderValue::from_static(value));
-    }
+    web::protect(headers);
     response
 }
 

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::problem::Problem;
 use super::request::{RemoteRequest, WorldRequest};
+use crate::values::RemoteValue;
 
 /// A simulated TXT that the panel shows.
 pub(super) struct Simulated {
@@ -20,7 +21,7 @@ pub(super) struct Simulated {
 #[derive(Serialize)]
 pub(super) struct WorldReport {
     boards: Vec<BoardReport>,
-    remotes: Vec<RemoteReport>,
+    remotes: Vec<RemoteValue>,
 }
 
 #[derive(Serialize)]
@@ -61,18 +62,6 @@ struct MotorReport {
 struct LampReport {
     output: usize,
     glow: f64,
-}
-
-#[derive(Serialize)]
-struct RemoteReport {
-    left_x: i8,
-    left_y: i8,
-    right_x: i8,
-    right_y: i8,
-    on: bool,
-    off: bool,
-    dip1: bool,
-    dip2: bool,
 }
 
 impl Simulated {
@@ -227,7 +216,7 @@ fn report(machine: &Machine, world: &World) -> Option<WorldReport> {
     let boards = (0..machine.controllers.len())
         .map(|index| board_report(state, index, board(index), alive(index)))
         .collect();
-    Some(WorldReport { boards, remotes: state.remotes().iter().map(remote_report).collect() })
+    Some(WorldReport { boards, remotes: state.remotes().iter().map(RemoteValue::from).collect() })
 }
 
 fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) -> BoardReport {
@@ -272,17 +261,4 @@ fn sensor_value(sensor: &Sensor) -> Option<SensorValue> {
         _ => return None,
     };
     Some(SensorValue { kind, value, min, max, unit })
-}
-
-fn remote_report(remote: &Remote) -> RemoteReport {
-    RemoteReport {
-        left_x: remote.left_x,
-        left_y: remote.left_y,
-        right_x: remote.right_x,
-        right_y: remote.right_y,
-        on: remote.on,
-        off: remote.off,
-        dip1: remote.dip1,
-        dip2: remote.dip2,
-    }
 }

@@ -7,14 +7,13 @@ use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
-use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::SimulatedTxt;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
+use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{interrupt, print};
+use crate::{interrupt, print, worlds};
 
 /// How often the progress is shown, and the recorder looked after.
 const LOOK: Duration = Duration::from_millis(100);
@@ -127,11 +126,7 @@ fn discard(recorder: Recorder) {
 }
 
 fn simulate(world: &str) -> anyhow::Result<SimulatedTxt> {
-    let world = match World::shipped(world) {
-        _ if world.ends_with(".toml") => World::load(world),
-        shipped => shipped,
-    };
-    Ok(SimulatedTxt::builder().world(world?).start()?)
+    Ok(SimulatedTxt::builder().world(worlds::named(world)?).start()?)
 }
 
 /// A handler that drives nothing.

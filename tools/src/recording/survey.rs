@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 /// What is in a recording.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Survey {
     /// Seconds since 1970.
     pub(crate) started: f64,
@@ -46,8 +46,14 @@ impl Survey {
         let mut recording = Recording::open(path)?;
         let progress = progress("reads");
         let started = recording.started().duration_since(std::time::UNIX_EPOCH);
-        let mut survey = Self::empty(started.unwrap_or_default());
-        survey.bytes = std::fs::metadata(path).map_or(0, |file| file.len());
+        let mut survey = Self {
+            started: started.unwrap_or_default().as_secs_f64(),
+            bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
+            // Those of a recording that has no beginning, because it was lost.
+            device_name: "TX2013".to_owned(),
+            firmware: "4.6.6".to_owned(),
+            ..Self::default()
+        };
         let mut measured = (0, Duration::ZERO);
         for entry in recording.by_ref() {
             let entry = entry?;
@@ -71,32 +77,6 @@ impl Survey {
         }
         survey.is_cut_off = recording.is_cut_off();
         Ok(survey)
-    }
-
-    fn empty(started: Duration) -> Self {
-        Self {
-            started: started.as_secs_f64(),
-            seconds: 0.0,
-            bytes: 0,
-            // Those of a recording that has no beginning, because it was lost.
-            device_name: "TX2013".to_owned(),
-            firmware: "4.6.6".to_owned(),
-            address: String::new(),
-            areas: 0,
-            extensions: 0,
-            transfers: 0,
-            cycles: 0,
-            lost: 0,
-            shortest_cycle_ms: 0.0,
-            mean_cycle_ms: 0.0,
-            longest_cycle_ms: 0.0,
-            gaps: 0,
-            events: BTreeMap::new(),
-            pictures: 0,
-            first_picture: None,
-            errors: Vec::new(),
-            is_cut_off: false,
-        }
     }
 
     fn count(&mut self, cycle: &Cycle, (count, total): &mut (u32, Duration)) {

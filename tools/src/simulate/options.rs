@@ -1,7 +1,6 @@
 //! The options of `txt simulate`.
 
 use std::ffi::OsString;
-use std::path::Path;
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -11,6 +10,8 @@ use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{CameraConnection, Fault, SimulatedTxt, SimulatedTxtBuilder};
+
+use crate::worlds;
 
 const AFTER: &str = "\
 WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, cut, surplus:BYTES or
@@ -132,16 +133,11 @@ fn with<T>(
 
 /// The world with this name, or in this file.
 fn plugged(name: OsString) -> Result<Plugged, String> {
-    let path = Path::new(&name);
-    let is_file = path.extension().is_some() || path.components().count() > 1;
-    let world = match name.to_str() {
-        Some("none") => return Ok(Plugged(None)),
-        Some(shipped) if !is_file => World::shipped(shipped).map_err(|error| {
-            format!("{error}; or use none for no world, or the path of a .toml file")
-        }),
-        _ => World::load(path).map_err(|error| error.to_string()),
-    };
-    world.map(|world| Plugged(Some(world)))
+    if name == "none" {
+        return Ok(Plugged(None));
+    }
+    let world = worlds::named(&name).map_err(|error| crate::sentence(&error))?;
+    Ok(Plugged(Some(world)))
 }
 
 fn port(text: &str) -> Result<u16, &'static str> {

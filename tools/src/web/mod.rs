@@ -5,16 +5,58 @@ pub(crate) mod connections;
 pub(crate) mod pictures;
 
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+use std::thread;
 
+use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
+use axum::Router;
 use tokio::net::TcpListener;
-use tokio::runtime::Runtime;
+use tokio::runtime::{self, Runtime};
 use webbrowser::{Browser, BrowserOptions};
 
-/// Listens at an address. The error is a sentence.
-pub(crate) fn listen(runtime: &Runtime, address: SocketAddr) -> anyhow::Result<TcpListener> {
-    let _inside = runtime.enter();
-    connections::listen(address).map_err(|error| match error.kind() {
+use self::access::Access;
+
+/// A server that listens, but does not answer yet.
+pub(crate) struct Site {
+    runtime: Runtime,
+    listener: TcpListener,
+    pub(crate) address: SocketAddr,
+    pub(crate) access: Arc<Access>,
+}
+
+impl Site {
+    /// Listens at an address. The error is a sentence.
+    pub(crate) fn listen(address: SocketAddr) -> anyhow::Result<Self> {
+        let runtime = runtime::Builder::new_current_thread().enable_all().build()?;
+        let inside = runtime.enter();
+        let listener = connections::listen(address).map_err(|error| refused(address, &error))?;
+        drop(inside);
+        let address = listener.local_addr()?;
+        let access = Arc::new(Access::new(address.ip(), address.port())?);
+        Ok(Self { runtime, listener, address, access })
+    }
+
+    /// The address of the page, with the token, for browsers that reach this computer by `ip`.
+    pub(crate) fn url(&self, ip: IpAddr) -> String {
+        let address = SocketAddr::new(ip, self.address.port());
+        format!("http://{address}/?token={}", self.access.token())
+    }
+
+    /// Answers from now on, in a thread of its own, and opens this address in the browser.
+    pub(crate) fn serve(self, router: Router, open: Option<String>) -> io::Result<()> {
+        let Self { runtime, listener, .. } = self;
+        let serve = move || runtime.block_on(connections::serve(listener, router));
+        thread::Builder::new().name("server".to_owned()).spawn(serve)?;
+        if let Some(url) = open {
+            thread::Builder::new().name("browser".to_owned()).spawn(move || open_browser(&url))?;
+        }
+        Ok(())
+    }
+}
+
+fn refused(address: SocketAddr, error: &io::Error) -> anyhow::Error {
+    match error.kind() {
         io::ErrorKind::AddrInUse => anyhow::anyhow!(
             "port {} is taken by another program; choose another one with --port, or leave it out for a free one",
             address.port()
@@ -23,14 +65,29 @@ pub(crate) fn listen(runtime: &Runtime, address: SocketAddr) -> anyhow::Result<T
             anyhow::anyhow!("{} is no address of this computer; --bind needs one", address.ip())
         }
         _ => anyhow::anyhow!("the page can't be served at {address} ({error})"),
-    })
+    }
 }
 
 /// Opens the page at this address, or says that it can't.
-pub(crate) fn open_browser(url: &str) {
+fn open_browser(url: &str) {
     let mut options = BrowserOptions::new();
     options.with_suppress_output(true);
     if webbrowser::open_browser_with_options(Browser::Default, url, &options).is_err() {
         eprintln!("no browser could be opened; open the address above in one");
+    }
+}
+
+/// Tells the browser to keep nothing, to pass the token on to nobody, and to show the page in no other one.
+pub(crate) fn protect(headers: &mut HeaderMap) {
+    for (name, value) in [
+        (header::CACHE_CONTROL, "no-store"),
+        // The address has the token.
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::X_FRAME_OPTIONS, "DENY"),
+        (HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+        (HeaderName::from_static("cross-origin-opener-policy"), "same-origin"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
     }
 }
