@@ -3,26 +3,39 @@
 //! The pages write links to files as `[name]` and define the targets at their end. Of two definitions of
 //! one name the first counts, so a definition before a page here replaces the page's own.
 
+/// [c_functions.md]: c_functions
+/// [reliability.md]: reliability
 /// [simulator.md]: simulator
 #[doc = include_str!("../docs/c_programs.md")]
 pub mod c_programs {}
 
 /// [c_programs.md]: c_programs
+#[doc = include_str!("../docs/c_functions.md")]
+pub mod c_functions {}
+
+/// [c_programs.md]: c_programs
+/// [names.md]: names
+/// [reliability.md]: reliability
 /// [simulator.md]: simulator
 #[doc = include_str!("../docs/porting.md")]
 pub mod porting {}
 
+/// [porting.md]: porting
+#[doc = include_str!("../docs/names.md")]
+pub mod names {}
+
 #[doc = include_str!("../docs/protocol.md")]
 pub mod protocol {}
 
+/// [reliability_matrix.md]: reliability_matrix
+/// [txt40.md]: txt40
 #[doc = include_str!("../docs/reliability.md")]
 pub mod reliability {}
 
-/// [default.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
-/// [slide.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
-/// [kit.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
-/// [car.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
-/// [everything.toml]: https://docs.rs/ft-transfer-area-simulator/latest/ft_transfer_area_simulator/world/struct.World.html#associatedconstant.SHIPPED
+#[doc = include_str!("../docs/reliability_matrix.md")]
+pub mod reliability_matrix {}
+
+/// [txt40.md]: txt40
 #[doc = include_str!("../docs/simulator.md")]
 pub mod simulator {}
 

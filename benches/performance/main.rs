@@ -1,7 +1,7 @@
 //! Measures the library, and what a user would take instead, side by side in one run.
 //!
 //! ```text
-//! cargo bench --bench performance                     # everything: docs/performance.md and its pictures
+//! cargo bench --bench performance                     # everything: docs/measurements.md and its pictures
 //! cargo bench --bench performance -- --short          # the same with few repetitions, into target/performance/short
 //! cargo bench --bench performance -- cycle reaction   # only these parts
 //! ```
@@ -40,7 +40,7 @@ use clap::{Parser, Subcommand};
 use report::{Report, Table};
 
 #[derive(Parser)]
-#[command(about = "Measures the library, and writes docs/performance.md")]
+#[command(about = "Measures the library, and writes docs/measurements.md")]
 struct Options {
     /// Few repetitions, to see that everything works; writes into target/performance/short
     #[arg(long)]

@@ -17,7 +17,7 @@ impl Report {
     /// A report into the document of the repository, or, if `short`, into a copy of it.
     pub(crate) fn new(short: bool) -> Result<Self> {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().context("no folder above")?;
-        let document = root.join("docs/performance.md");
+        let document = root.join("docs/measurements.md");
         let raw = root.join("target/performance");
         if !short {
             fs::create_dir_all(&raw)?;
@@ -25,7 +25,7 @@ impl Report {
         }
         let raw = raw.join("short");
         fs::create_dir_all(&raw)?;
-        let copy = raw.join("performance.md");
+        let copy = raw.join("measurements.md");
         fs::copy(document, &copy)?;
         Ok(Self { short, raw, document: copy })
     }

@@ -1,10 +1,10 @@
-//! The tables of `docs/c_programs.md`: every function of the headers is in them, and says what it does here.
+//! The tables of `docs/c_functions.md`: every function of the headers is in them, and says what it does here.
 
 use std::collections::BTreeSet;
 use std::fs;
 
 /// How each row says what a call does.
-const ANSWERS: [&str; 3] = ["as on the TX", "different: ", "answers that it is not there"];
+const ANSWERS: [&str; 3] = ["as on the TX", "different: ", "not available: "];
 
 fn read(path: &str) -> String {
     let path = format!("{}/../{path}", env!("CARGO_MANIFEST_DIR"));
@@ -12,16 +12,16 @@ fn read(path: &str) -> String {
     text.replace("\r\n", "\n")
 }
 
-/// The names in the table below a heading, in order. Each row has one of the three answers.
+/// The names in the table below a heading, in order. A row has one or more names, and one of the three answers.
 fn table(heading: &str) -> Vec<String> {
-    let document = read("docs/c_programs.md");
+    let document = read("docs/c_functions.md");
     let (_, rest) = document.split_once(&format!("\n{heading}\n")).expect("the heading");
     let rows = rest.lines().take_while(|line| !line.starts_with('#'));
     let rows = rows.filter_map(|line| line.strip_prefix("| `"));
-    rows.map(|row| {
-        let (name, answer) = row.split_once("` | ").expect("two columns");
-        assert!(ANSWERS.iter().any(|known| answer.starts_with(known)), "{name}: {answer}");
-        name.to_owned()
+    rows.flat_map(|row| {
+        let (names, answer) = row.split_once("` | ").expect("two columns");
+        assert!(ANSWERS.iter().any(|known| answer.starts_with(known)), "{names}: {answer}");
+        names.split("`, `").map(str::to_owned)
     })
     .collect()
 }

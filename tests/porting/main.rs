@@ -1,4 +1,4 @@
-//! docs/porting.md gives the Rust name of every field and every call of the C headers. Here its
+//! docs/names.md gives the Rust name of every field and every call of the C headers. Here its
 //! tables are made from the crate's source and compared with the document.
 //!
 //! `UPDATE_PORTING=1 cargo test --workspace --test porting` writes them again.
@@ -42,7 +42,7 @@ fn the_document_names_every_field_and_call() {
     let mistakes: BTreeSet<String> = mistakes.into_iter().collect();
     assert!(mistakes.is_empty(), "{mistakes:#?}");
 
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/porting.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/names.md");
     let document = fs::read_to_string(&path).unwrap().replace("\r\n", "\n");
     let (before, rest) = document.split_once(BEGIN).expect("no line where the tables begin");
     let (present, after) = rest.split_once(END).expect("no line where the tables end");
@@ -54,7 +54,7 @@ fn the_document_names_every_field_and_call() {
     let difference = difference(present, &expected);
     assert!(
         difference.is_empty(),
-        "docs/porting.md does not agree with the crate's names:\n{difference}\
+        "docs/names.md does not agree with the crate's names:\n{difference}\
          {UPDATE}=1 cargo test --workspace --test porting writes its tables again\n"
     );
 }
@@ -88,7 +88,7 @@ struct Tables<'a> {
 
 impl Tables<'_> {
     fn section(&mut self, heading: &str, rows: &[String]) {
-        self.lines.extend([format!("### {heading}"), String::new()]);
+        self.lines.extend([format!("## {heading}"), String::new()]);
         self.table(rows);
     }
 

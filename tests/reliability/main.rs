@@ -1,4 +1,4 @@
-//! The fault matrix of `docs/reliability.md`, on Linux. See [`matrix`].
+//! The fault matrix of `docs/reliability_matrix.md`, on Linux. See [`matrix`].
 
 #[cfg(target_os = "linux")]
 mod matrix;

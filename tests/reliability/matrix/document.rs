@@ -1,4 +1,4 @@
-//! `docs/reliability.md`: its table is made from the rows.
+//! `docs/reliability_matrix.md`: the table is made from the rows.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -17,7 +17,7 @@ const HEADER: &str = "\
 const MEASURED: [usize; 2] = [4, 6];
 
 fn path() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reliability.md")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reliability_matrix.md")
 }
 
 /// Whether the document's table has these rows and no others.
@@ -46,7 +46,7 @@ pub(crate) fn check(rows: &[Row]) -> Result<(), String> {
         .collect();
     match mistakes.is_empty() && made == written {
         true => Ok(()),
-        false => Err(format!("docs/reliability.md: {}", mistakes.join("\n"))),
+        false => Err(format!("docs/reliability_matrix.md: {}", mistakes.join("\n"))),
     }
 }
 

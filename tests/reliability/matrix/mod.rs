@@ -1,6 +1,6 @@
 //! The fault matrix: what a program sees of each fault, how soon, and what stops the motors.
 //!
-//! Each row of the table in `docs/reliability.md` is a test here, and the test checks the text of
+//! Each row of the table in `docs/reliability_matrix.md` is a test here, and the test checks the text of
 //! the row. To write the table again with the figures of a run:
 //!
 //! ```text

@@ -10,7 +10,7 @@ use super::topics::{Addressed, Topics, What, ERROR, EVENT, MASTER, STATE};
 const DOCUMENT: &str = include_str!("../../../docs/bridge.md");
 const FLOW: &str = include_str!("../../samples/node-red.json");
 
-/// What follows prefix and name in all topics that the bridge tells.
+/// What follows prefix and name in all topics that the bridge publishes.
 fn told() -> BTreeSet<String> {
     let values = What::all(0).into_iter().map(|what| what.tail(0));
     values.chain([STATE, MASTER, EVENT, ERROR].map(str::to_owned)).collect()
@@ -42,7 +42,7 @@ fn expand(topics: &[String]) -> Vec<String> {
 
 #[test]
 fn the_document_has_all_topics_and_no_others() {
-    let rows = table("### What the bridge tells");
+    let rows = table("### What the bridge publishes");
     let documented: BTreeSet<String> = rows.iter().flat_map(|(topics, _)| expand(topics)).collect();
     assert_eq!(documented, told());
     for (_, payloads) in rows {
@@ -53,7 +53,7 @@ fn the_document_has_all_topics_and_no_others() {
 
 #[test]
 fn the_documented_commands_work() {
-    let rows = table("### What the bridge takes");
+    let rows = table("### What the bridge accepts");
     for (topics, payloads) in &rows {
         let payload = payloads.first().map_or("", |payload| payload);
         let parsed = Received::parse(&topics[0], payload.as_bytes());
