@@ -1,4 +1,4 @@
-//! WLAN: a slide moves back and forth by distances, and goes on after a lost connection. After each
+//! Wi-Fi: a slide moves back and forth by distances, and goes on after a lost connection. After each
 //! gap it looks for its start again, because its position is no longer known.
 //!
 //! Wiring: the slide's encoder motor on M3 and C3, a switch at its start on I4 (contacts 1 and 3).
@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! cargo run --example wlan                  # a simulated TXT
-//! cargo run --example wlan -- 192.168.8.2   # a TXT on WLAN
+//! cargo run --example wlan -- 192.168.8.2   # a TXT on Wi-Fi
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER
@@ -29,7 +29,7 @@ use ft_transfer_area::{Error, FishX1Transfer, TimeLimits, TransferAreaComHandler
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
-/// A slow WLAN may need this long for a response, because a lost packet is sent again. The
+/// A slow Wi-Fi may need this long for a response, because a lost packet is sent again. The
 /// controller closes the connection after 5 s without commands, so more does not help.
 const READ_LIMIT: Duration = Duration::from_secs(4);
 /// The motor stops when this program hangs for this time. Longer than a response may take.
@@ -86,7 +86,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let gaps = handler.statistics().gaps;
     handler.end_transfer()?;
-    println!("Connections that were lost and made again: {gaps}.");
+    println!("Connections that were lost and re-established: {gaps}.");
     Ok(())
 }
 

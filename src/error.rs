@@ -277,13 +277,13 @@ pub enum Error {
         /// The limit that was set.
         limit: Duration,
     },
-    /// The connection was lost and is being made again: all outputs were set to 0, all commands forgotten,
+    /// The connection was lost and is being re-established: all outputs were set to 0, all commands forgotten,
     /// and what the program wrote before is lost. The transfer goes on, and the program can go on, too.
     ConnectionLost {
         /// What went wrong with the connection.
         cause: Box<Error>,
     },
-    /// A lost connection could not be made again within the limit. The transfer ended.
+    /// A lost connection could not be re-established within the limit. The transfer ended.
     ReconnectFailed {
         /// The limit that was set.
         limit: Duration,

@@ -11,7 +11,7 @@ use crate::firmware::FirmwareVersion;
 pub enum ConnectionKind {
     /// The USB cable: 192.168.7.2.
     Usb,
-    /// The controller's own WLAN: 192.168.8.2.
+    /// The controller's own Wi-Fi: 192.168.8.2.
     Wlan,
     /// Bluetooth: 192.168.9.2.
     Bluetooth,

@@ -32,7 +32,7 @@
 //! of one response and do not change while it is kept, and what is written is sent when it is dropped. So get
 //! a new guard in each round of a loop. This loop never ends:
 //! `let areas = handler.wait_cycle()?; while areas[LOCAL_IO].input.uni[0] == 0 {}`. A guard that is kept for a
-//! second is told of, with the name of its thread: by the logger, or without one on the standard error. To
+//! second is reported with the name of its thread: by the logger, or without one on the standard error. To
 //! wait for something, use [`wait_until`](TransferArea::wait_until).
 //!
 //! </div>
@@ -44,13 +44,13 @@
 //! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
 //! | port the calls of the TX library or of FtTxtLib | [`tx`] |
 //! | wait for a motor, an input or any other condition | [`TransferArea::wait_until`] and the other waits |
-//! | be told of changes, as by FtTxtLib's callbacks | [`TransferArea::events`] |
+//! | be notified of changes, as by FtTxtLib's callbacks | [`TransferArea::events`] |
 //! | record every cycle | [`TransferArea::cycle_log`] |
-//! | be told when a motor is blocked | [`TransferArea::set_stall_limit`] |
+//! | be notified when a motor is blocked | [`TransferArea::set_stall_limit`] |
 //! | measure the time between two responses, and count missed ones | [`TransferAreaGuard::arrived`] and [`cycle`](TransferAreaGuard::cycle) |
 //! | control several controllers in one loop | [`TransferArea::wait_any`] |
 //! | stop the motors when the program hangs | [`TransferAreaComHandlerBuilder::watchdog`] |
-//! | continue after a lost connection, as on a slow WLAN | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
+//! | continue after a lost connection, as on a slow Wi-Fi | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
 //! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
 //! | port a C program with a loop around `DoTransferCompressed` | [`TxtClient::do_transfer`] with an [`Exchange`] |
 //! | send single commands, without a transfer area | [`TxtClient`] |
@@ -62,20 +62,20 @@
 //! | develop and test without a controller | the crate [`ft-transfer-area-simulator`], with [`TransferAreaComHandlerBuilder::lock_step`] for the same result in each run |
 //!
 //! The crate is a port of the C-Programming Kit 4.1.6. Search this documentation for a name of the
-//! kit to find its place here; [`guide::porting`] lists them all. Where the kit has a mistake,
+//! kit to find its place here; [`guide::names`] lists them all. Where the kit has a mistake,
 //! [`guide::protocol`] says what it is and what this crate does instead.
 //!
 //! # Blocking
 //!
 //! Calls block, as in the kit: a control loop is a sequence of steps, and the controller sets the
 //! pace of the one connection. [`TimeLimits`] bound every step on the wire, so nothing waits for a
-//! controller for ever.
+//! controller forever.
 //!
 //! # Errors and the machine
 //!
 //! Bad data from the network and bad arguments give an [`Error`], never a panic. Two mistakes of a
 //! program panic, with a message that says what to write instead: a thread that locks the areas while
-//! it holds them, because it would wait for itself for ever, and an index beyond the handler's areas.
+//! it holds them, because it would wait for itself forever, and an index beyond the handler's areas.
 //!
 //! Whatever ends a transfer, its motors stop. The last exchange stops them if the connection still works.
 //! Otherwise the controller stops them: immediately when the connection is closed, also when the
@@ -89,14 +89,14 @@
 //! as done.
 //! Outputs [count again](TransferArea#when-outputs-count) when the program knows what happened.
 //!
-//! [`guide::reliability`] lists for each fault what the program sees and how soon.
+//! [`guide::reliability`] says what happens when something breaks; [`guide::reliability_matrix`] lists each fault.
 //!
 //! # Logging
 //!
 //! The crate logs through the `log` crate. `error`: the transfer ended with an error. `warn`: the
-//! connection is lost and is being made again, the watchdog has expired, the camera's stream ended with
+//! connection is lost and is being re-established, the watchdog has expired, the camera's stream ended with
 //! an error, or a duty is out of range. `info`: which controller was reached, connected again, a transfer
-//! or stream ended. `debug`: an attempt to connect again failed, or an I2C connection was made again.
+//! or stream ended. `debug`: an attempt to connect again failed, or an I2C connection was re-established.
 //!
 //! # Dependencies
 //!

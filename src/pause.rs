@@ -29,7 +29,7 @@ impl Clock {
     /// The clock of the system that this is compiled for.
     pub(crate) const OF_SYSTEM: Self = if cfg!(windows) { Self::Coarse } else { Self::Fine };
 
-    /// Waits for news, but not beyond the deadline; returns whether the deadline has passed. May end
+    /// Waits for a change, but not beyond the deadline; returns whether the deadline has passed. May end
     /// without either.
     pub(crate) fn wait_until<T>(
         self,
@@ -50,7 +50,7 @@ impl Clock {
     }
 }
 
-/// A limit that every clock reaches, for waits of others that end in a panic otherwise: for ever is 136 years.
+/// A limit that every clock reaches, for waits of others that end in a panic otherwise: forever is 136 years.
 pub(crate) fn within_clock(limit: Duration) -> Duration {
     limit.min(Duration::from_secs(u32::MAX.into()))
 }

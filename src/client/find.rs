@@ -17,10 +17,10 @@ use crate::notices::notice;
 /// The host that means the only controller that is found.
 const AUTO: &str = "auto";
 
-/// How long the search for it may take. A packet that is lost on a WLAN is sent again after a second.
+/// How long the search for it may take. A packet that is lost on a Wi-Fi is sent again after a second.
 const AUTO_LIMIT: Duration = Duration::from_millis(1500);
 
-/// The default addresses of a controller: by USB, by its own WLAN, by Bluetooth, and on the same machine.
+/// The default addresses of a controller: by USB, by its own Wi-Fi, by Bluetooth, and on the same machine.
 #[cfg(not(test))]
 pub const USUAL_HOSTS: &[&str] = &["192.168.7.2", "192.168.8.2", "192.168.9.2", "127.0.0.1"];
 /// Tests ask no other host.
@@ -30,7 +30,7 @@ pub const USUAL_HOSTS: &[&str] = &["127.0.0.1"];
 /// How many addresses are asked in parallel, so that a long list does not take all threads.
 const AT_A_TIME: usize = 64;
 
-/// Finds the controllers at the usual addresses: USB (192.168.7.2), WLAN (192.168.8.2), Bluetooth
+/// Finds the controllers at the usual addresses: USB (192.168.7.2), Wi-Fi (192.168.8.2), Bluetooth
 /// (192.168.9.2) and the controller on which the program runs (127.0.0.1), each at
 /// [port 65000](crate::PORT).
 ///

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::error::Error;
 
-/// In ms: with an hour, no sum of limits is beyond the range of a clock, and no thread is held for ever.
+/// In ms: with an hour, no sum of limits is beyond the range of a clock, and no thread is held forever.
 pub(crate) const LIMIT_RANGE: RangeInclusive<i64> = 1..=3_600_000;
 
 /// How long the steps of talking to the controller may take.

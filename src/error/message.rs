@@ -74,7 +74,7 @@ impl fmt::Display for Error {
             Self::NoController { tried } => write!(
                 f,
                 "no controller was found{}; check that the TXT is switched on and has finished \
-                 starting, that its cable is plugged in or the PC is in its WLAN or paired by Bluetooth, \
+                 starting, that its cable is plugged in or the PC is in its Wi-Fi or paired by Bluetooth, \
                  and that no other program uses it; for a TXT in another network, give its address",
                 if tried.is_empty() { String::new() } else { format!(" at {}", list(tried)) }
             ),
@@ -87,13 +87,13 @@ impl fmt::Display for Error {
             Self::HostNotFound { host, cause } => write!(
                 f,
                 "there is no host {host:?} ({cause}); check the spelling, or use the address: \
-                 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth"
+                 192.168.7.2 for USB, 192.168.8.2 for Wi-Fi, 192.168.9.2 for Bluetooth"
             ),
             Self::LookupTimedOut { host, limit } => write!(
                 f,
                 "the address of {host:?} was not found within {limit:?}; check the network and its \
                  name servers, or use the numeric address: 192.168.7.2 for USB, 192.168.8.2 for \
-                 WLAN, 192.168.9.2 for Bluetooth"
+                 Wi-Fi, 192.168.9.2 for Bluetooth"
             ),
             Self::ConnectionRefused { address } => write!(
                 f,
@@ -103,12 +103,12 @@ impl fmt::Display for Error {
             Self::ConnectTimedOut { address, limit } => write!(
                 f,
                 "{address} did not answer within {limit:?}; check that the TXT is switched on and \
-                 connected by USB, WLAN or Bluetooth, or allow more time for connecting by time_limits"
+                 connected by USB, Wi-Fi or Bluetooth, or allow more time for connecting by time_limits"
             ),
             Self::ConnectFailed { address, cause } => write!(
                 f,
                 "no connection to {address} ({cause}); check that the TXT is switched on and \
-                 connected by USB, WLAN or Bluetooth"
+                 connected by USB, Wi-Fi or Bluetooth"
             ),
             Self::NotTaken { command, limit } => write!(
                 f,
@@ -197,12 +197,12 @@ impl fmt::Display for Error {
             ),
             Self::ConnectionLost { cause } => write!(
                 f,
-                "the connection to the controller was lost and is being made again; all outputs are 0 and \
+                "the connection to the controller was lost and is being re-established; all outputs are 0 and \
                  all commands forgotten, so set them again; what went wrong: {cause}"
             ),
             Self::ReconnectFailed { limit, cause } => write!(
                 f,
-                "the connection to the controller was lost and could not be made again within {limit:?}, \
+                "the connection to the controller was lost and could not be re-established within {limit:?}, \
                  the limit that reconnect has set; the last error: {cause}"
             ),
             Self::ThreadNotStarted { cause } => write!(

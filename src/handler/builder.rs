@@ -40,11 +40,11 @@ pub struct TransferAreaComHandlerBuilder {
 
 impl TransferAreaComHandler {
     /// Settings for a handler of the controller at `host`, a name or a numeric address:
-    /// 192.168.7.2 for USB, 192.168.8.2 for WLAN, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
+    /// 192.168.7.2 for USB, 192.168.8.2 for Wi-Fi, 192.168.9.2 for Bluetooth, 127.0.0.1 on the
     /// controller itself. A port may follow: `"192.168.7.2:65000"`, `"[::1]:65000"`.
     ///
     /// The host `auto` means the only controller that [`find_controllers`](crate::find_controllers) finds.
-    /// The search runs when a transfer begins, and takes up to 1.5 s more; a lost connection is made again
+    /// The search runs when a transfer begins, and takes up to 1.5 s more; a lost connection is re-established
     /// to the same controller. When several are found, the transfer does not begin, because a program for
     /// one machine must not move another.
     #[doc(alias = "ftIF2013TransferAreaComHandler")]
@@ -139,7 +139,7 @@ impl TransferAreaComHandlerBuilder {
     ///
     /// The reaction window and the watchdog are off. The limits of the connection, of the hook and for
     /// reconnecting use the system clock, and `end_transfer`, errors and panics end a transfer immediately,
-    /// so nothing waits for ever in lock-step either.
+    /// so nothing waits forever in lock-step either.
     ///
     /// A controller closes a connection without requests after some seconds, so the simulated TXT has to be
     /// in lock-step, too:
@@ -201,7 +201,7 @@ impl TransferAreaComHandlerBuilder {
     /// meanwhile.
     ///
     /// Choose a limit above the longest pause of the program, and above a few cycles of 10 ms. The watchdog
-    /// pauses while a lost connection is made again.
+    /// pauses while a lost connection is being re-established.
     ///
     /// ```
     /// use std::time::Duration;
@@ -231,7 +231,7 @@ impl TransferAreaComHandlerBuilder {
     /// ends the transfer.
     ///
     /// When the connection fails, the outputs in the areas go to 0, and all commands are forgotten: one that
-    /// was not finished is never reported as done. The program is told immediately: waits return
+    /// was not finished is never reported as done. The program learns of it immediately: waits return
     /// [`Error::ConnectionLost`], once to each handle, and listeners get
     /// [`Event::ConnectionLost`](crate::Event::ConnectionLost). A program that calls a wait again goes on:
     /// the call waits until there is a connection, with the configuration of all areas, and with the camera
@@ -240,8 +240,9 @@ impl TransferAreaComHandlerBuilder {
     /// request, this is another gap.
     ///
     /// When `limit` has passed without a connection, the transfer ends with
-    /// [`Error::ReconnectFailed`]. With [`Duration::MAX`] it is tried for ever, with zero only once. It ends immediately if the firmware is now too old. Each attempt takes at
-    /// most the limit for connecting plus those for the responses.
+    /// [`Error::ReconnectFailed`]. With [`Duration::MAX`] it tries forever, with zero only once. It ends
+    /// immediately if the firmware is now too old. Each attempt takes at most the limit for connecting plus those
+    /// for the responses.
     ///
     /// ```
     /// use std::time::Duration;

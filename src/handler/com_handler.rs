@@ -49,7 +49,7 @@ const FLUSH: Duration = Duration::from_millis(100);
 ///   Afterwards the areas' outputs are as in that exchange.
 /// - If the program wants it, a [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) stops the motors
 ///   when the program hangs, and a lost connection is
-///   [made again](crate::TransferAreaComHandlerBuilder::reconnect).
+///   [re-established](crate::TransferAreaComHandlerBuilder::reconnect).
 ///
 /// ```no_run
 /// use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
@@ -126,7 +126,7 @@ impl TransferAreaComHandler {
     /// written before the first transfer or [after the end of the last one was
     /// known](TransferArea#when-outputs-count). A configuration always counts. The ids of commands continue,
     /// so a controller that has forgotten them resets counters once more; commands that were not finished at
-    /// the end of a transfer never read as done.
+    /// the end of a transfer are never reported as done.
     ///
     /// Any thread may call it. This program, without a watchdog and without
     /// [`reconnect`](crate::TransferAreaComHandlerBuilder::reconnect), begins again after an error, with one
@@ -168,7 +168,7 @@ impl TransferAreaComHandler {
         match catch_unwind(AssertUnwindSafe(begin)) {
             Ok(result) => result.inspect_err(|error| shared.fail(error.clone())),
             Err(panic) => {
-                // Otherwise the transfer would be beginning for ever.
+                // Otherwise the transfer would be beginning forever.
                 shared.fail(Error::ProgramPanicked);
                 resume_unwind(panic)
             }
@@ -180,7 +180,7 @@ impl TransferAreaComHandler {
         // Not the areas themselves, which a thread of the program may hold for long.
         let areas = shared.outgoing();
         let found = |controller| shared.set_controller(controller);
-        // A lost connection is made again to the same controller, even if there are others by then.
+        // A lost connection is re-established to the same controller, even if there are others by then.
         let settings = self.settings.with_found_host()?;
         let limit = settings.limits.connect;
         let (mut link, config_updates) = handshake::connect(&settings, limit, &areas, found)?;

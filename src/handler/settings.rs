@@ -23,7 +23,7 @@ pub(in crate::handler) struct Settings {
     pub(in crate::handler) lock_step: bool,
     /// `None` switches it off.
     pub(in crate::handler) watchdog: Option<Duration>,
-    /// For how long a lost connection is made again; `None` ends the transfer.
+    /// For how long to try to re-establish a lost connection; `None` ends the transfer.
     pub(in crate::handler) reconnect: Option<Duration>,
 }
 

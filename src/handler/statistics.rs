@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 /// Three figures say whether the program keeps up. [`missed_responses`](Self::missed_responses) counts
 /// responses, and is the one for a program that polls. [`late_reactions`](Self::late_reactions) counts
 /// guards, and is the one for threads that wait. [`missed_hook_calls`](Self::missed_hook_calls) counts calls
-/// of the cycle hook that were left out. Which responses a thread has missed itself is told by
-/// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle). After the end of a transfer is asked for,
+/// of the cycle hook that were left out. [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) shows which
+/// responses a thread has missed itself. After the end of a transfer is asked for,
 /// nothing is counted any more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

@@ -15,7 +15,7 @@ pub(in crate::handler) use self::model::{
     MutexGuard, Thread, ThreadId,
 };
 
-/// Waits for news, for ever without a deadline; returns whether the deadline came first.
+/// Waits for a change, forever without a deadline; returns whether the deadline came first.
 pub(in crate::handler) fn wait_until<T>(
     news: &Condvar,
     guard: &mut MutexGuard<'_, T>,
@@ -31,7 +31,7 @@ pub(in crate::handler) fn wait_until<T>(
 }
 
 /// Does the same as [`wait_until`], but ends on time even on a system with a coarse clock. May end
-/// without news, too.
+/// without a change, too.
 pub(in crate::handler) fn wait_on_time<T>(
     news: &Condvar,
     guard: &mut MutexGuard<'_, T>,

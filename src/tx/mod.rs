@@ -54,7 +54,7 @@ pub use output::{check_duty, check_power, Direction};
 pub use sound::{Sound, SILENCE};
 
 /// The id of a new command: neither the last command's id nor the one last reported as done, so that
-/// the new command can't read as done.
+/// the new command can't look done.
 fn next_id(commanded: u16, finished: u16) -> u16 {
     let next = commanded.wrapping_add(1);
     if next == finished {

@@ -176,7 +176,7 @@ impl FishX1Transfer {
     /// Whether the last command of a motor is done: a distance, or the end of the extended mode. Also
     /// `true` for a motor that has never had a command.
     ///
-    /// A command that has just been started never reads as done because of an older one.
+    /// A command that has just been started is never reported as done because of an older one.
     #[doc(alias = "IsMotorExReady")]
     #[doc(alias = "IsMotorExCmdReady")]
     #[must_use]

@@ -137,7 +137,7 @@ impl FishX1Transfer {
     }
 
     /// Whether the last sound command is done. Also `true` when there was none. A sound that repeats
-    /// for ever is never done.
+    /// forever is never done.
     #[doc(alias = "IsSoundReady")]
     #[must_use]
     pub fn is_sound_ready(&self) -> bool {

@@ -54,7 +54,7 @@ pub struct ExchangeData {
     pub sound_command_id: u16,
     /// Number of the sound.
     pub sound_index: u16,
-    /// How often the sound is played; 0 is for ever.
+    /// How often the sound is played; 0 is forever.
     pub sound_repeat: u16,
 }
 

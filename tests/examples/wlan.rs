@@ -11,15 +11,15 @@ use crate::ports::unused_ports;
 use crate::program::DEADLINE;
 use crate::run::{assert_in_order, Run};
 
-/// What it says when the connection is lost and made again.
+/// What it says when the connection is lost and re-established.
 pub(crate) const GAP: [&str; 7] = [
-    "Lost: the connection to the controller was lost and is being made again",
+    "Lost: the connection to the controller was lost and is being re-established",
     STOPPED,
     "The connection is restored after ",
     STOPPED,
     "M3 looks for the start.",
     "M3 runs 50 pulses there.",
-    "Connections that were lost and made again: 1.",
+    "Connections that were lost and re-established: 1.",
 ];
 const STOPPED: &str = "M3 has duty 0 and 0; its last way reads as not done.";
 

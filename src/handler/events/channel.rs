@@ -137,7 +137,7 @@ impl Events {
         self.receiver.try_recv()
     }
 
-    /// The next event. Blocks up to `limit`, with [`Duration::MAX`] for ever.
+    /// The next event. Blocks up to `limit`, with [`Duration::MAX`] forever.
     ///
     /// # Errors
     ///

@@ -110,7 +110,7 @@ pub enum Event {
         /// Whether it is now connected.
         alive: bool,
     },
-    /// The connection was lost and is being made again: all outputs are 0 and all commands forgotten.
+    /// The connection was lost and is being re-established: all outputs are 0 and all commands forgotten.
     ///
     /// Only in a transfer that [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
     #[non_exhaustive]
@@ -118,7 +118,7 @@ pub enum Event {
         /// What went wrong with it.
         error: Error,
     },
-    /// A lost connection was made again.
+    /// A lost connection was re-established.
     #[non_exhaustive]
     ConnectionRestored {
         /// How long it was lost.

@@ -208,7 +208,7 @@ impl CycleLog {
         self.receiver.try_recv()
     }
 
-    /// The next entry. Blocks up to `limit`, with [`Duration::MAX`] for ever.
+    /// The next entry. Blocks up to `limit`, with [`Duration::MAX`] forever.
     ///
     /// # Errors
     ///

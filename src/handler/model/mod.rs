@@ -2,8 +2,8 @@
 //!
 //! `RUSTFLAGS="--cfg shuttle" cargo test --lib model`
 //!
-//! The locks, threads and time are those of [`sync`](crate::handler::sync) for the models, and the connection is that of a
-//! [`controller`] in the model. All else is the code of the library. A thread that waits for ever fails a model, as
+//! The locks, threads and time are those of [`sync`](super::sync) for the models, and the connection is that of a
+//! [`controller`] in the model. All else is the code of the library. A thread that waits forever fails a model, as
 //! does one that never stops to work.
 
 mod commands;
@@ -102,7 +102,7 @@ fn wait_to_the_end(
 ) -> Vec<Error> {
     let mut told = Vec::new();
     loop {
-        // Otherwise an order by priorities may run the transfer and this thread for ever.
+        // Otherwise an order by priorities may run the transfer and this thread forever.
         thread::yield_now();
         match area.wait_cycle() {
             Ok(mut areas) => answer(&mut areas),

@@ -9,7 +9,7 @@ use crate::transfer_area::FishX1Transfer;
 ///
 /// No thread overtakes waiting ones, so a thread that locks repeatedly does not starve the others. The
 /// kinds of threads take turns by their rank, and while the window of a response is open, the areas are
-/// kept for the threads that were told of it.
+/// kept for the threads that were woken for it.
 #[derive(Debug)]
 pub(in crate::handler) struct AreaLock {
     /// `None` while a thread has them.
@@ -21,7 +21,7 @@ pub(in crate::handler) struct AreaLock {
     promised: Option<Waiter>,
     /// How many threads wait, by kind.
     waiting: [usize; Waiter::COUNT],
-    /// How many threads were told of a response and have not taken the areas yet, by kind. Until they have,
+    /// How many threads were woken for a response and have not taken the areas yet, by kind. Until they have,
     /// no thread of a later kind gets them.
     expected: [usize; Waiter::COUNT],
 }
@@ -89,7 +89,7 @@ impl AreaLock {
         self.take(holder)
     }
 
-    /// Keeps the areas for so many threads of a kind, which were just told of a response.
+    /// Keeps the areas for so many threads of a kind, which were just woken for a response.
     pub(in crate::handler) fn expect(&mut self, waiter: Waiter, threads: usize) {
         self.expected[waiter as usize] = threads;
     }

@@ -35,7 +35,7 @@ enum Phase {
     Beginning,
     /// Outputs and inputs are exchanged.
     Running,
-    /// The connection was lost and is made again.
+    /// The connection was lost and is being re-established.
     Reconnecting,
     /// The last exchange is in progress.
     Ending,

@@ -304,7 +304,7 @@ mod tests {
             let mut later = inputs(5, 5, 6);
             unfinished.hide(&mut later, &kept);
             assert_eq!(told(&later), (4, 4, 5));
-            // The next commands are told of.
+            // The next commands are reported.
             kept[0].output.motor_ex_cmd_id[0] = 6;
             let mut later = inputs(6, 5, 6);
             unfinished.hide(&mut later, &kept);

@@ -2,7 +2,7 @@
 
 /// How many threads wait for a response, how many are answering it, and which responses are answered.
 ///
-/// A window opens when the program is told of a response and closes when the outputs for the next request
+/// A window opens when the program is woken for a response and closes when the outputs for the next request
 /// are taken. Windows are counted over all transfers, and no number is left out: so a thread that waits
 /// knows the number of the window that ends its wait. Responses have numbers of their own, because a
 /// response may have no window.
@@ -19,7 +19,7 @@ pub(in crate::handler) struct Window {
     reacting: usize,
     /// Whether there was any such thread.
     used: bool,
-    /// Whether a thread that was told of this response comes back for it later.
+    /// Whether a thread that was woken for this response comes back for it later.
     put_off: bool,
     /// The newest response when outputs were last taken.
     answered: u64,
@@ -81,7 +81,7 @@ impl Window {
         }
     }
 
-    /// A thread that was told of the response comes back for it later; the window stays open until then.
+    /// A thread that was woken for the response comes back for it later; the window stays open until then.
     pub(in crate::handler) fn put_off(&mut self) {
         self.reacting -= 1;
         self.put_off = true;

@@ -122,11 +122,11 @@ impl TransferArea {
     /// Works before, during and after a transfer. Blocks while another thread holds a guard; waiting threads
     /// get the areas one after the other. Meanwhile the exchange goes on with what the last guard left in the
     /// areas; inputs that come in while a guard is held are in the areas at the next lock. A guard that is
-    /// forgotten (`mem::forget`) keeps the areas locked for ever.
+    /// forgotten (`mem::forget`) keeps the areas locked forever.
     ///
     /// # Panics
     ///
-    /// When this thread already holds a guard, because it would wait for itself for ever. This stops the
+    /// When this thread already holds a guard, because it would wait for itself forever. This stops the
     /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
     /// of its block, or of the statement that locks: `match handler.lock()[0].input.uni[0] { … }` and
     /// `println!` hold it until their end.
@@ -242,7 +242,7 @@ impl TransferArea {
     }
 
     /// Whether a transfer is running: from `begin_transfer` until it ends, by `end_transfer` or by an error,
-    /// which [`error`](Self::error) then returns. Also while a lost connection is made again.
+    /// which [`error`](Self::error) then returns. Also while a lost connection is being re-established.
     #[doc(alias = "ftxIsTransferActiv")]
     #[doc(alias = "MotorIOLib_ThreadIsRunning")]
     #[must_use]

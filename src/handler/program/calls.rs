@@ -70,7 +70,7 @@ impl Shared {
         }
         state.area_lock.wait(waiter);
         loop {
-            // A hook that does not return must not keep them for ever.
+            // A hook that does not return must not keep them forever.
             let hook_hangs = state.hook.deadline();
             if wait_until(self.areas_free(waiter), state, hook_hangs) {
                 self.give_up_hook(state);
@@ -118,7 +118,7 @@ impl Shared {
     }
 
     /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it
-    /// would wait for itself for ever.
+    /// would wait for itself forever.
     #[track_caller]
     pub(in crate::handler) fn state_of_others(&self) -> MutexGuard<'_, State> {
         let state = self.state();
@@ -313,7 +313,7 @@ impl State {
 fn panic_of_holder(held: Duration) -> ! {
     panic!(
         "{} has had the transfer areas locked for {held:?} and locks them again, so it \
-         would wait for itself for ever; a guard lives until the end of its block, or of its whole \
+         would wait for itself forever; a guard lives until the end of its block, or of its whole \
          statement (also `match`, `if let` and `println!`): keep it in a variable and use that, or copy \
          the value that you need and drop the guard first",
         name_of(&current_thread()),

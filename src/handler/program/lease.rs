@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::handler::shared::State;
 use crate::transfer_area::FishX1Transfer;
 
-/// What one handle to the areas has been told, so that it is told everything once.
+/// What one handle to the areas has learned of, so that it learns of everything once.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in crate::handler) struct Known {
     /// The newest window that a wait of this handle has returned.

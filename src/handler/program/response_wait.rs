@@ -14,7 +14,7 @@ use crate::handler::sync::{current_thread, wait_until, MutexGuard};
 pub(in crate::handler) enum Wait {
     /// It began when the window of this number was the newest, in the transfer of this number.
     For { window: u64, transfer: u64 },
-    /// The thread was told of this window and is expected to answer in it.
+    /// The thread was woken for this window and is expected to answer in it.
     Told(u64),
 }
 
@@ -150,7 +150,7 @@ impl Shared {
         Ok(Some(state.arrived))
     }
 
-    /// The thread has a response of another transfer. If it was told of a response of this one, it comes back
+    /// The thread has a response of another transfer. If it was woken for a response of this one, it comes back
     /// for it, so the window stays open.
     pub(in crate::handler) fn put_off(&self, wait: &Wait) {
         let mut state = self.state();
@@ -167,7 +167,7 @@ impl Shared {
         self.give_up(&mut state, told - 1);
     }
 
-    /// Takes the areas for a response that the thread was told of.
+    /// Takes the areas for a response for which the thread was woken.
     pub(in crate::handler) fn take_after(&self, wait: &Wait, known: Known) -> Lease {
         let mut state = self.state_of_others();
         state.forget_waker();

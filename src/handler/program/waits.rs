@@ -23,7 +23,7 @@ impl TransferArea {
     ///
     /// Between two checks the areas are not locked; waiting does not slow the exchange down.
     ///
-    /// Blocks up to `limit`, with [`Duration::MAX`] for ever; the lock itself may take longer when another thread holds a guard.
+    /// Blocks up to `limit`, with [`Duration::MAX`] forever; the lock itself may take longer when another thread holds a guard.
     ///
     /// ```
     /// use std::time::Duration;

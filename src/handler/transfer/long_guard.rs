@@ -6,11 +6,11 @@ use crate::handler::parts::area_lock::{name_of, Holder};
 use crate::handler::shared::State;
 use crate::notices;
 
-/// A guard that was held for this time is told of, because its thread may wait in a loop for an input that
+/// A guard that was held for this time is reported, because its thread may wait in a loop for an input that
 /// can't change under the guard.
 pub(in crate::handler) const GUARD_IS_LONG: Duration = Duration::from_secs(1);
 
-/// A guard that is told of.
+/// A guard that is reported.
 pub(in crate::handler) struct LongGuard {
     holder: Holder,
     /// Whether the watchdog has just expired.

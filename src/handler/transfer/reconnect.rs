@@ -100,7 +100,7 @@ fn attempt(
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
 pub(in crate::handler) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
-    notice!(Warn, "the connection is lost and is being made again: {error}");
+    notice!(Warn, "the connection is lost and is being re-established: {error}");
     shared.lose_connection(error, cycle.areas_mut());
     cycle.abandon();
 }
