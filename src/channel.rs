@@ -8,7 +8,7 @@
 //! use ft_transfer_area::channel::{Receiver, RecvTimeoutError};
 //! use ft_transfer_area::CameraFrame;
 //!
-//! /// The newest frame; older ones are thrown away.
+//! /// The newest frame; older ones are discarded.
 //! fn newest(frames: &Receiver<CameraFrame>) -> Result<CameraFrame, RecvTimeoutError> {
 //!     match frames.try_iter().last() {
 //!         Some(frame) => Ok(frame),

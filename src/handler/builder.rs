@@ -182,21 +182,21 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// Stops all motors when the program shows no sign of life for `limit`, 1 ms to an hour. Off by default, because a
-    /// correct program may sleep while a motor runs.
+    /// Stops all motors when the program shows no sign of life for `limit`, 1 ms to an hour. Off by default,
+    /// because a correct program may sleep while a motor runs.
     ///
     /// A sign of life of any thread counts: a guard that is dropped, also one from a wait or from a check of
     /// the condition of [`wait_until`](crate::TransferArea::wait_until), or that of a cycle hook that returns,
     /// and [`feed_watchdog`](crate::TransferArea::feed_watchdog). A response that comes in late counts for the
-    /// threads that have waited for it, but not while another thread has the areas. So the watchdog detects a program that hangs:
-    /// in a loop without a guard, with a guard that it never drops, in a hook, waiting for a lock that no
-    /// thread unlocks, or because the thread that did the work has ended.
+    /// threads that have waited for it, but not while another thread has the areas. So the watchdog detects a
+    /// program that hangs: in a loop without a guard, with a guard that it never drops, in a hook, waiting for
+    /// a lock that no thread unlocks, or because the thread that did the work has ended.
     ///
     /// When it expires, the next request sets the outputs of all areas to 0 and ends the extended motor
     /// mode: within two cycles, or as soon as the controller answers. The outputs stay 0 until the program
     /// knows: the next wait or `feed_watchdog` returns [`Error::WatchdogExpired`], once to each handle. From
     /// the first such error on, what the program writes goes out again; what was written in between is
-    /// thrown away. Dropping a guard is not enough, so a program that polls calls `feed_watchdog` in its
+    /// discarded. Dropping a guard is not enough, so a program that polls calls `feed_watchdog` in its
     /// loop. Listeners get [`Event::WatchdogExpired`](crate::Event::WatchdogExpired). The exchange goes on
     /// meanwhile.
     ///

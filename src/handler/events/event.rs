@@ -125,7 +125,7 @@ pub enum Event {
         after: Duration,
     },
     /// The [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) has expired: all outputs are 0 until
-    /// a call has told the program.
+    /// a call has returned [`Error::WatchdogExpired`].
     #[non_exhaustive]
     WatchdogExpired {
         /// For how long the program has shown no sign of life.

@@ -48,7 +48,7 @@ use crate::terminals::Motor;
 /// - by `false` from [`is_running`](Self::is_running), or any call of [`error`](Self::error) after the end,
 /// - for the handler itself also by `end_transfer` and `begin_transfer`.
 ///
-/// What is written through other handles meanwhile is thrown away. What one thread learns counts for all
+/// What is written through other handles meanwhile is discarded. What one thread learns counts for all
 /// threads that share its handle, which is another reason to give each thread its own. So what was written
 /// for the time before moves no motor afterwards, and a program that polls reads 0 from its outputs while
 /// they are not sent. After the end the timers and the inputs do not change. A configuration always counts.
