@@ -78,22 +78,22 @@ pub struct TransferAreaComHandler {
     area: TransferArea,
     thread: ThreadSlot,
     /// Locked for as long as a command for the camera takes, also across a gap.
-    pub(in crate::handler) camera: Mutex<Camera>,
+    pub(crate) camera: Mutex<Camera>,
     /// The state of the current or the last stream. Locked only for a moment.
-    pub(in crate::handler) camera_state: Mutex<Option<Arc<CameraControl>>>,
+    pub(crate) camera_state: Mutex<Option<Arc<CameraControl>>>,
 }
 
 /// What the handler knows of its camera.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct Camera {
+pub(crate) struct Camera {
     /// The current or the last stream.
-    pub(in crate::handler) stream: Option<CameraStream>,
+    pub(crate) stream: Option<CameraStream>,
     /// Whether the controller's camera server runs, as far as this transfer has started it.
-    pub(in crate::handler) server_started: bool,
+    pub(crate) server_started: bool,
 }
 
 impl TransferAreaComHandler {
-    pub(in crate::handler) fn new(settings: Settings) -> Self {
+    pub(crate) fn new(settings: Settings) -> Self {
         let clock = Clock::new(settings.lock_step);
         // In lock-step a program that computes stops the time.
         let watchdog = settings.watchdog.filter(|_| !settings.lock_step);
@@ -108,11 +108,11 @@ impl TransferAreaComHandler {
         }
     }
 
-    pub(in crate::handler) fn settings(&self) -> &Settings {
+    pub(crate) fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    pub(in crate::handler) fn area(&self) -> &TransferArea {
+    pub(crate) fn area(&self) -> &TransferArea {
         &self.area
     }
 
@@ -258,7 +258,7 @@ impl TransferAreaComHandler {
         self.controller().map(|controller| controller.status.name())
     }
 
-    pub(in crate::handler) fn controller(&self) -> Option<Controller> {
+    pub(crate) fn controller(&self) -> Option<Controller> {
         self.area.shared().controller()
     }
 }

@@ -8,27 +8,27 @@ use crate::exchange::TransferMode;
 
 /// A handler's settings. The defaults are the kit's, if it has one.
 #[derive(Clone, Debug)]
-pub(in crate::handler) struct Settings {
-    pub(in crate::handler) network: &'static dyn Network,
-    pub(in crate::handler) host: String,
-    pub(in crate::handler) port: u16,
-    pub(in crate::handler) camera_port: u16,
-    pub(in crate::handler) i2c_port: u16,
-    pub(in crate::handler) areas: usize,
-    pub(in crate::handler) mode: TransferMode,
-    pub(in crate::handler) limits: TimeLimits,
-    pub(in crate::handler) reaction_window: Duration,
-    pub(in crate::handler) hook_limit: Duration,
+pub(crate) struct Settings {
+    pub(crate) network: &'static dyn Network,
+    pub(crate) host: String,
+    pub(crate) port: u16,
+    pub(crate) camera_port: u16,
+    pub(crate) i2c_port: u16,
+    pub(crate) areas: usize,
+    pub(crate) mode: TransferMode,
+    pub(crate) limits: TimeLimits,
+    pub(crate) reaction_window: Duration,
+    pub(crate) hook_limit: Duration,
     /// Whether time moves only while the program waits.
-    pub(in crate::handler) lock_step: bool,
+    pub(crate) lock_step: bool,
     /// `None` switches it off.
-    pub(in crate::handler) watchdog: Option<Duration>,
+    pub(crate) watchdog: Option<Duration>,
     /// For how long to try to re-establish a lost connection; `None` ends the transfer.
-    pub(in crate::handler) reconnect: Option<Duration>,
+    pub(crate) reconnect: Option<Duration>,
 }
 
 impl Settings {
-    pub(in crate::handler) fn new(host: String) -> Self {
+    pub(crate) fn new(host: String) -> Self {
         Self {
             network: &TCP,
             host,
@@ -47,7 +47,7 @@ impl Settings {
     }
 
     /// The settings, with the controller that was found as the host if that is `auto`.
-    pub(in crate::handler) fn with_found_host(&self) -> Result<Self, Error> {
+    pub(crate) fn with_found_host(&self) -> Result<Self, Error> {
         let host = found_host(self.network, &self.host, self.port, self.limits.connect)?;
         Ok(Self { host, ..self.clone() })
     }

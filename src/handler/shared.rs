@@ -31,70 +31,70 @@ use crate::handler::sync::{lock_soon, Condvar, Mutex, MutexGuard, Thread};
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::{QueryStatusResponse, StartCameraOnline};
 
-pub(in crate::handler) struct Shared {
+pub(crate) struct Shared {
     state: Mutex<State>,
     /// A response has come in, a command is done, or the transfer's state has changed.
-    pub(in crate::handler) arrived: Condvar,
+    pub(crate) arrived: Condvar,
     /// The transfer thread has something to do: all threads that waited for the response have reacted, or a
     /// stop was requested.
-    pub(in crate::handler) attended: Condvar,
+    pub(crate) attended: Condvar,
     /// The areas were promised to one of the threads that wait for them, by kind of thread. For the hook also:
     /// it may have to be called or to end, or has ended.
     areas_free: [Condvar; Waiter::COUNT],
-    pub(in crate::handler) listeners: Arc<Listeners>,
+    pub(crate) listeners: Arc<Listeners>,
     area_count: usize,
     lock_step: bool,
 }
 
 #[derive(Debug)]
-pub(in crate::handler) struct State {
-    pub(in crate::handler) transfer: Transfer,
-    pub(in crate::handler) area_lock: AreaLock,
-    pub(in crate::handler) hand_over: HandOver,
-    pub(in crate::handler) window: Window,
-    pub(in crate::handler) watchdog: Watchdog,
-    pub(in crate::handler) interruptions: Interruptions,
-    pub(in crate::handler) hook: HookSlot,
-    pub(in crate::handler) statistics: Statistics,
+pub(crate) struct State {
+    pub(crate) transfer: Transfer,
+    pub(crate) area_lock: AreaLock,
+    pub(crate) hand_over: HandOver,
+    pub(crate) window: Window,
+    pub(crate) watchdog: Watchdog,
+    pub(crate) interruptions: Interruptions,
+    pub(crate) hook: HookSlot,
+    pub(crate) statistics: Statistics,
     /// When the transfer thread, which waits, looks at the limits again.
-    pub(in crate::handler) looks_again: Option<Instant>,
+    pub(crate) looks_again: Option<Instant>,
     /// The lease of whose length the program was last warned.
-    pub(in crate::handler) warned_lease: u64,
+    pub(crate) warned_lease: u64,
     /// Counts the responses of all transfers.
-    pub(in crate::handler) delivered: u64,
+    pub(crate) delivered: u64,
     /// When the last response of this connection came in.
-    pub(in crate::handler) last_response: Option<Instant>,
+    pub(crate) last_response: Option<Instant>,
     /// When the newest response came in; before the first of a transfer, when the transfer began.
-    pub(in crate::handler) arrived: Instant,
-    pub(in crate::handler) clock: Clock,
+    pub(crate) arrived: Instant,
+    pub(crate) clock: Clock,
     /// What the transfer thread is to send now.
-    pub(in crate::handler) command: Option<CameraCommand>,
+    pub(crate) command: Option<CameraCommand>,
     /// Threads that wait for the first of several transfers. They are woken along with those that wait on
     /// `arrived`.
-    pub(in crate::handler) wakened: Vec<Thread>,
+    pub(crate) wakened: Vec<Thread>,
     /// The stream of frames that ends with the transfer.
-    pub(in crate::handler) camera: Option<Arc<CameraControl>>,
+    pub(crate) camera: Option<Arc<CameraControl>>,
     /// The controller of the last connection.
-    pub(in crate::handler) controller: Option<Controller>,
+    pub(crate) controller: Option<Controller>,
 }
 
 /// A command that the transfer thread sends between two exchanges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::handler) enum CameraCommand {
+pub(crate) enum CameraCommand {
     Start(StartCameraOnline),
     Stop,
 }
 
 /// The controller of a connection.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::handler) struct Controller {
-    pub(in crate::handler) status: QueryStatusResponse,
-    pub(in crate::handler) address: Option<IpAddr>,
+pub(crate) struct Controller {
+    pub(crate) status: QueryStatusResponse,
+    pub(crate) address: Option<IpAddr>,
 }
 
 impl Shared {
     /// Areas in the kit's default configuration.
-    pub(in crate::handler) fn new(
+    pub(crate) fn new(
         count: usize,
         watchdog: Watchdog,
         hook_limit: Duration,
@@ -135,32 +135,32 @@ impl Shared {
         }
     }
 
-    pub(in crate::handler) fn state(&self) -> MutexGuard<'_, State> {
+    pub(crate) fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock()
     }
 
     /// The same for the transfer thread, because the controller waits for it: while other threads lock all
     /// the time, it does not give its core away immediately.
-    pub(in crate::handler) fn state_soon(&self) -> MutexGuard<'_, State> {
+    pub(crate) fn state_soon(&self) -> MutexGuard<'_, State> {
         lock_soon(&self.state)
     }
 
-    pub(in crate::handler) fn area_count(&self) -> usize {
+    pub(crate) fn area_count(&self) -> usize {
         self.area_count
     }
 
     /// Whether time moves only while the program waits.
-    pub(in crate::handler) fn is_lock_step(&self) -> bool {
+    pub(crate) fn is_lock_step(&self) -> bool {
         self.lock_step
     }
 
     /// The condition variable on which the waiters of a kind wait for the areas.
-    pub(in crate::handler) fn areas_free(&self, waiter: Waiter) -> &Condvar {
+    pub(crate) fn areas_free(&self, waiter: Waiter) -> &Condvar {
         &self.areas_free[waiter as usize]
     }
 
     /// Wakes the thread that may have the areas next.
-    pub(in crate::handler) fn wake_next(&self, next: Option<Waiter>) {
+    pub(crate) fn wake_next(&self, next: Option<Waiter>) {
         match next {
             // Those that wait for its end wait there, too.
             Some(Waiter::Hook) => self.wake_hook(),
@@ -172,34 +172,34 @@ impl Shared {
     }
 
     /// Wakes the hook's thread, and those that wait for its end.
-    pub(in crate::handler) fn wake_hook(&self) {
+    pub(crate) fn wake_hook(&self) {
         self.areas_free(Waiter::Hook).notify_all();
     }
 
     /// Wakes all threads that wait for a response, because it or something else has come.
-    pub(in crate::handler) fn wake_waiting(&self, state: &State) {
+    pub(crate) fn wake_waiting(&self, state: &State) {
         self.arrived.notify_all();
         self.wake_hook();
         state.wakened.iter().for_each(Thread::unpark);
     }
 
-    pub(in crate::handler) fn statistics(&self) -> Statistics {
+    pub(crate) fn statistics(&self) -> Statistics {
         self.state().statistics
     }
 
-    pub(in crate::handler) fn controller(&self) -> Option<Controller> {
+    pub(crate) fn controller(&self) -> Option<Controller> {
         self.state().controller
     }
 }
 
 impl State {
     /// For how long the transfer has been running, or was running when it ended.
-    pub(in crate::handler) fn elapsed(&self) -> Duration {
+    pub(crate) fn elapsed(&self) -> Duration {
         self.transfer.elapsed(self.clock.now())
     }
 
     /// The beginning of the transfer, while it is running, for a log.
-    pub(in crate::handler) fn beginning(&self) -> Option<LoggedBeginning> {
+    pub(crate) fn beginning(&self) -> Option<LoggedBeginning> {
         let at = self.transfer.began()?;
         let controller = self.controller.as_ref();
         let status = controller.map(|controller| &controller.status);
@@ -213,7 +213,7 @@ impl State {
     }
 
     /// An event that does not come with a response, with the current time.
-    pub(in crate::handler) fn happens_now(&self, event: Event) -> TimedEvent {
+    pub(crate) fn happens_now(&self, event: Event) -> TimedEvent {
         TimedEvent { event, cycle: self.statistics.cycles, arrived: self.clock.now() }
     }
 }

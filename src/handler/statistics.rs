@@ -42,7 +42,7 @@ pub struct Statistics {
 
 impl Statistics {
     /// Counts a response that came in `now`, after the `previous` one.
-    pub(in crate::handler) fn count_response(&mut self, previous: Option<Instant>, now: Instant) {
+    pub(crate) fn count_response(&mut self, previous: Option<Instant>, now: Instant) {
         self.cycles += 1;
         let Some(previous) = previous else { return };
         let cycle = now.saturating_duration_since(previous);

@@ -4,19 +4,19 @@
 use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
-pub(in crate::handler) use self::real::{
+pub(crate) use self::real::{
     current_thread, lock_soon, now, park, spawn, thread_id, Condvar, JoinHandle, Mutex, MutexGuard,
     Thread, ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
-pub(in crate::handler) use self::model::{
+pub(crate) use self::model::{
     current_thread, lock_soon, now, park, pass, spawn, thread_id, Condvar, JoinHandle, Mutex,
     MutexGuard, Thread, ThreadId,
 };
 
 /// Waits for a change, forever without a deadline; returns whether the deadline came first.
-pub(in crate::handler) fn wait_until<T>(
+pub(crate) fn wait_until<T>(
     news: &Condvar,
     guard: &mut MutexGuard<'_, T>,
     deadline: Option<Instant>,
@@ -32,7 +32,7 @@ pub(in crate::handler) fn wait_until<T>(
 
 /// Does the same as [`wait_until`], but ends on time even on a system with a coarse clock. May end
 /// without a change, too.
-pub(in crate::handler) fn wait_on_time<T>(
+pub(crate) fn wait_on_time<T>(
     news: &Condvar,
     guard: &mut MutexGuard<'_, T>,
     deadline: Option<Instant>,
@@ -47,22 +47,22 @@ pub(in crate::handler) fn wait_on_time<T>(
 /// Distinguishes a panic that began after this was made from an earlier one, as when a destructor uses
 /// the area while its thread unwinds.
 #[derive(Debug)]
-pub(in crate::handler) struct PanicCheck {
+pub(crate) struct PanicCheck {
     before: bool,
 }
 
 impl PanicCheck {
-    pub(in crate::handler) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { before: std::thread::panicking() }
     }
 
-    pub(in crate::handler) fn has_begun(&self) -> bool {
+    pub(crate) fn has_begun(&self) -> bool {
         !self.before && std::thread::panicking()
     }
 }
 
 /// The earlier of two deadlines; each may be missing.
-pub(in crate::handler) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
+pub(crate) fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),
         (one, other) => one.or(other),

@@ -59,7 +59,7 @@ const LOOK: Duration = Duration::from_millis(10);
 
 /// What moves the time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::handler) enum Step {
+pub(crate) enum Step {
     /// In lock-step: a response or an error has come.
     Done,
     /// In lock-step: nothing, because there is no transfer.
@@ -69,7 +69,7 @@ pub(in crate::handler) enum Step {
 }
 
 /// What a subscription needs from its transfer.
-pub(in crate::handler) trait Source: Send + Sync {
+pub(crate) trait Source: Send + Sync {
     /// The thread that owns the subscription panics.
     fn panicked(&self);
 
@@ -85,7 +85,7 @@ impl Events {
     pub const MAX_CAPACITY: usize = 65_536;
 
     /// Subscribes.
-    pub(in crate::handler) fn new(
+    pub(crate) fn new(
         listeners: &Arc<Listeners>,
         kinds: &[EventKind],
         capacity: usize,

@@ -284,10 +284,10 @@ impl Event {
 
 /// A set of kinds of events.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(in crate::handler) struct KindSet(u16);
+pub(crate) struct KindSet(u16);
 
 impl KindSet {
-    pub(in crate::handler) fn is_empty(self) -> bool {
+    pub(crate) fn is_empty(self) -> bool {
         self.0 == 0
     }
 

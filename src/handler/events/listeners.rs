@@ -16,11 +16,11 @@ use crate::terminals::Motor;
 /// All listeners and logs. One lock is enough: the transfer thread sends, and the program's threads subscribe and
 /// unsubscribe.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct Listeners(Mutex<List>);
+pub(crate) struct Listeners(Mutex<List>);
 
 /// The listeners, locked.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct List {
+pub(crate) struct List {
     listeners: Vec<Listener>,
     /// The newest response.
     response: u64,
@@ -43,13 +43,13 @@ struct Listener {
 }
 
 impl Listeners {
-    pub(in crate::handler) fn lock(&self) -> MutexGuard<'_, List> {
+    pub(crate) fn lock(&self) -> MutexGuard<'_, List> {
         self.0.lock()
     }
 
     /// Sends an event that comes from no response to all listeners for its kind, and to all logs. Does not
     /// block.
-    pub(in crate::handler) fn tell_all(&self, event: &TimedEvent) {
+    pub(crate) fn tell_all(&self, event: &TimedEvent) {
         let mut list = self.lock();
         tell(&list.listeners, event, u64::MAX);
         list.logs.note(&Logged::Event(event.clone()));
@@ -77,7 +77,7 @@ impl Listeners {
     }
 
     /// Ends all channels, including those of later subscriptions.
-    pub(in crate::handler) fn end(&self) {
+    pub(crate) fn end(&self) {
         let mut list = self.lock();
         list.ended = true;
         list.listeners.clear();
@@ -87,18 +87,18 @@ impl Listeners {
 
 impl List {
     /// A response has come in; returns the kinds of events that have listeners.
-    pub(in crate::handler) fn note_response(&mut self, number: u64) -> KindSet {
+    pub(crate) fn note_response(&mut self, number: u64) -> KindSet {
         self.response = number;
         self.kinds()
     }
 
     /// The logs of all cycles.
-    pub(in crate::handler) fn logs(&mut self) -> &mut Logs {
+    pub(crate) fn logs(&mut self) -> &mut Logs {
         &mut self.logs
     }
 
     /// Adds a log. If a transfer runs already, its first entry is this beginning.
-    pub(in crate::handler) fn add_log(
+    pub(crate) fn add_log(
         &mut self,
         capacity: usize,
         running: Option<LoggedBeginning>,
@@ -110,18 +110,13 @@ impl List {
     }
 
     /// Sets the limit after which a motor's standstill is an event; `None` for never.
-    pub(in crate::handler) fn set_stall_limit(
-        &mut self,
-        area: usize,
-        motor: Motor,
-        limit: Option<Duration>,
-    ) {
+    pub(crate) fn set_stall_limit(&mut self, area: usize, motor: Motor, limit: Option<Duration>) {
         self.stalls.set_limit(area, motor, limit);
     }
 
     /// Sends the events of a response, which came in at this time as the transfer's `cycle`, to all listeners
     /// for their kinds. Does not block.
-    pub(in crate::handler) fn tell_response(
+    pub(crate) fn tell_response(
         &mut self,
         comparison: &Comparison<'_>,
         response: u64,
@@ -137,7 +132,7 @@ impl List {
     }
 
     /// Sends the end of a transfer to all listeners, whatever they listen for, and to all logs. Does not block.
-    pub(in crate::handler) fn tell_end(&mut self, event: &TimedEvent) {
+    pub(crate) fn tell_end(&mut self, event: &TimedEvent) {
         self.logs.note(&Logged::Event(event.clone()));
         for listener in &self.listeners {
             listener.put(event.clone(), listener.capacity + 1);

@@ -146,7 +146,7 @@ impl LoggedCycle {
     }
 
     /// The areas of a request, without their inputs; those come from the response.
-    pub(in crate::handler) fn exchanged(
+    pub(crate) fn exchanged(
         number: u64,
         arrived: Instant,
         first: bool,
@@ -178,7 +178,7 @@ impl CycleLog {
     /// The largest possible capacity of a channel: a minute. It takes 56 MB.
     pub const MAX_CAPACITY: usize = 6_000;
 
-    pub(in crate::handler) fn new(listeners: Arc<Listeners>, subscribed: Subscription) -> Self {
+    pub(crate) fn new(listeners: Arc<Listeners>, subscribed: Subscription) -> Self {
         let Subscription { receiver, lost } = subscribed;
         Self { receiver, lost, listeners }
     }
@@ -248,7 +248,7 @@ impl Drop for CycleLog {
 }
 
 /// The program's end of a new log.
-pub(in crate::handler) struct Subscription {
+pub(crate) struct Subscription {
     receiver: Receiver<LogEntry>,
     /// Also identifies the log.
     lost: Arc<AtomicU64>,
@@ -256,7 +256,7 @@ pub(in crate::handler) struct Subscription {
 
 /// The transfer's ends of all logs.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct Logs(Vec<Log>);
+pub(crate) struct Logs(Vec<Log>);
 
 #[derive(Debug)]
 struct Log {
@@ -270,7 +270,7 @@ struct Log {
 
 impl Logs {
     /// Adds a log. If a transfer runs already, its first entry is this beginning.
-    pub(in crate::handler) fn add(
+    pub(crate) fn add(
         &mut self,
         capacity: usize,
         running: Option<LoggedBeginning>,
@@ -285,17 +285,17 @@ impl Logs {
         Subscription { receiver, lost }
     }
 
-    pub(in crate::handler) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// Logs a cycle. Does not block.
-    pub(in crate::handler) fn note_cycle(&mut self, cycle: &LoggedCycle) {
+    pub(crate) fn note_cycle(&mut self, cycle: &LoggedCycle) {
         self.0.iter_mut().for_each(|log| log.put(0, || Logged::Cycle(*cycle)));
     }
 
     /// Logs what is no cycle. Does not block.
-    pub(in crate::handler) fn note(&mut self, what: &Logged) {
+    pub(crate) fn note(&mut self, what: &Logged) {
         self.0.iter_mut().for_each(|log| log.put(RESERVED, || what.clone()));
     }
 

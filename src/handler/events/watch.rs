@@ -9,23 +9,23 @@ use crate::wire::ExchangeDataResponse;
 
 /// A response and the one before it.
 #[derive(Debug)]
-pub(in crate::handler) struct Comparison<'a> {
+pub(crate) struct Comparison<'a> {
     /// Whether this is the first response of its transfer; then the one before is from an earlier transfer,
     /// or empty.
-    pub(in crate::handler) first: bool,
+    pub(crate) first: bool,
     /// The events that have listeners.
-    pub(in crate::handler) kinds: KindSet,
-    pub(in crate::handler) before: &'a Inputs,
-    pub(in crate::handler) now: &'a Inputs,
+    pub(crate) kinds: KindSet,
+    pub(crate) before: &'a Inputs,
+    pub(crate) now: &'a Inputs,
     /// The configurations that were sent before each of the two.
-    pub(in crate::handler) configs_before: &'a SentConfigs,
-    pub(in crate::handler) configs: &'a SentConfigs,
+    pub(crate) configs_before: &'a SentConfigs,
+    pub(crate) configs: &'a SentConfigs,
     /// The outputs to which this is the response.
-    pub(in crate::handler) sent: &'a [FishX1Transfer],
+    pub(crate) sent: &'a [FishX1Transfer],
 }
 
 impl Comparison<'_> {
-    pub(in crate::handler) fn for_each_event(&self, mut tell: impl FnMut(Event)) {
+    pub(crate) fn for_each_event(&self, mut tell: impl FnMut(Event)) {
         if !self.first && self.asks_for(EventKind::ExtensionChanged) {
             self.compare_extensions(&mut tell);
         }

@@ -110,13 +110,13 @@ impl Controller {
 }
 
 /// The connection, with the calls of the library's own client that the handler uses.
-pub(in crate::handler) struct TxtClient {
+pub(crate) struct TxtClient {
     controller: Arc<Controller>,
     connection: usize,
 }
 
 impl TxtClient {
-    pub(in crate::handler) fn connect_within(
+    pub(crate) fn connect_within(
         _network: &'static dyn Network,
         _host: &str,
         _port: u16,
@@ -131,20 +131,20 @@ impl TxtClient {
         Ok(Self { controller, connection })
     }
 
-    pub(in crate::handler) fn address(&self) -> Option<IpAddr> {
+    pub(crate) fn address(&self) -> Option<IpAddr> {
         None
     }
 
-    pub(in crate::handler) fn query_status(&mut self) -> Result<QueryStatusResponse, Error> {
+    pub(crate) fn query_status(&mut self) -> Result<QueryStatusResponse, Error> {
         let version = FirmwareVersion::OLDEST_SUPPORTED;
         Ok(QueryStatusResponse { device_name: *b"ROBOTICS TXT 001", version })
     }
 
-    pub(in crate::handler) fn start_online(&mut self) -> Result<(), Error> {
+    pub(crate) fn start_online(&mut self) -> Result<(), Error> {
         Ok(())
     }
 
-    pub(in crate::handler) fn update_configs(
+    pub(crate) fn update_configs(
         &mut self,
         exchange: &mut Exchange,
         areas: &[FishX1Transfer],
@@ -152,7 +152,7 @@ impl TxtClient {
         Ok(std::iter::from_fn(|| exchange.next_update_config(areas)).count() as u64)
     }
 
-    pub(in crate::handler) fn exchange<'a>(
+    pub(crate) fn exchange<'a>(
         &mut self,
         exchange: &'a mut Exchange,
         areas: &[FishX1Transfer],
@@ -163,21 +163,18 @@ impl TxtClient {
         exchange.receive(&self.controller.exchange(self.connection, outputs)?)
     }
 
-    pub(in crate::handler) fn start_camera_online(
-        &mut self,
-        _start: &StartCameraOnline,
-    ) -> Result<(), Error> {
+    pub(crate) fn start_camera_online(&mut self, _start: &StartCameraOnline) -> Result<(), Error> {
         Ok(())
     }
 
-    pub(in crate::handler) fn stop_camera_online(&mut self) -> Result<(), Error> {
+    pub(crate) fn stop_camera_online(&mut self) -> Result<(), Error> {
         Ok(())
     }
 
-    pub(in crate::handler) fn stop_online(&mut self) -> Result<(), Error> {
+    pub(crate) fn stop_online(&mut self) -> Result<(), Error> {
         Ok(())
     }
 
     /// A controller whose connection is lost stops by itself.
-    pub(in crate::handler) fn abandon(&mut self, _last_request: &[u8]) {}
+    pub(crate) fn abandon(&mut self, _last_request: &[u8]) {}
 }

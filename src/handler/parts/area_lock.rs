@@ -11,7 +11,7 @@ use crate::transfer_area::FishX1Transfer;
 /// kinds of threads take turns by their rank, and while the window of a response is open, the areas are
 /// kept for the threads that were woken for it.
 #[derive(Debug)]
-pub(in crate::handler) struct AreaLock {
+pub(crate) struct AreaLock {
     /// `None` while a thread has them.
     areas: Option<Vec<FishX1Transfer>>,
     /// The number of the newest lease: counts the holders, to know one whose areas were replaced.
@@ -28,30 +28,30 @@ pub(in crate::handler) struct AreaLock {
 
 /// Which thread has the areas, and since when.
 #[derive(Clone, Debug)]
-pub(in crate::handler) struct Holder {
-    pub(in crate::handler) thread: Thread,
-    pub(in crate::handler) since: Instant,
+pub(crate) struct Holder {
+    pub(crate) thread: Thread,
+    pub(crate) since: Instant,
 }
 
 impl Holder {
     /// The calling thread, from now on.
-    pub(in crate::handler) fn now() -> Self {
+    pub(crate) fn now() -> Self {
         Self { thread: current_thread(), since: sync::now() }
     }
 
-    pub(in crate::handler) fn held(&self) -> Duration {
+    pub(crate) fn held(&self) -> Duration {
         sync::now() - self.since
     }
 }
 
 /// How a message names a thread.
-pub(in crate::handler) fn name_of(thread: &Thread) -> String {
+pub(crate) fn name_of(thread: &Thread) -> String {
     thread.name().map_or("a thread without a name".into(), |name| format!("the thread {name:?}"))
 }
 
 /// The kinds of threads that wait for the areas, by their rank.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::handler) enum Waiter {
+pub(crate) enum Waiter {
     /// The cycle hook, so that the others find what it wrote.
     Hook,
     /// The next request waits for the thread.
@@ -60,12 +60,12 @@ pub(in crate::handler) enum Waiter {
 }
 
 impl Waiter {
-    pub(in crate::handler) const COUNT: usize = 3;
+    pub(crate) const COUNT: usize = 3;
     const BY_RANK: [Self; Self::COUNT] = [Self::Hook, Self::Reacting, Self::Other];
 }
 
 impl AreaLock {
-    pub(in crate::handler) fn new(areas: Vec<FishX1Transfer>) -> Self {
+    pub(crate) fn new(areas: Vec<FishX1Transfer>) -> Self {
         Self {
             areas: Some(areas),
             lease: 0,
@@ -77,7 +77,7 @@ impl AreaLock {
     }
 
     /// Takes the areas unless another thread has them or comes first; returns also the lease's number.
-    pub(in crate::handler) fn try_take(
+    pub(crate) fn try_take(
         &mut self,
         waiter: Waiter,
         holder: Holder,
@@ -90,30 +90,30 @@ impl AreaLock {
     }
 
     /// Keeps the areas for so many threads of a kind, which were just woken for a response.
-    pub(in crate::handler) fn expect(&mut self, waiter: Waiter, threads: usize) {
+    pub(crate) fn expect(&mut self, waiter: Waiter, threads: usize) {
         self.expected[waiter as usize] = threads;
     }
 
     /// Keeps the areas for one more reacting thread.
-    pub(in crate::handler) fn expect_one_more(&mut self) {
+    pub(crate) fn expect_one_more(&mut self) {
         self.expected[Waiter::Reacting as usize] += 1;
     }
 
     /// One of these threads has come. Returns the kind to wake, as [`put_back`](Self::put_back).
-    pub(in crate::handler) fn arrive(&mut self, waiter: Waiter) -> Option<Waiter> {
+    pub(crate) fn arrive(&mut self, waiter: Waiter) -> Option<Waiter> {
         let expected = &mut self.expected[waiter as usize];
         *expected = expected.saturating_sub(1);
         self.promise_if_free()
     }
 
     /// Stops keeping the areas. Returns the kind to wake, as [`put_back`](Self::put_back).
-    pub(in crate::handler) fn expect_nobody(&mut self) -> Option<Waiter> {
+    pub(crate) fn expect_nobody(&mut self) -> Option<Waiter> {
         self.expected = [0; Waiter::COUNT];
         self.promise_if_free()
     }
 
     /// Takes the areas if they were promised to this kind of waiter.
-    pub(in crate::handler) fn take_promised(
+    pub(crate) fn take_promised(
         &mut self,
         waiter: Waiter,
         holder: Holder,
@@ -123,10 +123,7 @@ impl AreaLock {
     }
 
     /// Takes the areas for the cycle hook, if they are free or were promised to it.
-    pub(in crate::handler) fn take_for_hook(
-        &mut self,
-        holder: Holder,
-    ) -> Option<(Vec<FishX1Transfer>, u64)> {
+    pub(crate) fn take_for_hook(&mut self, holder: Holder) -> Option<(Vec<FishX1Transfer>, u64)> {
         if self.promised.is_some_and(|promised| promised != Waiter::Hook) {
             return None;
         }
@@ -151,18 +148,18 @@ impl AreaLock {
     }
 
     /// A thread begins to wait for the areas.
-    pub(in crate::handler) fn wait(&mut self, waiter: Waiter) {
+    pub(crate) fn wait(&mut self, waiter: Waiter) {
         self.waiting[waiter as usize] += 1;
     }
 
     /// A thread has waited for the areas.
-    pub(in crate::handler) fn waited(&mut self, waiter: Waiter) {
+    pub(crate) fn waited(&mut self, waiter: Waiter) {
         self.waiting[waiter as usize] -= 1;
     }
 
     /// Whether the cycle hook waits for the areas. It may change its mind; then this returns the kind to wake,
     /// as [`put_back`](Self::put_back).
-    pub(in crate::handler) fn hook_waits(&mut self, waits: bool) -> Option<Waiter> {
+    pub(crate) fn hook_waits(&mut self, waits: bool) -> Option<Waiter> {
         self.waiting[Waiter::Hook as usize] = usize::from(waits);
         if waits || self.promised != Some(Waiter::Hook) {
             return None;
@@ -173,11 +170,7 @@ impl AreaLock {
 
     /// Puts the areas back; returns the kind of waiters of which one is to be woken. Areas from a holder
     /// whose lease is over are thrown away.
-    pub(in crate::handler) fn put_back(
-        &mut self,
-        areas: Vec<FishX1Transfer>,
-        lease: u64,
-    ) -> Option<Waiter> {
+    pub(crate) fn put_back(&mut self, areas: Vec<FishX1Transfer>, lease: u64) -> Option<Waiter> {
         if lease != self.lease {
             return None;
         }
@@ -187,7 +180,7 @@ impl AreaLock {
     }
 
     /// Replaces the areas that a thread has not given back.
-    pub(in crate::handler) fn replace(&mut self, areas: Vec<FishX1Transfer>) -> Option<Waiter> {
+    pub(crate) fn replace(&mut self, areas: Vec<FishX1Transfer>) -> Option<Waiter> {
         self.lease += 1;
         self.put_back(areas, self.lease)
     }
@@ -201,22 +194,22 @@ impl AreaLock {
         self.promised
     }
 
-    pub(in crate::handler) fn holder(&self) -> Option<&Holder> {
+    pub(crate) fn holder(&self) -> Option<&Holder> {
         self.holder.as_ref()
     }
 
     /// Whether this thread has the areas.
-    pub(in crate::handler) fn is_held_by(&self, thread: ThreadId) -> bool {
+    pub(crate) fn is_held_by(&self, thread: ThreadId) -> bool {
         self.holder.as_ref().is_some_and(|holder| holder.thread.id() == thread)
     }
 
     /// Whether this is still the lease of a holder.
-    pub(in crate::handler) fn is_current(&self, lease: u64) -> bool {
+    pub(crate) fn is_current(&self, lease: u64) -> bool {
         self.lease == lease
     }
 
     /// The lease of the current holder, or of the last one.
-    pub(in crate::handler) fn lease(&self) -> u64 {
+    pub(crate) fn lease(&self) -> u64 {
         self.lease
     }
 }

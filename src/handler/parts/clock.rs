@@ -5,18 +5,18 @@ use std::time::{Duration, Instant};
 use crate::handler::sync;
 
 /// How far a response moves the clock of a machine in lock-step.
-pub(in crate::handler) const STEP: Duration = Duration::from_millis(10);
+pub(crate) const STEP: Duration = Duration::from_millis(10);
 
 /// The system's clock, or in lock-step one that only responses move.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::handler) enum Clock {
+pub(crate) enum Clock {
     System,
     /// With its current time.
     LockStep(Instant),
 }
 
 impl Clock {
-    pub(in crate::handler) fn new(lock_step: bool) -> Self {
+    pub(crate) fn new(lock_step: bool) -> Self {
         if lock_step {
             Self::LockStep(sync::now())
         } else {
@@ -24,11 +24,11 @@ impl Clock {
         }
     }
 
-    pub(in crate::handler) fn is_lock_step(self) -> bool {
+    pub(crate) fn is_lock_step(self) -> bool {
         matches!(self, Self::LockStep(_))
     }
 
-    pub(in crate::handler) fn now(self) -> Instant {
+    pub(crate) fn now(self) -> Instant {
         match self {
             Self::System => sync::now(),
             Self::LockStep(now) => now,
@@ -36,14 +36,14 @@ impl Clock {
     }
 
     /// A response has come in.
-    pub(in crate::handler) fn step(&mut self) {
+    pub(crate) fn step(&mut self) {
         if let Self::LockStep(now) = self {
             *now += STEP;
         }
     }
 
     /// The end of a time limit; `None` when that is beyond the range of the clock.
-    pub(in crate::handler) fn deadline_after(self, limit: Duration) -> Option<Instant> {
+    pub(crate) fn deadline_after(self, limit: Duration) -> Option<Instant> {
         self.now().checked_add(limit)
     }
 }

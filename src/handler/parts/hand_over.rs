@@ -11,7 +11,7 @@ use crate::transfer_area::FishX1Transfer;
 /// A guard may keep the areas for any time, so the transfer does not use them: it takes the outputs from
 /// here and puts the inputs here. Each guard gets and leaves them as a whole.
 #[derive(Debug)]
-pub(in crate::handler) struct HandOver {
+pub(crate) struct HandOver {
     /// The areas as the last guard left them.
     outgoing: Vec<FishX1Transfer>,
     incoming: Inputs,
@@ -25,7 +25,7 @@ pub(in crate::handler) struct HandOver {
 }
 
 impl HandOver {
-    pub(in crate::handler) fn new(areas: Vec<FishX1Transfer>) -> Self {
+    pub(crate) fn new(areas: Vec<FishX1Transfer>) -> Self {
         Self {
             outgoing: areas,
             incoming: Inputs::default(),
@@ -40,11 +40,7 @@ impl HandOver {
 
     /// Brings the areas up to date for a guard: copies what has come in into them, and sets the
     /// master's timers to the time since the transfer began.
-    pub(in crate::handler) fn bring_up_to_date(
-        &mut self,
-        areas: &mut [FishX1Transfer],
-        elapsed: Duration,
-    ) {
+    pub(crate) fn bring_up_to_date(&mut self, areas: &mut [FishX1Transfer], elapsed: Duration) {
         self.ids_of_guard = None;
         if std::mem::take(&mut self.outputs_due) {
             for (area, outgoing) in areas.iter_mut().zip(&self.outgoing) {
@@ -62,7 +58,7 @@ impl HandOver {
 
     /// Takes the areas as a guard leaves them; the outputs only if they count. Commands that are refused by
     /// this are never reported as done.
-    pub(in crate::handler) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
+    pub(crate) fn take(&mut self, areas: &[FishX1Transfer], outputs_count: bool) {
         if !outputs_count {
             let ids = self.ids_of_guard.unwrap_or_else(|| CommandIds::of(&self.outgoing));
             self.unfinished.refuse(&ids, areas, &self.outgoing, &mut self.incoming);
@@ -77,19 +73,19 @@ impl HandOver {
     }
 
     /// Whether a guard has changed outputs.
-    pub(in crate::handler) fn differs(&self, areas: &[FishX1Transfer]) -> bool {
+    pub(crate) fn differs(&self, areas: &[FishX1Transfer]) -> bool {
         let outputs = |area: &FishX1Transfer| (area.output, area.txt_outputs);
         self.outgoing.iter().map(outputs).ne(areas.iter().map(outputs))
     }
 
     /// Undoes the writes of a guard that was dropped by a panic.
-    pub(in crate::handler) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
+    pub(crate) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
         areas.clone_from(&self.outgoing);
         self.inputs_due = true;
     }
 
     /// Areas for the next guard, when the last one has not given its own back.
-    pub(in crate::handler) fn replacement(&mut self) -> Vec<FishX1Transfer> {
+    pub(crate) fn replacement(&mut self) -> Vec<FishX1Transfer> {
         self.inputs_due = true;
         self.outgoing.clone()
     }
@@ -97,24 +93,24 @@ impl HandOver {
     // The transfer's side.
 
     /// The areas as the last guard left them.
-    pub(in crate::handler) fn outgoing(&self) -> &[FishX1Transfer] {
+    pub(crate) fn outgoing(&self) -> &[FishX1Transfer] {
         &self.outgoing
     }
 
     /// Takes the inputs of a response.
-    pub(in crate::handler) fn put(&mut self, inputs: &Inputs) {
+    pub(crate) fn put(&mut self, inputs: &Inputs) {
         self.incoming.clone_from(inputs);
         self.unfinished.hide(&mut self.incoming, &self.outgoing);
         self.inputs_due = true;
     }
 
     /// The newest inputs, as the program sees them.
-    pub(in crate::handler) fn incoming(&self) -> &Inputs {
+    pub(crate) fn incoming(&self) -> &Inputs {
         &self.incoming
     }
 
     /// Stops all outputs. Commands that are cut off by this are never reported as done.
-    pub(in crate::handler) fn stop(&mut self, cut: Cut) {
+    pub(crate) fn stop(&mut self, cut: Cut) {
         self.ids_of_guard.get_or_insert_with(|| CommandIds::of(&self.outgoing));
         self.unfinished.stop(cut, &self.incoming, &mut self.outgoing);
         self.outputs_due = true;

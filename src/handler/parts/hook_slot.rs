@@ -6,7 +6,7 @@ use crate::handler::sync::{now, ThreadId};
 
 /// The function itself belongs to its thread. Here is what others have to know of it.
 #[derive(Debug)]
-pub(in crate::handler) struct HookSlot {
+pub(crate) struct HookSlot {
     /// How long a call may take.
     limit: Duration,
     /// Counts the hooks that were set and cleared.
@@ -31,16 +31,16 @@ struct Call {
 }
 
 impl HookSlot {
-    pub(in crate::handler) fn new(limit: Duration) -> Self {
+    pub(crate) fn new(limit: Duration) -> Self {
         Self { limit, version: 0, set: false, threads: Vec::new(), due: false, call: None }
     }
 
-    pub(in crate::handler) fn limit(&self) -> Duration {
+    pub(crate) fn limit(&self) -> Duration {
         self.limit
     }
 
     /// The hook that was set, if any, is not called any more. Returns the version of having none.
-    pub(in crate::handler) fn clear(&mut self) -> u64 {
+    pub(crate) fn clear(&mut self) -> u64 {
         self.version += 1;
         self.set = false;
         self.due = false;
@@ -48,7 +48,7 @@ impl HookSlot {
     }
 
     /// A hook is set, whose thread is about to start; its version.
-    pub(in crate::handler) fn set(&mut self) -> u64 {
+    pub(crate) fn set(&mut self) -> u64 {
         self.clear();
         self.set = true;
         self.threads.push(self.version);
@@ -56,12 +56,12 @@ impl HookSlot {
     }
 
     /// Whether this hook was replaced or cleared.
-    pub(in crate::handler) fn is_over(&self, version: u64) -> bool {
+    pub(crate) fn is_over(&self, version: u64) -> bool {
         self.version != version
     }
 
     /// Whether threads of hooks before this version are left, other than the one that asks.
-    pub(in crate::handler) fn has_older(&self, version: u64, me: ThreadId) -> bool {
+    pub(crate) fn has_older(&self, version: u64, me: ThreadId) -> bool {
         let own = self.call.filter(|call| call.thread == me).map(|call| call.version);
         self.threads.iter().any(|thread| *thread < version && Some(*thread) != own)
     }
@@ -70,37 +70,37 @@ impl HookSlot {
 
     /// A response has come in for which the hook is to be called. Returns whether a call for an earlier
     /// response is left out.
-    pub(in crate::handler) fn call_for_response(&mut self) -> bool {
+    pub(crate) fn call_for_response(&mut self) -> bool {
         self.set && std::mem::replace(&mut self.due, true)
     }
 
     /// Whether the hook is going to take the areas, or has them and is going to take them again.
-    pub(in crate::handler) fn is_about_to_take(&self) -> bool {
+    pub(crate) fn is_about_to_take(&self) -> bool {
         self.due && self.call.is_none_or(|call| call.answers)
     }
 
     /// The hook is not called for the last response any more. Returns whether this leaves a call out.
-    pub(in crate::handler) fn stop(&mut self) -> bool {
+    pub(crate) fn stop(&mut self) -> bool {
         std::mem::take(&mut self.due)
     }
 
     /// Whether the hook is answering a response, or is going to.
-    pub(in crate::handler) fn is_answering(&self) -> bool {
+    pub(crate) fn is_answering(&self) -> bool {
         self.due || self.call.is_some_and(|call| call.answers)
     }
 
     /// Whether the program's function runs, or is going to.
-    pub(in crate::handler) fn is_busy(&self) -> bool {
+    pub(crate) fn is_busy(&self) -> bool {
         self.due || self.call.is_some()
     }
 
     /// When the call that is running has taken too long.
-    pub(in crate::handler) fn deadline(&self) -> Option<Instant> {
+    pub(crate) fn deadline(&self) -> Option<Instant> {
         self.call.and_then(|call| call.since.checked_add(self.limit))
     }
 
     /// Gives the hook up whose call has taken too long; returns its thread.
-    pub(in crate::handler) fn give_up(&mut self, now: Instant) -> Option<ThreadId> {
+    pub(crate) fn give_up(&mut self, now: Instant) -> Option<ThreadId> {
         self.deadline().filter(|deadline| *deadline <= now)?;
         let call = self.call.take()?;
         self.thread_ends(call.version);
@@ -113,28 +113,28 @@ impl HookSlot {
     // What the hook's thread calls.
 
     /// Whether the program's function is to be called for a response.
-    pub(in crate::handler) fn is_due(&self) -> bool {
+    pub(crate) fn is_due(&self) -> bool {
         self.due
     }
 
     /// Whether no other hook's thread is in its function, so that only one runs at a time.
-    pub(in crate::handler) fn is_free(&self) -> bool {
+    pub(crate) fn is_free(&self) -> bool {
         self.call.is_none()
     }
 
     /// A call of this hook begins; whether it `answers` the newest response.
-    pub(in crate::handler) fn begin(&mut self, thread: ThreadId, version: u64, answers: bool) {
+    pub(crate) fn begin(&mut self, thread: ThreadId, version: u64, answers: bool) {
         self.due &= !answers;
         self.call = Some(Call { thread, version, since: now(), answers });
     }
 
     /// The call of this thread has ended, unless it was given up.
-    pub(in crate::handler) fn returned(&mut self, thread: ThreadId) {
+    pub(crate) fn returned(&mut self, thread: ThreadId) {
         self.call.take_if(|call| call.thread == thread);
     }
 
     /// A hook's thread ends, or nobody waits for it any more.
-    pub(in crate::handler) fn thread_ends(&mut self, version: u64) {
+    pub(crate) fn thread_ends(&mut self, version: u64) {
         self.threads.retain(|thread| *thread != version);
     }
 }

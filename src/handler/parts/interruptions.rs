@@ -12,7 +12,7 @@ const KEPT: usize = 16;
 /// Each handle stores how many it knows of. Those that do not end the transfer are reported by an
 /// error, once to each handle.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct Interruptions {
+pub(crate) struct Interruptions {
     count: u64,
     /// By number, the error that reports it.
     untold: VecDeque<(u64, Error)>,
@@ -20,12 +20,12 @@ pub(in crate::handler) struct Interruptions {
 
 impl Interruptions {
     /// How many there were so far.
-    pub(in crate::handler) fn count(&self) -> u64 {
+    pub(crate) fn count(&self) -> u64 {
         self.count
     }
 
     /// The outputs were stopped in a transfer that goes on.
-    pub(in crate::handler) fn note(&mut self, error: Error) {
+    pub(crate) fn note(&mut self, error: Error) {
         self.count += 1;
         if self.untold.len() == KEPT {
             self.untold.pop_front();
@@ -34,17 +34,17 @@ impl Interruptions {
     }
 
     /// A transfer ends. Its own error reports this.
-    pub(in crate::handler) fn note_end(&mut self) {
+    pub(crate) fn note_end(&mut self) {
         self.count += 1;
         self.untold.clear();
     }
 
     /// What a handle that knows of the first `known` has to be told next, and how many it then knows of.
-    pub(in crate::handler) fn news(&self, known: u64) -> Option<(u64, Error)> {
+    pub(crate) fn news(&self, known: u64) -> Option<(u64, Error)> {
         self.untold.iter().find(|(number, _)| *number > known).cloned()
     }
 
-    pub(in crate::handler) fn has_news(&self, known: u64) -> bool {
+    pub(crate) fn has_news(&self, known: u64) -> bool {
         self.untold.back().is_some_and(|(number, _)| *number > known)
     }
 }

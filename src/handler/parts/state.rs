@@ -6,7 +6,7 @@ use crate::error::Error;
 
 /// Why a transfer stops although the connection works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::handler) enum Stop {
+pub(crate) enum Stop {
     /// The program asks for it.
     Asked,
     /// A thread of the program panicked.
@@ -17,7 +17,7 @@ pub(in crate::handler) enum Stop {
 
 impl Stop {
     /// How the transfer ends.
-    pub(in crate::handler) fn result(self) -> Result<(), Error> {
+    pub(crate) fn result(self) -> Result<(), Error> {
         match self {
             Self::Asked => Ok(()),
             Self::ProgramPanicked => Err(Error::ProgramPanicked),
@@ -43,7 +43,7 @@ enum Phase {
 
 /// The state of a transfer. Only calls here change it.
 #[derive(Debug)]
-pub(in crate::handler) struct Transfer {
+pub(crate) struct Transfer {
     phase: Phase,
     /// Why the current transfer is to stop.
     stop: Option<Stop>,
@@ -56,7 +56,7 @@ pub(in crate::handler) struct Transfer {
 
 impl Transfer {
     /// No transfer has begun yet.
-    pub(in crate::handler) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             phase: Phase::Idle(None),
             stop: None,
@@ -67,7 +67,7 @@ impl Transfer {
     }
 
     /// A thread begins to connect.
-    pub(in crate::handler) fn begin(&mut self) -> Result<(), Error> {
+    pub(crate) fn begin(&mut self) -> Result<(), Error> {
         if !matches!(self.phase, Phase::Idle(_)) {
             return Err(Error::AlreadyStarted);
         }
@@ -78,7 +78,7 @@ impl Transfer {
     }
 
     /// The connection is made; returns an error when the transfer was stopped meanwhile.
-    pub(in crate::handler) fn run(&mut self, now: Instant) -> Result<(), Stop> {
+    pub(crate) fn run(&mut self, now: Instant) -> Result<(), Stop> {
         if let Some(stop) = self.stop {
             return Err(stop);
         }
@@ -88,24 +88,24 @@ impl Transfer {
     }
 
     /// The connection is lost, and another one is to be made.
-    pub(in crate::handler) fn reconnect(&mut self) {
+    pub(crate) fn reconnect(&mut self) {
         self.phase = Phase::Reconnecting;
     }
 
     /// A response has come in, so a connection that was lost is re-established.
-    pub(in crate::handler) fn resume(&mut self) {
+    pub(crate) fn resume(&mut self) {
         if matches!(self.phase, Phase::Reconnecting) {
             self.phase = Phase::Running;
         }
     }
 
     /// The last exchange begins.
-    pub(in crate::handler) fn leave(&mut self) {
+    pub(crate) fn leave(&mut self) {
         self.phase = Phase::Ending;
     }
 
     /// The transfer has ended, or could not begin.
-    pub(in crate::handler) fn end(&mut self, now: Instant, error: Option<Error>) {
+    pub(crate) fn end(&mut self, now: Instant, error: Option<Error>) {
         self.lasted = self.elapsed(now);
         self.began = None;
         self.stop = None;
@@ -113,36 +113,36 @@ impl Transfer {
     }
 
     /// Asks the current transfer, if any, to stop. The first reason counts.
-    pub(in crate::handler) fn ask_to_stop(&mut self, stop: Stop) {
+    pub(crate) fn ask_to_stop(&mut self, stop: Stop) {
         if !matches!(self.phase, Phase::Idle(_)) {
             self.stop.get_or_insert(stop);
         }
     }
 
-    pub(in crate::handler) fn stop(&self) -> Option<Stop> {
+    pub(crate) fn stop(&self) -> Option<Stop> {
         self.stop
     }
 
-    pub(in crate::handler) fn number(&self) -> u64 {
+    pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
     /// Whether a transfer has begun and not ended.
-    pub(in crate::handler) fn is_running(&self) -> bool {
+    pub(crate) fn is_running(&self) -> bool {
         matches!(self.phase, Phase::Running | Phase::Reconnecting | Phase::Ending)
     }
 
-    pub(in crate::handler) fn is_beginning(&self) -> bool {
+    pub(crate) fn is_beginning(&self) -> bool {
         matches!(self.phase, Phase::Beginning)
     }
 
     /// Whether writes of any thread go out with the next request.
-    pub(in crate::handler) fn is_exchanging(&self) -> bool {
+    pub(crate) fn is_exchanging(&self) -> bool {
         matches!(self.phase, Phase::Running)
     }
 
     /// Returns an error with the reason if no transfer is running.
-    pub(in crate::handler) fn check_running(&self) -> Result<(), Error> {
+    pub(crate) fn check_running(&self) -> Result<(), Error> {
         if self.is_running() {
             return Ok(());
         }
@@ -150,7 +150,7 @@ impl Transfer {
     }
 
     /// The error that ended the last transfer.
-    pub(in crate::handler) fn error(&self) -> Option<Error> {
+    pub(crate) fn error(&self) -> Option<Error> {
         match &self.phase {
             Phase::Idle(error) => error.clone(),
             Phase::Beginning | Phase::Running | Phase::Reconnecting | Phase::Ending => None,
@@ -158,12 +158,12 @@ impl Transfer {
     }
 
     /// When the transfer began, while it is running.
-    pub(in crate::handler) fn began(&self) -> Option<Instant> {
+    pub(crate) fn began(&self) -> Option<Instant> {
         self.began
     }
 
     /// How long the transfer has been running, or how long the last one ran.
-    pub(in crate::handler) fn elapsed(&self, now: Instant) -> Duration {
+    pub(crate) fn elapsed(&self, now: Instant) -> Duration {
         self.began.map_or(self.lasted, |began| now.saturating_duration_since(began))
     }
 }

@@ -6,7 +6,7 @@ use crate::wire::ExchangeDataResponse;
 
 /// What has stopped the outputs; it decides which commands are cut off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::handler) enum Cut {
+pub(crate) enum Cut {
     /// The connection has ended, or is about to: the controller forgets all commands.
     Connection,
     /// Only the motors were stopped.
@@ -31,7 +31,7 @@ struct AreaCommands {
 
 /// The ids of all commands in areas.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::handler) struct CommandIds([AreaIds; MAX_AREAS]);
+pub(crate) struct CommandIds([AreaIds; MAX_AREAS]);
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct AreaIds {
@@ -51,7 +51,7 @@ impl AreaIds {
 }
 
 impl CommandIds {
-    pub(in crate::handler) fn of(areas: &[FishX1Transfer]) -> Self {
+    pub(crate) fn of(areas: &[FishX1Transfer]) -> Self {
         let mut ids = Self([AreaIds::default(); MAX_AREAS]);
         for (ids, area) in ids.0.iter_mut().zip(areas) {
             *ids = AreaIds::of(area);
@@ -66,7 +66,7 @@ impl CommandIds {
 /// command, too, and others because a controller that has forgotten them gets their ids again. The program
 /// must not take this for its own command, so this hides it.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct Unfinished {
+pub(crate) struct Unfinished {
     areas: [AreaCommands; MAX_AREAS],
     any: bool,
 }
@@ -74,12 +74,7 @@ pub(in crate::handler) struct Unfinished {
 impl Unfinished {
     /// Stops the outputs, and notes which commands this cuts off: those that are not done in the newest
     /// inputs.
-    pub(in crate::handler) fn stop(
-        &mut self,
-        cut: Cut,
-        inputs: &Inputs,
-        areas: &mut [FishX1Transfer],
-    ) {
+    pub(crate) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [FishX1Transfer]) {
         self.any = true;
         for (index, area) in areas.iter_mut().enumerate() {
             let told = inputs.area(index).copied().unwrap_or_default();
@@ -112,7 +107,7 @@ impl Unfinished {
 
     /// Outputs of a guard that began with these ids do not count: notes its new commands, and hides in the
     /// inputs that the commands which have their places are done.
-    pub(in crate::handler) fn refuse(
+    pub(crate) fn refuse(
         &mut self,
         ids: &CommandIds,
         refused: &[FishX1Transfer],
@@ -148,7 +143,7 @@ impl Unfinished {
 
     /// Hides in the inputs that a command which was cut off is done, unless the program has
     /// given another one since then.
-    pub(in crate::handler) fn hide(&mut self, inputs: &mut Inputs, areas: &[FishX1Transfer]) {
+    pub(crate) fn hide(&mut self, inputs: &mut Inputs, areas: &[FishX1Transfer]) {
         if !self.any {
             return;
         }

@@ -8,7 +8,7 @@ use crate::handler::sync::now;
 ///
 /// It stops nothing itself. The transfer thread asks it, and stops the outputs.
 #[derive(Debug)]
-pub(in crate::handler) struct Watchdog {
+pub(crate) struct Watchdog {
     /// `None` switches it off.
     limit: Option<Duration>,
     fed: Instant,
@@ -17,53 +17,53 @@ pub(in crate::handler) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(in crate::handler) fn new(limit: Option<Duration>) -> Self {
+    pub(crate) fn new(limit: Option<Duration>) -> Self {
         Self { limit, fed: now(), expired: None }
     }
 
     /// Starts again, for a new transfer.
-    pub(in crate::handler) fn start(&mut self) {
+    pub(crate) fn start(&mut self) {
         self.expired = None;
         self.feed();
     }
 
     /// The program is alive. After the watchdog has expired this is not enough.
-    pub(in crate::handler) fn feed(&mut self) {
+    pub(crate) fn feed(&mut self) {
         if self.limit.is_some() {
             self.fed = now();
         }
     }
 
     /// The program was alive at this time.
-    pub(in crate::handler) fn feed_at(&mut self, time: Instant) {
+    pub(crate) fn feed_at(&mut self, time: Instant) {
         self.fed = self.fed.max(time);
     }
 
     /// The program knows of the interruption with this number, or a later one, and goes on.
-    pub(in crate::handler) fn acknowledge(&mut self, number: u64) {
+    pub(crate) fn acknowledge(&mut self, number: u64) {
         if self.expired.is_some_and(|expired| expired <= number) {
             self.start();
         }
     }
 
     /// The limit; 0 when it is off.
-    pub(in crate::handler) fn limit(&self) -> Duration {
+    pub(crate) fn limit(&self) -> Duration {
         self.limit.unwrap_or_default()
     }
 
     /// Whether the outputs are stopped until the program knows of it.
-    pub(in crate::handler) fn has_expired(&self) -> bool {
+    pub(crate) fn has_expired(&self) -> bool {
         self.expired.is_some()
     }
 
     /// When it will expire; `None` when it is off or has already expired.
-    pub(in crate::handler) fn deadline(&self) -> Option<Instant> {
+    pub(crate) fn deadline(&self) -> Option<Instant> {
         let limit = self.limit.filter(|_| !self.has_expired())?;
         self.fed.checked_add(limit)
     }
 
     /// If its deadline has come, expires as the interruption `number` and returns its limit.
-    pub(in crate::handler) fn check(&mut self, now: Instant, number: u64) -> Option<Duration> {
+    pub(crate) fn check(&mut self, now: Instant, number: u64) -> Option<Duration> {
         self.deadline().filter(|deadline| *deadline <= now)?;
         self.expired = Some(number);
         self.limit

@@ -7,7 +7,7 @@
 /// knows the number of the window that ends its wait. Responses have numbers of their own, because a
 /// response may have no window.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct Window {
+pub(crate) struct Window {
     /// The newest window.
     number: u64,
     open: bool,
@@ -29,17 +29,17 @@ pub(in crate::handler) struct Window {
 
 impl Window {
     /// The newest window.
-    pub(in crate::handler) fn number(&self) -> u64 {
+    pub(crate) fn number(&self) -> u64 {
         self.number
     }
 
     /// A thread begins to wait for the next response.
-    pub(in crate::handler) fn expect(&mut self) {
+    pub(crate) fn expect(&mut self) {
         self.waiting += 1;
     }
 
     /// A thread ends its wait that began when `window` was the newest, without answering.
-    pub(in crate::handler) fn give_up(&mut self, window: u64) {
+    pub(crate) fn give_up(&mut self, window: u64) {
         if self.number == window {
             let counted = if self.leaving > 0 { &mut self.leaving } else { &mut self.waiting };
             *counted -= 1;
@@ -49,12 +49,12 @@ impl Window {
     }
 
     /// An interruption ends the waits of all threads: they do not ask for a response any more.
-    pub(in crate::handler) fn interrupt(&mut self) {
+    pub(crate) fn interrupt(&mut self) {
         self.leaving += std::mem::take(&mut self.waiting);
     }
 
     /// Opens the window of a response: all waiting threads are expected to answer. Returns how many.
-    pub(in crate::handler) fn open(&mut self) -> usize {
+    pub(crate) fn open(&mut self) -> usize {
         self.number += 1;
         self.open = true;
         self.reacting = std::mem::take(&mut self.waiting) + std::mem::take(&mut self.leaving);
@@ -64,7 +64,7 @@ impl Window {
     }
 
     /// Makes the next request wait for the calling thread; returns the window's number, unless it is closed.
-    pub(in crate::handler) fn join(&mut self) -> Option<u64> {
+    pub(crate) fn join(&mut self) -> Option<u64> {
         if !self.open {
             return None;
         }
@@ -75,26 +75,26 @@ impl Window {
     }
 
     /// A thread that has waited for this window drops its guard, or does not take one.
-    pub(in crate::handler) fn react(&mut self, window: u64) {
+    pub(crate) fn react(&mut self, window: u64) {
         if self.is_open_for(window) {
             self.reacting -= 1;
         }
     }
 
     /// A thread that was woken for the response comes back for it later; the window stays open until then.
-    pub(in crate::handler) fn put_off(&mut self) {
+    pub(crate) fn put_off(&mut self) {
         self.reacting -= 1;
         self.put_off = true;
     }
 
     /// Whether this window is open.
-    pub(in crate::handler) fn is_open_for(&self, window: u64) -> bool {
+    pub(crate) fn is_open_for(&self, window: u64) -> bool {
         self.open && window == self.number
     }
 
     /// A guard that showed the response `newest` is dropped; returns whether that is in time for the next
     /// request.
-    pub(in crate::handler) fn note_answer(&mut self, newest: u64) -> bool {
+    pub(crate) fn note_answer(&mut self, newest: u64) -> bool {
         let in_time = !self.is_answered(newest);
         if in_time {
             self.answered_in_time = newest;
@@ -108,19 +108,19 @@ impl Window {
     }
 
     /// Whether threads have waited for this response and all have reacted.
-    pub(in crate::handler) fn is_attended(&self) -> bool {
+    pub(crate) fn is_attended(&self) -> bool {
         self.used && self.reacting == 0 && !self.put_off
     }
 
     /// Whether a thread waits for the next response, and no thread is still answering this one or has still to
     /// learn of an interruption.
-    pub(in crate::handler) fn is_next_asked_for(&self) -> bool {
+    pub(crate) fn is_next_asked_for(&self) -> bool {
         self.waiting > 0 && self.leaving == 0 && self.reacting == 0
     }
 
     /// Closes the window, because the outputs that answer the response `newest` are taken; returns whether
     /// no guard has answered that response in time.
-    pub(in crate::handler) fn close(&mut self, newest: u64) -> bool {
+    pub(crate) fn close(&mut self, newest: u64) -> bool {
         let missed = self.answered_in_time < newest && self.answered < newest;
         self.open = false;
         self.reacting = 0;

@@ -72,23 +72,23 @@ pub struct TransferArea {
 }
 
 impl TransferArea {
-    pub(in crate::handler) fn new(shared: Arc<Shared>) -> Self {
+    pub(crate) fn new(shared: Arc<Shared>) -> Self {
         Self { shared, known: AtomicKnown::default(), panicking: PanicCheck::new() }
     }
 
-    pub(in crate::handler) fn shared(&self) -> &Arc<Shared> {
+    pub(crate) fn shared(&self) -> &Arc<Shared> {
         &self.shared
     }
 
     /// Stops the transfer if the thread has begun to panic since it got this handle.
-    pub(in crate::handler) fn stop_on_panic(&self) {
+    pub(crate) fn stop_on_panic(&self) {
         if self.panicking.has_begun() {
             self.shared.ask_to_stop(Stop::ProgramPanicked);
         }
     }
 
     /// Makes a call that tells this handle what it does not know yet, and stores what it knows then.
-    pub(in crate::handler) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
+    pub(crate) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
         let mut known = self.known.get();
         let result = call(&mut known);
         self.has_learned(known);
@@ -96,13 +96,13 @@ impl TransferArea {
     }
 
     /// Stores what a call has told this handle.
-    pub(in crate::handler) fn has_learned(&self, known: Known) {
+    pub(crate) fn has_learned(&self, known: Known) {
         self.known.interruptions.fetch_max(known.interruptions, Ordering::Relaxed);
     }
 
     /// [`Shared::wait_cycle`], so that a panic names the program's line.
     #[track_caller]
-    pub(in crate::handler) fn wait_for_next(
+    pub(crate) fn wait_for_next(
         &self,
         mut known: Known,
         deadline: Option<Instant>,
@@ -113,7 +113,7 @@ impl TransferArea {
     }
 
     /// What this handle knows.
-    pub(in crate::handler) fn known(&self) -> Known {
+    pub(crate) fn known(&self) -> Known {
         self.known.get()
     }
 
@@ -195,12 +195,12 @@ impl TransferArea {
 
     /// Stores that a wait of this handle has returned a guard of this window. Another thread that shares the
     /// handle may have returned a newer one meanwhile.
-    pub(in crate::handler) fn note_returned(&self, window: u64) {
+    pub(crate) fn note_returned(&self, window: u64) {
         self.known.returned.fetch_max(window, Ordering::Relaxed);
     }
 
     /// The guard of areas that this thread has taken.
-    pub(in crate::handler) fn guard(&self, taken: Lease) -> TransferAreaGuard<'_> {
+    pub(crate) fn guard(&self, taken: Lease) -> TransferAreaGuard<'_> {
         self.known.shown.fetch_max(taken.newest, Ordering::Relaxed);
         TransferAreaGuard::new(&self.shared, taken)
     }

@@ -22,7 +22,7 @@ impl Shared {
     ///
     /// When the thread already has them.
     #[track_caller]
-    pub(in crate::handler) fn lock(&self, known: Known) -> Lease {
+    pub(crate) fn lock(&self, known: Known) -> Lease {
         let mut state = self.state_of_others();
         let taken = self.take(&mut state, known, None);
         MutexGuard::unlock_fair(state);
@@ -30,7 +30,7 @@ impl Shared {
     }
 
     /// Takes the areas, for a thread that may have waited for a window.
-    pub(in crate::handler) fn take(
+    pub(crate) fn take(
         &self,
         state: &mut MutexGuard<'_, State>,
         known: Known,
@@ -83,7 +83,7 @@ impl Shared {
     }
 
     /// Takes the areas back from a guard; after a panic as they were before it.
-    pub(in crate::handler) fn release(&self, taken: &mut Lease, panicked: bool) {
+    pub(crate) fn release(&self, taken: &mut Lease, panicked: bool) {
         let mut areas = std::mem::take(&mut taken.areas);
         let mut state = self.state();
         // Others may have got new ones from a hook that did not return.
@@ -110,7 +110,7 @@ impl Shared {
     }
 
     /// Adds a log of all cycles.
-    pub(in crate::handler) fn add_log(&self, capacity: usize) -> Subscription {
+    pub(crate) fn add_log(&self, capacity: usize) -> Subscription {
         // Locked meanwhile, so that no beginning and no response comes between.
         let mut listeners = self.listeners.lock();
         let running = self.state().beginning();
@@ -120,7 +120,7 @@ impl Shared {
     /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it
     /// would wait for itself forever.
     #[track_caller]
-    pub(in crate::handler) fn state_of_others(&self) -> MutexGuard<'_, State> {
+    pub(crate) fn state_of_others(&self) -> MutexGuard<'_, State> {
         let state = self.state();
         if !state.area_lock.is_held_by(thread_id()) {
             return state;
@@ -137,7 +137,7 @@ impl Shared {
     ///
     /// When the thread has the areas.
     #[track_caller]
-    pub(in crate::handler) fn wait_cycle(
+    pub(crate) fn wait_cycle(
         &self,
         known: &mut Known,
         deadline: Option<Instant>,
@@ -153,7 +153,7 @@ impl Shared {
     /// is as for [`wait_cycle`](Self::wait_cycle). The next request waits for the calling thread, if it has
     /// not gone out yet.
     #[track_caller]
-    pub(in crate::handler) fn look(
+    pub(crate) fn look(
         &self,
         known: &mut Known,
         deadline: Option<Instant>,
@@ -172,7 +172,7 @@ impl Shared {
     }
 
     /// The program is alive; returns an error that the handle has not been told yet.
-    pub(in crate::handler) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
+    pub(crate) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
         let mut state = self.state();
         state.watchdog.feed();
         state.tell_news(known)?;
@@ -180,27 +180,27 @@ impl Shared {
     }
 
     /// The clock for time limits, with its current time.
-    pub(in crate::handler) fn clock(&self) -> Clock {
+    pub(crate) fn clock(&self) -> Clock {
         self.state().clock
     }
 
     /// How long the transfer has been running, or how long the last one ran.
-    pub(in crate::handler) fn elapsed(&self) -> Duration {
+    pub(crate) fn elapsed(&self) -> Duration {
         self.state().elapsed()
     }
 
     /// Whether a transfer is running.
-    pub(in crate::handler) fn is_running(&self, known: &mut Known) -> bool {
+    pub(crate) fn is_running(&self, known: &mut Known) -> bool {
         self.state().check_running(known).is_ok()
     }
 
     /// The handle's owner begins a transfer, so it knows that the last one has ended.
-    pub(in crate::handler) fn acknowledge(&self, known: &mut Known) {
+    pub(crate) fn acknowledge(&self, known: &mut Known) {
         known.interruptions = self.state().interruptions.count();
     }
 
     /// Asks the current transfer to end; returns its number, or that of the last one.
-    pub(in crate::handler) fn ask_to_end(&self) -> u64 {
+    pub(crate) fn ask_to_end(&self) -> u64 {
         let mut state = self.state();
         state.transfer.ask_to_stop(Stop::Asked);
         self.attended.notify_one();
@@ -208,12 +208,12 @@ impl Shared {
     }
 
     /// The number of the current transfer, or of the last one.
-    pub(in crate::handler) fn number(&self) -> u64 {
+    pub(crate) fn number(&self) -> u64 {
         self.state().transfer.number()
     }
 
     /// Waits while a thread connects for the transfer of this number.
-    pub(in crate::handler) fn wait_until_begun(&self, number: u64) {
+    pub(crate) fn wait_until_begun(&self, number: u64) {
         let mut state = self.state();
         while state.transfer.is_beginning() && state.transfer.number() == number {
             self.arrived.wait(&mut state);
@@ -221,18 +221,18 @@ impl Shared {
     }
 
     /// The error that ended the last transfer, until the next begins.
-    pub(in crate::handler) fn error(&self, known: &mut Known) -> Option<Error> {
+    pub(crate) fn error(&self, known: &mut Known) -> Option<Error> {
         let state = self.state();
         state.check_running(known).err().and_then(|_| state.transfer.error())
     }
 
     /// Returns an error with the reason if no transfer is running.
-    pub(in crate::handler) fn check_running(&self) -> Result<(), Error> {
+    pub(crate) fn check_running(&self) -> Result<(), Error> {
         self.state().transfer.check_running()
     }
 
     /// Makes the transfer thread send a command, and waits until that is done, also across a gap.
-    pub(in crate::handler) fn run_command(&self, command: CameraCommand) -> Result<(), Error> {
+    pub(crate) fn run_command(&self, command: CameraCommand) -> Result<(), Error> {
         let mut state = self.state();
         state.transfer.check_running()?;
         state.command = Some(command);
@@ -246,7 +246,7 @@ impl Shared {
     }
 
     /// Makes this stream end with the transfer; immediately if the transfer has already ended.
-    pub(in crate::handler) fn set_camera(&self, camera: Arc<CameraControl>) {
+    pub(crate) fn set_camera(&self, camera: Arc<CameraControl>) {
         let mut state = self.state();
         if !state.transfer.is_running() {
             drop(state);
@@ -259,7 +259,7 @@ impl Shared {
         state.camera = Some(camera);
     }
 
-    pub(in crate::handler) fn ask_to_stop(&self, stop: Stop) {
+    pub(crate) fn ask_to_stop(&self, stop: Stop) {
         self.state().transfer.ask_to_stop(stop);
         self.attended.notify_one();
     }
@@ -283,14 +283,14 @@ impl State {
 
     /// Makes the next request wait for the calling thread, which is going to take the areas; returns the
     /// window's number, unless it is closed.
-    pub(in crate::handler) fn join_window(&mut self) -> Option<u64> {
+    pub(crate) fn join_window(&mut self) -> Option<u64> {
         let window = self.window.join()?;
         self.area_lock.expect_one_more();
         Some(window)
     }
 
     /// Returns as an error the next interruption that a handle has not been told.
-    pub(in crate::handler) fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
+    pub(crate) fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
         let Some((number, error)) = self.interruptions.news(known.interruptions) else {
             return Ok(());
         };
@@ -300,7 +300,7 @@ impl State {
     }
 
     /// Returns an error with the reason if no transfer is running; the handle then knows it.
-    pub(in crate::handler) fn check_running(&self, known: &mut Known) -> Result<(), Error> {
+    pub(crate) fn check_running(&self, known: &mut Known) -> Result<(), Error> {
         self.transfer.check_running().inspect_err(|_| {
             if !self.transfer.is_beginning() {
                 known.interruptions = self.interruptions.count();

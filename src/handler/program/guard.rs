@@ -33,7 +33,7 @@ pub struct TransferAreaGuard<'a> {
 }
 
 impl<'a> TransferAreaGuard<'a> {
-    pub(in crate::handler) fn new(shared: &'a Shared, taken: Lease) -> Self {
+    pub(crate) fn new(shared: &'a Shared, taken: Lease) -> Self {
         let panicking = PanicCheck::new();
         Self { shared, taken, panicking, stays_in_its_thread: PhantomData }
     }
@@ -81,13 +81,13 @@ impl<'a> TransferAreaGuard<'a> {
     }
 
     /// The newest window when this was locked.
-    pub(in crate::handler) fn window(&self) -> u64 {
+    pub(crate) fn window(&self) -> u64 {
         self.taken.window
     }
 
     /// The newest window that does not have to be waited for any more. One that opened while this thread
     /// did not expect it has to be: it still waits for a thread.
-    pub(in crate::handler) fn attended(&self) -> u64 {
+    pub(crate) fn attended(&self) -> u64 {
         let window = self.taken.window;
         if self.taken.purpose == Purpose::Reacts(window) {
             window

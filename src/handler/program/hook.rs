@@ -190,7 +190,7 @@ impl Shared {
     }
 
     /// Waits for the next call of this hook; `None` when it was replaced or cleared.
-    pub(in crate::handler) fn next_call(
+    pub(crate) fn next_call(
         &self,
         version: u64,
         known: &mut Known,
@@ -270,7 +270,7 @@ impl Shared {
     // What the transfer thread calls.
 
     /// Lets the cycle hook answer the newest response. It comes first, so that the others find what it wrote.
-    pub(in crate::handler) fn call_hook(&self, state: &mut State) {
+    pub(crate) fn call_hook(&self, state: &mut State) {
         if state.transfer.stop().is_some() {
             return;
         }
@@ -288,7 +288,7 @@ impl Shared {
 
     /// If the cycle hook has not returned within its limit, ends the transfer and goes on without it: the
     /// areas that it has are replaced, and it is never called again.
-    pub(in crate::handler) fn give_up_hook(&self, state: &mut State) {
+    pub(crate) fn give_up_hook(&self, state: &mut State) {
         if state.hook.deadline().is_none() {
             return;
         }

@@ -8,25 +8,25 @@ use crate::transfer_area::FishX1Transfer;
 
 /// What one handle to the areas has learned of, so that it learns of everything once.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::handler) struct Known {
+pub(crate) struct Known {
     /// The newest window that a wait of this handle has returned.
-    pub(in crate::handler) returned: u64,
+    pub(crate) returned: u64,
     /// The newest response that any guard of this handle has shown.
-    pub(in crate::handler) shown: u64,
+    pub(crate) shown: u64,
     /// How many interruptions it knows of.
-    pub(in crate::handler) interruptions: u64,
+    pub(crate) interruptions: u64,
 }
 
 /// What a handle knows. Threads that share the handle share this.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct AtomicKnown {
-    pub(in crate::handler) returned: AtomicU64,
-    pub(in crate::handler) shown: AtomicU64,
-    pub(in crate::handler) interruptions: AtomicU64,
+pub(crate) struct AtomicKnown {
+    pub(crate) returned: AtomicU64,
+    pub(crate) shown: AtomicU64,
+    pub(crate) interruptions: AtomicU64,
 }
 
 impl AtomicKnown {
-    pub(in crate::handler) fn get(&self) -> Known {
+    pub(crate) fn get(&self) -> Known {
         Known {
             returned: self.returned.load(Ordering::Relaxed),
             shown: self.shown.load(Ordering::Relaxed),
@@ -44,29 +44,29 @@ impl Clone for AtomicKnown {
 
 /// The areas that a guard holds, and what has to be known when they are put back.
 #[derive(Debug)]
-pub(in crate::handler) struct Lease {
-    pub(in crate::handler) areas: Vec<FishX1Transfer>,
+pub(crate) struct Lease {
+    pub(crate) areas: Vec<FishX1Transfer>,
     /// The lease's number.
-    pub(in crate::handler) number: u64,
+    pub(crate) number: u64,
     /// The newest window.
-    pub(in crate::handler) window: u64,
+    pub(crate) window: u64,
     /// The newest response that is in the areas.
-    pub(in crate::handler) newest: u64,
+    pub(crate) newest: u64,
     /// Its number in its transfer.
-    pub(in crate::handler) cycle: u64,
+    pub(crate) cycle: u64,
     /// When it came in.
-    pub(in crate::handler) arrived: Instant,
+    pub(crate) arrived: Instant,
     /// What has made its thread take the areas.
-    pub(in crate::handler) purpose: Purpose,
+    pub(crate) purpose: Purpose,
     /// How many interruptions there were before; if there are more, the outputs do not count.
-    pub(in crate::handler) interruptions: u64,
+    pub(crate) interruptions: u64,
     /// Whether the outputs count at all.
-    pub(in crate::handler) outputs_count: bool,
+    pub(crate) outputs_count: bool,
 }
 
 /// Why a thread has taken the areas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::handler) enum Purpose {
+pub(crate) enum Purpose {
     /// It is the cycle hook.
     Hook,
     /// It has waited for the window of this number.
@@ -79,7 +79,7 @@ pub(in crate::handler) enum Purpose {
 
 impl Lease {
     /// Brings areas that were taken up to date, for a handle that knows this.
-    pub(in crate::handler) fn new(
+    pub(crate) fn new(
         state: &mut State,
         (mut areas, number): (Vec<FishX1Transfer>, u64),
         known: Known,
@@ -104,7 +104,7 @@ impl Lease {
 impl State {
     /// Whether the outputs that a handle writes now count: not while they are stopped and the handle does not
     /// know of that.
-    pub(in crate::handler) fn outputs_count(&self, known: Known) -> bool {
+    pub(crate) fn outputs_count(&self, known: Known) -> bool {
         let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();
         goes_on || known.interruptions >= self.interruptions.count()
     }

@@ -1,9 +1,9 @@
 //! The program's side: the handle, its guards and waits, and the cycle hook.
 
-pub(in crate::handler) mod area;
+pub(crate) mod area;
 mod calls;
-pub(in crate::handler) mod guard;
+pub(crate) mod guard;
 mod hook;
-pub(in crate::handler) mod lease;
+pub(crate) mod lease;
 mod response_wait;
 mod waits;

@@ -11,7 +11,7 @@ use crate::handler::sync::{current_thread, wait_until, MutexGuard};
 
 /// A wait for a response that is newer than the last one that the handle has returned.
 #[derive(Debug)]
-pub(in crate::handler) enum Wait {
+pub(crate) enum Wait {
     /// It began when the window of this number was the newest, in the transfer of this number.
     For { window: u64, transfer: u64 },
     /// The thread was woken for this window and is expected to answer in it.
@@ -29,7 +29,7 @@ enum Progress {
 impl Shared {
     /// Waits for a response that is newer than the last one that the handle has returned; `None` when the
     /// deadline comes first.
-    pub(in crate::handler) fn wait_for_response(
+    pub(crate) fn wait_for_response(
         &self,
         state: &mut MutexGuard<'_, State>,
         known: &mut Known,
@@ -91,7 +91,7 @@ impl Shared {
     /// # Panics
     ///
     /// In lock-step, when the thread has the areas.
-    pub(in crate::handler) fn step(&self) -> Step {
+    pub(crate) fn step(&self) -> Step {
         if !self.is_lock_step() {
             return Step::ByClock;
         }
@@ -115,12 +115,12 @@ impl Shared {
 
     /// Panics when this thread has the areas.
     #[track_caller]
-    pub(in crate::handler) fn check_free(&self) {
+    pub(crate) fn check_free(&self) {
         drop(self.state_of_others());
     }
 
     /// Begins such a wait.
-    pub(in crate::handler) fn begin_shared_wait(&self, known: &mut Known) -> Result<Wait, Error> {
+    pub(crate) fn begin_shared_wait(&self, known: &mut Known) -> Result<Wait, Error> {
         let mut state = self.state();
         let wait = self.begin_wait(&mut state, known)?;
         state.wakened.push(current_thread());
@@ -130,7 +130,7 @@ impl Shared {
     /// When the response came in for which the thread waits; `None` when it has not come in yet.
     ///
     /// After an error the wait is over.
-    pub(in crate::handler) fn look_after(
+    pub(crate) fn look_after(
         &self,
         wait: &mut Wait,
         known: &mut Known,
@@ -152,7 +152,7 @@ impl Shared {
 
     /// The thread has a response of another transfer. If it was woken for a response of this one, it comes back
     /// for it, so the window stays open.
-    pub(in crate::handler) fn put_off(&self, wait: &Wait) {
+    pub(crate) fn put_off(&self, wait: &Wait) {
         let mut state = self.state();
         state.forget_waker();
         let told = match *wait {
@@ -168,7 +168,7 @@ impl Shared {
     }
 
     /// Takes the areas for a response for which the thread was woken.
-    pub(in crate::handler) fn take_after(&self, wait: &Wait, known: Known) -> Lease {
+    pub(crate) fn take_after(&self, wait: &Wait, known: Known) -> Lease {
         let mut state = self.state_of_others();
         state.forget_waker();
         let window = match *wait {

@@ -146,7 +146,7 @@ impl TransferArea {
     }
 
     /// Returns an error unless there is an area with this index.
-    pub(in crate::handler) fn check_area(&self, area: usize) -> Result<(), Error> {
+    pub(crate) fn check_area(&self, area: usize) -> Result<(), Error> {
         let most = self.shared().area_count() as i64 - 1;
         Error::check_range("area's index", area, 0..=most)
     }

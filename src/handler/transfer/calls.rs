@@ -19,42 +19,42 @@ use crate::transfer_area::FishX1Transfer;
 
 /// What the transfer thread learns when it delivers a response.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::handler) struct Delivered {
+pub(crate) struct Delivered {
     /// The response's number.
-    pub(in crate::handler) number: u64,
+    pub(crate) number: u64,
     /// Its number in its transfer.
-    pub(in crate::handler) cycle: u64,
+    pub(crate) cycle: u64,
     /// When it came in.
-    pub(in crate::handler) arrived: Instant,
+    pub(crate) arrived: Instant,
     /// Whether it is the first of its connection.
-    pub(in crate::handler) first: bool,
+    pub(crate) first: bool,
     /// The events that have listeners.
-    pub(in crate::handler) listened: KindSet,
+    pub(crate) listened: KindSet,
     /// Whether there are logs of all cycles.
-    pub(in crate::handler) logged: bool,
+    pub(crate) logged: bool,
     /// Whether the waiting threads are told later: in lock-step after the events.
-    pub(in crate::handler) opens_later: bool,
+    pub(crate) opens_later: bool,
 }
 
 impl Shared {
     /// The areas as the last guard left them.
-    pub(in crate::handler) fn outgoing(&self) -> Vec<FishX1Transfer> {
+    pub(crate) fn outgoing(&self) -> Vec<FishX1Transfer> {
         self.state().hand_over.outgoing().to_vec()
     }
 
     /// A thread of the program begins to connect.
-    pub(in crate::handler) fn begin(&self) -> Result<(), Error> {
+    pub(crate) fn begin(&self) -> Result<(), Error> {
         self.state().transfer.begin()
     }
 
     /// Sets the controller of the connection.
-    pub(in crate::handler) fn set_controller(&self, controller: Controller) {
+    pub(crate) fn set_controller(&self, controller: Controller) {
         self.state().controller = Some(controller);
     }
 
     /// Begins a transfer for which this number of configurations was sent; returns an error when it was
     /// stopped meanwhile.
-    pub(in crate::handler) fn run(&self, config_updates: u64) -> Result<(), Stop> {
+    pub(crate) fn run(&self, config_updates: u64) -> Result<(), Stop> {
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let now = state.clock.now();
@@ -74,7 +74,7 @@ impl Shared {
     ///
     /// If there are listeners, the inputs as the program sees them are put into `now`, and those of the
     /// previous response into `before`.
-    pub(in crate::handler) fn deliver(
+    pub(crate) fn deliver(
         &self,
         inputs: &Inputs,
         config_updates: u64,
@@ -121,12 +121,7 @@ impl Shared {
     }
 
     /// Logs a response that was delivered, with the areas of its request.
-    pub(in crate::handler) fn log(
-        &self,
-        delivered: &Delivered,
-        sent: &[FishX1Transfer],
-        inputs: &Inputs,
-    ) {
+    pub(crate) fn log(&self, delivered: &Delivered, sent: &[FishX1Transfer], inputs: &Inputs) {
         let Delivered { cycle, arrived, first, .. } = *delivered;
         let statistics = self.statistics();
         let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
@@ -134,7 +129,7 @@ impl Shared {
     }
 
     /// Opens the window for reactions to the last response, and wakes all threads that wait for it.
-    pub(in crate::handler) fn open_window(&self) {
+    pub(crate) fn open_window(&self) {
         self.open(&mut self.state());
     }
 
@@ -152,7 +147,7 @@ impl Shared {
     /// asks for the next response.
     ///
     /// When the watchdog expires, stops the outputs and tells the program.
-    pub(in crate::handler) fn hold_window(
+    pub(crate) fn hold_window(
         &self,
         length: Duration,
         areas: &mut [FishX1Transfer],
@@ -196,7 +191,7 @@ impl Shared {
 
     /// In lock-step: waits until the program asks for the next response or a stop is requested; returns
     /// whether a command is to be sent first.
-    pub(in crate::handler) fn wait_for_step(&self) -> bool {
+    pub(crate) fn wait_for_step(&self) -> bool {
         let mut state = self.state();
         if !state.clock.is_lock_step() {
             return false;
@@ -231,7 +226,7 @@ impl Shared {
 
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
     /// request on this connection, and tells the program.
-    pub(in crate::handler) fn lose_connection(&self, error: &Error, areas: &mut [FishX1Transfer]) {
+    pub(crate) fn lose_connection(&self, error: &Error, areas: &mut [FishX1Transfer]) {
         let mut state = self.state();
         let cause = Box::new(error.clone());
         state.interruptions.note(Error::ConnectionLost { cause });
@@ -256,7 +251,7 @@ impl Shared {
     }
 
     /// The connection is re-established, and its first response has come in.
-    pub(in crate::handler) fn resume(&self, lost_for: Duration) {
+    pub(crate) fn resume(&self, lost_for: Duration) {
         let mut state = self.state();
         state.watchdog.feed();
         let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
@@ -265,7 +260,7 @@ impl Shared {
     }
 
     /// Waits until a stop is requested, but not beyond the deadline.
-    pub(in crate::handler) fn wait_for_stop(&self, deadline: Instant) {
+    pub(crate) fn wait_for_stop(&self, deadline: Instant) {
         let mut state = self.state();
         while state.transfer.stop().is_none() {
             if wait_until(&self.attended, &mut state, Some(deadline)) {
@@ -275,12 +270,12 @@ impl Shared {
     }
 
     /// Counts configurations that were sent outside an exchange.
-    pub(in crate::handler) fn count_config_updates(&self, count: u64) {
+    pub(crate) fn count_config_updates(&self, count: u64) {
         self.state().statistics.config_updates += count;
     }
 
     /// The controller's camera server was started again.
-    pub(in crate::handler) fn resume_camera(&self, server: CameraServer) {
+    pub(crate) fn resume_camera(&self, server: CameraServer) {
         let camera = self.state().camera.clone();
         if let Some(camera) = camera {
             camera.resume(server);
@@ -288,22 +283,22 @@ impl Shared {
     }
 
     /// Why the transfer is to stop although the connection works.
-    pub(in crate::handler) fn stop(&self) -> Option<Stop> {
+    pub(crate) fn stop(&self) -> Option<Stop> {
         self.state().transfer.stop()
     }
 
     /// The command to send now.
-    pub(in crate::handler) fn command(&self) -> Option<CameraCommand> {
+    pub(crate) fn command(&self) -> Option<CameraCommand> {
         self.state().command
     }
 
-    pub(in crate::handler) fn command_is_done(&self) {
+    pub(crate) fn command_is_done(&self) {
         self.state().command = None;
         self.arrived.notify_all();
     }
 
     /// Stops the stream of frames that ends with the transfer.
-    pub(in crate::handler) fn stop_camera(&self) {
+    pub(crate) fn stop_camera(&self) {
         let camera = self.state().camera.take();
         if let Some(camera) = camera {
             camera.stop();
@@ -311,7 +306,7 @@ impl Shared {
     }
 
     /// The transfer is about to end: stops the outputs, and takes them for the last request.
-    pub(in crate::handler) fn leave(&self, areas: &mut [FishX1Transfer]) {
+    pub(crate) fn leave(&self, areas: &mut [FishX1Transfer]) {
         let mut state = self.state();
         state.interruptions.note_end();
         state.hand_over.stop(Cut::Connection);
@@ -323,7 +318,7 @@ impl Shared {
     }
 
     /// Ends the transfer.
-    pub(in crate::handler) fn finish(&self, error: Option<Error>) {
+    pub(crate) fn finish(&self, error: Option<Error>) {
         // Locked until the listeners are told, so that later ones do not get this end.
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
@@ -342,7 +337,7 @@ impl Shared {
     }
 
     /// Stores why a transfer could not begin.
-    pub(in crate::handler) fn fail(&self, error: Error) {
+    pub(crate) fn fail(&self, error: Error) {
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let at = state.clock.now();
@@ -359,13 +354,13 @@ impl Shared {
 
 impl State {
     /// When a window of this length ends; in lock-step the clock does not end it.
-    pub(in crate::handler) fn window_end(&self, length: Duration) -> Option<Instant> {
+    pub(crate) fn window_end(&self, length: Duration) -> Option<Instant> {
         let last_response = self.last_response.filter(|_| !self.clock.is_lock_step());
         last_response.and_then(|response| response.checked_add(length))
     }
 
     /// Whether the next request need not wait for the program any more.
-    pub(in crate::handler) fn next_may_leave(&self) -> bool {
+    pub(crate) fn next_may_leave(&self) -> bool {
         if !self.clock.is_lock_step() {
             return self.window.is_attended() && !self.hook.is_answering();
         }
@@ -375,7 +370,7 @@ impl State {
 
     /// A program that has waited for a late response does not hang. But while a thread has the areas, nobody
     /// can do anything: then only the time before that was a sign of life.
-    pub(in crate::handler) fn feed_for_waiting(&mut self) {
+    pub(crate) fn feed_for_waiting(&mut self) {
         let since = self.area_lock.holder().map(|holder| holder.since);
         self.watchdog.feed_at(since.unwrap_or_else(now));
     }

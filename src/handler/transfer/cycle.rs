@@ -17,7 +17,7 @@ use crate::transfer_area::FishX1Transfer;
 use crate::wire::StartCameraOnline;
 
 /// A connection, and what one cycle keeps for the next.
-pub(in crate::handler) struct Cycle {
+pub(crate) struct Cycle {
     link: Link,
     shared: Arc<Shared>,
     window: Duration,
@@ -38,7 +38,7 @@ pub(in crate::handler) struct Cycle {
 
 impl Cycle {
     /// Cycles on a connection that is in online mode and has the areas' configuration.
-    pub(in crate::handler) fn new(
+    pub(crate) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
         shared: Arc<Shared>,
@@ -60,7 +60,7 @@ impl Cycle {
     }
 
     /// One cycle. Returns a stop if the transfer is to stop.
-    pub(in crate::handler) fn run(&mut self) -> Result<Option<Stop>, Error> {
+    pub(crate) fn run(&mut self) -> Result<Option<Stop>, Error> {
         if self.shared.is_lock_step() {
             // Before the first request, too.
             while self.shared.wait_for_step() {
@@ -77,7 +77,7 @@ impl Cycle {
 
     /// Ends a cycle whose response has come in: tells the program of it, and takes its outputs; in lock-step
     /// they are taken later. Returns a stop if the transfer is to stop.
-    pub(in crate::handler) fn finish(&mut self, delivered: &Delivered) -> Option<Stop> {
+    pub(crate) fn finish(&mut self, delivered: &Delivered) -> Option<Stop> {
         self.announce(delivered);
         if self.shared.is_lock_step() {
             return None;
@@ -91,7 +91,7 @@ impl Cycle {
     }
 
     /// Sends what has changed, and delivers the response.
-    pub(in crate::handler) fn exchange(&mut self) -> Result<Delivered, Error> {
+    pub(crate) fn exchange(&mut self) -> Result<Delivered, Error> {
         let Link { client, exchange } = &mut self.link;
         if self.configs_changed {
             self.configs_before = *exchange.sent_configs();
@@ -166,7 +166,7 @@ impl Cycle {
 
     /// Goes on with a new connection after a lost one: makes the first exchange on it, with the current
     /// outputs. The next cycle starts the camera again, if it was running, with its server at `camera`.
-    pub(in crate::handler) fn go_on_with(
+    pub(crate) fn go_on_with(
         &mut self,
         link: Link,
         camera: Option<Endpoint>,
@@ -180,7 +180,7 @@ impl Cycle {
     }
 
     /// Stops the motors with a last exchange and ends online mode.
-    pub(in crate::handler) fn leave(&mut self) -> Result<(), Error> {
+    pub(crate) fn leave(&mut self) -> Result<(), Error> {
         let delivered = self.exchange()?;
         self.announce(&delivered);
         if self.camera.is_some() && self.camera_to_restart.is_none() {
@@ -190,7 +190,7 @@ impl Cycle {
     }
 
     /// Stops the motors over a connection that may not work any more.
-    pub(in crate::handler) fn abandon(&mut self) {
+    pub(crate) fn abandon(&mut self) {
         let Link { client, exchange } = &mut self.link;
         let mut request = Vec::new();
         // There are areas, so there is a request.
@@ -200,7 +200,7 @@ impl Cycle {
     }
 
     /// The outputs of the last request, to be stopped.
-    pub(in crate::handler) fn areas_mut(&mut self) -> &mut [FishX1Transfer] {
+    pub(crate) fn areas_mut(&mut self) -> &mut [FishX1Transfer] {
         &mut self.areas
     }
 }

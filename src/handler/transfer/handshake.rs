@@ -16,9 +16,9 @@ use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
 /// A connection in online mode, and the exchange on it.
-pub(in crate::handler) struct Link {
-    pub(in crate::handler) client: TxtClient,
-    pub(in crate::handler) exchange: Exchange,
+pub(crate) struct Link {
+    pub(crate) client: TxtClient,
+    pub(crate) exchange: Exchange,
 }
 
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
@@ -26,7 +26,7 @@ pub(in crate::handler) struct Link {
 ///
 /// Any thread can call this. Connecting takes at most `limit`, and each response as long as the settings
 /// allow.
-pub(in crate::handler) fn connect(
+pub(crate) fn connect(
     settings: &Settings,
     limit: Duration,
     areas: &[FishX1Transfer],

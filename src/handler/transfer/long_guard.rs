@@ -8,10 +8,10 @@ use crate::notices;
 
 /// A guard that was held for this time is reported, because its thread may wait in a loop for an input that
 /// can't change under the guard.
-pub(in crate::handler) const GUARD_IS_LONG: Duration = Duration::from_secs(1);
+pub(crate) const GUARD_IS_LONG: Duration = Duration::from_secs(1);
 
 /// A guard that is reported.
-pub(in crate::handler) struct LongGuard {
+pub(crate) struct LongGuard {
     holder: Holder,
     /// Whether the watchdog has just expired.
     expired: bool,
@@ -19,7 +19,7 @@ pub(in crate::handler) struct LongGuard {
 
 impl State {
     /// The current guard, if the program is to be warned of it now: once for each guard.
-    pub(in crate::handler) fn guard_to_warn_of(&mut self, expired: bool) -> Option<LongGuard> {
+    pub(crate) fn guard_to_warn_of(&mut self, expired: bool) -> Option<LongGuard> {
         let holder = self.area_lock.holder()?;
         let lease = self.area_lock.lease();
         let held = holder.held();
@@ -35,7 +35,7 @@ impl State {
 
 impl LongGuard {
     /// Warns the program, in another thread. Without a logger the warning goes to the standard error.
-    pub(in crate::handler) fn warn(&self) {
+    pub(crate) fn warn(&self) {
         let effect = if self.expired { ", and the watchdog has stopped the motors" } else { "" };
         notices::warn_always(
             module_path!(),

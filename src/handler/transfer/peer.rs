@@ -12,15 +12,15 @@ use crate::wire::{
 /// Words per area in a response of [`FirmwareVersion::OLDEST_SUPPORTED`].
 const WORDS: usize = 50;
 
-pub(in crate::handler) struct Peer {
-    pub(in crate::handler) port: u16,
+pub(crate) struct Peer {
+    pub(crate) port: u16,
     thread: JoinHandle<Vec<CommandId>>,
 }
 
 impl Peer {
     /// Serves one client. Each response differs from the one before in all words; in every fourth the extension is
     /// missing.
-    pub(in crate::handler) fn start() -> Self {
+    pub(crate) fn start() -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let thread = thread::spawn(move || serve(listener.accept().unwrap().0));
@@ -28,7 +28,7 @@ impl Peer {
     }
 
     /// The commands that have come in, when the client has left.
-    pub(in crate::handler) fn commands(self) -> Vec<CommandId> {
+    pub(crate) fn commands(self) -> Vec<CommandId> {
         self.thread.join().unwrap()
     }
 }

@@ -19,7 +19,7 @@ const FIRST_PAUSE: Duration = Duration::from_millis(50);
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
 /// How the attempts ended.
-pub(in crate::handler) enum Attempts {
+pub(crate) enum Attempts {
     /// The connection is made, and its first response has come in.
     Connected(Delivered),
     /// The transfer is to stop.
@@ -30,7 +30,7 @@ pub(in crate::handler) enum Attempts {
 ///
 /// The outputs are stopped before this is called. The first request has the outputs that the program has
 /// written since it knew of that.
-pub(in crate::handler) fn reconnect(
+pub(crate) fn reconnect(
     cycle: &mut Cycle,
     shared: &Arc<Shared>,
     settings: &Settings,
@@ -99,7 +99,7 @@ fn attempt(
 }
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
-pub(in crate::handler) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
+pub(crate) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
     notice!(Warn, "the connection is lost and is being re-established: {error}");
     shared.lose_connection(error, cycle.areas_mut());
     cycle.abandon();

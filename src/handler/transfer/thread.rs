@@ -14,7 +14,7 @@ use crate::handler::transfer::reconnect::{lose, reconnect, Attempts};
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
-pub(in crate::handler) struct TransferThread {
+pub(crate) struct TransferThread {
     cycle: Cycle,
     shared: Arc<Shared>,
     settings: Settings,
@@ -24,7 +24,7 @@ pub(in crate::handler) struct TransferThread {
 
 impl TransferThread {
     /// The work of a thread on a connection that is in online mode and has the areas' configuration.
-    pub(in crate::handler) fn new(
+    pub(crate) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
         shared: Arc<Shared>,
@@ -39,7 +39,7 @@ impl TransferThread {
         }
     }
 
-    pub(in crate::handler) fn run(mut self) {
+    pub(crate) fn run(mut self) {
         // A panic may leave things half done. Of these only the connection is used afterwards, and the
         // areas' outputs, which are all set below.
         let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
@@ -99,11 +99,11 @@ impl TransferThread {
 
 /// Has the thread as soon as its transfer runs: who sees the transfer running finds its thread here.
 #[derive(Debug, Default)]
-pub(in crate::handler) struct ThreadSlot(Mutex<Option<(u64, JoinHandle<()>)>>);
+pub(crate) struct ThreadSlot(Mutex<Option<(u64, JoinHandle<()>)>>);
 
 impl ThreadSlot {
     /// Starts the thread of the transfer with this number. Others wait meanwhile.
-    pub(in crate::handler) fn start<E>(
+    pub(crate) fn start<E>(
         &self,
         number: u64,
         start: impl FnOnce() -> Result<JoinHandle<()>, E>,
@@ -114,7 +114,7 @@ impl ThreadSlot {
     }
 
     /// Waits for the threads of transfers up to this number. Others that do so wait, too.
-    pub(in crate::handler) fn join(&self, number: u64) {
+    pub(crate) fn join(&self, number: u64) {
         let mut slot = self.0.lock();
         if let Some((_, thread)) = slot.take_if(|(of, _)| *of <= number) {
             // The thread catches its own panics, so there is nothing to report here.
