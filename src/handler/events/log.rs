@@ -1,56 +1,23 @@
 //! A log of everything that a transfer exchanges, on a channel, for recorders.
 
-use std::fmt;
 use std::net::IpAddr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use crossbeam_channel::{bounded, Receiver, RecvError, RecvTimeoutError, Sender, TryRecvError};
+use crossbeam_channel::{bounded, Receiver, Sender};
 
 use super::event::TimedEvent;
-use super::listeners::Listeners;
 use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::firmware::FirmwareVersion;
 use crate::handler::statistics::Statistics;
-use crate::pause::within_clock;
 use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 
 /// Places for entries that are no cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
 
-/// Every cycle of a handler's transfers, on a channel; made by
-/// [`TransferArea::cycle_log`](crate::TransferArea::cycle_log).
-///
-/// It is an iterator: each step blocks until there is an entry, and it ends when the handler was dropped. A log
-/// only looks: it neither keeps the motors on nor stops them, and dropping it changes nothing for the transfer.
-///
-/// ```
-/// use ft_transfer_area::transfer_area::LOCAL_IO;
-/// use ft_transfer_area::{CycleLog, Logged};
-///
-/// /// The largest value of I1 in all cycles.
-/// fn largest(log: CycleLog) -> i16 {
-///     let mut largest = 0;
-///     for entry in log {
-///         if entry.lost > 0 {
-///             println!("{} entries are missing here", entry.lost);
-///         }
-///         if let Logged::Cycle(cycle) = entry.what {
-///             largest = largest.max(cycle.areas()[LOCAL_IO].input.uni[0]);
-///         }
-///     }
-///     largest
-/// }
-/// ```
-pub struct CycleLog {
-    receiver: Receiver<LogEntry>,
-    lost: Arc<AtomicU64>,
-    listeners: Arc<Listeners>,
-}
-
-/// An entry of a [`CycleLog`].
+/// An entry of a [`CycleLog`](crate::CycleLog).
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct LogEntry {
@@ -174,84 +141,11 @@ impl LoggedCycle {
     }
 }
 
-impl CycleLog {
-    /// The largest possible capacity of a channel: a minute. It takes 56 MB.
-    pub const MAX_CAPACITY: usize = 6_000;
-
-    pub(crate) fn new(listeners: Arc<Listeners>, subscribed: Subscription) -> Self {
-        let Subscription { receiver, lost } = subscribed;
-        Self { receiver, lost, listeners }
-    }
-
-    /// The channel itself, for [`select!`](crate::channel::select), for other ways to wait, and for other
-    /// threads. In [lock-step](crate::TransferAreaComHandlerBuilder::lock_step) waiting on it does not move
-    /// the time.
-    pub fn receiver(&self) -> &Receiver<LogEntry> {
-        &self.receiver
-    }
-
-    /// The next entry. Blocks until there is one.
-    ///
-    /// # Errors
-    ///
-    /// When the handler was dropped and all entries have been received.
-    pub fn recv(&self) -> Result<LogEntry, RecvError> {
-        self.receiver.recv()
-    }
-
-    /// The next entry, if there is one already. Does not block.
-    ///
-    /// # Errors
-    ///
-    /// When there is none, or the handler was dropped and all entries have been received.
-    pub fn try_recv(&self) -> Result<LogEntry, TryRecvError> {
-        self.receiver.try_recv()
-    }
-
-    /// The next entry. Blocks up to `limit`, with [`Duration::MAX`] forever.
-    ///
-    /// # Errors
-    ///
-    /// When no entry came in time, or the handler was dropped and all entries have been received.
-    pub fn recv_timeout(&self, limit: Duration) -> Result<LogEntry, RecvTimeoutError> {
-        self.receiver.recv_timeout(within_clock(limit))
-    }
-
-    /// How many entries were lost in all because the channel was full.
-    pub fn lost(&self) -> u64 {
-        self.lost.load(Ordering::Relaxed)
-    }
-}
-
-impl Iterator for CycleLog {
-    type Item = LogEntry;
-
-    fn next(&mut self) -> Option<LogEntry> {
-        self.recv().ok()
-    }
-}
-
-impl fmt::Debug for CycleLog {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { receiver, lost, .. } = self;
-        f.debug_struct("CycleLog")
-            .field("receiver", receiver)
-            .field("lost", lost)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Drop for CycleLog {
-    fn drop(&mut self) {
-        self.listeners.lock().logs().remove(&self.lost);
-    }
-}
-
 /// The program's end of a new log.
 pub(crate) struct Subscription {
-    receiver: Receiver<LogEntry>,
+    pub(super) receiver: Receiver<LogEntry>,
     /// Also identifies the log.
-    lost: Arc<AtomicU64>,
+    pub(super) lost: Arc<AtomicU64>,
 }
 
 /// The transfer's ends of all logs.
@@ -263,7 +157,7 @@ struct Log {
     /// Has [`RESERVED`] more places than `capacity`.
     sender: Sender<LogEntry>,
     capacity: usize,
-    lost: Arc<AtomicU64>,
+    pub(super) lost: Arc<AtomicU64>,
     /// How many were lost since the last entry.
     lost_since: u64,
 }
@@ -303,7 +197,7 @@ impl Logs {
         self.0.clear();
     }
 
-    fn remove(&mut self, lost: &Arc<AtomicU64>) {
+    pub(super) fn remove(&mut self, lost: &Arc<AtomicU64>) {
         self.0.retain(|log| !Arc::ptr_eq(&log.lost, lost));
     }
 }
