@@ -10,12 +10,16 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
-use super::device::Device;
-
 /// How long is waited for a running callback when it is taken away, or its device closed.
 const WAIT_LIMIT: Duration = Duration::from_secs(1);
 /// How many calls may wait for a callback that does not return.
 const WAITING: usize = 10_000;
+
+/// What a call is made for, and what stays until the call has returned: an open device.
+pub(super) trait Owner: Send + Sync {
+    /// No call is made for one that is closed.
+    fn is_open(&self) -> bool;
+}
 
 /// A callback of the program for one kind of event.
 pub(super) type EventCallback = unsafe extern "system" fn(u32, u32);
@@ -67,7 +71,7 @@ pub(super) struct Callbacks {
 
 #[derive(Default)]
 struct Queue {
-    waiting: VecDeque<(Weak<Device>, Call)>,
+    waiting: VecDeque<(Weak<dyn Owner>, Call)>,
     running: Option<Running>,
     ended: bool,
     /// The thread has left its loop.
@@ -76,13 +80,9 @@ struct Queue {
 
 struct Running {
     event: Option<Event>,
-    /// The address of its device, to be compared only.
-    device: *const Device,
+    owner: Weak<dyn Owner>,
     thread: ThreadId,
 }
-
-// SAFETY: the pointer is compared, and not followed.
-unsafe impl Send for Running {}
 
 impl Callbacks {
     /// Starts the thread.
@@ -100,18 +100,18 @@ impl Callbacks {
     }
 
     /// Tells the program of an event, if it wants to know.
-    pub(super) fn event(&self, device: &Weak<Device>, event: Event, area: usize, what: u32) {
+    pub(super) fn event(&self, owner: Weak<dyn Owner>, event: Event, area: usize, what: u32) {
         if set_for(event).is_some() {
-            self.push(device, Call::Event(event, area as u32, what));
+            self.push(owner, Call::Event(event, area as u32, what));
         }
     }
 
-    /// Makes a call, unless the device is closed before its turn comes.
-    pub(super) fn once(&self, device: &Weak<Device>, call: impl FnOnce() + Send + 'static) {
-        self.push(device, Call::Once(Box::new(call)));
+    /// Makes a call, unless its owner is closed before its turn comes.
+    pub(super) fn once(&self, owner: Weak<dyn Owner>, call: impl FnOnce() + Send + 'static) {
+        self.push(owner, Call::Once(Box::new(call)));
     }
 
-    fn push(&self, device: &Weak<Device>, call: Call) {
+    fn push(&self, owner: Weak<dyn Owner>, call: Call) {
         let mut queue = self.queue.lock();
         if queue.ended {
             return;
@@ -120,12 +120,12 @@ impl Callbacks {
             log::error!("a callback does not return, and the program is not told of an event");
             return;
         }
-        queue.waiting.push_back((Weak::clone(device), call));
+        queue.waiting.push_back((owner, call));
         self.wake.notify_one();
     }
 
     fn run(&self) {
-        while let Some((device, call)) = self.next() {
+        while let Some((owner, call)) = self.next() {
             match call {
                 Call::Event(event, area, what) => {
                     // Under no lock: the callback may set callbacks. `next` has seen one, and who has taken it
@@ -140,30 +140,30 @@ impl Callbacks {
             self.queue.lock().running = None;
             self.returned.notify_all();
             // It may be the last one that has the device.
-            drop(device);
+            drop(owner);
         }
         self.queue.lock().left = true;
         self.returned.notify_all();
     }
 
     /// Waits for the next call; `None` at the end.
-    fn next(&self) -> Option<(Arc<Device>, Call)> {
+    fn next(&self) -> Option<(Arc<dyn Owner>, Call)> {
         let mut queue = self.queue.lock();
         loop {
             if queue.ended {
                 return None;
             }
-            let Some((device, call)) = queue.waiting.pop_front() else {
+            let Some((owner, call)) = queue.waiting.pop_front() else {
                 self.wake.wait(&mut queue);
                 continue;
             };
-            let Some(device) = device.upgrade().filter(|device| device.is_open()) else { continue };
+            let Some(owner) = owner.upgrade().filter(|owner| owner.is_open()) else { continue };
             queue.running = Some(Running {
                 event: call.event(),
-                device: Arc::as_ptr(&device),
+                owner: Arc::downgrade(&owner),
                 thread: thread::current().id(),
             });
-            return Some((device, call));
+            return Some((owner, call));
         }
     }
 
@@ -172,9 +172,9 @@ impl Callbacks {
         self.settle(|running| running.event == Some(event));
     }
 
-    /// Waits until no callback for this device is running. It must be closed before.
-    pub(super) fn settle_device(&self, device: &Device) {
-        self.settle(|running| std::ptr::eq(running.device, device));
+    /// Waits until no callback for this owner is running. It must be closed before.
+    pub(super) fn settle_owner(&self, owner: &Weak<dyn Owner>) {
+        self.settle(|running| running.owner.ptr_eq(owner));
     }
 
     /// Waits until no such callback is running, but not for ever, and not in the callback itself.

@@ -6,7 +6,7 @@ use std::sync::{Arc, Weak};
 use ft_transfer_area::{FoundController, Statistics, TransferMode};
 use parking_lot::Mutex;
 
-use super::callbacks::{Callbacks, Event};
+use super::callbacks::{Callbacks, Event, Owner};
 use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
 use crate::host;
 use crate::i2c::{Done, I2cThread, Request};
@@ -83,10 +83,6 @@ impl Device {
         &self.session
     }
 
-    pub(super) fn is_open(&self) -> bool {
-        !self.closed.load(Ordering::Acquire)
-    }
-
     /// Begins the transfer, and returns after the first response.
     pub(super) fn start(&self) -> Result<(), u32> {
         let started = self.session.start();
@@ -137,7 +133,7 @@ impl Device {
 
     /// Calls the program back from the callbacks' thread, unless the device is closed before.
     pub(super) fn call_back(self: &Arc<Self>, call: impl FnOnce() + Send + 'static) {
-        self.callbacks.once(&Arc::downgrade(self), call);
+        self.callbacks.once(self.as_owner(), call);
     }
 
     /// What calls back, for threads that must not keep the device open.
@@ -167,27 +163,36 @@ impl Device {
 
     /// Waits until no callback for the closed device is running, but not for the one in which this is called,
     /// and not for ever.
-    pub(super) fn settle(&self) {
-        self.callbacks.settle_device(self);
+    pub(super) fn settle(self: &Arc<Self>) {
+        self.callbacks.settle_owner(&self.as_owner());
+    }
+
+    /// What callbacks belong to. It does not keep the device.
+    pub(super) fn as_owner(self: &Arc<Self>) -> Weak<dyn Owner> {
+        Arc::<Self>::downgrade(self)
+    }
+}
+
+impl Owner for Device {
+    fn is_open(&self) -> bool {
+        !self.closed.load(Ordering::Acquire)
     }
 }
 
 /// Tells the program what a response brought.
 fn tell(device: &Weak<Device>, callbacks: &Callbacks, happened: Happened) {
-    match happened {
-        Happened::CounterReset { area, counter } => {
-            callbacks.event(device, Event::CounterResetted, area, counter as u32);
-        }
+    let (event, area, what) = match happened {
+        Happened::CounterReset { area, counter } => (Event::CounterResetted, area, counter as u32),
         Happened::MotorReached { area, motor } => {
             // The end of the extended mode is a command, too, and one without a distance is done immediately.
-            if device.upgrade().is_some_and(|device| device.has_distance(area, motor)) {
-                callbacks.event(device, Event::MotorExReached, area, motor as u32);
+            if !device.upgrade().is_some_and(|device| device.has_distance(area, motor)) {
+                return;
             }
+            (Event::MotorExReached, area, motor as u32)
         }
-        Happened::Extension { area, online } => {
-            callbacks.event(device, Event::RoboExtState, area, online.into());
-        }
-    }
+        Happened::Extension { area, online } => (Event::RoboExtState, area, online.into()),
+    };
+    callbacks.event(device.clone(), event, area, what);
 }
 
 impl Device {

@@ -45,10 +45,10 @@ fn request(
 ) -> u32 {
     with_device(handle, |device| {
         let request = request()?;
-        let (own, callbacks) = (std::sync::Arc::downgrade(device), device.callbacks());
+        let (own, callbacks) = (device.as_owner(), device.callbacks());
         let done = move |value, status| {
             let Some(callback) = callback else { return };
-            callbacks.once(&own, move || {
+            callbacks.once(own, move || {
                 let mut result = I2cResult { value, status };
                 // SAFETY: the program has given it as a function of this kind.
                 unsafe { callback(&mut result) };

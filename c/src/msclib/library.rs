@@ -9,7 +9,7 @@ use ft_transfer_area::{find_controllers, find_controllers_at, Error, FoundContro
 use parking_lot::Mutex;
 
 use super::arguments::Handle;
-use super::callbacks::{self, Callbacks};
+use super::callbacks::{self, Callbacks, Owner};
 use super::device::Device;
 use crate::errors::{
     FTLIB_ERR_DEVICE_IS_OPEN, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_LIB_IS_INITIALIZED,

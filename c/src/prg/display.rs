@@ -1,71 +1,14 @@
 //! The controllers' displays: messages, frames, and the two buttons below.
 
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, Sender};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::time::Instant;
 
 use parking_lot::Mutex;
 
 use super::draw::Frame;
-use super::screen::Screen;
+use super::screen::{Common, Screen, Show};
 use crate::memory::AREAS;
-
-/// What is to be shown.
-pub(super) enum Show {
-    Message { of: usize, text: String },
-    NoMessages,
-    Frame { of: usize, frame: Box<Frame> },
-    NoFrame,
-}
-
-/// What the thread that shows things and the program share.
-pub(super) struct Common {
-    /// Of each controller, with the master first.
-    pub(super) names: Vec<String>,
-    /// How much is still to be shown.
-    waiting: AtomicUsize,
-    pub(super) buttons: Buttons,
-}
-
-impl Common {
-    /// Something is shown.
-    pub(super) fn is_shown(&self) {
-        self.waiting.fetch_sub(1, Ordering::AcqRel);
-    }
-}
-
-/// The buttons of the master's display: since when they are pressed.
-pub(super) struct Buttons {
-    begun: Instant,
-    /// Milliseconds since `begun`, and 1; 0 for a button that is not pressed.
-    pressed: [AtomicU64; 2],
-}
-
-impl Buttons {
-    fn new() -> Self {
-        Self { begun: Instant::now(), pressed: Default::default() }
-    }
-
-    fn now(&self) -> u64 {
-        self.begun.elapsed().as_millis() as u64 + 1
-    }
-
-    /// Presses a button, or lets it go.
-    pub(super) fn set(&self, button: usize, pressed: bool) {
-        let since = if pressed { self.now() } else { 0 };
-        self.pressed[button].store(since, Ordering::Release);
-    }
-
-    /// For how long a button has been pressed, in milliseconds, from 1; 0 when it is not.
-    pub(super) fn held(&self, button: usize) -> i16 {
-        match self.pressed[button].load(Ordering::Acquire) {
-            0 => 0,
-            since => i16::try_from(self.now() - since + 1).unwrap_or(i16::MAX),
-        }
-    }
-}
 
 /// Shows what programs want to be shown, by a thread of its own: the next tic does not wait for a terminal.
 pub(super) struct Display {
@@ -83,8 +26,7 @@ impl Display {
                 _ => format!("{name}, extension {index}"),
             })
             .collect();
-        let common =
-            Arc::new(Common { names, waiting: AtomicUsize::new(0), buttons: Buttons::new() });
+        let common = Arc::new(Common::new(names));
         let (sender, shows) = mpsc::channel();
         let screen = Screen::new(Arc::clone(&common));
         let thread =
@@ -94,9 +36,9 @@ impl Display {
 
     fn show(&self, show: Show) {
         if let Some(sender) = &*self.sender.lock() {
-            self.common.waiting.fetch_add(1, Ordering::AcqRel);
+            self.common.add_show();
             if sender.send(show).is_err() {
-                self.common.is_shown();
+                self.common.show_is_done();
             }
         }
     }
@@ -119,7 +61,7 @@ impl Display {
 
     /// Whether something is still to be shown.
     pub(super) fn is_busy(&self) -> bool {
-        self.common.waiting.load(Ordering::Acquire) > 0
+        self.common.is_busy()
     }
 
     /// For how long the left (0) and the right button (1) have been pressed.
@@ -136,21 +78,5 @@ impl Drop for Display {
             // A panic of it is in the log, and the program is over.
             let _ = thread.join();
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_button_counts_from_1_while_it_is_pressed() {
-        let buttons = Buttons::new();
-        assert_eq!(buttons.held(1), 0);
-        buttons.set(1, true);
-        assert!(buttons.held(1) >= 1);
-        assert_eq!(buttons.held(0), 0);
-        buttons.set(1, false);
-        assert_eq!(buttons.held(1), 0);
     }
 }

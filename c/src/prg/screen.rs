@@ -1,11 +1,11 @@
 //! The thread that shows messages and frames: in a terminal, or as lines without one.
 
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::display::{Common, Show};
 use super::draw::{self, Frame};
 use super::terminal::{Key, Terminal};
 
@@ -16,6 +16,75 @@ const LOOK: Duration = Duration::from_millis(10);
 /// down some thirty times a second, but the second time only after about half a second.
 const HELD: Duration = Duration::from_millis(100);
 const FIRST_HELD: Duration = Duration::from_millis(550);
+
+/// What is to be shown.
+pub(super) enum Show {
+    Message { of: usize, text: String },
+    NoMessages,
+    Frame { of: usize, frame: Box<Frame> },
+    NoFrame,
+}
+
+/// What the thread that shows things and the program share.
+pub(super) struct Common {
+    /// Of each controller, with the master first.
+    names: Vec<String>,
+    /// How much is still to be shown.
+    waiting: AtomicUsize,
+    pub(super) buttons: Buttons,
+}
+
+impl Common {
+    pub(super) fn new(names: Vec<String>) -> Self {
+        Self { names, waiting: AtomicUsize::new(0), buttons: Buttons::new() }
+    }
+
+    /// Something is to be shown.
+    pub(super) fn add_show(&self) {
+        self.waiting.fetch_add(1, Ordering::AcqRel);
+    }
+
+    /// Whether something is still to be shown.
+    pub(super) fn is_busy(&self) -> bool {
+        self.waiting.load(Ordering::Acquire) > 0
+    }
+
+    /// Something is shown.
+    pub(super) fn show_is_done(&self) {
+        self.waiting.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// The buttons of the master's display: since when they are pressed.
+pub(super) struct Buttons {
+    begun: Instant,
+    /// Milliseconds since `begun`, and 1; 0 for a button that is not pressed.
+    pressed: [AtomicU64; 2],
+}
+
+impl Buttons {
+    fn new() -> Self {
+        Self { begun: Instant::now(), pressed: Default::default() }
+    }
+
+    fn now(&self) -> u64 {
+        self.begun.elapsed().as_millis() as u64 + 1
+    }
+
+    /// Presses a button, or lets it go.
+    fn set(&self, button: usize, pressed: bool) {
+        let since = if pressed { self.now() } else { 0 };
+        self.pressed[button].store(since, Ordering::Release);
+    }
+
+    /// For how long a button has been pressed, in milliseconds, from 1; 0 when it is not.
+    pub(super) fn held(&self, button: usize) -> i16 {
+        match self.pressed[button].load(Ordering::Acquire) {
+            0 => 0,
+            since => i16::try_from(self.now() - since + 1).unwrap_or(i16::MAX),
+        }
+    }
+}
 
 /// The thread's data.
 pub(super) struct Screen {
@@ -82,7 +151,7 @@ impl Screen {
         if let Err(error) = shown {
             log::debug!("what the program shows can't be written: {error}");
         }
-        self.common.is_shown();
+        self.common.show_is_done();
     }
 
     fn show_message(&mut self, of: usize, text: &str) -> io::Result<()> {
@@ -133,6 +202,17 @@ fn write_box<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_button_counts_from_1_while_it_is_pressed() {
+        let buttons = Buttons::new();
+        assert_eq!(buttons.held(1), 0);
+        buttons.set(1, true);
+        assert!(buttons.held(1) >= 1);
+        assert_eq!(buttons.held(0), 0);
+        buttons.set(1, false);
+        assert_eq!(buttons.held(1), 0);
+    }
 
     #[test]
     fn a_message_has_a_box_with_the_name_of_its_controller() {
