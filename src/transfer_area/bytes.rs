@@ -1,7 +1,6 @@
 //! An area as its 1024 bytes, and back.
 //!
-//! The crate has no unsafe code, so the bytes are written and read field by field, without gaps; the
-//! tests compare the places with `layout.rs`.
+//! The crate has no unsafe code, so the bytes are written and read field by field, without gaps.
 
 use std::array;
 use std::slice;
@@ -62,52 +61,7 @@ macro_rules! structs {
 
 integers! { u8 i16 u16 u32 }
 
-structs!(
-    FishX1Transfer {
-        info state config input output display status change timer motor input_sim hook_table
-        txt_inputs txt_outputs txt_inputs2 reserved
-    }
-    Info {
-        hostname btaddr dummy shared_memory_start app_area_start app_area_size version
-    }
-    Versions { hardware firmware shm_if fish_x1 }
-    State {
-        init config dummy trace io_mode id info_id config_id io_slave_alive btstatus master_pgm
-        local_pgm
-    }
-    BtStatus { conn_state is_listen is_receive link_quality }
-    ProgramInfo { name state dummy }
-    Config { pgm_state_req old_ft_transfer dummy motor uni cnt motor_config }
-    UniConfig { mode digital dummy }
-    CounterConfig { mode dummy }
-    InputValues {
-        uni cnt_in counter display_button_left display_button_right cnt_resetted motor_ex_reached
-        cnt_reset_cmd_id motor_ex_cmd_id
-    }
-    OutputValues { cnt_reset_cmd_id master duty distance motor_ex_cmd_id }
-    Display { display_msg display_frame }
-    DisplayMessage { id text }
-    DisplayFrame { frame id is_pgm_master_of_display }
-    Status { status iostatus com_err }
-    Change {
-        upd_interface change_status change_uni change_cnt_in change_counter change_timer reserved
-    }
-    Timer { timer_1ms timer_10ms timer_100ms timer_1s timer_10s timer_1min }
-    MotorValues { duty debug }
-    InputSim { sim_buttons }
-    TxtInputs {
-        txt_power txt_temp txt_ref txt_vb ir_input sound_cmd_id sec min hour24 hour12 pm_flag m_day
-        month year w_day
-    }
-    IrInput {
-        joy_left_x joy_left_x_to_left joy_left_x_to_right joy_left_y joy_left_y_to_forward
-        joy_left_y_to_backwards joy_right_x joy_right_x_to_left joy_right_x_to_right joy_right_y
-        joy_right_y_to_forward joy_right_y_to_backwards button_on button_off dip_switch_1
-        dip_switch_2
-    }
-    TxtOutputs { sound_cmd_id sound_index sound_repeat led_color_r led_color_g led_color_b dummy }
-    TxtInputs2 { mic_lin mic_log }
-);
+crate::__transfer_area_structs!(structs);
 
 impl FishX1Transfer {
     /// Its size in bytes, as on the controller.
@@ -142,7 +96,9 @@ impl FishX1Transfer {
 
 #[cfg(test)]
 mod tests {
-    use super::super::layout::with_fields;
+    use std::mem::{offset_of, size_of};
+
+    use super::super::layout::size_of_field;
     use super::*;
 
     /// A byte that differs from those of the places around it.
@@ -156,25 +112,25 @@ mod tests {
         bytes
     }
 
-    /// Checks for each field of the layout that it is read from its place, and from nowhere else.
+    /// Checks for each field that it is read from its place in memory, and from nowhere else.
     macro_rules! check {
-        ($($($path:ident).+ $([0] $element:ident.$field:ident)?: $offset:literal, $size:literal;)*) => {
-            $({
-                let mut bytes = [0; FishX1Transfer::LEN];
-                let places = $offset..$offset + $size;
+        ($($name:ident { $($field:ident)+ })+) => {
+            $($({
+                let size = size_of_field(|part: &$name| &part.$field);
+                let places = offset_of!($name, $field)..offset_of!($name, $field) + size;
+                let mut bytes = [0; size_of::<$name>()];
                 places.clone().for_each(|place| bytes[place] = mark(place));
-                let area = FishX1Transfer::from_bytes(&bytes);
-                let value = &area.$($path).+ $([0].$field)?;
-                let name = stringify!($($path).+ $($field)?);
-                assert_eq!(bytes_of(value, $size), bytes[places], "{name} is read from elsewhere");
-                assert_eq!(area.to_bytes(), bytes, "{name} is written elsewhere");
-            })*
+                let part = $name::read(&mut bytes.iter());
+                let name = stringify!($name.$field);
+                assert_eq!(bytes_of(&part.$field, size), bytes[places], "{name} is read from elsewhere");
+                assert_eq!(bytes_of(&part, bytes.len()), bytes, "{name} is written elsewhere");
+            })+)+
         };
     }
 
     #[test]
-    fn every_field_lies_where_the_controller_has_it() {
-        with_fields!(check);
+    fn every_field_lies_where_it_is_in_memory() {
+        crate::__transfer_area_structs!(check);
     }
 
     #[test]

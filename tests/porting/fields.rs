@@ -1,7 +1,11 @@
 //! The transfer area's fields: C fields and Rust fields are matched by their place in memory.
 
+use std::any::type_name;
 use std::collections::HashMap;
+use std::mem::{offset_of, size_of};
 use std::path::Path;
+
+use ft_transfer_area::transfer_area::*;
 
 use crate::source::{Item, Kind, Source};
 
@@ -9,8 +13,19 @@ use crate::source::{Item, Kind, Source};
 const TXT: &str = include_str!("transfer_area.csv");
 /// The fields of the ROBO TX's header, which has other names for the same memory.
 const ROBO_TX: &str = include_str!("robo_tx.csv");
-/// Every field of the crate, checked when the crate is compiled.
-const RUST: &str = include_str!("../../src/transfer_area/layout.rs");
+/// Fields of the crate of which the header's table says nothing: unused bytes, and parts of which it has only
+/// the whole or only the fields.
+const WITHOUT_C: [&str; 9] = [
+    "state.master_pgm.dummy",
+    "state.local_pgm.name",
+    "state.local_pgm.state",
+    "state.local_pgm.dummy",
+    "config.uni[0].dummy",
+    "config.cnt[0].dummy",
+    "display.display_msg",
+    "display.display_frame",
+    "txt_outputs.dummy",
+];
 
 /// Offset and size in bytes, and the depth in the structure: a struct and its only field have the
 /// same offset and size.
@@ -45,19 +60,55 @@ fn c_fields(csv: &str) -> Vec<Field> {
     rows.filter(|field| field.path[0] != "FISH_X1_TRANSFER").collect()
 }
 
+/// A field of one of the crate's structs, as the compiler has placed it.
+struct Part {
+    of: &'static str,
+    name: &'static str,
+    type_name: &'static str,
+    offset: usize,
+    size: usize,
+}
+
+impl Part {
+    fn new<T, F>(name: &'static str, offset: usize, _field: fn(&T) -> &F) -> Self {
+        let (of, type_name) = (last_name(type_name::<T>()), type_name::<F>());
+        Self { of, name, type_name, offset, size: size_of::<F>() }
+    }
+}
+
+/// The name of a type, or of an array's elements, without its modules.
+fn last_name(type_name: &'static str) -> &'static str {
+    let element = type_name.trim_start_matches('[').split(';').next().unwrap_or_default();
+    element.rsplit("::").next().unwrap_or_default()
+}
+
+macro_rules! parts {
+    ($($name:ident { $($field:ident)+ })+) => {
+        vec![$($(Part::new(stringify!($field), offset_of!($name, $field), |of: &$name| &of.$field)),+),+]
+    };
+}
+
+/// Every field of the crate's area but those without a counterpart.
 fn rust_fields() -> Vec<Field> {
-    let list = RUST.lines().skip_while(|line| line.trim() != "$use_them! {").skip(1);
-    let list = list.take_while(|line| line.trim() != "}");
-    list.map(|line| {
-        let (path, place) = line.trim().trim_end_matches(';').split_once(": ").unwrap();
-        let (offset, size) = place.split_once(", ").unwrap();
-        let path = match path.split_once(" [0] ") {
-            Some((array, element)) => format!("{array}[0].{}", element.split_once('.').unwrap().1),
-            None => path.to_owned(),
-        };
-        Field::new(&path, offset, size)
-    })
-    .collect()
+    let parts = ft_transfer_area::__transfer_area_structs!(parts);
+    let mut fields = Vec::new();
+    add_fields(&parts, "FishX1Transfer", &[], 0, &mut fields);
+    let count = fields.len();
+    fields.retain(|field| !WITHOUT_C.contains(&field.show().as_str()));
+    assert_eq!(fields.len() + WITHOUT_C.len(), count, "a field without a counterpart is gone");
+    fields
+}
+
+fn add_fields(parts: &[Part], of: &str, above: &[String], begin: usize, fields: &mut Vec<Field>) {
+    for part in parts.iter().filter(|part| part.of == of) {
+        let mut path = [above, &[part.name.to_owned()]].concat();
+        let (offset, depth) = (begin + part.offset, path.len());
+        fields.push(Field { path: path.clone(), place: (offset, part.size, depth) });
+        if part.type_name.starts_with('[') {
+            path[depth - 1] += "[0]";
+        }
+        add_fields(parts, last_name(part.type_name), &path, offset, fields);
+    }
 }
 
 /// The rows of the table, and what is wrong with them.

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicI16, AtomicU16, AtomicU32, AtomicU8, Ordering};
 
+use ft_transfer_area::transfer_area::*;
+
 /// A value, or an array of them, that a program may read or write at the same time.
 pub(crate) trait Cell: Copy {
     /// Reads it.
@@ -69,37 +71,4 @@ macro_rules! struct_cells {
     )+};
 }
 
-use ft_transfer_area::transfer_area::{
-    Change, Config, CounterConfig, Info, InputValues, IrInput, OutputValues, Status, Timer,
-    TxtInputs, TxtInputs2, TxtOutputs, UniConfig, Versions,
-};
-
-struct_cells!(
-    Info { hostname btaddr dummy shared_memory_start app_area_start app_area_size version }
-    Versions { hardware firmware shm_if fish_x1 }
-    Config { pgm_state_req old_ft_transfer dummy motor uni cnt motor_config }
-    UniConfig { mode digital dummy }
-    CounterConfig { mode dummy }
-    InputValues {
-        uni cnt_in counter display_button_left display_button_right cnt_resetted motor_ex_reached
-        cnt_reset_cmd_id motor_ex_cmd_id
-    }
-    OutputValues { cnt_reset_cmd_id master duty distance motor_ex_cmd_id }
-    Status { status iostatus com_err }
-    Change {
-        upd_interface change_status change_uni change_cnt_in change_counter change_timer reserved
-    }
-    Timer { timer_1ms timer_10ms timer_100ms timer_1s timer_10s timer_1min }
-    TxtInputs {
-        txt_power txt_temp txt_ref txt_vb ir_input sound_cmd_id sec min hour24 hour12 pm_flag m_day
-        month year w_day
-    }
-    IrInput {
-        joy_left_x joy_left_x_to_left joy_left_x_to_right joy_left_y joy_left_y_to_forward
-        joy_left_y_to_backwards joy_right_x joy_right_x_to_left joy_right_x_to_right joy_right_y
-        joy_right_y_to_forward joy_right_y_to_backwards button_on button_off dip_switch_1
-        dip_switch_2
-    }
-    TxtOutputs { sound_cmd_id sound_index sound_repeat led_color_r led_color_g led_color_b dummy }
-    TxtInputs2 { mic_lin mic_log }
-);
+ft_transfer_area::__transfer_area_structs!(struct_cells);
