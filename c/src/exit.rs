@@ -6,9 +6,9 @@ use ft_transfer_area::transfer_area::FishX1Transfer;
 use parking_lot::Mutex;
 
 use crate::ffi::guarded;
-use crate::session::Session;
+use crate::session::ProgramSession;
 
-type Watched = Session<FishX1Transfer>;
+type Watched = ProgramSession<FishX1Transfer>;
 
 static WATCHED: Mutex<Vec<Weak<Watched>>> = Mutex::new(Vec::new());
 

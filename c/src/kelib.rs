@@ -18,7 +18,7 @@ use crate::i2c::DEVICE_MAX as I2C_DEVICE_MAX;
 use crate::memory::AREAS;
 use crate::mirror::DEV_MODE_LOCAL;
 use crate::report;
-use crate::session::{beside_threads, Session, Settings};
+use crate::session::{beside_threads, ProgramSession, SessionSettings};
 
 const NONE: u32 = 0;
 const UNDEFINED: u32 = 0x0001;
@@ -39,7 +39,7 @@ type Callback = extern "C" fn(*mut FishX1Transfer, i32) -> bool;
 const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 
 /// The areas stay from the first start to the end of the program, which keeps a pointer to them.
-static SESSION: Mutex<Option<Arc<Session<FishX1Transfer>>>> = Mutex::new(None);
+static SESSION: Mutex<Option<Arc<ProgramSession<FishX1Transfer>>>> = Mutex::new(None);
 static CALLBACK: Mutex<Option<Callback>> = Mutex::new(None);
 /// Held while the callback runs. The callback itself may set another one.
 static CALLED: ReentrantMutex<()> = ReentrantMutex::new(());
@@ -104,14 +104,14 @@ fn start() -> u32 {
     })
 }
 
-fn begin() -> Result<Arc<Session<FishX1Transfer>>, Error> {
-    let settings = Settings {
+fn begin() -> Result<Arc<ProgramSession<FishX1Transfer>>, Error> {
+    let settings = SessionSettings {
         host: host::or_auto(),
         dev_mode: DEV_MODE_LOCAL,
         areas: AREAS,
         mode: host::mode_for(TransferMode::Compressed),
     };
-    let session = Arc::new(Session::new(&settings, None)?);
+    let session = Arc::new(ProgramSession::new(&settings, None)?);
     let areas = session.array().as_ptr() as usize;
     session.set_cycle_call(Some(beside_threads(move || call(areas as *mut FishX1Transfer))));
     session.start()?;

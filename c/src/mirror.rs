@@ -22,7 +22,7 @@ const TA_VERSION: u32 = 0x0801_0101;
 
 /// What a program may want to be called for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Happened {
+pub(crate) enum AreaEvent {
     /// A counter has been reset.
     CounterReset { area: usize, counter: usize },
     /// A motor has done its distance.
@@ -47,9 +47,9 @@ struct Known {
     input: InputValues,
     /// The program's id when the configuration was sent last.
     config_id: Option<u8>,
-    counters: [Command; 4],
-    motors: [Command; 4],
-    sound: Command,
+    counters: [ContinuedId; 4],
+    motors: [ContinuedId; 4],
+    sound: ContinuedId,
     online: bool,
 }
 
@@ -58,7 +58,7 @@ struct Known {
 /// A program begins to count where it likes, and a controller remembers the last id of the program before.
 /// So ids on the wire continue from the controller's, and the program sees them as continued from its own.
 #[derive(Clone, Copy, Default)]
-struct Command {
+struct ContinuedId {
     /// The program's id when the transfer began, and the controller's id then.
     first: u16,
     base: u16,
@@ -68,7 +68,7 @@ struct Command {
     pending: bool,
 }
 
-impl Command {
+impl ContinuedId {
     /// A transfer begins with the controller at `echo`. A command that the program gave before is still to
     /// be sent.
     fn begin(&mut self, echo: u16) {
@@ -158,7 +158,7 @@ impl<A: Area> Mirror<A> {
     }
 
     /// Writes the inputs of a response into the program's areas, and tells what has happened.
-    pub(crate) fn take_in(&mut self, areas: &[FishX1Transfer], mut told: impl FnMut(Happened)) {
+    pub(crate) fn take_in(&mut self, areas: &[FishX1Transfer], mut told: impl FnMut(AreaEvent)) {
         self.count_time();
         self.take_in_extensions(areas, &mut told);
         for (index, area) in areas.iter().enumerate().take(AREAS) {
@@ -175,7 +175,7 @@ impl<A: Area> Mirror<A> {
         }
     }
 
-    fn take_in_extensions(&mut self, areas: &[FishX1Transfer], told: &mut impl FnMut(Happened)) {
+    fn take_in_extensions(&mut self, areas: &[FishX1Transfer], told: &mut impl FnMut(AreaEvent)) {
         let Some(master) = areas.first() else { return };
         let alive = master.state.io_slave_alive;
         self.array.store(self.array.places(0).extensions, alive);
@@ -183,7 +183,7 @@ impl<A: Area> Mirror<A> {
             let online = alive != 0;
             if known.online != online {
                 known.online = online;
-                told(Happened::Extension { area: index + 1, online });
+                told(AreaEvent::Extension { area: index + 1, online });
             }
         }
     }
@@ -192,7 +192,7 @@ impl<A: Area> Mirror<A> {
         &mut self,
         index: usize,
         area: &FishX1Transfer,
-        told: &mut impl FnMut(Happened),
+        told: &mut impl FnMut(AreaEvent),
     ) {
         let (array, places, known) =
             (&self.array, self.array.places(index), &mut self.known[index]);
@@ -227,10 +227,10 @@ impl<A: Area> Mirror<A> {
         fields.store_ids(array, &input);
         for i in 0..4 {
             if done.0[i] {
-                told(Happened::CounterReset { area: index, counter: i });
+                told(AreaEvent::CounterReset { area: index, counter: i });
             }
             if done.1[i] {
-                told(Happened::MotorReached { area: index, motor: i });
+                told(AreaEvent::MotorReached { area: index, motor: i });
             }
         }
     }
@@ -387,7 +387,7 @@ mod tests {
 
     #[test]
     fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
-        let mut command = Command::default();
+        let mut command = ContinuedId::default();
         command.begin(7); // What the controller remembers of the program before.
         assert_eq!(command.send(0), None);
         assert_eq!(command.send(1), Some(8));
@@ -420,7 +420,7 @@ mod tests {
         mirror.take_in(&areas, |it| happened.push(it));
         let (online, area) = (true, AREAS - 1);
         let expected =
-            [Happened::Extension { area, online }, Happened::MotorReached { area, motor: 3 }];
+            [AreaEvent::Extension { area, online }, AreaEvent::MotorReached { area, motor: 3 }];
         assert_eq!(happened, expected);
         assert_eq!(array.load(places.input).uni[2], 77);
         assert_eq!(array.load(places.change).change_uni, 1 << 2);

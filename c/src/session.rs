@@ -13,7 +13,7 @@ use parking_lot::Mutex;
 
 use crate::host::ports_after;
 use crate::memory::{Area, AreaArray, AREAS};
-use crate::mirror::{Happened, Mirror};
+use crate::mirror::{AreaEvent, Mirror};
 use crate::report;
 
 /// How long after a response the program's outputs are taken. A program that polls every millisecond so
@@ -49,10 +49,10 @@ pub(crate) fn beside_threads(
 }
 
 /// Who is told of what has happened, in the library's thread: it must be quick.
-pub(crate) type Listener = Box<dyn FnMut(Happened) + Send>;
+pub(crate) type Listener = Box<dyn FnMut(AreaEvent) + Send>;
 
 /// Settings of a session.
-pub(crate) struct Settings {
+pub(crate) struct SessionSettings {
     /// `HOST`, `HOST:PORT` or `auto`.
     pub(crate) host: String,
     /// `DEV_MODE_LOCAL` for a program on the controller, `DEV_MODE_ONLINE` for one on a PC.
@@ -63,13 +63,13 @@ pub(crate) struct Settings {
 }
 
 /// The areas of one device, and the transfer while it runs.
-pub(crate) struct Session<A: Area> {
-    shared: Arc<Shared<A>>,
+pub(crate) struct ProgramSession<A: Area> {
+    shared: Arc<SessionParts<A>>,
     thread: Mutex<Option<JoinHandle<()>>>,
     dev_mode: u8,
 }
 
-struct Shared<A: Area> {
+struct SessionParts<A: Area> {
     handler: TransferAreaComHandler,
     array: Arc<AreaArray<A>>,
     mirror: Mutex<Mirror<A>>,
@@ -81,15 +81,18 @@ struct Shared<A: Area> {
     status: AtomicU8,
 }
 
-impl<A: Area> Session<A> {
+impl<A: Area> ProgramSession<A> {
     /// Makes the areas. Nothing is connected yet.
-    pub(crate) fn new(settings: &Settings, listener: Option<Listener>) -> Result<Self, Error> {
+    pub(crate) fn new(
+        settings: &SessionSettings,
+        listener: Option<Listener>,
+    ) -> Result<Self, Error> {
         let array = Arc::new(AreaArray::new());
         Self::over(Mirror::new(Arc::clone(&array)), array, settings, listener)
     }
 
     /// The same areas with other settings, after a transfer with the old ones.
-    pub(crate) fn again(&self, settings: &Settings) -> Result<Self, Error> {
+    pub(crate) fn again(&self, settings: &SessionSettings) -> Result<Self, Error> {
         let mirror = self.shared.mirror.lock().for_other_handler();
         Self::over(mirror, Arc::clone(&self.shared.array), settings, None)
     }
@@ -98,7 +101,7 @@ impl<A: Area> Session<A> {
     pub(crate) fn over(
         mirror: Mirror<A>,
         array: Arc<AreaArray<A>>,
-        settings: &Settings,
+        settings: &SessionSettings,
         listener: Option<Listener>,
     ) -> Result<Self, Error> {
         let [camera_port, i2c_port] = ports_after(&settings.host);
@@ -109,7 +112,7 @@ impl<A: Area> Session<A> {
             .mode(settings.mode)
             .watchdog(CALLBACK_LIMIT)
             .build()?;
-        let shared = Shared {
+        let shared = SessionParts {
             handler,
             mirror: Mutex::new(mirror),
             array,
@@ -248,7 +251,7 @@ fn join(thread: JoinHandle<()>) {
     }
 }
 
-impl<A: Area> Drop for Session<A> {
+impl<A: Area> Drop for ProgramSession<A> {
     fn drop(&mut self) {
         if let Err(error) = self.stop() {
             log::debug!("while a device is closed: {error}");
@@ -256,7 +259,7 @@ impl<A: Area> Drop for Session<A> {
     }
 }
 
-impl<A: Area> Shared<A> {
+impl<A: Area> SessionParts<A> {
     fn run(&self) {
         let area = self.handler.transfer_area();
         let ended = loop {
@@ -342,13 +345,14 @@ mod tests {
     use super::*;
     use crate::memory::Ta;
 
-    fn session<A: Area>(txt: &SimulatedTxt) -> Session<A> {
+    fn session<A: Area>(txt: &SimulatedTxt) -> ProgramSession<A> {
         let host = txt.address().to_string();
-        let settings = Settings { host, dev_mode: 1, areas: 1, mode: TransferMode::Compressed };
-        Session::new(&settings, None).expect("valid settings")
+        let settings =
+            SessionSettings { host, dev_mode: 1, areas: 1, mode: TransferMode::Compressed };
+        ProgramSession::new(&settings, None).expect("valid settings")
     }
 
-    fn duty<A: Area>(session: &Session<A>) -> *mut i16 {
+    fn duty<A: Area>(session: &ProgramSession<A>) -> *mut i16 {
         session.array().places(0).output.cast::<u8>().wrapping_add(12).cast()
     }
 

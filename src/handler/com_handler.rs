@@ -11,7 +11,7 @@ use crate::camera::{CameraControl, CameraStream};
 use crate::client::{found_host, is_auto};
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
-use crate::handler::parts::clock::Clock;
+use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::watchdog::Watchdog;
 use crate::handler::program::area::TransferArea;
 use crate::handler::settings::Settings;
@@ -94,7 +94,7 @@ pub(crate) struct Camera {
 
 impl TransferAreaComHandler {
     pub(crate) fn new(settings: Settings) -> Self {
-        let clock = Clock::new(settings.lock_step);
+        let clock = TransferClock::new(settings.lock_step);
         // In lock-step a program that computes stops the time.
         let watchdog = settings.watchdog.filter(|_| !settings.lock_step);
         let watchdog = Watchdog::new(watchdog);

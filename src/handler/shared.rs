@@ -19,7 +19,7 @@ use crate::camera::CameraControl;
 use crate::firmware::FirmwareVersion;
 use crate::handler::events::{Event, Listeners, LoggedBeginning, TimedEvent};
 use crate::handler::parts::area_lock::{AreaLock, Waiter};
-use crate::handler::parts::clock::Clock;
+use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::hand_over::HandOver;
 use crate::handler::parts::hook_slot::HookSlot;
 use crate::handler::parts::interruptions::Interruptions;
@@ -66,7 +66,7 @@ pub(crate) struct State {
     pub(crate) last_response: Option<Instant>,
     /// When the newest response came in; before the first of a transfer, when the transfer began.
     pub(crate) arrived: Instant,
-    pub(crate) clock: Clock,
+    pub(crate) clock: TransferClock,
     /// What the transfer thread is to send now.
     pub(crate) command: Option<CameraCommand>,
     /// Threads that wait for the first of several transfers. They are woken along with those that wait on
@@ -98,7 +98,7 @@ impl Shared {
         count: usize,
         watchdog: Watchdog,
         hook_limit: Duration,
-        clock: Clock,
+        clock: TransferClock,
     ) -> Self {
         let mut areas = vec![FishX1Transfer::default(); count];
         for (id, area) in (0..).zip(&mut areas) {

@@ -17,7 +17,7 @@ use crate::jpeg::{self, Buffer};
 use crate::memory::{AreaArray, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_ONLINE};
 use crate::report;
-use crate::session::{beside_threads, Session, Settings};
+use crate::session::{beside_threads, ProgramSession, SessionSettings};
 
 /// The function that is called after each response; it returns 0 to end the transfer.
 #[derive(Clone)]
@@ -56,7 +56,7 @@ pub struct Ex2 {
     is_compressed: AtomicBool,
     cycle: Cycle,
     /// That of the last start.
-    session: Mutex<Option<Arc<Session<FishX1Transfer>>>>,
+    session: Mutex<Option<Arc<ProgramSession<FishX1Transfer>>>>,
     i2c: Mutex<Option<I2cClient>>,
     frames: Mutex<Option<Receiver<CameraFrame>>>,
     picture: Mutex<Buffer>,
@@ -103,12 +103,12 @@ impl Ex2 {
         self.count
     }
 
-    pub(super) fn session(&self) -> Option<Arc<Session<FishX1Transfer>>> {
+    pub(super) fn session(&self) -> Option<Arc<ProgramSession<FishX1Transfer>>> {
         self.session.lock().clone()
     }
 
     /// The session, if its transfer runs.
-    fn running(&self) -> Result<Arc<Session<FishX1Transfer>>, Error> {
+    fn running(&self) -> Result<Arc<ProgramSession<FishX1Transfer>>, Error> {
         self.session().filter(|session| session.is_running()).ok_or(Error::NotStarted)
     }
 
@@ -126,7 +126,7 @@ impl Ex2 {
             }
             None => {
                 let mirror = Mirror::new(Arc::clone(&self.array));
-                Session::over(mirror, Arc::clone(&self.array), &settings, None)?
+                ProgramSession::over(mirror, Arc::clone(&self.array), &settings, None)?
             }
         };
         let cycle = self.cycle.clone();
@@ -141,13 +141,13 @@ impl Ex2 {
         Ok(())
     }
 
-    fn settings(&self) -> Settings {
+    fn settings(&self) -> SessionSettings {
         let mode = if self.is_compressed.load(Ordering::Relaxed) {
             TransferMode::Compressed
         } else {
             TransferMode::Simple
         };
-        Settings {
+        SessionSettings {
             host: self.host.clone(),
             dev_mode: DEV_MODE_ONLINE,
             areas: self.count,

@@ -11,9 +11,9 @@ use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUN
 use crate::host;
 use crate::i2c::{Done, I2cThread, Request};
 use crate::memory::{AreaArray, Ta, AREAS};
-use crate::mirror::{Happened, DEV_MODE_ONLINE};
+use crate::mirror::{AreaEvent, DEV_MODE_ONLINE};
 use crate::report;
-use crate::session::{Session, Settings};
+use crate::session::{ProgramSession, SessionSettings};
 
 /// A device between `ftxOpenComDevice` and `ftxCloseDevice`, and as long as a call uses it.
 pub(super) struct Device {
@@ -21,7 +21,7 @@ pub(super) struct Device {
     /// The host as it was given or configured.
     host: String,
     controller: FoundController,
-    session: Session<Ta>,
+    session: ProgramSession<Ta>,
     i2c: Mutex<Option<I2cThread>>,
     callbacks: Arc<Callbacks>,
     /// The statistics at the last `ResetTrapStatistic`.
@@ -37,13 +37,13 @@ impl Device {
         controller: FoundController,
         callbacks: Arc<Callbacks>,
     ) -> Result<Arc<Self>, u32> {
-        let settings = Settings {
+        let settings = SessionSettings {
             host: controller.address.to_string(),
             dev_mode: DEV_MODE_ONLINE,
             areas: AREAS,
             mode: host::mode_for(TransferMode::Compressed),
         };
-        let session = Session::new(&settings, None).map_err(|error| code_of(&error))?;
+        let session = ProgramSession::new(&settings, None).map_err(|error| code_of(&error))?;
         session.introduce(&controller.name, controller.firmware);
         let device = Arc::new(Self {
             handle,
@@ -79,7 +79,7 @@ impl Device {
         self.session.array()
     }
 
-    pub(super) fn session(&self) -> &Session<Ta> {
+    pub(super) fn session(&self) -> &ProgramSession<Ta> {
         &self.session
     }
 
@@ -180,17 +180,17 @@ impl Owner for Device {
 }
 
 /// Tells the program what a response brought.
-fn tell(device: &Weak<Device>, callbacks: &Callbacks, happened: Happened) {
+fn tell(device: &Weak<Device>, callbacks: &Callbacks, happened: AreaEvent) {
     let (event, area, what) = match happened {
-        Happened::CounterReset { area, counter } => (Event::CounterResetted, area, counter as u32),
-        Happened::MotorReached { area, motor } => {
+        AreaEvent::CounterReset { area, counter } => (Event::CounterResetted, area, counter as u32),
+        AreaEvent::MotorReached { area, motor } => {
             // The end of the extended mode is a command, too, and one without a distance is done immediately.
             if !device.upgrade().is_some_and(|device| device.has_distance(area, motor)) {
                 return;
             }
             (Event::MotorExReached, area, motor as u32)
         }
-        Happened::Extension { area, online } => (Event::RoboExtState, area, online.into()),
+        AreaEvent::Extension { area, online } => (Event::RoboExtState, area, online.into()),
     };
     callbacks.event(device.clone(), event, area, what);
 }

@@ -7,12 +7,12 @@ use std::thread::{self, JoinHandle};
 use parking_lot::Mutex;
 
 use super::draw::Frame;
-use super::screen::{Common, Screen, Show};
+use super::screen::{Screen, Show, ShowState};
 use crate::memory::AREAS;
 
 /// Shows what programs want to be shown, by a thread of its own: the next tic does not wait for a terminal.
 pub(super) struct Display {
-    common: Arc<Common>,
+    state: Arc<ShowState>,
     sender: Mutex<Option<Sender<Show>>>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
@@ -26,19 +26,19 @@ impl Display {
                 _ => format!("{name}, extension {index}"),
             })
             .collect();
-        let common = Arc::new(Common::new(names));
+        let state = Arc::new(ShowState::new(names));
         let (sender, shows) = mpsc::channel();
-        let screen = Screen::new(Arc::clone(&common));
+        let screen = Screen::new(Arc::clone(&state));
         let thread =
             thread::Builder::new().name("display".into()).spawn(move || screen.run(&shows))?;
-        Ok(Self { common, sender: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)) })
+        Ok(Self { state, sender: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)) })
     }
 
     fn show(&self, show: Show) {
         if let Some(sender) = &*self.sender.lock() {
-            self.common.add_show();
+            self.state.add_show();
             if sender.send(show).is_err() {
-                self.common.show_is_done();
+                self.state.show_is_done();
             }
         }
     }
@@ -61,12 +61,12 @@ impl Display {
 
     /// Whether something is still to be shown.
     pub(super) fn is_busy(&self) -> bool {
-        self.common.is_busy()
+        self.state.is_busy()
     }
 
     /// For how long the left (0) and the right button (1) have been pressed.
     pub(super) fn button_held(&self, button: usize) -> i16 {
-        self.common.buttons.held(button)
+        self.state.buttons.held(button)
     }
 }
 

@@ -81,7 +81,7 @@ impl Program {
     ) -> Result<c_int, Box<dyn std::error::Error>> {
         let name = handler.device_name().unwrap_or_default();
         let array = Arc::new(AreaArray::new());
-        furnish(&array);
+        write_program_parts(&array);
         let for_i2c = Arc::clone(&handler);
         let i2c = I2cThread::start(move || for_i2c.i2c()).map_err(|_| "no thread for I2C")?;
         let system = Arc::new(System {
@@ -229,7 +229,7 @@ fn call_tic(watch: &Watch, system: &System, tic: PrgTic) -> c_int {
 }
 
 /// Writes what a program finds in its areas and no exchange brings: hooks, frames, its own name.
-fn furnish(array: &AreaArray<Ta>) {
+fn write_program_parts(array: &AreaArray<Ta>) {
     let name = CString::new(words::program_name()).unwrap_or_default().into_raw();
     let frames = Box::leak(Box::new([[0_u8; FRAME_BYTES]; AREAS]));
     for (index, frame) in frames.iter_mut().enumerate() {

@@ -26,7 +26,7 @@ pub(super) enum Show {
 }
 
 /// What the thread that shows things and the program share.
-pub(super) struct Common {
+pub(super) struct ShowState {
     /// Of each controller, with the master first.
     names: Vec<String>,
     /// How much is still to be shown.
@@ -34,7 +34,7 @@ pub(super) struct Common {
     pub(super) buttons: Buttons,
 }
 
-impl Common {
+impl ShowState {
     pub(super) fn new(names: Vec<String>) -> Self {
         Self { names, waiting: AtomicUsize::new(0), buttons: Buttons::new() }
     }
@@ -88,7 +88,7 @@ impl Buttons {
 
 /// The thread's data.
 pub(super) struct Screen {
-    common: Arc<Common>,
+    state: Arc<ShowState>,
     terminal: Option<Terminal>,
     /// Until when each button is pressed, and whether its key has repeated.
     pressed: [Option<(Instant, bool)>; 2],
@@ -97,8 +97,8 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    pub(super) fn new(common: Arc<Common>) -> Self {
-        Self { common, terminal: Terminal::open(), pressed: [None; 2], frame_lines: 0 }
+    pub(super) fn new(state: Arc<ShowState>) -> Self {
+        Self { state, terminal: Terminal::open(), pressed: [None; 2], frame_lines: 0 }
     }
 
     /// Shows everything, until there is nothing more to come.
@@ -126,14 +126,14 @@ impl Screen {
             let repeats = self.pressed[button].is_some();
             let length = if repeats { HELD } else { FIRST_HELD };
             if !repeats {
-                self.common.buttons.set(button, true);
+                self.state.buttons.set(button, true);
             }
             self.pressed[button] = Some((now + length, repeats));
         }
         for (button, pressed) in self.pressed.iter_mut().enumerate() {
             if pressed.is_some_and(|(until, _)| until <= now) {
                 *pressed = None;
-                self.common.buttons.set(button, false);
+                self.state.buttons.set(button, false);
             }
         }
     }
@@ -151,12 +151,12 @@ impl Screen {
         if let Err(error) = shown {
             log::debug!("what the program shows can't be written: {error}");
         }
-        self.common.show_is_done();
+        self.state.show_is_done();
     }
 
     fn show_message(&mut self, of: usize, text: &str) -> io::Result<()> {
         self.frame_lines = 0;
-        let name = &self.common.names[of];
+        let name = &self.state.names[of];
         let mut out = io::stdout().lock();
         if self.terminal.is_some() {
             write_box(&mut out, name, text.lines())?;
@@ -178,7 +178,7 @@ impl Screen {
             terminal.move_up(&mut out, self.frame_lines)?;
         }
         let lines: Vec<&str> = lines.iter().map(String::as_str).collect();
-        write_box(&mut out, &self.common.names[of], lines.iter().copied())?;
+        write_box(&mut out, &self.state.names[of], lines.iter().copied())?;
         self.frame_lines = lines.len() + 2;
         out.flush()
     }

@@ -61,9 +61,9 @@ impl Place {
 
 /// What the threads here and the program's share. It is no allocation, so a program that writes beyond its own
 /// allocations leaves it as it is.
-static SHARED: Shared = Shared::new();
+static RUN: RunState = RunState::new();
 
-struct Shared {
+struct RunState {
     place: AtomicU8,
     /// Counts calls into the program.
     calls: AtomicU32,
@@ -74,7 +74,7 @@ struct Shared {
     ended: AtomicBool,
 }
 
-impl Shared {
+impl RunState {
     const fn new() -> Self {
         Self {
             place: AtomicU8::new(Place::Outside as u8),
@@ -108,17 +108,17 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn new(handler: Arc<TransferAreaComHandler>) -> io::Result<Self> {
         words::program_name();
-        SHARED.reset();
+        RUN.reset();
         let ender = thread::Builder::new().name("ender".into()).spawn(move || {
-            while !SHARED.end.load(Ordering::Acquire) {
-                if SHARED.over.load(Ordering::Acquire) {
+            while !RUN.end.load(Ordering::Acquire) {
+                if RUN.over.load(Ordering::Acquire) {
                     return;
                 }
                 thread::park();
             }
             // What went wrong with the end is no news after what made it necessary.
             let _ = handler.end_transfer();
-            SHARED.ended.store(true, Ordering::Release);
+            RUN.ended.store(true, Ordering::Release);
         })?;
         let to_wake = ender.thread().clone();
         let watcher =
@@ -132,17 +132,17 @@ impl Watch {
 
     /// Makes a call into the program.
     pub(super) fn call<R>(&self, place: Place, call: impl FnOnce() -> R) -> R {
-        SHARED.calls.fetch_add(1, Ordering::Relaxed);
-        SHARED.place.store(place as u8, Ordering::Release);
+        RUN.calls.fetch_add(1, Ordering::Relaxed);
+        RUN.place.store(place as u8, Ordering::Release);
         let result = call();
-        SHARED.place.store(Place::Outside as u8, Ordering::Release);
+        RUN.place.store(Place::Outside as u8, Ordering::Release);
         result
     }
 
     /// Watches no more.
     pub(super) fn end(self) {
         WATCHES.store(false, Ordering::Release);
-        SHARED.over.store(true, Ordering::Release);
+        RUN.over.store(true, Ordering::Release);
         self.ender.thread().unpark();
         for thread in [self.ender, self.watcher] {
             // They do not panic.
@@ -155,16 +155,16 @@ impl Watch {
 fn watch(ender: &Thread) {
     signals::watch_from_here();
     let (mut call, mut looks, mut end_looks) = (0, 0, 0);
-    while !SHARED.over.load(Ordering::Acquire) {
+    while !RUN.over.load(Ordering::Acquire) {
         thread::sleep(LOOK);
         if let Some(crash) = signals::crash() {
-            end(ender, &["crashed in ", SHARED.place().name(), " with ", crash]);
+            end(ender, &["crashed in ", RUN.place().name(), " with ", crash]);
         }
-        let place = SHARED.place();
+        let place = RUN.place();
         if EXITS.load(Ordering::Acquire) {
             end(ender, &["exit was called in ", place.name()]);
         }
-        let now = SHARED.calls.load(Ordering::Relaxed);
+        let now = RUN.calls.load(Ordering::Relaxed);
         looks = if place == Place::Outside || now != call { 0 } else { looks + 1 };
         call = now;
         if looks > CALL_LOOKS {
@@ -182,16 +182,16 @@ fn watch(ender: &Thread) {
 
 /// Ends the transfer and the process, with a sentence of these parts. Does not allocate.
 fn end(ender: &Thread, what: &[&str]) -> ! {
-    SHARED.end.store(true, Ordering::Release);
+    RUN.end.store(true, Ordering::Release);
     ender.unpark();
     for _ in 0..LAST_EXCHANGE_LOOKS {
-        if SHARED.ended.load(Ordering::Acquire) {
+        if RUN.ended.load(Ordering::Acquire) {
             break;
         }
         thread::sleep(LOOK);
     }
     keyboard::restore();
-    let outputs = if SHARED.ended.load(Ordering::Acquire) {
+    let outputs = if RUN.ended.load(Ordering::Acquire) {
         "; all outputs are off\n"
     } else {
         "; the connection is closed, which switches all outputs off\n"

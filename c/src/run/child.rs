@@ -30,7 +30,7 @@ pub(crate) fn run(
     let mut child = command.spawn()?;
     signals::pass_on_to(&child);
     let status = child.wait()?;
-    signals::pass_on_to_nobody();
+    signals::stop_passing_on();
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(tell(&name, program.entry, status))
 }

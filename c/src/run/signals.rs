@@ -1,9 +1,9 @@
 //! Signals to this process, which the program gets too.
 
 #[cfg(unix)]
-pub(crate) use unix::{name_in, pass_on_to, pass_on_to_nobody, take_up};
+pub(crate) use unix::{name_in, pass_on_to, stop_passing_on, take_up};
 #[cfg(not(unix))]
-pub(crate) use windows::{name_in, pass_on_to, pass_on_to_nobody, take_up};
+pub(crate) use windows::{name_in, pass_on_to, stop_passing_on, take_up};
 
 #[cfg(unix)]
 mod unix {
@@ -50,7 +50,7 @@ mod unix {
         }
     }
 
-    pub(crate) fn pass_on_to_nobody() {
+    pub(crate) fn stop_passing_on() {
         CHILD.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).0 = None;
     }
 
@@ -86,7 +86,7 @@ mod windows {
 
     pub(crate) fn pass_on_to(_: &Child) {}
 
-    pub(crate) fn pass_on_to_nobody() {}
+    pub(crate) fn stop_passing_on() {}
 
     pub(crate) fn name_in(status: ExitStatus) -> String {
         status.to_string()

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{check, handler, program, wait_to_the_end, NO_END, WINDOW};
 use crate::error::Error;
 use crate::exchange::Inputs;
-use crate::handler::parts::clock::Clock;
+use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::watchdog::Watchdog;
 use crate::handler::program::lease::Known;
 use crate::handler::shared::Shared;
@@ -23,7 +23,8 @@ fn deliver(shared: &Shared) -> Delivered {
 /// The response of a new connection is delivered, and the connection is lost before anything else happens. With a
 /// listener in lock-step, its window does not open then.
 fn lost_at_once(lock_step: bool) {
-    let shared = Arc::new(Shared::new(1, Watchdog::new(None), NO_END, Clock::new(lock_step)));
+    let shared =
+        Arc::new(Shared::new(1, Watchdog::new(None), NO_END, TransferClock::new(lock_step)));
     shared.begin().unwrap();
     shared.run(0).unwrap();
     let area = TransferArea::new(Arc::clone(&shared));

@@ -10,7 +10,7 @@ use shuttle::thread;
 use super::{check, NO_END, WINDOW};
 use crate::error::Error;
 use crate::exchange::Inputs;
-use crate::handler::parts::clock::Clock;
+use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::watchdog::Watchdog;
 use crate::handler::program::area::TransferArea;
 use crate::handler::program::lease::Known;
@@ -21,10 +21,10 @@ use crate::wire::ExchangeDataResponse;
 const ORDERS: usize = 3000;
 
 fn shared() -> Arc<Shared> {
-    running(Clock::new(false))
+    running(TransferClock::new(false))
 }
 
-fn running(clock: Clock) -> Arc<Shared> {
+fn running(clock: TransferClock) -> Arc<Shared> {
     let shared = Arc::new(Shared::new(1, Watchdog::new(None), NO_END, clock));
     shared.begin().unwrap();
     shared.run(0).unwrap();
@@ -117,7 +117,7 @@ fn a_response_is_answered_in_the_next_request_by_all_waiting_threads() {
 fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thread_learns_of_the_end(
 ) {
     check(ORDERS, || {
-        let shared = running(Clock::new(true));
+        let shared = running(TransferClock::new(true));
         let program = {
             let shared = Arc::clone(&shared);
             thread::spawn(move || {

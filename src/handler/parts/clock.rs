@@ -9,13 +9,13 @@ pub(crate) const STEP: Duration = Duration::from_millis(10);
 
 /// The system's clock, or in lock-step one that only responses move.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Clock {
+pub(crate) enum TransferClock {
     System,
     /// With its current time.
     LockStep(Instant),
 }
 
-impl Clock {
+impl TransferClock {
     pub(crate) fn new(lock_step: bool) -> Self {
         if lock_step {
             Self::LockStep(sync::now())
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn in_lock_step_only_responses_move_it() {
-        let mut clock = Clock::new(true);
+        let mut clock = TransferClock::new(true);
         let begin = clock.now();
         while begin.elapsed() < Duration::from_millis(1) {}
         assert_eq!(clock.now(), begin);
@@ -66,7 +66,7 @@ mod tests {
 
     #[test]
     fn the_system_clock_goes_by_itself() {
-        let mut clock = Clock::new(false);
+        let mut clock = TransferClock::new(false);
         let begin = clock.now();
         while clock.now() == begin {}
         clock.step();

@@ -15,7 +15,7 @@ pub(crate) enum Cut {
 
 /// A command that was cut off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Command {
+struct CutOff {
     /// Its id in the output part since then.
     id: u16,
     /// The id of the last command that was done before it.
@@ -24,9 +24,9 @@ struct Command {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct AreaCommands {
-    motors: [Option<Command>; IZ_MOTOR],
-    resets: [Option<Command>; IZ_COUNTER],
-    sound: Option<Command>,
+    motors: [Option<CutOff>; IZ_MOTOR],
+    resets: [Option<CutOff>; IZ_COUNTER],
+    sound: Option<CutOff>,
 }
 
 /// The ids of all commands in areas.
@@ -168,24 +168,24 @@ impl Unfinished {
 }
 
 /// Notes a command unless it is done. One that was cut off before stays so, with its current id.
-fn note(command: &mut Option<Command>, ordered: u16, done: u16, id: u16) {
+fn note(command: &mut Option<CutOff>, ordered: u16, done: u16, id: u16) {
     *command = match *command {
-        Some(before) if before.id == ordered => Some(Command { id, ..before }),
-        _ if ordered != done => Some(Command { id, done }),
+        Some(before) if before.id == ordered => Some(CutOff { id, ..before }),
+        _ if ordered != done => Some(CutOff { id, done }),
         _ => None,
     };
 }
 
 /// A new command was refused, and the output part keeps `id`: for the program this is the new one.
-fn refuse_one(command: &mut Option<Command>, id: u16, told: &mut u16) {
+fn refuse_one(command: &mut Option<CutOff>, id: u16, told: &mut u16) {
     // The id before it, when this one is done already.
     let done = if *told == id { id.wrapping_sub(1) } else { *told };
-    *command = Some(Command { id, done });
+    *command = Some(CutOff { id, done });
     *told = done;
 }
 
 /// Hides a command if it is still to be hidden; returns whether it is.
-fn hide_one(command: &mut Option<Command>, ordered: u16, told: &mut u16) -> bool {
+fn hide_one(command: &mut Option<CutOff>, ordered: u16, told: &mut u16) -> bool {
     *command = command.filter(|command| command.id == ordered);
     if let Some(command) = command {
         *told = command.done;

@@ -7,7 +7,7 @@ use crate::camera::CameraControl;
 use crate::error::Error;
 use crate::handler::events::{Source, Step, Subscription};
 use crate::handler::parts::area_lock::{name_of, Holder, Waiter};
-use crate::handler::parts::clock::Clock;
+use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::state::Stop;
 use crate::handler::program::lease::{Known, Lease, Purpose};
 use crate::handler::shared::CameraCommand;
@@ -180,7 +180,7 @@ impl Shared {
     }
 
     /// The clock for time limits, with its current time.
-    pub(crate) fn clock(&self) -> Clock {
+    pub(crate) fn clock(&self) -> TransferClock {
         self.state().clock
     }
 

@@ -288,13 +288,13 @@ mod tests {
 
     use super::*;
     use crate::exchange::Inputs;
-    use crate::handler::parts::clock::Clock;
+    use crate::handler::parts::clock::TransferClock;
     use crate::handler::parts::watchdog::Watchdog;
     use crate::handler::shared::Shared;
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferArea {
-        let (watchdog, clock) = (Watchdog::new(None), Clock::new(false));
+        let (watchdog, clock) = (Watchdog::new(None), TransferClock::new(false));
         let area = TransferArea::new(Arc::new(Shared::new(1, watchdog, Duration::MAX, clock)));
         area.shared().begin().unwrap();
         area.shared().run(0).unwrap();

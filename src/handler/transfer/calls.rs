@@ -389,7 +389,7 @@ impl State {
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
-    use crate::handler::parts::clock::Clock;
+    use crate::handler::parts::clock::TransferClock;
     use crate::handler::parts::watchdog::Watchdog;
     use crate::handler::program::lease::Known;
 
@@ -397,8 +397,12 @@ mod tests {
     fn a_program_that_waits_for_a_late_response_does_not_hang() {
         let limit = Duration::from_millis(20);
         for waits in [true, false] {
-            let shared =
-                Shared::new(1, Watchdog::new(Some(limit)), Duration::MAX, Clock::new(false));
+            let shared = Shared::new(
+                1,
+                Watchdog::new(Some(limit)),
+                Duration::MAX,
+                TransferClock::new(false),
+            );
             shared.begin().unwrap();
             shared.run(0).unwrap();
             if waits {
@@ -415,7 +419,8 @@ mod tests {
     #[test]
     fn a_thread_that_waits_while_another_has_the_areas_is_no_sign_of_life() {
         let limit = Duration::from_secs(60);
-        let shared = Shared::new(1, Watchdog::new(Some(limit)), Duration::MAX, Clock::new(false));
+        let shared =
+            Shared::new(1, Watchdog::new(Some(limit)), Duration::MAX, TransferClock::new(false));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         let mut held = shared.lock(Known::default());
@@ -432,7 +437,7 @@ mod tests {
 
     #[test]
     fn the_hook_is_not_called_for_a_response_after_a_gap_or_the_end() {
-        let shared = Shared::new(1, Watchdog::new(None), Duration::MAX, Clock::new(false));
+        let shared = Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         shared.state().hook.set();

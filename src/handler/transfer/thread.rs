@@ -129,7 +129,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::handler::parts::clock::Clock;
+    use crate::handler::parts::clock::TransferClock;
     use crate::handler::parts::watchdog::Watchdog;
     use crate::handler::transfer::handshake;
     use crate::handler::transfer::peer::Peer;
@@ -200,7 +200,7 @@ mod tests {
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
         let peer = Peer::start();
         let shared =
-            Arc::new(Shared::new(1, Watchdog::new(None), Duration::MAX, Clock::new(false)));
+            Arc::new(Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false)));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         // A wrong number of areas makes the thread panic.
