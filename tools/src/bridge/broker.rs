@@ -37,7 +37,7 @@ pub(crate) struct Broker {
 }
 
 /// What comes from the broker.
-pub(crate) enum News {
+pub(crate) enum BrokerEvent {
     /// There is a connection, and commands come in.
     Up(Publisher),
     /// The connection was lost or not made; the sentence says why.
@@ -86,13 +86,13 @@ impl Broker {
         &self,
         will: LastWill,
         filters: Vec<String>,
-    ) -> anyhow::Result<Receiver<News>> {
+    ) -> anyhow::Result<Receiver<BrokerEvent>> {
         let (sender, receiver) = bounded(INBOX);
         let runtime = runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .context("the operating system gives no means to wait for the broker")?;
-        let client = Client { broker: self.clone(), will, filters, news: sender, dropped: 0 };
+        let client = Client { broker: self.clone(), will, filters, events: sender, dropped: 0 };
         thread::Builder::new()
             .name("broker".to_owned())
             .spawn(move || runtime.block_on(client.run()))
@@ -159,7 +159,7 @@ struct Client {
     broker: Broker,
     will: LastWill,
     filters: Vec<String>,
-    news: Sender<News>,
+    events: Sender<BrokerEvent>,
     /// Messages for which there was no room.
     dropped: u64,
 }
@@ -168,7 +168,7 @@ struct Client {
 enum End {
     /// The bridge wants no more.
     Done,
-    Failed(News),
+    Failed(BrokerEvent),
 }
 
 impl Client {
@@ -176,8 +176,8 @@ impl Client {
         loop {
             match self.session().await {
                 End::Done => return,
-                End::Failed(news) => {
-                    if self.news.send(news).is_err() {
+                End::Failed(event) => {
+                    if self.events.send(event).is_err() {
                         return;
                     }
                 }
@@ -215,7 +215,7 @@ impl Client {
     /// What happens next on the connection, unless the broker is silent for too long.
     async fn next(&self, events: &mut EventLoop, heard: Instant) -> Result<Event, End> {
         let Ok(polled) = timeout_at(heard + self.broker.limit, events.poll()).await else {
-            return Err(End::Failed(News::Down(self.broker.silent())));
+            return Err(End::Failed(BrokerEvent::Down(self.broker.silent())));
         };
         polled.map_err(|error| {
             let reason = self.broker.reason(&error);
@@ -223,9 +223,9 @@ impl Client {
                 ConnectionError::ConnectionRefused(code)
                     if code != ConnectReturnCode::ServiceUnavailable =>
                 {
-                    News::Refused(reason)
+                    BrokerEvent::Refused(reason)
                 }
-                _ => News::Down(reason),
+                _ => BrokerEvent::Down(reason),
             })
         })
     }
@@ -235,15 +235,15 @@ impl Client {
             Packet::ConnAck(_) => {
                 let filter = |path: &String| SubscribeFilter::new(path.clone(), QoS::AtLeastOnce);
                 let asked = client.try_subscribe_many(self.filters.iter().map(filter));
-                asked.map_err(|error| End::Failed(News::Down(error.to_string())))
+                asked.map_err(|error| End::Failed(BrokerEvent::Down(error.to_string())))
             }
             Packet::SubAck(answer) => {
                 if answer.return_codes.contains(&SubscribeReasonCode::Failure) {
                     let reason = "the broker does not let this user read its commands; check its \
                                   access list";
-                    return Err(End::Failed(News::Refused(reason.to_owned())));
+                    return Err(End::Failed(BrokerEvent::Refused(reason.to_owned())));
                 }
-                self.news.send(News::Up(Publisher(client.clone()))).map_err(|_| End::Done)
+                self.events.send(BrokerEvent::Up(Publisher(client.clone()))).map_err(|_| End::Done)
             }
             Packet::Publish(message) => self.hand_over(Message {
                 topic: message.topic,
@@ -256,10 +256,10 @@ impl Client {
 
     /// Never waits for room: the broker would think that this client is dead.
     fn hand_over(&mut self, message: Message) -> Result<(), End> {
-        if self.dropped > 0 && self.news.try_send(News::Dropped(self.dropped)).is_ok() {
+        if self.dropped > 0 && self.events.try_send(BrokerEvent::Dropped(self.dropped)).is_ok() {
             self.dropped = 0;
         }
-        match self.news.try_send(News::Message(message)) {
+        match self.events.try_send(BrokerEvent::Message(message)) {
             Ok(()) => Ok(()),
             Err(TrySendError::Full(_)) => {
                 self.dropped += 1;

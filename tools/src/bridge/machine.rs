@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use ft_transfer_area::{Error, Events, FishX1Transfer, TimeLimits, TransferAreaComHandler};
 
-use super::desk::{Desk, Setup};
+use super::relay::{Relay, Setup};
 use super::report::{Stage, TOLD};
 
 /// How long a response may take before the broker is looked after without one.
@@ -29,7 +29,7 @@ const CONNECT_LIMIT: Duration = Duration::from_secs(2);
 pub(crate) struct Machine<'a> {
     handler: TransferAreaComHandler,
     events: Events,
-    desk: Desk,
+    relay: Relay,
     stop: &'a AtomicBool,
     /// Events that the library or the broker had no room for.
     lost: u64,
@@ -53,7 +53,7 @@ impl<'a> Machine<'a> {
         stop: &'a AtomicBool,
     ) -> anyhow::Result<Self> {
         let events = handler.events(&TOLD, Events::MAX_CAPACITY)?;
-        Ok(Self { handler, events, desk: Desk::open(setup)?, stop, lost: 0, told_lost: 0 })
+        Ok(Self { handler, events, relay: Relay::open(setup)?, stop, lost: 0, told_lost: 0 })
     }
 
     /// Works until it is stopped, or the broker refuses. The motors are off when it returns.
@@ -67,7 +67,7 @@ impl<'a> Machine<'a> {
             Ok(()) => "the bridge was ended".to_owned(),
             Err(error) => error.to_string(),
         };
-        self.desk.leave(&reason);
+        self.relay.leave(&reason);
         worked?;
         ended.context("the transfer ended with an error")
     }
@@ -83,7 +83,7 @@ impl<'a> Machine<'a> {
                 },
                 Err(error) => error,
             };
-            self.desk.enter(Stage::Ended, Some(reason.to_string()));
+            self.relay.enter(Stage::Ended, Some(reason.to_string()));
             self.wait_for_next()?;
         }
         Ok(())
@@ -96,30 +96,30 @@ impl<'a> Machine<'a> {
     /// Exchanges until the transfer ends with an error; `None` when the bridge should stop.
     fn exchange(&mut self) -> anyhow::Result<Option<Error>> {
         // What came before the transfer is too late.
-        self.desk.read(None)?;
+        self.relay.read(None)?;
         let mut copy: Vec<FishX1Transfer> = Vec::new();
         while !self.should_stop() {
             let cycle = match self.handler.wait_cycle_for(LOOK) {
                 Ok(mut areas) => {
                     // What came while the controller was away is too late.
-                    let open = !self.desk.is(Stage::Gap);
-                    self.desk.read(open.then_some(&mut *areas))?;
+                    let open = !self.relay.is(Stage::Gap);
+                    self.relay.read(open.then_some(&mut *areas))?;
                     copy.clear();
                     copy.extend_from_slice(&areas);
                     areas.cycle()
                 }
                 Err(Error::WaitTimedOut { .. }) => {
-                    if self.desk.is(Stage::Gap) {
-                        self.desk.read(None)?;
+                    if self.relay.is(Stage::Gap) {
+                        self.relay.read(None)?;
                     }
                     continue;
                 }
                 Err(error @ Error::ConnectionLost { .. }) => {
-                    self.desk.enter(Stage::Gap, Some(error.to_string()));
+                    self.relay.enter(Stage::Gap, Some(error.to_string()));
                     continue;
                 }
                 Err(error @ Error::WatchdogExpired { .. }) => {
-                    self.desk.stopped(error.to_string());
+                    self.relay.stopped(error.to_string());
                     continue;
                 }
                 Err(error) => return Ok(Some(error)),
@@ -131,22 +131,22 @@ impl<'a> Machine<'a> {
 
     /// Tells every change of a digital input since the last time, and the newest values.
     fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
-        if !self.desk.is(Stage::Online) {
+        if !self.relay.is(Stage::Online) {
             let firmware = self.handler.version().map(|version| version.to_string());
-            self.desk.online(self.handler.device_name(), firmware);
+            self.relay.online(self.handler.device_name(), firmware);
         }
         self.tell_events();
-        self.desk.tell(areas, cycle);
+        self.relay.tell(areas, cycle);
         let lost = self.lost + self.events.lost();
         if lost > self.told_lost {
-            self.desk.tell_lost(lost - self.told_lost);
+            self.relay.tell_lost(lost - self.told_lost);
             self.told_lost = lost;
         }
     }
 
     fn tell_events(&mut self) {
         while let Ok(told) = self.events.try_recv() {
-            if !self.desk.tell_event(&told) {
+            if !self.relay.tell_event(&told) {
                 self.lost += 1;
             }
         }
@@ -156,7 +156,7 @@ impl<'a> Machine<'a> {
     fn wait_for_next(&mut self) -> anyhow::Result<()> {
         let next = Instant::now() + PAUSE;
         while Instant::now() < next && !self.should_stop() {
-            self.desk.read(None)?;
+            self.relay.read(None)?;
             thread::sleep(LOOK / 2);
         }
         Ok(())
@@ -171,7 +171,7 @@ mod tests {
     use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
     use super::*;
-    use crate::bridge::broker::{Broker, Message, News};
+    use crate::bridge::broker::{Broker, BrokerEvent, Message};
     use crate::bridge::topics::Topics;
     use crate::bridge::values::Noise;
 
@@ -190,8 +190,8 @@ mod tests {
         }
     }
 
-    fn turn(duty: i16) -> News {
-        News::Message(Message {
+    fn turn(duty: i16) -> BrokerEvent {
+        BrokerEvent::Message(Message {
             topic: "ft/press/M1/set".to_owned(),
             payload: format!("{{\"duty\": {duty}}}").into_bytes(),
             retained: false,
@@ -201,7 +201,7 @@ mod tests {
     /// The command is there before the first response is. Its sender can't know that the controller is back.
     #[test]
     fn a_command_in_the_first_cycle_after_a_gap_moves_nothing() {
-        let (broker, news) = unbounded();
+        let (broker, from_broker) = unbounded();
         let stop = Arc::new(AtomicBool::new(false));
         let duties = Arc::new(Mutex::new(Vec::new()));
         let (stopping, seen) = (Arc::clone(&stop), Arc::clone(&duties));
@@ -228,8 +228,8 @@ mod tests {
         let host = txt.address().to_string();
         let handler = handler(&host, 1).unwrap();
         let events = handler.events(&TOLD, 1000).unwrap();
-        let desk = Desk::without_broker(setup(host), news);
-        Machine { handler, events, desk, stop: &stop, lost: 0, told_lost: 0 }.run().unwrap();
+        let relay = Relay::without_broker(setup(host), from_broker);
+        Machine { handler, events, relay, stop: &stop, lost: 0, told_lost: 0 }.run().unwrap();
         let duties = duties.lock().unwrap();
         assert!(!duties.contains(&300), "{duties:?}");
         assert!(duties.contains(&44), "later commands move it");

@@ -2,9 +2,9 @@
 
 mod broker;
 mod commands;
-mod desk;
 mod machine;
 mod payload;
+mod relay;
 mod report;
 #[cfg(test)]
 mod samples;
@@ -25,8 +25,8 @@ use ft_transfer_area::{find_controllers, Error};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use self::broker::Broker;
-use self::desk::Setup;
 use self::machine::{handler, Machine};
+use self::relay::Setup;
 use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
 use crate::{interrupt, worlds};

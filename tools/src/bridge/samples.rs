@@ -5,14 +5,15 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use super::commands::Received;
-use super::topics::{Addressed, Topics, What, ERROR, EVENT, MASTER, STATE};
+use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
+use super::value::values_of;
 
 const DOCUMENT: &str = include_str!("../../../docs/bridge.md");
 const FLOW: &str = include_str!("../../samples/node-red.json");
 
 /// What follows prefix and name in all topics that the bridge publishes.
 fn told() -> BTreeSet<String> {
-    let values = What::all(0).into_iter().map(|what| what.tail(0));
+    let values = values_of(0).into_iter().map(|(tail, _)| tail);
     values.chain([STATE, MASTER, EVENT, ERROR].map(str::to_owned)).collect()
 }
 

@@ -1,7 +1,5 @@
 //! The topics of one controller.
 
-use ft_transfer_area::tx::{Counter, Input, IrDevice, Motor, Output};
-
 /// What the last part of a topic with commands can be.
 const VERBS: [&str; 5] = ["set", "move", "stop", "reset", "mode"];
 
@@ -71,76 +69,9 @@ pub(crate) fn is_prefix(prefix: &str) -> bool {
     prefix.len() <= 1000 && prefix.split('/').all(|part| !part.is_empty() && level(part) == part)
 }
 
-/// What a topic with a value is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum What {
-    Input(Input),
-    InputConfig(Input),
-    Counter(Counter),
-    CounterConfig(Counter),
-    Motor(Motor),
-    MotorConfig(Motor),
-    Output(Output),
-    Remote(IrDevice),
-    Microphone,
-    Sound,
-    /// Which extensions are connected; only the master has it.
-    Extensions,
-}
-
-impl What {
-    /// All values of the master, or of an extension.
-    pub(crate) fn all(area: usize) -> Vec<Self> {
-        let mut all = Vec::new();
-        all.extend(Input::ALL.map(Self::Input));
-        all.extend(Input::ALL.map(Self::InputConfig));
-        all.extend(Counter::ALL.map(Self::Counter));
-        all.extend(Counter::ALL.map(Self::CounterConfig));
-        all.extend(Motor::ALL.map(Self::Motor));
-        all.extend(Motor::ALL.map(Self::MotorConfig));
-        all.extend(Output::ALL.map(Self::Output));
-        all.extend(IrDevice::ALL.map(Self::Remote));
-        all.extend([Self::Microphone, Self::Sound]);
-        all.extend((area == 0).then_some(Self::Extensions));
-        all
-    }
-
-    /// What follows prefix and name in its topic.
-    pub(crate) fn tail(self, area: usize) -> String {
-        let tail = match self {
-            Self::Input(input) => input.to_string(),
-            Self::InputConfig(input) => format!("{input}/config"),
-            Self::Counter(counter) => counter.to_string(),
-            Self::CounterConfig(counter) => format!("{counter}/config"),
-            Self::Motor(motor) => motor.to_string(),
-            Self::MotorConfig(motor) => format!("{motor}/config"),
-            Self::Output(output) => output.to_string(),
-            Self::Remote(device) => format!("remote/{}", remote_name(device)),
-            Self::Microphone => "microphone".to_owned(),
-            Self::Sound => "sound".to_owned(),
-            Self::Extensions => "extensions".to_owned(),
-        };
-        if area == 0 {
-            tail
-        } else {
-            format!("ext{area}/{tail}")
-        }
-    }
-}
-
-/// A remote by its two DIP switches.
-fn remote_name(device: IrDevice) -> &'static str {
-    match device {
-        IrDevice::Any => "any",
-        IrDevice::OffOff => "off-off",
-        IrDevice::OnOff => "on-off",
-        IrDevice::OffOn => "off-on",
-        IrDevice::OnOn => "on-on",
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::value::values_of;
     use super::*;
 
     #[test]
@@ -166,8 +97,8 @@ mod tests {
         let last = |topic: &str| topic.rsplit('/').next().unwrap_or_default().to_owned();
         let ends: Vec<String> = filters.iter().map(|filter| last(filter)).collect();
         for area in 0..2 {
-            for what in What::all(area) {
-                assert!(!ends.contains(&last(&what.tail(area))), "{what:?}");
+            for (tail, _) in values_of(area) {
+                assert!(!ends.contains(&last(&tail)), "{tail}");
             }
         }
     }

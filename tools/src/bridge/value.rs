@@ -1,11 +1,10 @@
 //! The values of an area, as they are sent.
 
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::tx::Motor;
+use ft_transfer_area::tx::{Counter, Input, IrDevice, Motor, Output};
 use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
-use super::topics::What;
 use crate::commands::Pair;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
@@ -34,80 +33,85 @@ pub(crate) struct Stick {
     y: i16,
 }
 
-impl Value {
-    /// The value in this area; `None` for a motor that is configured as two outputs, and for outputs that
-    /// are a motor.
-    pub(crate) fn read(what: What, area: &FishX1Transfer) -> Option<Self> {
-        Some(match what {
-            What::Input(input) => {
-                let InputValue { digital, value, unit, over_range, .. } =
-                    InputValue::of(area, input);
-                match digital {
-                    true => Self::Digital { value },
-                    false => Self::Measured { value, unit, over_range },
-                }
-            }
-            What::InputConfig(input) => {
-                let InputValue { mode, digital, .. } = InputValue::of(area, input);
-                Self::InputConfig { mode, digital }
-            }
-            What::Counter(counter) => {
-                let CounterValue { count, level, .. } = CounterValue::of(area, counter);
-                Self::Counter { count, level }
-            }
-            What::CounterConfig(counter) => {
-                Self::CounterConfig { mode: CounterValue::of(area, counter).mode }
-            }
-            What::Motor(motor) => read_motor(motor, area)?,
-            What::MotorConfig(motor) => Self::PairConfig { mode: Pair::of(area, motor) },
-            What::Output(output) => Self::Output { duty: area.get_out_pwm_values(output).ok()? },
-            What::Remote(device) => {
-                read_remote(&RemoteValue::from(&area.txt_inputs.ir_input[device.index()]))
-            }
-            What::Microphone => {
-                Self::Microphone { linear: area.get_mic_lin(), logarithmic: area.get_mic_log() }
-            }
-            What::Sound => {
-                let SoundValue { index, playing, .. } = SoundValue::of(area);
-                Self::Sound { sound: index, done: !playing }
-            }
-            What::Extensions => {
-                Self::Extensions { connected: area.state.io_slave_alive.map(|alive| alive != 0) }
-            }
-        })
-    }
+/// Reads a value; `None` for a motor that is configured as two outputs, and for outputs that are a motor.
+pub(crate) type Read = Box<dyn Fn(&FishX1Transfer) -> Option<Value> + Send>;
 
-    /// How far a measured number is from that of another value; `None` when not only the number differs.
-    pub(crate) fn distance(&self, other: &Self) -> Option<u32> {
-        match (self, other) {
-            (
-                Self::Measured { value, unit, over_range },
-                Self::Measured { value: other, unit: other_unit, over_range: other_over },
-            ) if (unit, over_range) == (other_unit, other_over) => {
-                Some(i32::from(*value).abs_diff(i32::from(*other)))
-            }
-            (
-                Self::Microphone { linear, logarithmic },
-                Self::Microphone { linear: other_linear, logarithmic: other_logarithmic },
-            ) => {
-                let differences =
-                    [linear.abs_diff(*other_linear), logarithmic.abs_diff(*other_logarithmic)];
-                differences.into_iter().max().map(u32::from)
-            }
-            _ => None,
-        }
+/// All values of the master's area, or of an extension's: what follows prefix and name in their topics, and how
+/// they are read.
+pub(crate) fn values_of(area: usize) -> Vec<(String, Read)> {
+    let mut all: Vec<(String, Read)> = Vec::new();
+    let mut add = |tail: String, read: Read| match area {
+        0 => all.push((tail, read)),
+        _ => all.push((format!("ext{area}/{tail}"), read)),
+    };
+    for input in Input::ALL {
+        add(input.to_string(), Box::new(move |area| Some(read_input(input, area))));
+        add(format!("{input}/config"), Box::new(move |area| Some(read_config(input, area))));
     }
+    for counter in Counter::ALL {
+        let read = move |area: &_| CounterValue::of(area, counter);
+        let value = move |area: &_| {
+            let CounterValue { count, level, .. } = read(area);
+            Some(Value::Counter { count, level })
+        };
+        let config = move |area: &_| Some(Value::CounterConfig { mode: read(area).mode });
+        add(counter.to_string(), Box::new(value));
+        add(format!("{counter}/config"), Box::new(config));
+    }
+    for motor in Motor::ALL {
+        let config = move |area: &_| Some(Value::PairConfig { mode: Pair::of(area, motor) });
+        add(motor.to_string(), Box::new(move |area| read_motor(motor, area)));
+        add(format!("{motor}/config"), Box::new(config));
+    }
+    for output in Output::ALL {
+        let duty = move |area: &FishX1Transfer| area.get_out_pwm_values(output).ok();
+        add(output.to_string(), Box::new(move |area| Some(Value::Output { duty: duty(area)? })));
+    }
+    for device in IrDevice::ALL {
+        let tail = format!("remote/{}", remote_name(device));
+        add(tail, Box::new(move |area| Some(read_remote(device, area))));
+    }
+    let microphone = |area: &FishX1Transfer| {
+        Some(Value::Microphone { linear: area.get_mic_lin(), logarithmic: area.get_mic_log() })
+    };
+    add("microphone".to_owned(), Box::new(microphone));
+    let sound = |area: &_| {
+        let SoundValue { index, playing, .. } = SoundValue::of(area);
+        Some(Value::Sound { sound: index, done: !playing })
+    };
+    add("sound".to_owned(), Box::new(sound));
+    if area == 0 {
+        let extensions = |area: &FishX1Transfer| {
+            let connected = area.state.io_slave_alive.map(|alive| alive != 0);
+            Some(Value::Extensions { connected })
+        };
+        add("extensions".to_owned(), Box::new(extensions));
+    }
+    all
+}
 
-    /// Whether a change to this value may wait, because many more may follow.
-    pub(crate) fn may_wait(&self) -> bool {
-        matches!(
-            self,
-            Self::Measured { .. }
-                | Self::Counter { .. }
-                | Self::Remote { .. }
-                | Self::Microphone { .. }
-        )
+/// A remote by its two DIP switches.
+fn remote_name(device: IrDevice) -> &'static str {
+    match device {
+        IrDevice::Any => "any",
+        IrDevice::OffOff => "off-off",
+        IrDevice::OnOff => "on-off",
+        IrDevice::OffOn => "off-on",
+        IrDevice::OnOn => "on-on",
     }
+}
+
+fn read_input(input: Input, area: &FishX1Transfer) -> Value {
+    let InputValue { digital, value, unit, over_range, .. } = InputValue::of(area, input);
+    match digital {
+        true => Value::Digital { value },
+        false => Value::Measured { value, unit, over_range },
+    }
+}
+
+fn read_config(input: Input, area: &FishX1Transfer) -> Value {
+    let InputValue { mode, digital, .. } = InputValue::of(area, input);
+    Value::InputConfig { mode, digital }
 }
 
 fn read_motor(motor: Motor, area: &FishX1Transfer) -> Option<Value> {
@@ -116,11 +120,49 @@ fn read_motor(motor: Motor, area: &FishX1Transfer) -> Option<Value> {
     Some(Value::Motor { duty, distance, done: area.is_motor_ex_ready(motor) })
 }
 
-fn read_remote(remote: &RemoteValue) -> Value {
+fn read_remote(device: IrDevice, area: &FishX1Transfer) -> Value {
+    let remote = RemoteValue::from(&area.txt_inputs.ir_input[device.index()]);
     Value::Remote {
         left: Stick { x: remote.left_x, y: remote.left_y },
         right: Stick { x: remote.right_x, y: remote.right_y },
         on: remote.on,
         off: remote.off,
+    }
+}
+
+impl Value {
+    /// How far a measured number is from that of another value; `None` when not only the number differs.
+    pub(crate) fn distance(&self, other: &Self) -> Option<u32> {
+        let ((numbers, unit, over_range), others) = (self.measured()?, other.measured()?);
+        let differences = numbers.iter().zip(others.0).map(|(one, other)| one.abs_diff(other));
+        differences.max().filter(|_| (unit, over_range) == (others.1, others.2))
+    }
+
+    /// The measured numbers, their unit if there is one, and whether they are over range.
+    fn measured(&self) -> Option<([i32; 2], &'static str, bool)> {
+        match *self {
+            Self::Measured { value, unit, over_range } => {
+                Some(([value.into(), 0], unit, over_range))
+            }
+            Self::Microphone { linear, logarithmic } => {
+                Some(([linear.into(), logarithmic.into()], "", false))
+            }
+            Self::Counter { .. }
+            | Self::Remote { .. }
+            | Self::Digital { .. }
+            | Self::InputConfig { .. }
+            | Self::CounterConfig { .. }
+            | Self::Motor { .. }
+            | Self::PairConfig { .. }
+            | Self::Output { .. }
+            | Self::Sound { .. }
+            | Self::Extensions { .. } => None,
+        }
+    }
+
+    /// Whether a change to this value may wait, because many more may follow.
+    pub(crate) fn may_wait(&self) -> bool {
+        let counts = matches!(self, Self::Counter { .. } | Self::Remote { .. });
+        counts || self.measured().is_some()
     }
 }

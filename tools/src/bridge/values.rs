@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::FishX1Transfer;
 
-use super::topics::{Topics, What};
-use super::value::Value;
+use super::topics::Topics;
+use super::value::{values_of, Read, Value};
 
 /// Which changes of measured values are told.
 #[derive(Clone, Copy, Debug)]
@@ -19,15 +19,15 @@ pub(crate) struct Noise {
 
 /// All values of a controller, with what was told about each.
 pub(crate) struct Values {
-    values: Vec<Told>,
+    values: Vec<Tracked>,
     noise: Noise,
 }
 
 /// One value, and what was told about it last.
-struct Told {
+struct Tracked {
     area: usize,
-    what: What,
     topic: String,
+    read: Read,
     /// `None` before the first message of a connection to the broker.
     last: Option<(Option<Value>, Instant)>,
     /// The newest response that an event about it came from.
@@ -35,22 +35,24 @@ struct Told {
 }
 
 /// A message with a value. An empty payload removes the value that a broker keeps.
-pub(crate) struct Message<'a> {
+pub(crate) struct Update<'a> {
     pub(crate) topic: &'a str,
     pub(crate) payload: String,
 }
 
 impl Values {
     pub(crate) fn new(topics: &Topics, areas: usize, noise: Noise) -> Self {
-        let told = |area: usize, what: What| Told {
+        let told = |area: usize, tail: &str, read: Read| Tracked {
             area,
-            what,
-            topic: topics.of(&what.tail(area)),
+            topic: topics.of(tail),
+            read,
             last: None,
             newest: 0,
         };
         let values = (0..areas)
-            .flat_map(|area| What::all(area).into_iter().map(move |what| told(area, what)))
+            .flat_map(|area| {
+                values_of(area).into_iter().map(move |(tail, read)| told(area, &tail, read))
+            })
             .collect();
         Self { values, noise }
     }
@@ -78,14 +80,14 @@ impl Values {
         areas: &[FishX1Transfer],
         cycle: u64,
         now: Instant,
-        mut send: impl FnMut(Message<'_>) -> bool,
+        mut send: impl FnMut(Update<'_>) -> bool,
     ) {
         for told in &mut self.values {
             let Some(area) = areas.get(told.area) else { continue };
             if cycle < told.newest {
                 continue;
             }
-            let value = Value::read(told.what, area);
+            let value = (told.read)(area);
             if told.is_news(value, now, self.noise) && !told.tell(value, now, &mut send) {
                 return;
             }
@@ -98,13 +100,11 @@ impl Values {
         (area, input): (usize, Input),
         pressed: bool,
         cycle: u64,
-        mut send: impl FnMut(Message<'_>) -> bool,
+        mut send: impl FnMut(Update<'_>) -> bool,
     ) -> bool {
-        let what = What::Input(input);
-        let Some(told) = self.values.iter_mut().find(|told| told.area == area && told.what == what)
-        else {
-            return true;
-        };
+        let tail = format!("/{input}");
+        let mut of_area = self.values.iter_mut().filter(|told| told.area == area);
+        let Some(told) = of_area.find(|told| told.topic.ends_with(&tail)) else { return true };
         told.newest = cycle;
         let value = Some(Value::Digital { value: i16::from(pressed) });
         match told.last {
@@ -115,7 +115,7 @@ impl Values {
     }
 }
 
-impl Told {
+impl Tracked {
     fn is_news(&self, value: Option<Value>, now: Instant, noise: Noise) -> bool {
         let Some((last, at)) = self.last else { return value.is_some() };
         if value == last {
@@ -132,13 +132,13 @@ impl Told {
         &mut self,
         value: Option<Value>,
         now: Instant,
-        send: &mut impl FnMut(Message<'_>) -> bool,
+        send: &mut impl FnMut(Update<'_>) -> bool,
     ) -> bool {
         let payload = match value.map(|value| serde_json::to_string(&value)) {
             Some(Ok(payload)) => payload,
             Some(Err(_)) | None => String::new(),
         };
-        let taken = send(Message { topic: &self.topic, payload });
+        let taken = send(Update { topic: &self.topic, payload });
         if taken {
             self.last = Some((value, now));
         }
@@ -228,7 +228,7 @@ mod tests {
         now: i16,
     ) -> Vec<String> {
         let mut told = Vec::new();
-        let mut send = |message: Message<'_>| {
+        let mut send = |message: Update<'_>| {
             told.push(message.payload);
             true
         };

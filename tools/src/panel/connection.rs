@@ -14,12 +14,12 @@ use super::reply::Answers;
 use super::worker::STATE_PERIOD;
 
 /// Leaves the panel when the connection ends, however it ends.
-struct Visit {
+struct OpenPage {
     panel: Arc<Panel>,
     page: PageId,
 }
 
-impl Drop for Visit {
+impl Drop for OpenPage {
     fn drop(&mut self) {
         self.panel.leave(self.page);
     }
@@ -27,22 +27,22 @@ impl Drop for Visit {
 
 /// Talks to a page until its connection ends.
 pub(super) async fn serve(socket: WebSocket, panel: Arc<Panel>) {
-    let visit = Visit { page: panel.enter(), panel };
+    let open = OpenPage { page: panel.enter(), panel };
     let (sink, stream) = socket.split();
     let (answers, waiting) = Answers::channel();
     tokio::select! {
-        () = hear(&visit, stream, answers) => {}
-        _ = tell(&visit, sink, waiting) => {}
+        () = receive(&open, stream, answers) => {}
+        _ = tell(&open, sink, waiting) => {}
     }
 }
 
-async fn hear(visit: &Visit, mut stream: SplitStream<WebSocket>, answers: Answers) {
-    let Visit { panel, page } = visit;
+async fn receive(open: &OpenPage, mut stream: SplitStream<WebSocket>, answers: Answers) {
+    let OpenPage { panel, page } = open;
     while let Some(Ok(message)) = stream.next().await {
         match message {
-            Message::Text(text) => panel.hear(*page, &text, &answers),
+            Message::Text(text) => panel.receive(*page, &text, &answers),
             // No page of ours sends bytes. They can't be understood as a text.
-            Message::Binary(_) => panel.hear(*page, "", &answers),
+            Message::Binary(_) => panel.receive(*page, "", &answers),
             Message::Ping(_) | Message::Pong(_) => {}
             Message::Close(_) => return,
         }
@@ -51,11 +51,11 @@ async fn hear(visit: &Visit, mut stream: SplitStream<WebSocket>, answers: Answer
 
 /// Sends the newest states and the answers. A page that is slow misses states, and none is kept for it.
 async fn tell(
-    visit: &Visit,
+    open: &OpenPage,
     mut sink: SplitSink<WebSocket, Message>,
     mut waiting: mpsc::Receiver<String>,
 ) -> Result<(), axum::Error> {
-    let Visit { panel, page } = visit;
+    let OpenPage { panel, page } = open;
     sink.send(text(panel.hello(*page))).await?;
     let mut ticks = time::interval(STATE_PERIOD);
     ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

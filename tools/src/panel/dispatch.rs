@@ -70,7 +70,7 @@ impl Panel {
     }
 
     /// Does what a message of this page says.
-    pub(crate) fn hear(&self, page: PageId, text: &str, answers: &Answers) {
+    pub(crate) fn receive(&self, page: PageId, text: &str, answers: &Answers) {
         self.common.control.sign_of_life(page);
         let (seq, message) = request::read(text);
         let reply = answers.reply(seq);

@@ -32,7 +32,7 @@ impl Problem {
     }
 
     /// Whether the message itself is wrong: a page that sends such a thing does not know what it does.
-    pub(crate) fn is_nonsense(&self) -> bool {
+    pub(crate) fn is_senseless(&self) -> bool {
         matches!(self.code, "bad_message" | "out_of_range" | "zero_pulses" | "motor_twice")
     }
 }

@@ -150,7 +150,7 @@ impl Worker {
                     None => Err(no_area(*index, areas.len())),
                 }
             };
-            if result.as_ref().is_err_and(Problem::is_nonsense) {
+            if result.as_ref().is_err_and(Problem::is_senseless) {
                 self.common.control.stop();
             }
             order.reply.send(result.map(|()| None));

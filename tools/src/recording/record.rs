@@ -109,7 +109,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let _ = camera.join();
     }
     let totals = recorder.finish()?;
-    print::line(Told { path: &args.output, totals })?;
+    print::line(Progress { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
 }
@@ -182,8 +182,8 @@ fn watch(
     }
     let begin = Instant::now();
     loop {
-        let told = Told { path: &args.output, totals: recorder.recorded() };
-        progress.set_prefix(told.to_string());
+        let so_far = Progress { path: &args.output, totals: recorder.recorded() };
+        progress.set_prefix(so_far.to_string());
         progress.tick();
         if let Some(error) = recorder.error() {
             return Err(error.into());
@@ -212,12 +212,12 @@ fn watch(
 }
 
 /// What is recorded, as a sentence.
-struct Told<'a> {
+struct Progress<'a> {
     path: &'a Path,
     totals: Totals,
 }
 
-impl fmt::Display for Told<'_> {
+impl fmt::Display for Progress<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Totals { cycles, lost, frames, lost_frames, .. } = self.totals;
         let kilobytes = std::fs::metadata(self.path).map_or(0, |file| file.len()).div_ceil(1000);

@@ -11,7 +11,7 @@ use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{CameraConnection, Fault, SimulatedTxt, SimulatedTxtBuilder};
 
-use crate::worlds;
+use crate::{print, worlds};
 
 const AFTER: &str = "\
 WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, cut, surplus:BYTES or
@@ -136,7 +136,7 @@ fn plugged(name: OsString) -> Result<Plugged, String> {
     if name == "none" {
         return Ok(Plugged(None));
     }
-    let world = worlds::named(&name).map_err(|error| crate::sentence(&error))?;
+    let world = worlds::named(&name).map_err(|error| print::sentence(&error))?;
     Ok(Plugged(Some(world)))
 }
 

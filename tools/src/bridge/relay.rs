@@ -6,20 +6,20 @@ use crossbeam_channel::{Receiver, TryRecvError};
 use ft_transfer_area::{Event, FishX1Transfer, TimedEvent};
 use rumqttc::{LastWill, QoS};
 
-use super::broker::{Broker, Message, News, Publisher};
+use super::broker::{Broker, BrokerEvent, Message, Publisher};
 use super::commands::Received;
 use super::report::{json, say, Complaint, Happened, Master, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
-use super::values::{Message as Told, Noise, Values};
+use super::values::{Noise, Update, Values};
 use crate::commands::stop_all;
 
 /// How long the last messages may take to the broker.
-const FAREWELL: Duration = Duration::from_secs(2);
+const LEAVE_LIMIT: Duration = Duration::from_secs(2);
 
 /// How many messages are read before the next cycle.
 const AT_A_TIME: usize = 1000;
 
-/// What a desk is set up with.
+/// What a relay is set up with.
 pub(crate) struct Setup {
     pub(crate) broker: Broker,
     pub(crate) topics: Topics,
@@ -31,9 +31,9 @@ pub(crate) struct Setup {
     pub(crate) master_limit: Option<Duration>,
 }
 
-pub(crate) struct Desk {
+pub(crate) struct Relay {
     setup: Setup,
-    news: Receiver<News>,
+    events: Receiver<BrokerEvent>,
     publisher: Option<Publisher>,
     /// Whether there has been a connection to the broker.
     has_been_up: bool,
@@ -48,21 +48,21 @@ pub(crate) struct Desk {
     printed: Option<String>,
 }
 
-impl Desk {
+impl Relay {
     pub(crate) fn open(setup: Setup) -> anyhow::Result<Self> {
         let state = State::at_start(&setup.host);
         let reason = Some("the bridge has lost its connection to the broker".to_owned());
         let gone = json(&State { state: Stage::Gone, reason, ..state.clone() });
         let will = LastWill::new(setup.topics.of(STATE), gone, QoS::AtLeastOnce, true);
-        let news = setup.broker.connect(will, setup.topics.filters())?;
-        Ok(Self::new(setup, state, news))
+        let events = setup.broker.connect(will, setup.topics.filters())?;
+        Ok(Self::new(setup, state, events))
     }
 
-    fn new(setup: Setup, state: State, news: Receiver<News>) -> Self {
+    fn new(setup: Setup, state: State, events: Receiver<BrokerEvent>) -> Self {
         let values = Values::new(&setup.topics, setup.areas, setup.noise);
         Self {
             setup,
-            news,
+            events,
             publisher: None,
             has_been_up: false,
             state,
@@ -76,9 +76,9 @@ impl Desk {
 
     /// Without a broker: what comes from one is sent through a channel.
     #[cfg(test)]
-    pub(crate) fn without_broker(setup: Setup, news: Receiver<News>) -> Self {
+    pub(crate) fn without_broker(setup: Setup, events: Receiver<BrokerEvent>) -> Self {
         let state = State::at_start(&setup.host);
-        Self::new(setup, state, news)
+        Self::new(setup, state, events)
     }
 
     pub(crate) fn say(&self, line: &str) {
@@ -122,8 +122,8 @@ impl Desk {
     /// Reads what has come from the broker. With areas, commands change them; without, they are refused.
     pub(crate) fn read(&mut self, mut areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
         for _ in 0..AT_A_TIME {
-            match self.news.try_recv() {
-                Ok(news) => self.take(news, areas.as_deref_mut())?,
+            match self.events.try_recv() {
+                Ok(event) => self.take(event, areas.as_deref_mut())?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
                     anyhow::bail!("the thread that talks to the broker has ended")
@@ -134,22 +134,26 @@ impl Desk {
         Ok(())
     }
 
-    fn take(&mut self, news: News, areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
-        match news {
-            News::Up(publisher) => self.greet(publisher),
-            News::Refused(reason) if !self.has_been_up => anyhow::bail!(reason),
-            News::Down(reason) | News::Refused(reason) => self.lose(reason, areas),
-            News::Message(message) => self.answer(&message, areas),
-            News::Dropped(count) => {
+    fn take(
+        &mut self,
+        event: BrokerEvent,
+        areas: Option<&mut [FishX1Transfer]>,
+    ) -> anyhow::Result<()> {
+        match event {
+            BrokerEvent::Up(publisher) => self.connected(publisher),
+            BrokerEvent::Refused(reason) if !self.has_been_up => anyhow::bail!(reason),
+            BrokerEvent::Down(reason) | BrokerEvent::Refused(reason) => self.lose(reason, areas),
+            BrokerEvent::Message(message) => self.answer(&message, areas),
+            BrokerEvent::Dropped(count) => {
                 let error = format!("{count} messages came too fast and were not read");
-                self.complain(&self.setup.topics.of("+"), &error);
+                self.report_error(&self.setup.topics.of("+"), &error);
             }
         }
         Ok(())
     }
 
     /// Tells a broker everything, as it may know nothing.
-    fn greet(&mut self, publisher: Publisher) {
+    fn connected(&mut self, publisher: Publisher) {
         self.publisher = Some(publisher);
         self.has_been_up = true;
         self.printed = None;
@@ -180,7 +184,7 @@ impl Desk {
         match self.setup.topics.addressed(&message.topic) {
             Some(Addressed::Command(tail)) => {
                 if let Err(error) = self.carry_out(tail, message, areas) {
-                    self.complain(&message.topic, &error);
+                    self.report_error(&message.topic, &error);
                 }
             }
             Some(Addressed::State) => self.look_for_another_bridge(&message.payload),
@@ -222,7 +226,7 @@ impl Desk {
                 told["host"].as_str().unwrap_or("of an unknown controller"),
             );
             self.say(&error);
-            self.complain(&topic, &error);
+            self.report_error(&topic, &error);
         }
     }
 
@@ -248,7 +252,7 @@ impl Desk {
     /// Tells the values that have changed, of areas that show this response.
     pub(crate) fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
         let Some(publisher) = &self.publisher else { return };
-        let send = |message: Told<'_>| publisher.send(message.topic, true, message.payload);
+        let send = |message: Update<'_>| publisher.send(message.topic, true, message.payload);
         self.values.tell(areas, cycle, Instant::now(), send);
     }
 
@@ -256,7 +260,7 @@ impl Desk {
     pub(crate) fn tell_event(&mut self, told: &TimedEvent) -> bool {
         let Some(publisher) = &self.publisher else { return true };
         if let Event::InputChanged { area, input, pressed, .. } = told.event {
-            let send = |message: Told<'_>| publisher.send(message.topic, true, message.payload);
+            let send = |message: Update<'_>| publisher.send(message.topic, true, message.payload);
             return self.values.tell_change((area, input), pressed, told.cycle, send);
         }
         Happened::new(&told.event)
@@ -268,7 +272,7 @@ impl Desk {
         self.publish(EVENT, false, json(&Happened::Lost { changes }));
     }
 
-    fn complain(&self, topic: &str, error: &str) {
+    fn report_error(&self, topic: &str, error: &str) {
         self.publish(ERROR, false, json(&Complaint { topic, error }));
     }
 
@@ -284,12 +288,13 @@ impl Desk {
         if !publisher.leave() {
             return;
         }
-        let deadline = Instant::now() + FAREWELL;
+        let deadline = Instant::now() + LEAVE_LIMIT;
         loop {
-            match self.news.recv_deadline(deadline) {
-                Ok(News::Message(_) | News::Dropped(_)) => {}
+            match self.events.recv_deadline(deadline) {
+                Ok(BrokerEvent::Message(_) | BrokerEvent::Dropped(_)) => {}
                 // The connection broke, the thread has ended, or the broker is too slow.
-                Ok(News::Up(_) | News::Down(_) | News::Refused(_)) | Err(_) => return,
+                Ok(BrokerEvent::Up(_) | BrokerEvent::Down(_) | BrokerEvent::Refused(_))
+                | Err(_) => return,
             }
         }
     }
