@@ -1,34 +1,27 @@
 //! Conversion of a C program's numbers to the types of the calls.
 
-use std::ops::RangeInclusive;
-
 use super::{Counter, Direction, Input, IrDevice, Motor, Output, Sound};
 use crate::error::Error;
 use crate::transfer_area::{CounterMode, InputMode};
 
-/// The variant with this number; all variants, in order, have the numbers of the range.
-fn variant<T: Copy>(
-    what: &'static str,
-    given: i64,
-    range: RangeInclusive<i64>,
-    all: &[T],
-) -> Result<T, Error> {
-    let place = usize::try_from(given - range.start()).ok();
+/// The variant with this number; all variants, in order, have the numbers from `least` on.
+fn variant<T: Copy>(what: &'static str, given: i64, least: i64, all: &[T]) -> Result<T, Error> {
+    let place = usize::try_from(given - least).ok();
     let found = place.and_then(|place| all.get(place)).copied();
-    let (least, most) = (*range.start(), *range.end());
+    let most = least + all.len() as i64 - 1;
     found.ok_or(Error::OutOfRange { what, given, least, most })
 }
 
 /// Implements `TryFrom` for types whose variants have consecutive numbers: from the integer type that
 /// the area or its indices have, and from `i32` for C's `int` and plain numbers.
 macro_rules! from_numbers {
-    ($($(#[$about:meta])* $type:ty, $($number:ty)|+: $what:literal, $range:expr, $all:expr;)+) => {
-        $(from_numbers!(@each [$(#[$about])*] $type, [$($number)+], $what, $range, $all);)+
+    ($($(#[$about:meta])* $type:ty, $($number:ty)|+: $what:literal, $least:expr, $all:expr;)+) => {
+        $(from_numbers!(@each [$(#[$about])*] $type, [$($number)+], $what, $least, $all);)+
     };
-    (@each $about:tt $type:ty, [$($number:ty)+], $what:literal, $range:expr, $all:expr) => {
-        $(from_numbers!(@one $about $type, $number, $what, $range, $all);)+
+    (@each $about:tt $type:ty, [$($number:ty)+], $what:literal, $least:expr, $all:expr) => {
+        $(from_numbers!(@one $about $type, $number, $what, $least, $all);)+
     };
-    (@one [$(#[$about:meta])*] $type:ty, $number:ty, $what:literal, $range:expr, $all:expr) => {
+    (@one [$(#[$about:meta])*] $type:ty, $number:ty, $what:literal, $least:expr, $all:expr) => {
         $(#[$about])*
         ///
         /// # Errors
@@ -38,7 +31,7 @@ macro_rules! from_numbers {
             type Error = Error;
 
             fn try_from(number: $number) -> Result<Self, Error> {
-                variant($what, i64::try_from(number).unwrap_or(i64::MAX), $range, &$all)
+                variant($what, i64::try_from(number).unwrap_or(i64::MAX), $least, &$all)
             }
         }
     };
@@ -46,28 +39,29 @@ macro_rules! from_numbers {
 
 from_numbers! {
     /// 0 is I1, as the C libraries count.
-    Input, usize | i32: "input's index", 0..=7, Input::ALL;
+    Input, usize | i32: "input's index", 0, Input::ALL;
     /// 0 is C1, as the C libraries count.
-    Counter, usize | i32: "counter's index", 0..=3, Counter::ALL;
+    Counter, usize | i32: "counter's index", 0, Counter::ALL;
     /// 0 is M1, as the C libraries count.
-    Motor, usize | i32: "motor's index", 0..=3, Motor::ALL;
+    Motor, usize | i32: "motor's index", 0, Motor::ALL;
     /// 0 is O1, as the C libraries count.
-    Output, usize | i32: "output's index", 0..=7, Output::ALL;
+    Output, usize | i32: "output's index", 0, Output::ALL;
     /// −1 is counterclockwise, 0 is halt, 1 is clockwise.
-    Direction, i32: "direction", -1..=1, [Direction::Ccw, Direction::Halt, Direction::Cw];
+    Direction, i32: "direction", -1, [Direction::Ccw, Direction::Halt, Direction::Cw];
     /// The number that an area holds, FtTxtLib's too: 0 `MODE_U`, 1 `MODE_R`, 3 `MODE_ULTRASONIC`.
-    InputMode, u8 | i32: "input's mode", 0..=3, *InputMode::ALL;
+    InputMode, u8 | i32: "input's mode", 0, *InputMode::ALL;
     /// The number that an area holds. In the TX library 0 is normal and 1 inverted.
-    CounterMode, u8 | i32: "counter's mode", 0..=1, CounterMode::ALL;
+    CounterMode, u8 | i32: "counter's mode", 0, CounterMode::ALL;
     /// The index of the infrared remote in an area.
-    IrDevice, usize | i32: "infrared remote's index", 0..=4, IrDevice::ALL;
+    IrDevice, usize | i32: "infrared remote's index", 0, IrDevice::ALL;
     /// The number of the sound's file.
-    Sound, u16 | i32: "sound's index", 1..=29, *Sound::ALL;
+    Sound, u16 | i32: "sound's index", 1, *Sound::ALL;
 }
 
 #[cfg(test)]
 mod tests {
     use std::fmt::Debug;
+    use std::ops::RangeInclusive;
 
     use super::*;
 
@@ -106,10 +100,8 @@ mod tests {
         check::<CounterMode, u8>(0..=1, &CounterMode::ALL);
         check::<IrDevice, usize>(0..=4, &IrDevice::ALL);
         check::<Sound, u16>(1..=29, Sound::ALL);
-        for mode in 0..=3 {
-            assert_eq!(InputMode::try_from(mode).map(u8::from), Ok(mode));
-        }
-        assert!(InputMode::try_from(4).is_err());
+        check::<InputMode, u8>(0..=3, InputMode::ALL);
+        assert!(InputMode::ALL.iter().zip(0..).all(|(mode, number)| u8::from(*mode) == number));
         assert_eq!(CounterMode::ALL.map(u8::from), [0, 1]);
         assert!(Motor::try_from(usize::MAX).is_err());
         assert!(Direction::try_from(i32::MIN).is_err());

@@ -167,7 +167,7 @@ pub enum Joystick {
 
 /// Makes the kinds of events, each with the name of its event.
 macro_rules! kinds {
-    ($($kind:ident),+ $(,)?) => {
+    ($($kind:ident: of_response $of_response:literal),+ $(,)?) => {
         /// The kinds of [`Event`], with the same names. Later versions may add kinds.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[non_exhaustive]
@@ -187,6 +187,15 @@ macro_rules! kinds {
                     $(Self::$kind => stringify!($kind)),+
                 }
             }
+
+            /// Whether such events come from responses. The others tell of the transfer itself, and a
+            /// [`CycleLog`](crate::CycleLog) has them, too.
+            #[must_use]
+            pub const fn is_of_response(self) -> bool {
+                match self {
+                    $(Self::$kind => $of_response),+
+                }
+            }
         }
 
         impl Event {
@@ -201,38 +210,17 @@ macro_rules! kinds {
 }
 
 kinds! {
-    InputChanged,
-    CounterChanged,
-    CounterReset,
-    MotorReached,
-    MotorStalled,
-    JoystickMoved,
-    ExtensionChanged,
-    ConnectionLost,
-    ConnectionRestored,
-    WatchdogExpired,
-    TransferEnded,
-}
-
-impl EventKind {
-    /// Whether such events come from responses. The others tell of the transfer itself, and a
-    /// [`CycleLog`](crate::CycleLog) has them, too.
-    #[must_use]
-    pub const fn is_of_response(self) -> bool {
-        match self {
-            Self::InputChanged
-            | Self::CounterChanged
-            | Self::CounterReset
-            | Self::MotorReached
-            | Self::MotorStalled
-            | Self::JoystickMoved
-            | Self::ExtensionChanged => true,
-            Self::ConnectionLost
-            | Self::ConnectionRestored
-            | Self::WatchdogExpired
-            | Self::TransferEnded => false,
-        }
-    }
+    InputChanged: of_response true,
+    CounterChanged: of_response true,
+    CounterReset: of_response true,
+    MotorReached: of_response true,
+    MotorStalled: of_response true,
+    JoystickMoved: of_response true,
+    ExtensionChanged: of_response true,
+    ConnectionLost: of_response false,
+    ConnectionRestored: of_response false,
+    WatchdogExpired: of_response false,
+    TransferEnded: of_response false,
 }
 
 /// Where an event has happened, and with which value: the same for all kinds, for recorders and tables.

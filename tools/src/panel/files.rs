@@ -61,3 +61,21 @@ impl File {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::transfer_area::InputMode;
+
+    use super::*;
+
+    #[test]
+    fn the_page_has_words_for_each_input_mode_in_both_languages() {
+        let words = find("words.js").unwrap().text;
+        for mode in InputMode::ALL {
+            for digital in [0, 1] {
+                let key = format!("\"{}/{digital}\": ", mode.name());
+                assert_eq!(words.matches(&key).count(), 2, "{key}");
+            }
+        }
+    }
+}

@@ -1,7 +1,6 @@
 //! The answer to one message of a page.
 
-use serde::Serialize;
-use serde_json::Value;
+use serde_json::{json, Value};
 use tokio::sync::mpsc;
 
 use super::problem::Problem;
@@ -19,17 +18,6 @@ pub(crate) struct Reply {
     /// `None`: the page wants no answer.
     seq: Option<u64>,
     answers: Answers,
-}
-
-#[derive(Serialize)]
-struct Answer<'a> {
-    r#type: &'static str,
-    seq: Option<u64>,
-    ok: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    value: Option<&'a Value>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<&'a Problem>,
 }
 
 impl Answers {
@@ -50,14 +38,13 @@ impl Reply {
         if self.seq.is_none() && result.is_ok() {
             return;
         }
-        let (value, error) = match &result {
-            Ok(value) => (value.as_ref(), None),
-            Err(problem) => (None, Some(problem)),
-        };
-        let answer = Answer { r#type: "answer", seq: self.seq, ok: error.is_none(), value, error };
-        match serde_json::to_string(&answer) {
-            Ok(text) => drop(self.answers.0.try_send(text)),
-            Err(error) => log::error!("an answer can't be written: {error}"),
+        let mut answer = json!({"type": "answer", "seq": self.seq, "ok": result.is_ok()});
+        match result {
+            Ok(None) => {}
+            Ok(Some(value)) => answer["value"] = value,
+            Err(problem) => answer["error"] = json!(problem),
         }
+        // A page that has gone needs no answer.
+        let _ = self.answers.0.try_send(answer.to_string());
     }
 }

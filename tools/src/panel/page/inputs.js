@@ -2,9 +2,7 @@
 
 import { h, select, setAttribute, setText, setValue } from "./dom.js";
 import { Trace } from "./trace.js";
-import { number, t } from "./words.js";
-
-const MODES = ["resistance/1", "voltage/1", "resistance15k/1", "ultrasonic/1", "resistance/0", "resistance15k/0", "voltage/0", "ultrasonic/0"];
+import { INPUT_MODES, number, t } from "./words.js";
 
 // The smallest range of a line, by mode, in the mode's unit.
 const LEAST = { voltage: 500, resistance: 250, resistance15k: 750, ultrasonic: 10 };
@@ -13,7 +11,7 @@ class Input {
   constructor(index, history, send) {
     const name = `I${index + 1}`;
     this.history = history;
-    this.mode = select(t("modeOf", { name }), MODES.map((mode) => [mode, t(mode)]), (value) => {
+    this.mode = select(t("modeOf", { name }), INPUT_MODES.map((mode) => [mode, t(mode)]), (value) => {
       const [mode, digital] = value.split("/");
       send({ do: "uni", input: index, mode, digital: digital === "1" });
     });

@@ -98,6 +98,9 @@ const GERMAN = {
   open: "{name} öffnen", overview: "Alle Controller", somebody: "Seite {page} steuert", nobody: "Niemand steuert",
 };
 
+/** The modes of an input, in the order of a menu: what it measures, and 1 if it reports 0 or 1. */
+export const INPUT_MODES = Object.keys(ENGLISH).filter((key) => /\/[01]$/.test(key));
+
 /** The sounds 1 to 29, as delivered with the controller. */
 const SOUNDS = {
   en: ["Airplane", "Alarm", "Bell", "Braking", "Car horn, long", "Car horn, short", "Crackling wood", "Excavator", "Fantasy 1", "Fantasy 2",
