@@ -1,15 +1,19 @@
 //! `txt camera`: pictures in files and in the browser, and what may go wrong.
 #![cfg(unix)]
 
+mod running;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::CameraFrame;
 use ft_transfer_area_simulator::SimulatedTxt;
+
+use running::Running;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const DEADLINE: Duration = Duration::from_secs(60);
@@ -34,35 +38,15 @@ fn run(txt: &SimulatedTxt, options: &[&str], output: &Path) -> Output {
     command.output().unwrap()
 }
 
-/// A running command, which is killed if the test fails.
-struct Running(Child);
-
-impl Running {
-    fn start(command: &mut Command) -> (Self, BufReader<ChildStdout>) {
-        let piped = command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = piped.spawn().unwrap();
-        let stdout = child.stdout.take().unwrap();
-        (Self(child), BufReader::new(stdout))
-    }
-
-    fn press_ctrl_c(&self) {
-        let id = self.0.id().to_string();
-        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-    }
-
-    /// Its exit status and what it has said on stderr.
-    fn end(mut self) -> (Option<i32>, String) {
-        let mut said = String::new();
-        self.0.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        (self.0.wait().unwrap().code(), said)
-    }
+/// Starts it with its errors to be read.
+fn start(command: &mut Command) -> Running {
+    Running::start(command.stderr(Stdio::piped()))
 }
 
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
-    }
+/// Its exit status and what it has said on stderr.
+fn end(running: Running) -> (Option<i32>, String) {
+    let output = running.end();
+    (output.status.code(), text(&output.stderr).to_owned())
 }
 
 /// The size of a whole JPEG picture.
@@ -138,14 +122,14 @@ fn ctrl_c_ends_a_film_well_but_not_an_unfinished_count() {
         let folder = tempfile::tempdir().unwrap();
         let film = folder.path().join("film.mjpeg");
         let mut command = camera(&txt.address().to_string());
-        let (running, _stdout) = Running::start(command.arg("-o").arg(&film).args(options));
+        let running = start(command.arg("-o").arg(&film).args(options));
         let begin = Instant::now();
         while fs::metadata(&film).map_or(0, |film| film.len()) == 0 {
             assert!(begin.elapsed() < DEADLINE, "no picture comes");
             std::thread::sleep(Duration::from_millis(5));
         }
-        running.press_ctrl_c();
-        let (ended, said) = running.end();
+        running.signal("INT");
+        let (ended, said) = end(running);
         assert_eq!(ended, status, "{said}");
         assert!(said.contains(sentence), "{said}");
         assert!(fs::read(&film).unwrap().ends_with(&[0xFF, 0xD9]));
@@ -209,10 +193,10 @@ fn a_controller_that_goes_away_ends_it_with_a_sentence() {
     let (txt, folder) = (quick(), tempfile::tempdir().unwrap());
     let film = folder.path().join("film.mjpeg");
     let mut command = camera(&txt.address().to_string());
-    let (running, _stdout) = Running::start(command.arg("-o").arg(&film));
+    let running = start(command.arg("-o").arg(&film));
     assert!(txt.wait_until(DEADLINE, |machine| machine.camera_acknowledges() >= 2));
     drop(txt);
-    let (status, said) = running.end();
+    let (status, said) = end(running);
     assert_eq!(status, Some(1));
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(said.contains("the connection is lost"), "{said}");
@@ -245,10 +229,9 @@ fn read_until(stream: &mut impl BufRead, end: &str) -> String {
 fn a_browser_with_the_token_sees_the_pictures() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(["camera", "--simulate", "--watch", "--no-browser", "--size", "64x48"]);
-    let (running, mut stdout) = Running::start(&mut command);
-    let mut address = String::new();
-    stdout.read_line(&mut address).unwrap();
-    let address = address.trim_end().strip_prefix("http://127.0.0.1:").unwrap();
+    let running = start(&mut command);
+    let address = running.line();
+    let address = address.strip_prefix("http://127.0.0.1:").unwrap();
     let (port, token) = address.split_once("/?token=").unwrap();
     let own = format!("127.0.0.1:{port}");
     let pictures = format!("/pictures?token={token}");
@@ -282,8 +265,8 @@ fn a_browser_with_the_token_sees_the_pictures() {
         ask(port, path, host).read_line(&mut refused).unwrap();
         assert!(refused.starts_with("HTTP/1.0 403"), "{path} of {host}: {refused}");
     }
-    running.press_ctrl_c();
-    assert_eq!(running.end(), (Some(0), String::new()));
+    running.signal("INT");
+    assert_eq!(end(running), (Some(0), String::new()));
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! `txt record`, `info`, `csv` and `replay`, as they are used.
 
-use std::io::{BufRead, BufReader, Read};
+mod running;
+
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
@@ -15,6 +16,8 @@ use ft_transfer_area_recorder::{Options, Recorder};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use tempfile::TempDir;
+
+use running::Running;
 
 const DEADLINE: Duration = Duration::from_secs(60);
 
@@ -103,40 +106,26 @@ fn record(path: &str, fault: Option<Fault>, transfers: usize) -> Vec<Decisions> 
     decisions
 }
 
-/// `txt replay` on a free port. It is ended when this is dropped.
+/// `txt replay` on a free port.
 struct Replay {
-    child: Child,
+    running: Running,
     port: u16,
-    lines: BufReader<ChildStdout>,
 }
 
 impl Replay {
     fn start(path: &str, options: &[&str]) -> Self {
-        let mut child = txt(&["replay", path, "--port", "0"]).args(options).spawn().unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap());
-        let mut line = String::new();
-        lines.read_line(&mut line).unwrap();
+        let running = Running::start(txt(&["replay", path, "--port", "0"]).args(options));
+        let line = running.line();
         let port = line.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('.').next());
         let port = port.unwrap_or_else(|| panic!("{line:?} has no port")).parse().unwrap();
         assert!(line.contains("SLIDE"), "{line}");
-        Self { child, port, lines }
+        Self { running, port }
     }
 
     /// Waits until it ends; returns whether it ended well, and what it said.
-    fn end(mut self) -> (bool, String) {
-        let mut said = String::new();
-        self.lines.read_to_string(&mut said).unwrap();
-        let status = self.child.wait().unwrap();
-        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-        (status.success(), said)
-    }
-}
-
-impl Drop for Replay {
-    fn drop(&mut self) {
-        // It has ended unless a test failed.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+    fn end(self) -> (bool, String) {
+        let output = self.running.end();
+        (output.status.success(), said(&output))
     }
 }
 
@@ -367,7 +356,7 @@ fn an_output_that_takes_nothing_is_told_in_a_sentence() {
 fn ctrl_c_ends_a_recording_well() {
     let folder = tempfile::tempdir().unwrap();
     let path = in_folder(&folder, "run.mcap");
-    let child = txt(&["record", "--simulate", "-o", &path]).spawn().unwrap();
+    let running = Running::start(&mut txt(&["record", "--simulate", "-o", &path]));
     let begin = Instant::now();
     let has_cycles = || {
         let info = run(&["info", "--json", &path]);
@@ -378,9 +367,8 @@ fn ctrl_c_ends_a_recording_well() {
     while !has_cycles() {
         assert!(begin.elapsed() < DEADLINE, "nothing was written");
     }
-    let id = child.id().to_string();
-    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
+    running.signal("INT");
+    let output = running.end();
     assert!(output.status.success(), "{}", said(&output));
     let info = run(&["info", &path]);
     assert!(info.status.success() && !said(&info).contains("cut off"), "{}", said(&info));

@@ -1,7 +1,6 @@
 //! The program `txt panel`, and its page in a browser.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Child, ChildStdout, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{bail, ensure, Context, Result};
@@ -14,6 +13,7 @@ use fantoccini::Client;
 use serde_json::{json, Value};
 
 use crate::driver::Beyond;
+use crate::running::Running;
 
 /// How long anything may take. Only a test that fails waits so long.
 pub(crate) const LIMIT: Duration = Duration::from_secs(30);
@@ -21,36 +21,17 @@ const PAUSE: Duration = Duration::from_millis(10);
 
 /// A running `txt panel`.
 pub(crate) struct Panel {
-    process: Child,
-    /// Kept open: the panel writes more than its address.
-    _output: BufReader<ChildStdout>,
+    _running: Running,
     pub(crate) url: String,
 }
 
 impl Panel {
     pub(crate) fn start(args: &[&str]) -> Result<Self> {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_txt"))
-            .args(["panel", "--no-browser"])
-            .args(args)
-            .stdout(Stdio::piped())
-            .spawn()?;
-        let mut output = BufReader::new(process.stdout.take().context("the panel has no output")?);
-        let mut url = String::new();
-        output.read_line(&mut url)?;
-        let panel = Self { process, _output: output, url: url.trim().to_owned() };
-        ensure!(
-            panel.url.starts_with("http://127.0.0.1:"),
-            "instead of an address: {:?}",
-            panel.url
-        );
-        Ok(panel)
-    }
-}
-
-impl Drop for Panel {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        let running = Running::start(command.args(["panel", "--no-browser"]).args(args));
+        let url = running.line();
+        ensure!(url.starts_with("http://127.0.0.1:"), "instead of an address: {url:?}");
+        Ok(Self { _running: running, url })
     }
 }
 

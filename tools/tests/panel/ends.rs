@@ -14,15 +14,15 @@ use crate::LIMIT;
 fn the_end_of_the_program_stops_the_motors() {
     for signal in ["INT", "TERM", "KILL"] {
         let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
-        let mut panel = Panel::of(&[&txts[0], &txts[1]]);
+        let panel = Panel::of(&[&txts[0], &txts[1]]);
         let mut page = panel.driver();
         page.state(1, crate::page::is_running);
         for (host, txt) in txts.iter().enumerate() {
             page.done(json!({"do": "motor", "host": host, "motor": 0, "duty": 512}));
             assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
         }
-        panel.signal(signal);
-        let status = panel.ended();
+        panel.running.signal(signal);
+        let status = panel.running.end().status;
         assert_eq!(status.success(), signal != "KILL", "{signal}: {status}");
         for txt in &txts {
             assert!(txt.wait_until(LIMIT, |machine| {
@@ -37,10 +37,10 @@ fn the_end_of_the_program_stops_the_motors() {
 #[cfg(unix)]
 #[test]
 fn the_program_ends_while_a_controller_is_missing() {
-    let mut panel = Panel::start(&["127.0.0.1:9"]);
+    let panel = Panel::start(&["127.0.0.1:9"]);
     panel.page().state(0, |state| !state["link"]["error"].is_null());
-    panel.signal("INT");
-    assert!(panel.ended().success());
+    panel.running.signal("INT");
+    assert!(panel.running.end().status.success());
 }
 
 #[test]

@@ -10,6 +10,8 @@ mod ends;
 mod http;
 mod page;
 mod program;
+#[path = "../running/mod.rs"]
+mod running;
 mod services;
 mod world;
 

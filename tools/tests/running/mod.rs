@@ -1,0 +1,62 @@
+//! A program beside a test. It is killed when the test ends.
+
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crossbeam_channel::{unbounded, Receiver};
+
+/// How long a line may take, however busy the computer is.
+const LIMIT: Duration = Duration::from_secs(60);
+
+pub(crate) struct Running {
+    child: Child,
+    /// What it prints.
+    lines: Receiver<String>,
+}
+
+impl Running {
+    pub(crate) fn start(command: &mut Command) -> Self {
+        let mut child = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn().unwrap();
+        let (sender, lines) = unbounded();
+        let out = BufReader::new(child.stdout.take().unwrap());
+        thread::spawn(move || {
+            for line in out.lines().map_while(Result::ok) {
+                // When nobody waits for it any more, it is read and thrown away.
+                let _ = sender.send(line);
+            }
+        });
+        Self { child, lines }
+    }
+
+    /// The next line that it prints.
+    pub(crate) fn line(&self) -> String {
+        self.lines.recv_timeout(LIMIT).expect("the program prints a line")
+    }
+
+    /// Sends it a signal, such as INT.
+    #[cfg(unix)]
+    pub(crate) fn signal(&self, signal: &str) {
+        let (signal, id) = (format!("-{signal}"), self.child.id().to_string());
+        assert!(Command::new("kill").args([signal, id]).status().unwrap().success());
+    }
+
+    /// Waits until it ends by itself: how, and what else it has printed. Errors only if they were piped.
+    pub(crate) fn end(mut self) -> Output {
+        let mut stderr = Vec::new();
+        if let Some(mut errors) = self.child.stderr.take() {
+            errors.read_to_end(&mut stderr).unwrap();
+        }
+        let stdout = self.lines.iter().flat_map(|line| (line + "\n").into_bytes()).collect();
+        Output { status: self.child.wait().unwrap(), stdout, stderr }
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
