@@ -48,7 +48,7 @@ impl Ftrobopy {
 }
 
 fn install(folder: &Path, python: &Path) -> Result<bool> {
-    let requirements = Path::new(FOLDER).with_file_name("tests/interop/requirements.txt");
+    let requirements = Path::new(FOLDER).with_file_name("tests/system/interop/requirements.txt");
     let made = Command::new("python3").args(["-m", "venv"]).arg(folder).status();
     if !made.is_ok_and(|status| status.success()) {
         return Ok(false);

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use crate::support::{compilers, include};
 
-const FIELDS: &str = include_str!("../../../tests/porting/transfer_area.csv");
+const FIELDS: &str = include_str!("../../../tests/system/porting/transfer_area.csv");
 
 /// Whether a source compiles without a warning.
 fn check(program: &str, folder: &str, standard: &str, source: &str, name: &str) {

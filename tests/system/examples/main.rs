@@ -3,7 +3,7 @@
 
 mod checks;
 mod picture;
-#[path = "../ports/mod.rs"]
+#[path = "../../ports/mod.rs"]
 mod ports;
 #[path = "../program/mod.rs"]
 mod program;

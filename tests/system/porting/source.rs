@@ -59,7 +59,7 @@ const RECEIVERS: [(&str, &str); 8] = [
 impl Source {
     /// Reads all but the simulated TXT, which has no C names.
     pub(crate) fn read() -> Self {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../src");
         let mut files = Vec::new();
         list(&root, &root, &mut files);
         files.sort();

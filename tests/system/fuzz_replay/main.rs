@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 mod seeds;
 #[allow(unreachable_pub, reason = "it is a library for the fuzzers")]
-#[path = "../../fuzz/src/lib.rs"]
+#[path = "../../../fuzz/src/lib.rs"]
 mod targets;
 
 /// Makes a test of each target, and a list of them all.
@@ -41,7 +41,7 @@ replay![
 ];
 
 fn folder(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../fuzz").join(name)
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz").join(name)
 }
 
 /// The files in a folder, in order; none if there is no folder.

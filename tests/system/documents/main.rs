@@ -34,10 +34,11 @@ fn with_program(document: &str, name: &str, program: &str) -> String {
 
 #[test]
 fn each_program_is_in_its_document_without_changes() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     for (name, document) in PROGRAMS {
         let program =
-            fs::read_to_string(format!("{root}/tests/documents/programs/{name}.rs")).unwrap();
+            fs::read_to_string(format!("{root}/tests/system/documents/programs/{name}.rs"))
+                .unwrap();
         let path = format!("{root}/docs/{document}");
         let written = fs::read_to_string(&path).unwrap();
         let expected = with_program(&written, name, &program);

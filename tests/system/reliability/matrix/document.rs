@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::row::Row;
 
 /// The lines before and after the table.
-const BEGIN: &str = "<!-- The table is written by tests/reliability. -->";
+const BEGIN: &str = "<!-- The table is written by tests/system/reliability. -->";
 const END: &str = "<!-- The end of the table. -->";
 
 const HEADER: &str = "\
@@ -17,7 +17,7 @@ const HEADER: &str = "\
 const MEASURED: [usize; 2] = [4, 6];
 
 fn path() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reliability_matrix.md")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/reliability_matrix.md")
 }
 
 /// Whether the document's table has these rows and no others.

@@ -20,7 +20,7 @@ const COMMAND: &str =
     "\u{1b}[32m$\u{1b}[0m \u{1b}[1mcargo run --example motor_on_off_switch\u{1b}[0m";
 
 fn path() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/motor_on_off_switch.svg")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/motor_on_off_switch.svg")
 }
 
 /// The text in a picture, line by line, without the command.

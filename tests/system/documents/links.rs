@@ -9,7 +9,7 @@ use std::{env, fs};
 use pulldown_cmark::{Event, LinkType, Options, Parser, Tag, TagEnd};
 
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").canonicalize().unwrap()
 }
 
 /// The published files, as paths from the root.

@@ -8,7 +8,7 @@
 //! freely, the values depend on real time and are only checked to be in range. With a pace a world goes by
 //! the clock, and the speed of a motor is compared with the client's own clock.
 //!
-//! It runs when `FTROBOPY_PYTHON` names a Python with `tests/interop/requirements.txt` installed, as
+//! It runs when `FTROBOPY_PYTHON` names a Python with `tests/system/interop/requirements.txt` installed, as
 //! in `.ci/run`, and otherwise prints that it does not run.
 #![cfg(unix)]
 

@@ -12,7 +12,7 @@ use vectors::{bytes, load, session_names};
 
 mod camera;
 #[allow(dead_code, reason = "only the bytes are needed")]
-#[path = "../../suite/vectors.rs"]
+#[path = "../../../suite/vectors.rs"]
 mod vectors;
 
 /// How many exchanges of a recorded session a seed has.
@@ -286,7 +286,7 @@ fn session() {
 }
 
 fn text() {
-    let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/../simulator/worlds");
+    let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/../../simulator/worlds");
     for entry in fs::read_dir(worlds).unwrap() {
         let path = entry.unwrap().path();
         write("worlds", path.file_name().unwrap().to_str().unwrap(), fs::read(&path).unwrap());

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::name::Name;
 
 pub(crate) const USAGE: &str = "\
-cargo test --release --package ft-transfer-area-tests --test random -- OPTIONS
+cargo test --release --package ft-transfer-area-system-tests --test random -- OPTIONS
   --runs N        runs N programs
   --hours H       runs programs for H hours
   --from SEED     begins with this seed instead of 1

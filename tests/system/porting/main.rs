@@ -20,7 +20,7 @@ use libraries::{Calls, Library, Without, CALLS};
 use names::{NAMES, PACKETS, PACKET_IDS};
 use source::{Item, Source};
 
-const BEGIN: &str = "<!-- The tables from here on are made by tests/porting. -->\n";
+const BEGIN: &str = "<!-- The tables from here on are made by tests/system/porting. -->\n";
 const END: &str = "<!-- The tables end here. -->";
 const UPDATE: &str = "UPDATE_PORTING";
 
@@ -42,7 +42,7 @@ fn the_document_names_every_field_and_call() {
     let mistakes: BTreeSet<String> = mistakes.into_iter().collect();
     assert!(mistakes.is_empty(), "{mistakes:#?}");
 
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/names.md");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/names.md");
     let document = fs::read_to_string(&path).unwrap().replace("\r\n", "\n");
     let (before, rest) = document.split_once(BEGIN).expect("no line where the tables begin");
     let (present, after) = rest.split_once(END).expect("no line where the tables end");

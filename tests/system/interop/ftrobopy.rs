@@ -21,7 +21,8 @@ impl Ftrobopy {
         if python.is_none() {
             static NOTE: Once = Once::new();
             // Not into the test's captured output, so that the note is always shown.
-            let note = "SKIPPED: set FTROBOPY_PYTHON to a Python with ftrobopy for tests/interop";
+            let note =
+                "SKIPPED: set FTROBOPY_PYTHON to a Python with ftrobopy for tests/system/interop";
             NOTE.call_once(|| drop(writeln!(std::io::stderr(), "{note}")));
         }
         python.map(|python| Self { python })
