@@ -51,19 +51,9 @@ fn with_port(host: &str, port: &str) -> String {
     }
 }
 
-/// The host without its port, for another port of the same controller.
-pub(crate) fn without_port(host: &str) -> &str {
-    let host = match port_of(host) {
-        Some(_) => host.rsplit_once(':').map_or(host, |(host, _)| host),
-        None => host,
-    };
-    host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host)
-}
-
-/// The ports of the camera and of I2C: the two after the port of the main connection.
-pub(crate) fn ports_after(host: &str) -> [u16; 2] {
-    let port = port_of(host).unwrap_or(PORT);
-    [port.saturating_add(1), port.saturating_add(2)]
+/// The port of the camera: the one after that of the main connection.
+pub(crate) fn camera_port(host: &str) -> u16 {
+    port_of(host).unwrap_or(PORT).saturating_add(1)
 }
 
 fn port_of(host: &str) -> Option<u16> {
@@ -87,12 +77,10 @@ mod tests {
     }
 
     #[test]
-    fn the_other_ports_follow_the_main_one() {
-        assert_eq!(ports_after("auto"), [65_001, 65_002]);
-        assert_eq!(ports_after("10.0.0.7:4000"), [4001, 4002]);
-        assert_eq!(ports_after("[::1]:4000"), [4001, 4002]);
-        assert_eq!(ports_after("fe80::1"), [65_001, 65_002]);
-        assert_eq!((without_port("[::1]:4000"), without_port("txt:1")), ("::1", "txt"));
-        assert_eq!((without_port("fe80::1"), without_port("txt")), ("fe80::1", "txt"));
+    fn the_port_of_the_camera_follows_the_main_one() {
+        assert_eq!(camera_port("auto"), 65_001);
+        assert_eq!(camera_port("10.0.0.7:4000"), 4001);
+        assert_eq!(camera_port("[::1]:4000"), 4001);
+        assert_eq!(camera_port("fe80::1"), 65_001);
     }
 }

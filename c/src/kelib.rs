@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::FishX1Transfer;
-use ft_transfer_area::{Error, I2cClient, TimeLimits, TransferMode};
+use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler, TransferMode};
 use parking_lot::{Mutex, ReentrantMutex};
 
 use crate::exit;
@@ -184,11 +184,7 @@ fn connect_i2c() -> Result<I2cClient, Error> {
     let session = SESSION.lock().clone();
     match session {
         Some(session) => session.handler().i2c(),
-        None => {
-            let host = host::or_auto();
-            let [_, port] = host::ports_after(&host);
-            I2cClient::connect(host::without_port(&host), port, TimeLimits::default())
-        }
+        None => TransferAreaComHandler::builder(host::or_auto()).build()?.i2c(),
     }
 }
 

@@ -11,7 +11,6 @@ use ft_transfer_area::{
 };
 use parking_lot::Mutex;
 
-use crate::host::ports_after;
 use crate::memory::{Area, AreaArray, AREAS};
 use crate::mirror::{AreaEvent, Mirror};
 use crate::report;
@@ -104,10 +103,7 @@ impl<A: Area> ProgramSession<A> {
         settings: &SessionSettings,
         listener: Option<Listener>,
     ) -> Result<Self, Error> {
-        let [camera_port, i2c_port] = ports_after(&settings.host);
         let handler = TransferAreaComHandler::builder(settings.host.as_str())
-            .camera_port(camera_port)
-            .i2c_port(i2c_port)
             .areas(settings.areas)
             .mode(settings.mode)
             .watchdog(CALLBACK_LIMIT)

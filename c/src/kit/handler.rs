@@ -3,13 +3,12 @@
 
 use std::fmt::Display;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
 use ft_transfer_area::{
-    find_controllers, CameraFrame, CameraStream, Exchange, TimeLimits, TransferMode, TxtClient,
-    PORT,
+    CameraFrame, CameraStream, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
 };
 use parking_lot::Mutex;
 
@@ -21,8 +20,6 @@ use crate::mirror::Mirror;
 use crate::report;
 
 const NO_TRANSFER: &str = "no transfer is running; call BeginTransfer first";
-/// How long a search for the host `auto` takes at most.
-const SEARCH_LIMIT: Duration = Duration::from_millis(1500);
 
 /// A handler. Frames of the camera may be waited for in another thread than the one that exchanges.
 pub struct Kit {
@@ -114,8 +111,7 @@ impl Kit {
 
     pub(super) fn begin(&self) -> Result<(), Failure> {
         self.end()?;
-        let host = self.found_host();
-        let mut client = TxtClient::connect(&host, PORT, TimeLimits::default())?;
+        let mut client = self.connect()?;
         let firmware = client.query_status()?.version;
         client.start_online()?;
         let mut link = Link {
@@ -134,16 +130,6 @@ impl Kit {
         mirror.begin(&link.areas);
         *place = Some(link);
         Ok(())
-    }
-
-    /// The only controller that is found, for `auto`, so that its camera is found, too.
-    fn found_host(&self) -> String {
-        if self.host.eq_ignore_ascii_case("auto") {
-            if let Ok([only]) = find_controllers(SEARCH_LIMIT).as_deref() {
-                return only.address.to_string();
-            }
-        }
-        self.host.clone()
     }
 
     pub(super) fn update_config(&self) -> Result<(), Failure> {
@@ -200,9 +186,9 @@ impl Kit {
         self.stop_camera()?;
         let mut transfer = self.transfer.lock();
         let link = transfer.link.as_mut().ok_or(NO_TRANSFER)?;
-        let [after, _] = host::ports_after(&self.host);
         let given = port.and_then(|port| port.trim().parse().ok());
-        let port = given.filter(|_| !self.is_replaced).unwrap_or(after);
+        let port = given.filter(|_| !self.is_replaced);
+        let port = port.unwrap_or_else(|| host::camera_port(&self.host));
         let (stream, frames) = link.client.start_camera(port, options)?;
         *self.camera.lock() = Some(Camera { stream, frames });
         Ok(())
