@@ -57,7 +57,7 @@
 //! | exchange over a connection of your own | [`Exchange`] |
 //! | look at the bytes | [`wire`] |
 //! | find controllers | the host `auto`, or [`find_controllers`] |
-//! | get the camera's pictures | [`TransferAreaComHandler::start_camera`] |
+//! | get the camera's pictures | [`TransferAreaComHandler::start_camera`], [`TxtClient::start_camera`] |
 //! | read and write I2C devices | [`TransferAreaComHandler::i2c`], or an [`I2cClient`] alone |
 //! | develop and test without a controller | the crate [`ft-transfer-area-simulator`], with [`TransferAreaComHandlerBuilder::lock_step`] for the same result in each run |
 //!

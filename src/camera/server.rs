@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use super::CameraOptions;
 use crate::client::{Endpoint, TimeLimits, Transport};
 use crate::notices::notice;
 
@@ -23,7 +24,9 @@ impl CameraServer {
     /// A TXT refuses until the command has started its camera server. The server program for the
     /// TXT 4.0 always listens, but checks for a connection only once: when the command comes.
     pub(crate) fn before_start(endpoint: Endpoint) -> Self {
-        let early = endpoint.open(&TimeLimits::default().with_connect(EARLY_LIMIT));
+        let frame_limit = CameraOptions::default().frame_limit;
+        let limits = TimeLimits { connect: EARLY_LIMIT, read: frame_limit, write: frame_limit };
+        let early = endpoint.open(&limits);
         if let Err(error) = &early {
             notice!(Debug, "the camera accepts no connection before its start: {error}");
         }
