@@ -4,9 +4,8 @@ use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
-use super::limits::TimeLeft;
+use super::limits::{TimeLeft, SHORTEST_LIMIT};
 use super::resolve::{Found, Resolver, SYSTEM};
-use super::tcp::SHORTEST_LIMIT;
 use crate::error::Error;
 
 /// Connects to the first of the host's addresses that answers; the limit is for all of it.

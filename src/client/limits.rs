@@ -9,6 +9,9 @@ use crate::error::Error;
 /// In ms: with an hour, no sum of limits is beyond the range of a clock, and no thread is held forever.
 pub(crate) const LIMIT_RANGE: RangeInclusive<i64> = 1..=3_600_000;
 
+/// The shortest limit that the operating system accepts.
+pub(super) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
+
 /// How long the steps of talking to the controller may take.
 ///
 /// Each is 1 ms to an hour; the call that gets the limits returns [`Error::OutOfRange`] for another one.

@@ -7,13 +7,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::connect::connect;
-use super::limits::TimeLimits;
+use super::limits::{TimeLimits, SHORTEST_LIMIT};
 use super::transport::{Addresses, Close, Network, Transport};
 use super::watched::{self, WaitEnds};
 use crate::error::Error;
-
-/// The shortest limit that the operating system accepts.
-pub(super) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
 
 /// The network of the system.
 pub(crate) static TCP: Tcp = Tcp { wait_ends: WaitEnds::ON_SYSTEM };
