@@ -1,5 +1,6 @@
 //! The program `txt`: a fischertechnik ROBOTICS TXT controller on the bench.
 
+mod arguments;
 mod bridge;
 mod camera;
 mod commands;
@@ -11,7 +12,6 @@ mod recording;
 mod simulate;
 mod values;
 mod web;
-mod worlds;
 
 use std::process::ExitCode;
 

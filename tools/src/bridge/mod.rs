@@ -29,7 +29,7 @@ use self::machine::{handler, Machine};
 use self::relay::Setup;
 use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
-use crate::{interrupt, worlds};
+use crate::{arguments, interrupt};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
@@ -88,7 +88,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
-    let simulated = args.simulate.as_deref().map(simulate).transpose()?;
+    let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let controllers = controllers(&args, simulated.as_ref())?;
     let broker_limit = Duration::from_millis(args.broker_limit);
     let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
@@ -197,8 +197,4 @@ fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {
     let password = env::var(PASSWORD)
         .with_context(|| format!("the password of {user} is missing in {PASSWORD}"))?;
     Ok(Some((user, password)))
-}
-
-fn simulate(world: &str) -> anyhow::Result<SimulatedTxt> {
-    Ok(SimulatedTxt::builder().world(worlds::named(world)?).start()?)
 }

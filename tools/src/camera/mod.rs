@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use ft_transfer_area::CameraOptions;
 
-use crate::interrupt;
+use crate::{arguments, interrupt};
 use save::{Plan, Target};
 use source::Source;
 
@@ -45,7 +45,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), conflicts_with = "watch")]
     count: Option<u64>,
     /// Save a picture every S seconds instead of all
-    #[arg(long, value_name = "S", value_parser = seconds, conflicts_with = "watch")]
+    #[arg(long, value_name = "S", value_parser = arguments::seconds, conflicts_with = "watch")]
     every: Option<Duration>,
     /// Overwrite files
     #[arg(long, conflicts_with = "watch")]
@@ -93,11 +93,4 @@ fn size(text: &str) -> Result<(u16, u16), &'static str> {
     numbers
         .filter(|(width, height)| *width > 0 && *height > 0)
         .ok_or("a size such as 640x480 is expected")
-}
-
-/// A time greater than 0.
-fn seconds(text: &str) -> Result<Duration, &'static str> {
-    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    let more_than_none = seconds.filter(|seconds| !seconds.is_zero());
-    more_than_none.ok_or("seconds are expected, more than 0, such as 5 or 0.5")
 }

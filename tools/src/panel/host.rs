@@ -1,6 +1,6 @@
 //! One controller of the panel, and the threads that work for it.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,7 @@ use super::order::{not_connected, Order};
 use super::problem::Problem;
 use super::reply::Reply;
 use super::request::{CameraRequest, I2cRequest, Work, WorldRequest};
-use super::worker::{AreaOrder, Worker};
+use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
@@ -31,9 +31,7 @@ pub(crate) struct Host {
     pub(crate) address: String,
     /// The newest state, without the braces around it.
     pub(crate) state: watch::Receiver<Arc<str>>,
-    pub(crate) camera: Arc<Camera>,
-    simulated: Option<Arc<Simulated>>,
-    running: Arc<AtomicBool>,
+    controller: Controller,
     orders: Sender<AreaOrder>,
     i2c: Sender<Order<I2cRequest>>,
     camera_orders: Sender<Order<CameraRequest>>,
@@ -69,30 +67,25 @@ impl Host {
         if let Some(simulated) = &simulated {
             simulated.configure(&mut handler.lock());
         }
-        let handler = Arc::new(handler);
+        let (handler, camera) = (Arc::new(handler), Arc::new(Camera::default()));
+        let controller = Controller {
+            handler: Arc::clone(&handler),
+            simulated,
+            camera: Arc::clone(&camera),
+            common: Arc::clone(common),
+            running: Arc::default(),
+        };
         let (orders, for_worker) = bounded(WAITING);
         let (publish, state) = watch::channel(Arc::from(""));
         let (end, ended) = bounded(1);
-        let camera = Arc::new(Camera::default());
-        let running = Arc::new(AtomicBool::new(false));
-        let worker = Worker::new(
-            Arc::clone(&handler),
-            simulated.clone(),
-            Arc::clone(&camera),
-            Arc::clone(common),
-            Arc::clone(&running),
-            for_worker,
-            publish,
-        );
+        let worker = Worker::new(controller.clone(), for_worker, publish);
         let host = Self {
             stopper: start_stopper(handler.transfer_area())?,
             i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
-            camera_orders: camera::start(handler, Arc::clone(&camera))?,
+            camera_orders: camera::start(handler, camera)?,
             address,
             state,
-            camera,
-            simulated,
-            running,
+            controller,
             orders,
             ended,
         };
@@ -104,8 +97,13 @@ impl Host {
         Ok(host)
     }
 
+    /// The pictures of its camera.
+    pub(crate) fn pictures(&self) -> watch::Receiver<Arc<[u8]>> {
+        self.controller.camera.pictures()
+    }
+
     pub(crate) fn is_simulated(&self) -> bool {
-        self.simulated.is_some()
+        self.controller.simulated.is_some()
     }
 
     /// Sets all outputs to 0 now. The worker does it, too; this works even if that hangs.
@@ -121,7 +119,7 @@ impl Host {
 
     /// Hands work on to the thread that does it.
     pub(crate) fn order(&self, lease: u64, area: usize, work: Work, reply: Reply) {
-        let running = self.running.load(Ordering::Relaxed);
+        let running = self.controller.running.load(Ordering::Relaxed);
         match work {
             Work::World(request) => {
                 reply.send(self.change_world(area, &request).map(|()| None));
@@ -139,7 +137,7 @@ impl Host {
 
     /// Changes the world of a simulated TXT.
     fn change_world(&self, area: usize, request: &WorldRequest) -> Result<(), Problem> {
-        let Some(simulated) = &self.simulated else {
+        let Some(simulated) = &self.controller.simulated else {
             return Err(Problem::new("not_simulated", "this controller is not simulated"));
         };
         simulated.change(area, request)
@@ -196,14 +194,14 @@ mod tests {
             host.order(lease, 0, work, answers.reply(Some(1)));
         };
 
-        wait_until(&common, "it is connected", || host.running.load(Ordering::Relaxed));
+        wait_until(&common, "it is connected", || host.controller.running.load(Ordering::Relaxed));
         common.control.drive(1).unwrap();
         order(Motor::M1);
         wait_until(&common, "M1 turns", || duty()[0] == 512);
         assert!(waiting.blocking_recv().unwrap().contains("\"ok\":true"));
 
         // The worker needs the camera's state for its report.
-        let hang = host.camera.lock();
+        let hang = host.controller.camera.lock();
         wait_until(&common, "the watchdog has stopped M1", || duty() == [0; 8]);
         order(Motor::M2);
         drop(hang);

@@ -32,7 +32,7 @@ use self::dispatch::Panel;
 use self::host::Host;
 use self::world::Simulated;
 use crate::web::Site;
-use crate::{interrupt, worlds};
+use crate::{arguments, interrupt};
 
 /// The host that is no address.
 const SIMULATED: &str = "simulated";
@@ -106,7 +106,7 @@ fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
     };
     match name {
         "none" => Ok(None),
-        _ => Ok(Some(worlds::named(name)?)),
+        _ => Ok(Some(arguments::world(name)?)),
     }
 }
 

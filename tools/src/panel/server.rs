@@ -148,5 +148,5 @@ async fn camera(
     let host = server.panel.hosts.get(host).ok_or(NO_FILE)?;
     let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
-    Ok(pictures::response(host.camera.pictures(), place))
+    Ok(pictures::response(host.pictures(), place))
 }

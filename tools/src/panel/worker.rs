@@ -28,12 +28,18 @@ const PAUSE: Duration = Duration::from_secs(1);
 /// A command for the area with this index.
 pub(super) type AreaOrder = Order<(usize, Command)>;
 
+/// A controller, as all its threads know it.
+#[derive(Clone)]
+pub(super) struct Controller {
+    pub(super) handler: Arc<TransferAreaComHandler>,
+    pub(super) simulated: Option<Arc<Simulated>>,
+    pub(super) camera: Arc<Camera>,
+    pub(super) common: Arc<Common>,
+    pub(super) running: Arc<AtomicBool>,
+}
+
 pub(super) struct Worker {
-    handler: Arc<TransferAreaComHandler>,
-    simulated: Option<Arc<Simulated>>,
-    camera: Arc<Camera>,
-    common: Arc<Common>,
-    running: Arc<AtomicBool>,
+    controller: Controller,
     orders: Receiver<AreaOrder>,
     publish: watch::Sender<Arc<str>>,
     phase: Phase,
@@ -47,20 +53,12 @@ pub(super) struct Worker {
 
 impl Worker {
     pub(super) fn new(
-        handler: Arc<TransferAreaComHandler>,
-        simulated: Option<Arc<Simulated>>,
-        camera: Arc<Camera>,
-        common: Arc<Common>,
-        running: Arc<AtomicBool>,
+        controller: Controller,
         orders: Receiver<AreaOrder>,
         publish: watch::Sender<Arc<str>>,
     ) -> Self {
         let worker = Self {
-            handler,
-            simulated,
-            camera,
-            common,
-            running,
+            controller,
             orders,
             publish,
             phase: Phase::Connecting,
@@ -70,33 +68,33 @@ impl Worker {
             next_state: Instant::now(),
         };
         // A page that comes before the first response sees a whole state, too.
-        worker.tell(&worker.handler.lock());
+        worker.tell(&worker.controller.handler.lock());
         worker
     }
 
     pub(super) fn run(mut self) {
-        while !self.common.is_ending() {
+        while !self.controller.common.is_ending() {
             self.histogram = Histogram::default();
-            match self.handler.begin_transfer() {
+            match self.controller.handler.begin_transfer() {
                 Ok(()) => self.transfer(),
                 Err(error) => self.lose(Phase::Connecting, error),
             }
             self.pause();
         }
-        if let Err(error) = self.handler.end_transfer() {
+        if let Err(error) = self.controller.handler.end_transfer() {
             log::info!("the transfer ended: {error}");
         }
     }
 
     /// Cycles until the transfer ends or the program does.
     fn transfer(&mut self) {
-        while !self.common.is_ending() {
+        while !self.controller.common.is_ending() {
             match self.cycle() {
                 Ok(()) => {}
                 Err(Error::WaitTimedOut { .. }) => self.idle(),
                 Err(Error::WatchdogExpired { .. }) => {
                     // What was ordered meanwhile comes too late to be wanted.
-                    self.common.control.stop_after_hang();
+                    self.controller.common.control.stop_after_hang();
                     self.idle();
                 }
                 Err(error @ Error::ConnectionLost { .. }) => self.lose(Phase::Gap, error),
@@ -107,12 +105,12 @@ impl Worker {
 
     /// Waits for a response, and answers it.
     fn cycle(&mut self) -> Result<(), Error> {
-        let handler = Arc::clone(&self.handler);
+        let handler = Arc::clone(&self.controller.handler);
         let mut areas = handler.wait_cycle_for(WAIT)?;
         self.histogram.count(areas.cycle(), areas.arrived());
         if self.phase != Phase::Running {
             (self.phase, self.error) = (Phase::Running, None);
-            self.running.store(true, Ordering::Relaxed);
+            self.controller.running.store(true, Ordering::Relaxed);
         }
         self.obey(&mut areas);
         self.carry_out(&mut areas);
@@ -127,7 +125,7 @@ impl Worker {
 
     /// In another lease than before, nothing that was set counts any more.
     fn obey(&mut self, areas: &mut [FishX1Transfer]) {
-        let lease = self.common.control.lease();
+        let lease = self.controller.common.control.lease();
         if lease == self.lease {
             return;
         }
@@ -151,7 +149,7 @@ impl Worker {
                 }
             };
             if result.as_ref().is_err_and(Problem::is_senseless) {
-                self.common.control.stop();
+                self.controller.common.control.stop();
             }
             order.reply.send(result.map(|()| None));
         }
@@ -159,10 +157,10 @@ impl Worker {
 
     /// There is no connection for now.
     fn lose(&mut self, phase: Phase, error: Error) {
-        self.running.store(false, Ordering::Relaxed);
+        self.controller.running.store(false, Ordering::Relaxed);
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();
-        self.tell(&self.handler.lock());
+        self.tell(&self.controller.handler.lock());
     }
 
     /// What has to be done without a response, too.
@@ -173,13 +171,13 @@ impl Worker {
             }
         }
         if self.is_due() {
-            self.tell(&self.handler.lock());
+            self.tell(&self.controller.handler.lock());
         }
     }
 
     fn pause(&mut self) {
         let end = Instant::now() + PAUSE;
-        while !self.common.is_ending() && Instant::now() < end {
+        while !self.controller.common.is_ending() && Instant::now() < end {
             thread::sleep(WAIT);
             self.idle();
         }
@@ -197,10 +195,10 @@ impl Worker {
     }
 
     fn tell(&self, areas: &[FishX1Transfer]) {
-        let handler = &self.handler;
+        let handler = &self.controller.handler;
         let statistics = handler.statistics();
         let state = HostState {
-            at: self.common.begin.elapsed().as_millis(),
+            at: self.controller.common.begin.elapsed().as_millis(),
             link: Link {
                 phase: self.phase,
                 name: handler.device_name(),
@@ -213,8 +211,8 @@ impl Worker {
                 gaps: statistics.gaps,
             },
             areas: state::areas(areas, self.phase == Phase::Running),
-            world: self.simulated.as_ref().and_then(|simulated| simulated.report()),
-            camera: self.camera.state(),
+            world: self.controller.simulated.as_ref().and_then(|simulated| simulated.report()),
+            camera: self.controller.camera.state(),
             i2c: self.phase == Phase::Running,
         };
         match serde_json::to_string(&state) {

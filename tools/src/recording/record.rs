@@ -13,7 +13,7 @@ use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::{interrupt, print, worlds};
+use crate::{arguments, interrupt, print};
 
 /// How often the progress is shown, and the recorder looked after.
 const LOOK: Duration = Duration::from_millis(100);
@@ -43,8 +43,8 @@ pub(crate) struct Args {
     #[arg(long)]
     force: bool,
     /// End after this time instead of with Ctrl-C
-    #[arg(long, value_name = "N")]
-    seconds: Option<f64>,
+    #[arg(long, value_name = "N", value_parser = arguments::seconds)]
+    seconds: Option<Duration>,
     /// What an input measures: switch (the default), mV, ohm, ohm15k, cm
     #[arg(long = "input", value_name = "I1=KIND", value_parser = parse_input)]
     inputs: Vec<(Column, UniConfig)>,
@@ -90,11 +90,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         "{} is there already; --force replaces it",
         args.output.display()
     );
-    if let Some(seconds) = args.seconds {
-        ensure!(seconds > 0.0 && seconds.is_finite(), "--seconds must be more than 0");
-    }
     let interrupted = interrupt::receiver()?;
-    let simulated = args.simulate.as_deref().map(simulate).transpose()?;
+    let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
     let recorder = Recorder::start(&handler, &args.output, Options::default())?;
     if let Err(error) = handler.begin_transfer() {
@@ -123,10 +120,6 @@ fn discard(recorder: Recorder) {
         // Without it the error of the transfer is told all the same.
         let _ = std::fs::remove_file(path);
     }
-}
-
-fn simulate(world: &str) -> anyhow::Result<SimulatedTxt> {
-    Ok(SimulatedTxt::builder().world(worlds::named(world)?).start()?)
 }
 
 /// A handler that drives nothing.
@@ -192,14 +185,8 @@ fn watch(
             // Its error is that of the transfer's end.
             return Ok(());
         }
-        let rest = match args.seconds {
-            None => LOOK,
-            Some(seconds) => LOOK.min(
-                Duration::try_from_secs_f64(seconds)
-                    .unwrap_or(Duration::MAX)
-                    .saturating_sub(begin.elapsed()),
-            ),
-        };
+        let rest =
+            args.seconds.map_or(LOOK, |limit| LOOK.min(limit.saturating_sub(begin.elapsed())));
         if rest.is_zero() {
             return Ok(());
         }

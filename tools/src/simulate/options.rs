@@ -11,7 +11,7 @@ use ft_transfer_area::{FirmwareVersion, PORT};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{CameraConnection, Fault, SimulatedTxt, SimulatedTxtBuilder};
 
-use crate::{print, worlds};
+use crate::{arguments, print};
 
 const AFTER: &str = "\
 WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, cut, surplus:BYTES or
@@ -59,7 +59,7 @@ pub(crate) struct Args {
     #[arg(long)]
     lock_step: bool,
     /// Seconds a connection may be silent, such as 0.5 [default: 5]
-    #[arg(long, value_name = "S", value_parser = seconds)]
+    #[arg(long, value_name = "S", value_parser = arguments::seconds)]
     idle_limit: Option<Duration>,
     /// When clients are accepted: waits, txt, txt40
     #[arg(long, value_name = "C", default_value = "waits", hide_possible_values = true)]
@@ -136,7 +136,7 @@ fn plugged(name: OsString) -> Result<Plugged, String> {
     if name == "none" {
         return Ok(Plugged(None));
     }
-    let world = worlds::named(&name).map_err(|error| print::sentence(&error))?;
+    let world = arguments::world(&name).map_err(|error| print::sentence(&error))?;
     Ok(Plugged(Some(world)))
 }
 
@@ -156,13 +156,6 @@ fn extensions(text: &str) -> Result<usize, String> {
 fn milliseconds(text: &str) -> Result<Duration, &'static str> {
     let number = text.parse().map_err(|_| "whole milliseconds are expected, 0 or more")?;
     Ok(Duration::from_millis(number))
-}
-
-/// A time greater than 0.
-fn seconds(text: &str) -> Result<Duration, &'static str> {
-    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
-    let more_than_none = seconds.filter(|seconds| !seconds.is_zero());
-    more_than_none.ok_or("seconds are expected, more than 0, such as 5 or 0.5")
 }
 
 /// A name that is reported as it is.

@@ -1,0 +1,32 @@
+//! What several commands read from their command line.
+
+use std::ffi::OsStr;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::{anyhow, Context};
+use ft_transfer_area::simulator::world::World;
+use ft_transfer_area::simulator::SimulatedTxt;
+
+/// The world with this name, or in this file if it is a path or has an extension.
+pub(crate) fn world(given: impl AsRef<OsStr>) -> anyhow::Result<World> {
+    let path = Path::new(given.as_ref());
+    let is_file = path.extension().is_some() || path.components().count() > 1;
+    match path.to_str().filter(|_| !is_file) {
+        Some(name) => World::shipped(name)
+            .map_err(|error| anyhow!("{error}; or write the path of a .toml file")),
+        None => World::load(path).with_context(|| path.display().to_string()),
+    }
+}
+
+/// A simulated TXT with this world.
+pub(crate) fn simulated(given: &str) -> anyhow::Result<SimulatedTxt> {
+    Ok(SimulatedTxt::builder().world(world(given)?).start()?)
+}
+
+/// A time greater than 0.
+pub(crate) fn seconds(text: &str) -> Result<Duration, &'static str> {
+    let seconds = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    let more_than_none = seconds.filter(|seconds| !seconds.is_zero());
+    more_than_none.ok_or("seconds are expected, more than 0, such as 5 or 0.5")
+}
