@@ -50,7 +50,6 @@ impl InputMode {
         &[Self::Voltage, Self::Resistance, Self::Resistance15k, Self::Ultrasonic];
 
     /// Its name in files and messages: `voltage`, `resistance`, `resistance15k`, `ultrasonic`.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Voltage => "voltage",
@@ -61,7 +60,6 @@ impl InputMode {
     }
 
     /// The unit of what it measures: `mV`, `Ω` or `cm`.
-    #[must_use]
     pub const fn unit(self) -> &'static str {
         match self {
             Self::Voltage => "mV",
@@ -71,7 +69,6 @@ impl InputMode {
     }
 
     /// The values that it measures. A value above them is over range.
-    #[must_use]
     pub const fn range(self) -> RangeInclusive<i16> {
         match self {
             Self::Voltage => 0..=U_MAX,
@@ -121,25 +118,21 @@ impl UniConfig {
     }
 
     /// What it measures; `None` for a number that is no mode.
-    #[must_use]
     pub fn input_mode(&self) -> Option<InputMode> {
         InputMode::try_from(self.mode).ok()
     }
 
     /// Whether it reports 0 or 1, not the measured value.
-    #[must_use]
     pub const fn is_digital(&self) -> bool {
         self.digital != 0
     }
 
     /// The unit of what it reports; empty for 0 or 1, and for a number that is no mode.
-    #[must_use]
     pub fn unit(&self) -> &'static str {
         self.input_mode().filter(|_| !self.is_digital()).map_or("", InputMode::unit)
     }
 
     /// Whether a value that it reports is over range, which 0 and 1 never are.
-    #[must_use]
     pub fn is_over_range(&self, value: i16) -> bool {
         let over = |mode: InputMode| value > *mode.range().end();
         !self.is_digital() && self.input_mode().is_some_and(over)
@@ -168,7 +161,6 @@ impl CounterMode {
     pub const ALL: [Self; 2] = [Self::Inverted, Self::Normal];
 
     /// Its name in files and messages: `inverted`, `normal`.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Inverted => "inverted",

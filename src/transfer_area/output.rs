@@ -40,7 +40,6 @@ pub struct OutputValues {
 
 impl OutputValues {
     /// The duties as they are sent: each the nearest one of 0..=512.
-    #[must_use]
     pub fn sent_duty(&self) -> [i16; IZ_PWM_CHAN] {
         self.duty.map(|duty| duty.clamp(DUTY_MIN, DUTY_MAX))
     }

@@ -181,7 +181,6 @@ macro_rules! kinds {
             pub const ALL: &'static [Self] = &[$(Self::$kind),+];
 
             /// Its name, as `InputChanged`.
-            #[must_use]
             pub const fn name(self) -> &'static str {
                 match self {
                     $(Self::$kind => stringify!($kind)),+
@@ -190,7 +189,6 @@ macro_rules! kinds {
 
             /// Whether such events come from responses. The others tell of the transfer itself, and a
             /// [`CycleLog`](crate::CycleLog) has them, too.
-            #[must_use]
             pub const fn is_of_response(self) -> bool {
                 match self {
                     $(Self::$kind => $of_response),+
@@ -239,7 +237,6 @@ pub struct EventDetails {
 
 impl Event {
     /// Where it has happened, and with which value; `None` for an event that comes from no response.
-    #[must_use]
     pub fn details(&self) -> Option<EventDetails> {
         let (area, terminal, value, y) = match self {
             Self::InputChanged { area, input, pressed } => {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use ft_transfer_area::transfer_area::{IrInput, IZ_MOTOR};
+use ft_transfer_area::transfer_area::{InputMode, IrInput, IZ_MOTOR};
 use ft_transfer_area::FishX1Transfer;
 use serde::de::{DeserializeSeed, Deserializer, IgnoredAny, MapAccess, Visitor};
 use serde_json::{json, Value};
@@ -11,7 +11,7 @@ use serde_json::{json, Value};
 pub(crate) struct Part {
     /// The last part of the topic.
     pub(crate) name: &'static str,
-    pub(crate) about: &'static str,
+    pub(crate) about: String,
     pub(crate) fields: Vec<String>,
     /// Whether it is recorded in every cycle, or only when it has changed.
     pub(crate) each_cycle: bool,
@@ -57,13 +57,21 @@ impl Part {
     }
 }
 
+/// The number of a mode, and what it measures.
+fn mode(mode: &InputMode) -> String {
+    format!("{} {}", u8::from(*mode), mode.unit())
+}
+
 /// All parts, in the order in which they are written.
 pub(crate) fn parts() -> Vec<Part> {
     vec![
         Part {
             name: "configuration",
-            about: "What is plugged in where. mode of an input: 0 mV, 1 and 2 ohms, 3 cm; digital: 1 when it \
-                    reports 0 or 1. M1: 1 a motor, 0 two single outputs",
+            about: format!(
+                "What is plugged in where. mode of an input: {}; digital: 1 when it reports 0 or 1. M1: 1 a motor, \
+                 0 two single outputs",
+                InputMode::ALL.iter().map(mode).collect::<Vec<_>>().join(", ")
+            ),
             fields: configuration_fields(),
             each_cycle: false,
             read: read_configuration,
@@ -71,7 +79,7 @@ pub(crate) fn parts() -> Vec<Part> {
         },
         Part {
             name: "commands",
-            about: "Ids of the last commands, and of those that are done",
+            about: "Ids of the last commands, and of those that are done".to_owned(),
             fields: command_fields(),
             each_cycle: false,
             read: read_commands,
@@ -79,7 +87,7 @@ pub(crate) fn parts() -> Vec<Part> {
         },
         Part {
             name: "remotes",
-            about: "The infrared remotes by their switches: joysticks -15 to 15, buttons 0 or 1",
+            about: "The infrared remotes by their switches: joysticks -15 to 15, buttons 0 or 1".to_owned(),
             fields: remote_fields(),
             each_cycle: false,
             read: read_remotes,
@@ -87,7 +95,7 @@ pub(crate) fn parts() -> Vec<Part> {
         },
         Part {
             name: "inputs",
-            about: "Universal inputs in the unit of their mode, and the microphone",
+            about: "Universal inputs in the unit of their mode, and the microphone".to_owned(),
             fields: [numbered("I", 8, ""), owned(&["mic_lin", "mic_log"])].concat(),
             each_cycle: true,
             read: |area, numbers| {
@@ -101,7 +109,7 @@ pub(crate) fn parts() -> Vec<Part> {
         },
         Part {
             name: "counters",
-            about: "Pulses of the counters since their last reset, and their levels",
+            about: "Pulses of the counters since their last reset, and their levels".to_owned(),
             fields: [numbered("C", 4, ""), numbered("C", 4, "_level")].concat(),
             each_cycle: true,
             read: |area, numbers| {
@@ -116,7 +124,7 @@ pub(crate) fn parts() -> Vec<Part> {
         },
         Part {
             name: "outputs",
-            about: "Outputs, 0 to 512, and the same as motors: M1 is O1 - O2, negative for backwards",
+            about: "Outputs, 0 to 512, and the same as motors: M1 is O1 - O2, negative for backwards".to_owned(),
             fields: [numbered("O", 8, ""), numbered("M", 4, "")].concat(),
             each_cycle: true,
             read: |area, numbers| {

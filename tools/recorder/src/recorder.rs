@@ -318,7 +318,7 @@ impl Worker {
             Logged::Began(began) => self.writer.began(began)?,
             Logged::Event(told) => self.writer.state(told)?,
             Logged::Failed { at, error, .. } => self.writer.failed(*at, error)?,
-            _ => {}
+            other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
         let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
         recorded.cycles += u64::from(matches!(entry.what, Logged::Cycle(_)));
