@@ -28,9 +28,10 @@ pub(crate) fn camera_options(settings: [i32; 4]) -> Result<CameraOptions, Error>
     }
     let [width, height, framerate, power_line] = settings;
     let power_line = match power_line {
+        0 => PowerLine::Auto,
         50 => PowerLine::Hz50,
         60 => PowerLine::Hz60,
-        _ => PowerLine::Auto,
+        other => PowerLine::Other(other),
     };
     Ok(CameraOptions::default()
         .with_size(width as u16, height as u16)

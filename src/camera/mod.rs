@@ -34,7 +34,7 @@ const MAX_CHANNEL_FRAMES: usize = 1000;
 
 /// Frequency of the mains, so that the picture does not flicker under lamps.
 ///
-/// Exhaustive, because the protocol has only these three.
+/// Exhaustive, because the protocol has a number for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PowerLine {
     /// The camera decides.
@@ -44,6 +44,8 @@ pub enum PowerLine {
     Hz50,
     /// 60 Hz, as in North America.
     Hz60,
+    /// Any other number, as a program of the kit may send it. What the controller does with it is not known.
+    Other(i32),
 }
 
 /// Settings of the camera and of the stream of its frames.
@@ -149,6 +151,7 @@ impl CameraOptions {
             PowerLine::Auto => 0,
             PowerLine::Hz50 => 50,
             PowerLine::Hz60 => 60,
+            PowerLine::Other(frequency) => frequency,
         };
         Ok(StartCameraOnline {
             width: self.width.into(),
@@ -188,9 +191,12 @@ mod tests {
 
     #[test]
     fn the_frequency_of_the_mains_is_sent_in_hertz() {
-        for (power_line, expected) in
-            [(PowerLine::Auto, 0), (PowerLine::Hz50, 50), (PowerLine::Hz60, 60)]
-        {
+        for (power_line, expected) in [
+            (PowerLine::Auto, 0),
+            (PowerLine::Hz50, 50),
+            (PowerLine::Hz60, 60),
+            (PowerLine::Other(7), 7),
+        ] {
             let options = CameraOptions { power_line, ..CameraOptions::default() };
             assert_eq!(options.command().unwrap().power_line_frequency, expected);
         }

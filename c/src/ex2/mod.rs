@@ -193,6 +193,8 @@ pub unsafe extern "C" fn ft_ex2_start_camera(
     framerate: i32,
     power_line: i32,
 ) -> i32 {
+    // Its class lets the camera decide about anything else.
+    let power_line = if matches!(power_line, 50 | 60) { power_line } else { 0 };
     let settings = [width, height, framerate, power_line];
     // SAFETY: as the caller promises.
     i32::from(
