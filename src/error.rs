@@ -311,14 +311,17 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::ConnectionLost { cause } | Self::ReconnectFailed { cause, .. } => Some(cause),
-            Self::HostNotFound { cause, .. }
-            | Self::ConnectFailed { cause, .. }
-            | Self::Io { cause, .. }
-            | Self::ThreadNotStarted { cause } => Some(&**cause),
-            _ => None,
+        if let Self::ConnectionLost { cause } | Self::ReconnectFailed { cause, .. } = self {
+            return Some(cause);
         }
+        if let Self::HostNotFound { cause, .. }
+        | Self::ConnectFailed { cause, .. }
+        | Self::Io { cause, .. }
+        | Self::ThreadNotStarted { cause } = self
+        {
+            return Some(&**cause);
+        }
+        None
     }
 }
 
