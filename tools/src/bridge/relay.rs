@@ -10,7 +10,7 @@ use super::broker::{Broker, BrokerEvent, Message, Publisher};
 use super::commands::Received;
 use super::report::{json, say, Complaint, Happened, Master, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
-use super::values::{Noise, Update, Values};
+use super::values::{Noise, Values};
 use crate::commands::stop_all;
 
 /// How long the last messages may take to the broker.
@@ -252,7 +252,7 @@ impl Relay {
     /// Tells the values that have changed, of areas that show this response.
     pub(crate) fn tell(&mut self, areas: &[FishX1Transfer], cycle: u64) {
         let Some(publisher) = &self.publisher else { return };
-        let send = |message: Update<'_>| publisher.send(message.topic, true, message.payload);
+        let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
         self.values.tell(areas, cycle, Instant::now(), send);
     }
 
@@ -260,7 +260,7 @@ impl Relay {
     pub(crate) fn tell_event(&mut self, told: &TimedEvent) -> bool {
         let Some(publisher) = &self.publisher else { return true };
         if let Event::InputChanged { area, input, pressed, .. } = told.event {
-            let send = |message: Update<'_>| publisher.send(message.topic, true, message.payload);
+            let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
             return self.values.tell_change((area, input), pressed, told.cycle, send);
         }
         Happened::new(&told.event)

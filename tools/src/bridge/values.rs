@@ -34,12 +34,6 @@ struct Tracked {
     newest: u64,
 }
 
-/// A message with a value. An empty payload removes the value that a broker keeps.
-pub(crate) struct Update<'a> {
-    pub(crate) topic: &'a str,
-    pub(crate) payload: String,
-}
-
 impl Values {
     pub(crate) fn new(topics: &Topics, areas: usize, noise: Noise) -> Self {
         let told = |area: usize, tail: &str, read: Read| Tracked {
@@ -71,7 +65,8 @@ impl Values {
         }
     }
 
-    /// Sends all values that have changed. What `send` does not take is tried again the next time.
+    /// Sends all values that have changed, by topic and payload. An empty payload removes the value that a broker
+    /// keeps. What `send` does not take is tried again the next time.
     ///
     /// `cycle` is the number of the response that the areas show. The events that came before this call are
     /// to be told before: they know the changes between two calls, and may be newer than the areas.
@@ -80,7 +75,7 @@ impl Values {
         areas: &[FishX1Transfer],
         cycle: u64,
         now: Instant,
-        mut send: impl FnMut(Update<'_>) -> bool,
+        mut send: impl FnMut(&str, String) -> bool,
     ) {
         for told in &mut self.values {
             let Some(area) = areas.get(told.area) else { continue };
@@ -100,7 +95,7 @@ impl Values {
         (area, input): (usize, Input),
         pressed: bool,
         cycle: u64,
-        mut send: impl FnMut(Update<'_>) -> bool,
+        mut send: impl FnMut(&str, String) -> bool,
     ) -> bool {
         let tail = format!("/{input}");
         let mut of_area = self.values.iter_mut().filter(|told| told.area == area);
@@ -132,13 +127,13 @@ impl Tracked {
         &mut self,
         value: Option<Value>,
         now: Instant,
-        send: &mut impl FnMut(Update<'_>) -> bool,
+        send: &mut impl FnMut(&str, String) -> bool,
     ) -> bool {
         let payload = match value.map(|value| serde_json::to_string(&value)) {
             Some(Ok(payload)) => payload,
             Some(Err(_)) | None => String::new(),
         };
-        let taken = send(Update { topic: &self.topic, payload });
+        let taken = send(&self.topic, payload);
         if taken {
             self.last = Some((value, now));
         }
@@ -162,8 +157,8 @@ mod tests {
     /// What is told about this area at this time, in ms.
     fn told(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
         let mut told = Vec::new();
-        values.tell(&[area], 1, begin + Duration::from_millis(ms), |message| {
-            told.push(format!("{} {}", message.topic, message.payload));
+        values.tell(&[area], 1, begin + Duration::from_millis(ms), |topic, payload| {
+            told.push(format!("{topic} {payload}"));
             true
         });
         told
@@ -208,7 +203,7 @@ mod tests {
         let (mut values, begin) = (values(), Instant::now());
         let area = FishX1Transfer::default();
         let mut room = 3;
-        values.tell(&[area], 1, begin, |_| {
+        values.tell(&[area], 1, begin, |_, _| {
             room -= 1;
             room >= 0
         });
@@ -228,8 +223,8 @@ mod tests {
         now: i16,
     ) -> Vec<String> {
         let mut told = Vec::new();
-        let mut send = |message: Update<'_>| {
-            told.push(message.payload);
+        let mut send = |_: &str, payload| {
+            told.push(payload);
             true
         };
         for &(of, pressed) in events {

@@ -5,25 +5,21 @@ use std::sync::atomic::Ordering;
 use std::sync::Arc;
 
 use axum::extract::{Query, Request, State};
-use axum::http::StatusCode;
 use axum::middleware::{self, Next as Inner};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
 use axum::{Extension, Router};
 use crossbeam_channel::Receiver;
-use serde::Deserialize;
 use tokio::sync::{watch, Semaphore};
 
 use super::source::{Next, Source};
 use crate::print;
-use crate::web::access::Access;
+use crate::web::access::{Access, Asked, Refusal, TOO_MANY, WRONG_HOST};
 use crate::web::connections::Kept;
 use crate::web::{self, pictures, Site};
 
 /// How many browsers may show the pictures.
 const VIEWERS: usize = 50;
-const TOO_MANY: (StatusCode, &str) =
-    (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close some of them\n");
 
 /// The page with pictures of this size, which is not served yet.
 pub(super) struct Page {
@@ -46,7 +42,7 @@ impl Page {
         let pictures = |Extension(kept): Extension<Kept>| async move {
             let place = viewers.try_acquire_owned().map_err(|_| TOO_MANY)?;
             kept.store(true, Ordering::Relaxed);
-            Ok::<_, (StatusCode, &str)>(pictures::response(newest, place))
+            Ok::<_, Refusal>(pictures::response(newest, place))
         };
         Router::new()
             .route("/", get(|| async { Html(page) }))
@@ -76,12 +72,6 @@ pub(super) fn watch(
     }
 }
 
-#[derive(Deserialize)]
-struct Asked {
-    #[serde(default)]
-    token: String,
-}
-
 /// Answers only those who mean this computer, come from no other page, and know the token.
 async fn check(
     State(access): State<Arc<Access>>,
@@ -89,13 +79,11 @@ async fn check(
     request: Request,
     inner: Inner,
 ) -> Response {
-    let headers = request.headers();
-    if access.host(headers).is_none() || !access.is_own_page(headers) {
-        return (StatusCode::FORBIDDEN, "this page is at 127.0.0.1 only\n").into_response();
+    if access.host(request.headers()).is_none() {
+        return WRONG_HOST.into_response();
     }
-    if !access.knows(&asked.token) {
-        let hint = "the token is missing or wrong; use the address that txt camera prints\n";
-        return (StatusCode::FORBIDDEN, hint).into_response();
+    if let Err(refusal) = access.admit(request.headers(), &asked) {
+        return refusal.into_response();
     }
     let mut response = inner.run(request).await;
     web::protect(response.headers_mut());

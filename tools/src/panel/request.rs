@@ -85,7 +85,8 @@ pub(crate) fn read(text: &str) -> (Option<u64>, Result<Message, Problem>) {
 }
 
 fn understand(value: Value) -> Result<Message, Problem> {
-    let (host, area) = (place(&value, "host")?, place(&value, "area")?);
+    let place = |key| field::<Option<usize>>(&value, key).map(Option::unwrap_or_default);
+    let (host, area) = (place("host")?, place("area")?);
     let name = value.get("do").and_then(Value::as_str);
     let name = name.ok_or_else(|| Problem::bad_message("it has no \"do\""))?;
     let request = match name {
@@ -148,13 +149,6 @@ fn terminal<T: TryFrom<i32, Error = Error>>(message: &Value, key: &str) -> Resul
 
 fn field<T: DeserializeOwned>(message: &Value, key: &str) -> Result<T, Problem> {
     T::deserialize(&message[key]).map_err(|error| Problem::bad_message(format!("{key}: {error}")))
-}
-
-/// An index in a message; 0 if it is not there.
-fn place(value: &Value, key: &str) -> Result<usize, Problem> {
-    let Some(given) = value.get(key).filter(|given| !given.is_null()) else { return Ok(0) };
-    let index = given.as_u64().and_then(|index| usize::try_from(index).ok());
-    index.ok_or_else(|| Problem::bad_message(format!("{key:?} is no whole number from 0 on")))
 }
 
 fn parse<T: DeserializeOwned>(value: Value) -> Result<T, Problem> {

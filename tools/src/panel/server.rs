@@ -11,12 +11,12 @@ use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
 use axum::{Extension, Router};
-use serde::Deserialize;
 use tokio::sync::Semaphore;
 
 use super::connection;
 use super::dispatch::Panel;
 use super::files::{self, File};
+use crate::web::access::{Asked, Refusal, TOO_MANY, WRONG_HOST};
 use crate::web::connections::Kept;
 use crate::web::{self, pictures};
 
@@ -33,15 +33,6 @@ struct Server {
     pages: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
 }
-
-#[derive(Deserialize)]
-struct Token {
-    #[serde(default)]
-    token: String,
-}
-
-/// A sentence with a status, for requests that get nothing else.
-type Refusal = (StatusCode, &'static str);
 
 pub(super) fn router(panel: Arc<Panel>) -> Router {
     let server = Server {
@@ -61,19 +52,6 @@ pub(super) fn router(panel: Arc<Panel>) -> Router {
 }
 
 const NO_FILE: Refusal = (StatusCode::NOT_FOUND, "there is nothing here; the panel is at /\n");
-const WRONG_HOST: Refusal = (
-    StatusCode::FORBIDDEN,
-    "this is not the address of the panel; use the one that txt panel prints\n",
-);
-const WRONG_TOKEN: Refusal = (
-    StatusCode::FORBIDDEN,
-    "the token is missing or wrong; use the address that txt panel prints, with its token\n",
-);
-const WRONG_ORIGIN: Refusal =
-    (StatusCode::FORBIDDEN, "a page of another origin may not use the panel\n");
-const TOO_MANY: Refusal =
-    (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close some of them\n");
-
 /// Refuses what was sent to another host, and tells the browser what the page may do.
 async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
     let Some(host) = server.panel.access.host(request.headers()).map(str::to_owned) else {
@@ -98,25 +76,14 @@ async fn file(name: String) -> Response {
     ([(header::CONTENT_TYPE, file.content_type())], text).into_response()
 }
 
-/// The token, and the page that the request comes from.
-fn admit(server: &Server, headers: &HeaderMap, token: &Token) -> Result<(), Refusal> {
-    if !server.panel.access.is_own_page(headers) {
-        return Err(WRONG_ORIGIN);
-    }
-    if !server.panel.access.knows(&token.token) {
-        return Err(WRONG_TOKEN);
-    }
-    Ok(())
-}
-
 async fn open_page(
     State(server): State<Server>,
     Extension(kept): Extension<Kept>,
     headers: HeaderMap,
-    Query(token): Query<Token>,
+    Query(asked): Query<Asked>,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Refusal> {
-    admit(&server, &headers, &token)?;
+    server.panel.access.admit(&headers, &asked)?;
     let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
     let upgrade = upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX);
@@ -129,9 +96,9 @@ async fn open_page(
 async fn stop(
     State(server): State<Server>,
     headers: HeaderMap,
-    Query(token): Query<Token>,
+    Query(asked): Query<Asked>,
 ) -> Result<StatusCode, Refusal> {
-    admit(&server, &headers, &token)?;
+    server.panel.access.admit(&headers, &asked)?;
     server.panel.stop();
     Ok(StatusCode::NO_CONTENT)
 }
@@ -141,10 +108,10 @@ async fn camera(
     State(server): State<Server>,
     Extension(kept): Extension<Kept>,
     headers: HeaderMap,
-    Query(token): Query<Token>,
+    Query(asked): Query<Asked>,
     Path(host): Path<usize>,
 ) -> Result<Response, Refusal> {
-    admit(&server, &headers, &token)?;
+    server.panel.access.admit(&headers, &asked)?;
     let host = server.panel.hosts.get(host).ok_or(NO_FILE)?;
     let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);

@@ -3,10 +3,34 @@
 use std::net::IpAddr;
 
 use axum::http::header::{HOST, ORIGIN};
-use axum::http::HeaderMap;
+use axum::http::{HeaderMap, StatusCode};
+use serde::Deserialize;
 
 /// 128 random bits in hexadecimal digits.
 const TOKEN_BYTES: usize = 16;
+
+/// A sentence with a status, for requests that get nothing else.
+pub(crate) type Refusal = (StatusCode, &'static str);
+
+pub(crate) const WRONG_HOST: Refusal = (
+    StatusCode::FORBIDDEN,
+    "this is not the address of the page; use the one that the program prints\n",
+);
+const WRONG_TOKEN: Refusal = (
+    StatusCode::FORBIDDEN,
+    "the token is missing or wrong; use the address that the program prints, with its token\n",
+);
+const WRONG_ORIGIN: Refusal =
+    (StatusCode::FORBIDDEN, "a page of another origin may not use this one\n");
+pub(crate) const TOO_MANY: Refusal =
+    (StatusCode::SERVICE_UNAVAILABLE, "too many pages are open; close some of them\n");
+
+/// What a request has in its address.
+#[derive(Deserialize)]
+pub(crate) struct Asked {
+    #[serde(default)]
+    token: String,
+}
 
 /// What a request has to bring.
 #[derive(Debug)]
@@ -31,8 +55,19 @@ impl Access {
         &self.token
     }
 
+    /// An error unless the request comes from this server's page, or from no page at all, and has the token.
+    pub(crate) fn admit(&self, headers: &HeaderMap, asked: &Asked) -> Result<(), Refusal> {
+        if !self.is_own_page(headers) {
+            return Err(WRONG_ORIGIN);
+        }
+        if !self.knows(&asked.token) {
+            return Err(WRONG_TOKEN);
+        }
+        Ok(())
+    }
+
     /// Whether the token is the right one. Takes as long for a nearly right one as for any other.
-    pub(crate) fn knows(&self, token: &str) -> bool {
+    fn knows(&self, token: &str) -> bool {
         let (given, right) = (token.as_bytes(), self.token.as_bytes());
         let differences = given.iter().zip(right).fold(0, |all, (one, other)| all | (one ^ other));
         given.len() == right.len() && differences == 0
@@ -61,7 +96,7 @@ impl Access {
     }
 
     /// Whether the request comes from this server's page, or from no page at all.
-    pub(crate) fn is_own_page(&self, headers: &HeaderMap) -> bool {
+    fn is_own_page(&self, headers: &HeaderMap) -> bool {
         let Some(origin) = headers.get(ORIGIN) else { return true };
         let own = self.host(headers).map(|host| format!("http://{host}"));
         own.is_some_and(|own| origin.as_bytes() == own.as_bytes())

@@ -2,17 +2,17 @@
 
 use std::env;
 use std::future::Future;
-use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 use anyhow::{bail, Context, Result};
 use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
 use fantoccini::{Client, ClientBuilder};
 use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{json, Value};
+
+use crate::running::Running;
 
 /// Names the browser; then a test without it is a failure.
 const NAMED: &str = "TXT_BROWSER";
@@ -70,33 +70,19 @@ pub(crate) fn browse<F: Future<Output = Result<()>>>(test: impl FnOnce(Client) -
 }
 
 struct Driver {
-    process: Child,
+    _running: Running,
     port: u16,
 }
 
 impl Driver {
     fn start(program: &Path) -> Result<Self> {
-        let mut process = Command::new(program)
-            .arg("--port=0")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .with_context(|| format!("{} does not start", program.display()))?;
-        let mut lines =
-            BufReader::new(process.stdout.take().context("chromedriver has no output")?);
-        let mut line = String::new();
+        let running = Running::start(Command::new(program).arg("--port=0").stderr(Stdio::null()));
         let port = loop {
-            line.clear();
-            if lines.read_line(&mut line)? == 0 {
-                bail!("chromedriver ended before it named its port");
-            }
-            if let Some((_, port)) = line.split_once("started successfully on port ") {
+            if let Some((_, port)) = running.line().split_once("started successfully on port ") {
                 break port.trim().trim_end_matches('.').parse()?;
             }
         };
-        // Its output must not fill up.
-        thread::spawn(move || lines.read_to_end(&mut Vec::new()));
-        Ok(Self { process, port })
+        Ok(Self { _running: running, port })
     }
 
     async fn client(&self, browser: &Path) -> Result<Client> {
@@ -129,13 +115,6 @@ impl Driver {
             .capabilities(capabilities)
             .connect(&address)
             .await?)
-    }
-}
-
-impl Drop for Driver {
-    fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
     }
 }
 
