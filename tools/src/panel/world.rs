@@ -1,6 +1,6 @@
 //! The simulated TXT, and the world that is plugged into it.
 
-use ft_transfer_area::transfer_area::{InputMode, MAX_EXTENSIONS};
+use ft_transfer_area::transfer_area::InputMode;
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::FishX1Transfer;
 use ft_transfer_area_simulator::world::{Board, Remote, Sensor, World, WorldState};
@@ -143,13 +143,9 @@ fn world_of(machine: &mut Machine) -> Result<&mut WorldState, Problem> {
 fn plug(machine: &mut Machine, area: usize, alive: bool) -> Result<(), Problem> {
     let extensions = machine.controllers.len() - 1;
     let extension = area.checked_sub(1).filter(|extension| *extension < extensions);
-    let Some(extension) = extension.filter(|extension| *extension < MAX_EXTENSIONS) else {
-        return Err(Problem::new(
-            "no_extension",
-            format!("there is no extension {area} to plug in"),
-        ));
-    };
-    machine.alive[extension] = alive;
+    let place = extension.and_then(|extension| machine.alive.get_mut(extension));
+    let text = || format!("there is no extension {area} to plug in");
+    *place.ok_or_else(|| Problem::new("no_extension", text()))? = alive;
     Ok(())
 }
 
