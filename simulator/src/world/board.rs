@@ -1,14 +1,115 @@
-//! The present state of what is plugged into one controller.
+//! What is plugged into one controller: in a file, at the start, and at present.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use super::motor_model::Slide;
-use super::sensor::{self, Sensor};
+use toml::de::DeValue;
+
+use super::input;
+use super::mistake::{at, expect, Checked};
+use super::motor_model::{MotorModel, Slide, SEEN_BY};
+use super::read::{list, map, terminal, terminal_value, Keys, Read};
+use super::sensor::Sensor;
 use super::shaft::Shaft;
-use super::Board;
 use crate::controller::Controller;
 use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_MOTOR};
 use ft_transfer_area::tx::{Input, Motor, Output};
+
+const BOARD: &str = "expected a table, as in [master]";
+const INPUTS: &str = "expected a table, as in [master.inputs]";
+const MOTORS: &str = "expected a table, as in [master.motors.M1]";
+const LAMPS: &str = "expected a list, as in lamps = [\"O7\"]";
+
+/// What is plugged into one controller.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Board {
+    /// The sensors. The other inputs are empty.
+    pub inputs: BTreeMap<Input, Sensor>,
+    /// The motors.
+    pub motors: BTreeMap<Motor, MotorModel>,
+    /// The lamps, on terminals that no motor uses.
+    pub lamps: BTreeSet<Output>,
+}
+
+impl Board {
+    /// Plugs a sensor into this input, in place of an earlier one.
+    pub fn with_input(mut self, input: Input, sensor: Sensor) -> Self {
+        self.inputs.insert(input, sensor);
+        self
+    }
+
+    /// Plugs a motor into this output, in place of an earlier one.
+    pub fn with_motor(mut self, output: Motor, motor: MotorModel) -> Self {
+        self.motors.insert(output, motor);
+        self
+    }
+
+    /// Plugs a lamp into this output, which must not be a terminal of a motor.
+    pub fn with_lamp(mut self, output: Output) -> Self {
+        self.lamps.insert(output);
+        self
+    }
+}
+
+impl Board {
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, BOARD, &["inputs", "motors", "lamps"])?;
+        let inputs = |value: &DeValue<'_>| {
+            map(value, INPUTS, |name| terminal(&Input::ALL, name), Sensor::read)
+        };
+        let motors = |value: &DeValue<'_>| {
+            map(value, MOTORS, |name| terminal(&Motor::ALL, name), MotorModel::read)
+        };
+        let lamps = list(LAMPS, terminal_value(&Output::ALL));
+        Ok(Self {
+            inputs: keys.optional("inputs", inputs)?.unwrap_or_default(),
+            motors: keys.optional("motors", motors)?.unwrap_or_default(),
+            lamps: keys.optional("lamps", lamps)?.unwrap_or_default().into_iter().collect(),
+        })
+    }
+
+    pub(super) fn check(&self) -> Checked {
+        for (input, sensor) in &self.inputs {
+            at("inputs", at(input, sensor.check()))?;
+        }
+        for (output, motor) in &self.motors {
+            at("motors", at(output, motor.check()))?;
+        }
+        self.check_moved()?;
+        for lamp in &self.lamps {
+            let motor = lamp.motor();
+            let reason = || format!("{lamp} is a terminal of the motor on {motor}");
+            at("lamps", at(lamp, expect(!self.motors.contains_key(&motor), reason)))?;
+        }
+        Ok(())
+    }
+
+    /// The inputs that slides move: the motor's name, the key, the input.
+    pub(super) fn moved_inputs(&self) -> impl Iterator<Item = (String, &'static str, Input)> + '_ {
+        self.motors.iter().flat_map(|(output, motor)| {
+            let inputs = motor.slide.as_ref().map(Slide::moved_inputs);
+            let inputs = inputs.into_iter().flatten();
+            inputs.map(move |(key, input)| (output.to_string(), key, input))
+        })
+    }
+
+    /// Checks that each input that a slide moves has the right sensor, and only one slide.
+    fn check_moved(&self) -> Checked {
+        let mut moved = BTreeSet::new();
+        for (motor, key, input) in self.moved_inputs() {
+            let sensor = self.inputs.get(&input);
+            let (right, expected) = if key == SEEN_BY {
+                (matches!(sensor, Some(Sensor::Ultrasonic { .. })), "an ultrasonic sensor")
+            } else {
+                (matches!(sensor, Some(Sensor::Switch { .. })), "a switch")
+            };
+            let checked = expect(right, || format!("expected {expected} on {input}"))
+                .and_then(|()| expect(moved.insert(input), || format!("{input} is used twice")));
+            at("motors", at(motor, at("slide", at(key, checked))))?;
+        }
+        Ok(())
+    }
+}
 
 /// What is plugged into one controller, and its present state.
 #[derive(Clone, Debug, Default)]
@@ -58,7 +159,7 @@ impl BoardState {
         }
         for input in Input::ALL {
             let config = controller.config.uni[input.index()];
-            controller.uni[input.index()] = sensor::report(self.inputs.get(&input), config);
+            controller.uni[input.index()] = input::report(self.inputs.get(&input), config);
         }
     }
 
@@ -67,15 +168,8 @@ impl BoardState {
         let sensor = self.inputs.get(&input)?;
         Motor::ALL.into_iter().find(|motor| {
             let shaft = self.shafts[motor.index()].as_ref();
-            shaft.and_then(Shaft::slide).is_some_and(|slide| match sensor {
-                Sensor::Switch { .. } | Sensor::Button { .. } => {
-                    [slide.start_switch, slide.end_switch].contains(&Some(input))
-                }
-                Sensor::Ultrasonic { .. } => {
-                    slide.seen_by.is_some_and(|seen_by| seen_by.input == input)
-                }
-                _ => false,
-            })
+            let mut moved = shaft.and_then(Shaft::slide).into_iter().flat_map(Slide::moved_inputs);
+            moved.any(|(key, moved)| moved == input && sensor.is_moved_as(key))
         })
     }
 

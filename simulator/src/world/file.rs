@@ -7,7 +7,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml::Spanned;
 
-use super::{parts, World};
+use super::World;
 use crate::error::Error;
 
 impl World {
@@ -19,7 +19,7 @@ impl World {
     /// [`Error::World`] with the line that is wrong and what was expected there.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let table = DeTable::parse(text).map_err(|error| misread(text, &error))?;
-        let world = parts::world(table.get_ref());
+        let world = World::read(table.get_ref());
         let checked = world.and_then(|world| world.find_mistake().map(|()| world));
         checked.map_err(|mistake| Error::World {
             line: line_at(text.as_bytes(), start_of(table, &mistake.place)),

@@ -2,6 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use toml::de::DeValue;
+
+use super::mistake::{at, expect, Checked};
+use super::read::{list, whole, Keys, Read};
+use crate::i2c::ADDRESS_MAX;
+
 /// An I2C device that is plugged in at the start: 256 registers of one byte.
 ///
 /// ```
@@ -32,4 +38,55 @@ impl I2cDevice {
         }
         self
     }
+}
+
+pub(super) const DEVICE: &str = "expected a device, as in { address = 0x18 }";
+const REGISTERS: &str = "expected a list, as in registers = [{ register = 2, values = [0, 64] }]";
+const BYTES: &str = "expected a list of bytes, as in values = [0, 64]";
+
+impl I2cDevice {
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, DEVICE, &["address", "registers"])?;
+        let address = keys.required("address", address())?;
+        let written = keys.or("registers", Vec::new(), list(REGISTERS, registers))?;
+        Ok(written.into_iter().fold(Self::new(address), |device, (register, values)| {
+            device.with_registers(register, &values)
+        }))
+    }
+
+    pub(super) fn check(&self) -> Checked {
+        let Self { address, .. } = *self;
+        let right = address <= ADDRESS_MAX;
+        at(
+            "address",
+            expect(right, || format!("expected 0 to {ADDRESS_MAX:#04x}, not {address:#04x}")),
+        )
+    }
+}
+
+/// Checks that each device has an address of its own.
+pub(super) fn check_addresses(devices: &[I2cDevice]) -> Checked {
+    for (number, device) in devices.iter().enumerate() {
+        let taken = devices.iter().take(number).any(|other| other.address == device.address);
+        at(number, expect(!taken, || format!("there are two devices at {:#04x}", device.address)))?;
+    }
+    Ok(())
+}
+
+/// A register, and values for it and the following ones.
+fn registers(value: &DeValue<'_>) -> Read<(u8, Vec<u8>)> {
+    register_keys(&Keys::of(value, DEVICE, &["register", "values"])?)
+}
+
+pub(super) fn register_keys(keys: &Keys<'_, '_>) -> Read<(u8, Vec<u8>)> {
+    Ok((keys.required("register", byte())?, keys.required("values", list(BYTES, byte()))?))
+}
+
+/// An I2C address of 7 bits.
+pub(super) fn address() -> impl Fn(&DeValue<'_>) -> Read<u8> {
+    whole(0..=ADDRESS_MAX.into())
+}
+
+fn byte() -> impl Fn(&DeValue<'_>) -> Read<u8> {
+    whole(0..=u8::MAX.into())
 }

@@ -52,11 +52,11 @@
 //! the figures are assumed.
 
 mod board;
-mod check;
 mod file;
 mod i2c_device;
+mod input;
+mod mistake;
 mod motor_model;
-mod parts;
 mod read;
 mod remote;
 mod script;
@@ -65,15 +65,18 @@ mod shaft;
 mod shipped;
 mod state;
 
-use std::collections::{BTreeMap, BTreeSet};
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use toml::de::DeTable;
 
-use ft_transfer_area::tx::{Input, Motor, Output};
+use mistake::{at, each, expect, Checked};
+use read::{list, Keys, Read};
 
+pub use board::Board;
 pub use i2c_device::I2cDevice;
 pub use motor_model::{MotorModel, SeenBy, Slide, Travel};
 pub use remote::Remote;
 pub use script::{Script, ScriptAction, ScriptEvent};
-pub use sensor::{Contact, Sensor};
+pub use sensor::{Contact, Sensor, SensorValue};
 pub use state::WorldState;
 
 /// What is plugged in where, at the start.
@@ -98,18 +101,6 @@ pub struct World {
     pub i2c: Vec<I2cDevice>,
 }
 
-/// What is plugged into one controller.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub struct Board {
-    /// The sensors. The other inputs are empty.
-    pub inputs: BTreeMap<Input, Sensor>,
-    /// The motors.
-    pub motors: BTreeMap<Motor, MotorModel>,
-    /// The lamps, on terminals that no motor uses.
-    pub lamps: BTreeSet<Output>,
-}
-
 impl Default for World {
     /// [`World::shipped`] with the name `default`.
     fn default() -> Self {
@@ -117,6 +108,10 @@ impl Default for World {
         Self::shipped("default").expect("the shipped worlds are right")
     }
 }
+
+const EXTENSIONS: &str = "expected double brackets, as in [[extensions]]";
+const REMOTES: &str = "expected double brackets, as in [[remotes]]";
+const I2C: &str = "expected double brackets, as in [[i2c]]";
 
 impl World {
     /// An empty world: a master with nothing plugged in.
@@ -183,22 +178,30 @@ impl World {
     }
 }
 
-impl Board {
-    /// Plugs a sensor into this input, in place of an earlier one.
-    pub fn with_input(mut self, input: Input, sensor: Sensor) -> Self {
-        self.inputs.insert(input, sensor);
-        self
+impl World {
+    fn read(table: &DeTable<'_>) -> Read<Self> {
+        let keys = Keys::of_table(table, &["master", "extensions", "script", "remotes", "i2c"])?;
+        Ok(Self {
+            master: keys.or("master", Board::default(), Board::read)?,
+            extensions: keys.or("extensions", Vec::new(), list(EXTENSIONS, Board::read))?,
+            script: keys.or("script", Script::default(), Script::read)?,
+            remotes: keys.or("remotes", Vec::new(), list(REMOTES, Remote::read))?,
+            i2c: keys.or("i2c", Vec::new(), list(I2C, I2cDevice::read))?,
+        })
     }
 
-    /// Plugs a motor into this output, in place of an earlier one.
-    pub fn with_motor(mut self, output: Motor, motor: MotorModel) -> Self {
-        self.motors.insert(output, motor);
-        self
-    }
-
-    /// Plugs a lamp into this output, which must not be a terminal of a motor.
-    pub fn with_lamp(mut self, output: Output) -> Self {
-        self.lamps.insert(output);
-        self
+    /// Checks the ranges, and that the parts fit together.
+    fn find_mistake(&self) -> Checked {
+        at("master", self.master.check())?;
+        let count = self.extensions.len();
+        let reason = || format!("expected at most {MAX_EXTENSIONS} extensions, not {count}");
+        let too_many = at(MAX_EXTENSIONS, expect(count <= MAX_EXTENSIONS, reason));
+        at("extensions", too_many)?;
+        each("extensions", &self.extensions, Board::check)?;
+        at("script", self.script.check(self))?;
+        each("remotes", &self.remotes, Remote::check)?;
+        at("remotes", remote::check_settings(&self.remotes))?;
+        each("i2c", &self.i2c, I2cDevice::check)?;
+        at("i2c", i2c_device::check_addresses(&self.i2c))
     }
 }

@@ -1,5 +1,9 @@
 //! Motors and slides, as plain data.
 
+use toml::de::DeValue;
+
+use super::mistake::{at, expect, in_range, not_negative, positive, Checked, Mistake};
+use super::read::{number, only, terminal_value, Keys, Read};
 use ft_transfer_area::tx::Input;
 
 /// A motor on a motor output.
@@ -153,4 +157,114 @@ pub struct SeenBy {
     pub start_cm: f64,
     /// The distance when the slide is at its end, in cm, at least 0.
     pub end_cm: f64,
+}
+
+const MOTOR: &str = "expected a motor, as in M1 = { pulses_per_turn = 63.3 }";
+const SLIDE: &str = "expected a slide, as in slide = { travel = { pulses = 1000 } }";
+const TRAVEL: &str = "expected one length, as in travel = { pulses = 1000 }";
+const MM: &str = "expected a table, as in travel = { mm = { length = 120, per_turn = 4.5 } }";
+const SEEN_BY_TABLE: &str = "expected a table, as in { input = \"I4\", start_cm = 5, end_cm = 25 }";
+
+const START_SWITCH: &str = "start_switch";
+const END_SWITCH: &str = "end_switch";
+pub(super) const SEEN_BY: &str = "seen_by";
+
+impl MotorModel {
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let known = ["top_speed", "time_constant", "load", "pulses_per_turn", "slide"];
+        let keys = Keys::of(value, MOTOR, &known)?;
+        let default = Self::default();
+        Ok(Self {
+            top_speed: keys.or("top_speed", default.top_speed, number)?,
+            time_constant: keys.or("time_constant", default.time_constant, number)?,
+            load: keys.or("load", default.load, number)?,
+            pulses_per_turn: keys.optional("pulses_per_turn", number)?,
+            slide: keys.optional("slide", Slide::read)?,
+        })
+    }
+
+    pub(super) fn check(&self) -> Checked {
+        positive("top_speed", self.top_speed, 100.0)?;
+        in_range("time_constant", self.time_constant, 0.0..=1.0)?;
+        in_range("load", self.load, 0.0..=1.0)?;
+        if let Some(pulses) = self.pulses_per_turn {
+            positive("pulses_per_turn", pulses, 1000.0)?;
+        }
+        let Some(slide) = &self.slide else { return Ok(()) };
+        let in_pulses = matches!(slide.travel, Travel::Pulses(_));
+        let countable = !in_pulses || self.pulses_per_turn.is_some();
+        let reason = || String::from("a travel in pulses needs pulses_per_turn of the motor");
+        at("slide", at("travel", expect(countable, reason)).and_then(|()| slide.check()))
+    }
+}
+
+impl Slide {
+    fn read(value: &DeValue<'_>) -> Read<Self> {
+        let known = ["travel", "position", START_SWITCH, END_SWITCH, SEEN_BY];
+        let keys = Keys::of(value, SLIDE, &known)?;
+        Ok(Self {
+            travel: keys.required("travel", Travel::read)?,
+            position: keys.or("position", 0.0, number)?,
+            start_switch: keys.optional(START_SWITCH, terminal_value(&Input::ALL))?,
+            end_switch: keys.optional(END_SWITCH, terminal_value(&Input::ALL))?,
+            seen_by: keys.optional(SEEN_BY, SeenBy::read)?,
+        })
+    }
+
+    /// The inputs that it moves, each with its key.
+    pub(super) fn moved_inputs(&self) -> impl Iterator<Item = (&'static str, Input)> {
+        let inputs = [
+            (START_SWITCH, self.start_switch),
+            (END_SWITCH, self.end_switch),
+            (SEEN_BY, self.seen_by.map(|seen_by| seen_by.input)),
+        ];
+        inputs.into_iter().filter_map(|(key, input)| Some((key, input?)))
+    }
+
+    fn check(&self) -> Checked {
+        at("travel", self.travel.check())?;
+        in_range("position", self.position, 0.0..=self.travel.length())?;
+        let Some(SeenBy { start_cm, end_cm, .. }) = self.seen_by else { return Ok(()) };
+        let near = not_negative("start_cm", start_cm);
+        at(SEEN_BY, near.and_then(|()| not_negative("end_cm", end_cm)))
+    }
+}
+
+impl Travel {
+    fn read(value: &DeValue<'_>) -> Read<Self> {
+        match only(value, TRAVEL)? {
+            ("pulses", value) => at("pulses", number(value).map(Self::Pulses)),
+            ("mm", value) => at("mm", Self::read_mm(value)),
+            (name, _) => at(name, Err(Mistake::new("there is no such unit; there are pulses, mm"))),
+        }
+    }
+
+    fn read_mm(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, MM, &["length", "per_turn"])?;
+        Ok(Self::Mm {
+            length: keys.required("length", number)?,
+            per_turn: keys.required("per_turn", number)?,
+        })
+    }
+
+    fn check(self) -> Checked {
+        match self {
+            Self::Pulses(pulses) => positive("pulses", pulses, f64::MAX),
+            Self::Mm { length, per_turn } => {
+                let length = positive("length", length, f64::MAX);
+                at("mm", length.and_then(|()| positive("per_turn", per_turn, f64::MAX)))
+            }
+        }
+    }
+}
+
+impl SeenBy {
+    fn read(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, SEEN_BY_TABLE, &["input", "start_cm", "end_cm"])?;
+        Ok(Self {
+            input: keys.required("input", terminal_value(&Input::ALL))?,
+            start_cm: keys.required("start_cm", number)?,
+            end_cm: keys.required("end_cm", number)?,
+        })
+    }
 }

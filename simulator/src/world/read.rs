@@ -6,7 +6,7 @@ use std::ops::RangeInclusive;
 
 use toml::de::{DeTable, DeValue};
 
-use super::check::{at, Mistake};
+use super::mistake::{at, Mistake};
 
 /// What was read, or what is wrong with it. The place of a mistake is relative to the value that was read.
 pub(super) type Read<T> = Result<T, Mistake>;

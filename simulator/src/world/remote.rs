@@ -1,9 +1,13 @@
 //! Infrared remotes.
 
+use toml::de::DeValue;
+
+use super::mistake::{at, expect, Checked};
+use super::read::{truth, whole, Keys, Read};
 use ft_transfer_area::wire::IrRemote;
 
 /// How far a joystick moves from its middle.
-pub(super) const AXIS_MAX: i8 = 15;
+const AXIS_MAX: i8 = 15;
 
 /// An infrared remote and what it sends at present. Every controller receives it.
 ///
@@ -77,6 +81,49 @@ pub(super) fn seen(remotes: &[Remote]) -> [IrRemote; 5] {
     let any = remotes.iter().find(|remote| remote.is_used()).or(remotes.first());
     seen[0] = any.map(Remote::values).unwrap_or_default();
     seen
+}
+
+const REMOTE: &str = "expected a remote, as in { dip1 = true }";
+
+/// The number of different switch settings of remotes.
+const REMOTES: usize = 4;
+
+impl Remote {
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let known = ["dip1", "dip2", "left_x", "left_y", "right_x", "right_y", "on", "off"];
+        let keys = Keys::of(value, REMOTE, &known)?;
+        let axis = |key| keys.or(key, 0, whole(-i64::from(AXIS_MAX)..=AXIS_MAX.into()));
+        let bit = |key| keys.or(key, false, truth);
+        Ok(Self {
+            dip1: bit("dip1")?,
+            dip2: bit("dip2")?,
+            left_x: axis("left_x")?,
+            left_y: axis("left_y")?,
+            right_x: axis("right_x")?,
+            right_y: axis("right_y")?,
+            on: bit("on")?,
+            off: bit("off")?,
+        })
+    }
+
+    pub(super) fn check(&self) -> Checked {
+        self.axes().into_iter().try_for_each(|(axis, value)| {
+            let right = (-AXIS_MAX..=AXIS_MAX).contains(&value);
+            at(axis, expect(right, || format!("expected -{AXIS_MAX} to {AXIS_MAX}, not {value}")))
+        })
+    }
+}
+
+/// Checks that each remote has a switch setting of its own.
+pub(super) fn check_settings(remotes: &[Remote]) -> Checked {
+    for (number, remote) in remotes.iter().enumerate() {
+        let taken = remotes.iter().take(number).any(|other| other.is_set_like(remote));
+        let reason = || {
+            format!("expected a different switch setting (dip1, dip2); there are only {REMOTES}")
+        };
+        at(number, expect(!taken, reason))?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

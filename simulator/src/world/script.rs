@@ -1,7 +1,13 @@
 //! What happens in a world by itself.
 
+use toml::de::DeValue;
+
+use super::i2c_device::{self, DEVICE};
+use super::mistake::{at, each, expect, not_negative, Checked, Mistake};
+use super::read::{list, number, terminal_value, truth, whole, Keys, Read};
 use super::shaft::TICK_MICROS;
-use super::Remote;
+use super::{Remote, Sensor, World};
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::Input;
 
 /// What happens at which time.
@@ -122,5 +128,94 @@ impl ScriptState {
         let first = self.events.partition_point(|event| event.0 < now);
         let due = self.events[first..].iter().take_while(move |event| event.0 == now);
         due.map(|(_, action)| action)
+    }
+}
+
+/// The greatest index of a controller.
+const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
+
+const SCRIPT: &str = "expected a table, as in [script]";
+const EVENTS: &str = "expected a list, as in [[script.events]]";
+const EVENT: &str = "expected an event, as in { at = 1, input = \"I3\", pressed = true }";
+
+impl Script {
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, SCRIPT, &["period", "events"])?;
+        Ok(Self {
+            period: keys.optional("period", number)?,
+            events: keys.or("events", Vec::new(), list(EVENTS, ScriptEvent::read))?,
+        })
+    }
+
+    pub(super) fn check(&self, world: &World) -> Checked {
+        let period = self.period.unwrap_or(1.0);
+        let right = period >= 0.001 && period.is_finite();
+        at("period", expect(right, || format!("expected 0.001 or more, not {period}")))?;
+        each("events", &self.events, |event| event.check(world))
+    }
+}
+
+impl ScriptEvent {
+    fn read(value: &DeValue<'_>) -> Read<Self> {
+        let known = ["at", "controller", "input", "pressed", "remote", "i2c"];
+        let all = Keys::of(value, EVENT, &known)?;
+        let at = all.required("at", number)?;
+        // Each kind has its own keys besides the time.
+        let action = if all.has("remote") {
+            let keys = Keys::of(value, EVENT, &["at", "remote"])?;
+            ScriptAction::Remote(keys.required("remote", Remote::read)?)
+        } else if all.has("i2c") {
+            Keys::of(value, EVENT, &["at", "i2c"])?.required("i2c", ScriptAction::read_i2c)?
+        } else {
+            ScriptAction::Press {
+                controller: all.or("controller", 0, whole(0..=CONTROLLERS))?,
+                input: all.required("input", terminal_value(&Input::ALL))?,
+                pressed: all.required("pressed", truth)?,
+            }
+        };
+        Ok(Self { at, action })
+    }
+
+    fn check(&self, world: &World) -> Checked {
+        let time = self.at;
+        not_negative("at", time)?;
+        let most = world.script.period.unwrap_or(f64::INFINITY);
+        at("at", expect(time < most, || format!("expected less than the period, {most}")))?;
+        match &self.action {
+            ScriptAction::Press { controller, input, .. } => {
+                check_press(world, *controller, *input)
+            }
+            ScriptAction::Remote(remote) => {
+                let known = world.remotes.iter().any(|known| known.is_set_like(remote));
+                let reason = || String::from("expected dip1 and dip2 of a remote in this world");
+                at("remote", remote.check().and_then(|()| expect(known, reason)))
+            }
+            ScriptAction::I2c { address, .. } => {
+                let known = world.i2c.iter().any(|device| device.address == *address);
+                let reason = || format!("expected a device of this world, not {address:#04x}");
+                at("i2c", at("address", expect(known, reason)))
+            }
+        }
+    }
+}
+
+fn check_press(world: &World, controller: usize, input: Input) -> Checked {
+    let Some(board) = world.board(controller) else {
+        let reason = format!("expected a controller of this world, not {controller}");
+        return Err(Mistake::new(reason).within("controller"));
+    };
+    let sensor = board.inputs.get(&input);
+    let presses = sensor.is_some_and(Sensor::is_pressable);
+    at("input", expect(presses, || format!("expected a button or switch on {input}")))?;
+    let moved = board.moved_inputs().any(|(_, _, moved)| moved == input);
+    at("input", expect(!moved, || format!("{input} is pressed by a slide")))
+}
+
+impl ScriptAction {
+    fn read_i2c(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, DEVICE, &["address", "register", "values"])?;
+        let address = keys.required("address", i2c_device::address())?;
+        let (register, values) = i2c_device::register_keys(&keys)?;
+        Ok(Self::I2c { address, register, values })
     }
 }

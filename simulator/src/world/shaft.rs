@@ -163,7 +163,7 @@ mod tests {
             start_switch: None,
             end_switch: None,
             seen_by: Some(super::super::SeenBy {
-                input: super::super::Input::I4,
+                input: ft_transfer_area::tx::Input::I4,
                 start_cm: 20.0,
                 end_cm: 10.0,
             }),

@@ -3,7 +3,7 @@
 use ft_transfer_area::transfer_area::InputMode;
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::FishX1Transfer;
-use ft_transfer_area_simulator::world::{Board, Remote, Sensor, World, WorldState};
+use ft_transfer_area_simulator::world::{Board, Remote, Sensor, SensorValue, World, WorldState};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde::Serialize;
 
@@ -35,18 +35,12 @@ struct BoardReport {
 #[derive(Serialize)]
 struct SensorReport {
     input: usize,
-    #[serde(flatten)]
-    sensor: SensorValue,
-    moved_by: Option<usize>,
-}
-
-#[derive(Serialize)]
-struct SensorValue {
     kind: &'static str,
     value: f64,
     min: f64,
     max: f64,
     unit: &'static str,
+    moved_by: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -120,14 +114,8 @@ impl Simulated {
 
 fn configure(world: &WorldState, index: usize, area: &mut FishX1Transfer) {
     for input in Input::ALL {
-        let (mode, digital) = match world.sensor(index, input) {
-            Some(Sensor::Voltage { .. } | Sensor::Colour { .. }) => (InputMode::Voltage, false),
-            Some(Sensor::Trail { .. }) => (InputMode::Voltage, true),
-            Some(Sensor::Ultrasonic { .. }) => (InputMode::Ultrasonic, false),
-            Some(Sensor::Resistor { .. } | Sensor::Ntc { .. }) => (InputMode::Resistance, false),
-            Some(Sensor::PhotoTransistor { .. }) => (InputMode::Resistance15k, false),
-            _ => (InputMode::Resistance, true),
-        };
+        let sensor = world.sensor(index, input);
+        let (mode, digital) = sensor.map_or((InputMode::Resistance, true), Sensor::input_mode);
         area.set_ft_uni_config(input, mode, digital);
     }
     for motor in Motor::ALL {
@@ -160,23 +148,12 @@ fn set(world: &mut WorldState, area: usize, input: Input, value: f64) -> Result<
     let Some(mut sensor) = world.sensor(area, input).cloned() else {
         return Err(Problem::new("no_sensor", format!("no sensor is plugged into {input}")));
     };
-    let Some(SensorValue { min, max, .. }) = sensor_value(&sensor) else {
-        return Err(Problem::new("no_sensor", format!("the sensor at {input} can't be set here")));
-    };
+    let SensorValue { min, max, .. } = sensor.value();
     if !(min..=max).contains(&value) {
         let text = format!("the value of {input} is {value}, but has to be {min} to {max}");
         return Err(Problem::new("out_of_range", text));
     }
-    match &mut sensor {
-        Sensor::Switch { pressed, .. } | Sensor::Button { pressed, .. } => *pressed = value >= 0.5,
-        Sensor::Trail { white } => *white = value >= 0.5,
-        Sensor::Resistor { ohms } => *ohms = value.round() as u32,
-        Sensor::Ntc { celsius } => *celsius = value,
-        Sensor::PhotoTransistor { light } => *light = value / 100.0,
-        Sensor::Voltage { mv } | Sensor::Colour { mv } => *mv = value.round() as u16,
-        Sensor::Ultrasonic { cm } => *cm = value,
-        _ => {}
-    }
+    sensor.set_value(value);
     world.set_sensor(area, input, Some(sensor));
     Ok(())
 }
@@ -217,9 +194,18 @@ fn report(machine: &Machine, world: &World) -> Option<WorldReport> {
 
 fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) -> BoardReport {
     let sensor = |input: Input| {
-        let sensor = sensor_value(state.sensor(index, input)?)?;
+        let sensor = state.sensor(index, input)?;
+        let SensorValue { value, min, max, unit, .. } = sensor.value();
         let moved_by = state.moved_by(index, input).map(Motor::index);
-        Some(SensorReport { input: input.index(), sensor, moved_by })
+        Some(SensorReport {
+            input: input.index(),
+            kind: sensor.kind(),
+            value,
+            min,
+            max,
+            unit,
+            moved_by,
+        })
     };
     let motor = |motor: Motor| {
         let speed = state.motor_speed(index, motor)?;
@@ -238,23 +224,4 @@ fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) ->
         motors: Motor::ALL.into_iter().filter_map(motor).collect(),
         lamps: Output::ALL.into_iter().filter_map(lamp).collect(),
     }
-}
-
-/// The present value of a sensor, and what a page may set; `None` for one that this program does not know.
-fn sensor_value(sensor: &Sensor) -> Option<SensorValue> {
-    let whole = |kind, on: bool| (kind, f64::from(u8::from(on)), 0.0, 1.0, "");
-    let (kind, value, min, max, unit) = match *sensor {
-        Sensor::Switch { pressed, .. } => whole("switch", pressed),
-        Sensor::Button { pressed, .. } => whole("button", pressed),
-        Sensor::Trail { white } => whole("trail", white),
-        Sensor::Resistor { ohms } => ("resistor", f64::from(ohms), 0.0, 16_000.0, "Ω"),
-        Sensor::Ntc { celsius } => ("ntc", celsius, -50.0, 150.0, "°C"),
-        Sensor::PhotoTransistor { light } => ("photo", light * 100.0, 0.0, 100.0, "%"),
-        Sensor::Voltage { mv } => ("voltage", f64::from(mv), 0.0, 10_000.0, "mV"),
-        Sensor::Colour { mv } => ("colour", f64::from(mv), 0.0, 10_000.0, "mV"),
-        // From 1024 cm on there is no echo.
-        Sensor::Ultrasonic { cm } => ("ultrasonic", cm.min(1024.0), 0.0, 1024.0, "cm"),
-        _ => return None,
-    };
-    Some(SensorValue { kind, value, min, max, unit })
 }

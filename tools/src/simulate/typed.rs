@@ -101,21 +101,10 @@ fn set_sensor(
             _ => format!("{target} is pressed by the slide of {motor}"),
         });
     }
-    let sensor = match world.sensor(controller, plug) {
-        // A value out of range becomes the nearest one in the range.
-        Some(Sensor::Resistor { .. }) => Sensor::Resistor { ohms: value as u32 },
-        Some(Sensor::Ntc { .. }) => Sensor::Ntc { celsius: value },
-        Some(Sensor::PhotoTransistor { .. }) => Sensor::PhotoTransistor { light: value / 100.0 },
-        Some(Sensor::Voltage { .. }) => Sensor::Voltage { mv: value as u16 },
-        Some(Sensor::Ultrasonic { .. }) => Sensor::Ultrasonic { cm: value },
-        Some(Sensor::Colour { .. }) => Sensor::Colour { mv: value as u16 },
-        Some(Sensor::Trail { .. }) => Sensor::Trail { white: value != 0.0 },
-        Some(_) => {
-            world.press(controller, plug, value != 0.0);
-            return Ok(());
-        }
-        None => return Err(format!("nothing is plugged into {target} in this world")),
+    let Some(mut sensor) = world.sensor(controller, plug).cloned() else {
+        return Err(format!("nothing is plugged into {target} in this world"));
     };
+    sensor.set_value(value);
     world.set_sensor(controller, plug, Some(sensor));
     Ok(())
 }

@@ -32,7 +32,7 @@ const ENGLISH = {
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
   press: "Press {name}", plugIn: "Plug in", plugOut: "Unplug", plug: "Plug {name} in or out",
-  button: "Button", switch: "Switch", photo: "Light", ntc: "Warmth", voltage: "Voltage", ultrasonic: "Distance",
+  button: "Button", switch: "Switch", photo_transistor: "Light", ntc: "Warmth", voltage: "Voltage", ultrasonic: "Distance",
   trail: "Trail sensor", colour: "Colour sensor", resistor: "Resistor", black: "black", white: "white",
   motorOf: "Motor {name}, {speed} turns a second", slideOf: "Slide of {name}, at {place} %", lampOf: "Lamp {name}, {glow} %",
   remote: "Remote {number}", remotes: "Remotes", remoteAny: "Any remote",
@@ -81,7 +81,7 @@ const GERMAN = {
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
   press: "{name} drücken", plugIn: "Anstecken", plugOut: "Abziehen", plug: "{name} anstecken oder abziehen",
-  button: "Taster", switch: "Schalter", photo: "Licht", ntc: "Wärme", voltage: "Spannung", ultrasonic: "Abstand",
+  button: "Taster", switch: "Schalter", photo_transistor: "Licht", ntc: "Wärme", voltage: "Spannung", ultrasonic: "Abstand",
   trail: "Spursensor", colour: "Farbsensor", resistor: "Widerstand", black: "schwarz", white: "weiß",
   motorOf: "Motor {name}, {speed} Umdrehungen je Sekunde", slideOf: "Schlitten von {name}, bei {place} %", lampOf: "Lampe {name}, {glow} %",
   remote: "Fernbedienung {number}", remotes: "Fernbedienungen", remoteAny: "Irgendeine",
