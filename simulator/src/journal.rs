@@ -1,17 +1,70 @@
-//! What a client does, in the log.
+//! What is logged while the machine is locked.
+//!
+//! A logger may block, as on a terminal after Ctrl-S. So a thread that has locked the machine of a simulated TXT keeps
+//! its lines until it has unlocked it.
 
+use std::cell::RefCell;
 use std::fmt;
+
+use log::Level;
 
 use crate::oddity::Name;
 use ft_transfer_area::wire::ExchangeData;
 
+thread_local! {
+    /// The lines of this thread that are not logged yet; `None` while it has locked no machine.
+    static KEPT: RefCell<Option<Vec<(Level, String)>>> = const { RefCell::new(None) };
+}
+
+/// While it exists, the lines of this thread are kept. They are logged when it is dropped.
+pub(super) struct KeptLines {
+    /// A script may use the machine of another simulated TXT, while that of its own is locked.
+    is_outermost: bool,
+}
+
+impl KeptLines {
+    pub(super) fn begin() -> Self {
+        let is_outermost = KEPT.with_borrow_mut(|kept| match kept {
+            Some(_) => false,
+            None => {
+                *kept = Some(Vec::new());
+                true
+            }
+        });
+        Self { is_outermost }
+    }
+}
+
+impl Drop for KeptLines {
+    fn drop(&mut self) {
+        if self.is_outermost {
+            for (level, line) in KEPT.take().into_iter().flatten() {
+                log::log!(level, "{line}");
+            }
+        }
+    }
+}
+
+/// Logs a line, or keeps it while this thread has locked a machine.
+pub(super) fn log(level: Level, line: fmt::Arguments<'_>) {
+    if !log::log_enabled!(level) {
+        return;
+    }
+    let keeps = KEPT.with_borrow_mut(|kept| {
+        kept.as_mut().map(|lines| lines.push((level, line.to_string()))).is_some()
+    });
+    if !keeps {
+        log::log!(level, "{line}");
+    }
+}
+
 /// Logs what these outputs of a controller change: switched motors, new commands.
 ///
 /// A duty is logged only when an output goes on or off, so that a control loop does not fill the log.
-pub(super) fn tell(controller: usize, before: &ExchangeData, now: &ExchangeData) {
-    if log::log_enabled!(log::Level::Info) {
+pub(super) fn log_changes(controller: usize, before: &ExchangeData, now: &ExchangeData) {
+    if log::log_enabled!(Level::Info) {
         for change in changes(before, now) {
-            log::info!("{}: {change}", Name(controller));
+            log(Level::Info, format_args!("{}: {change}", Name(controller)));
         }
     }
 }
@@ -88,7 +141,7 @@ mod tests {
             sound_index: 3,
             sound_repeat: 2,
         };
-        let told: Vec<String> = changes(&before, &now).iter().map(Change::to_string).collect();
+        let logged: Vec<String> = changes(&before, &now).iter().map(Change::to_string).collect();
         let expected = [
             "O1 is set to 0",
             "O2 is set to 300",
@@ -96,7 +149,7 @@ mod tests {
             "C4 is reset, id 9",
             "sound command 1: sound 3, repeat 2",
         ];
-        assert_eq!(told, expected);
+        assert_eq!(logged, expected);
         assert_eq!(changes(&now, &now), []);
         let slower = ExchangeData { duty: [0, 299, 0, 0, 0, 0, 0, 0], ..now };
         assert_eq!(changes(&now, &slower), []);

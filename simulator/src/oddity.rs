@@ -4,6 +4,9 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::mem;
 
+use log::Level;
+
+use crate::journal;
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 
@@ -139,7 +142,7 @@ impl Oddities {
             return;
         }
         self.noted.push(oddity.clone());
-        log::warn!("the client is odd: {oddity}");
+        journal::log(Level::Warn, format_args!("the client is odd: {oddity}"));
         if self.sentences.len() == SENTENCES_KEPT {
             self.sentences.pop_front();
         }

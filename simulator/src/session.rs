@@ -1,6 +1,9 @@
 //! One connection's protocol: bytes of commands to bytes of responses, without I/O or a clock.
 
+use log::Level;
+
 use crate::command::{command_id, Misbehaviour};
+use crate::journal;
 use crate::machine::Machine;
 use crate::oddity::Oddity;
 use crate::words::{self, COMMAND_WORDS};
@@ -80,7 +83,7 @@ impl Session {
         let id = command_id(command)?;
         machine.note_command(id);
         if !matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
-            log::info!("the client sends {id}");
+            journal::log(Level::Info, format_args!("the client sends {id}"));
         }
         let needs_online =
             !matches!(id, CommandId::QueryStatus | CommandId::StartOnline | CommandId::StopOnline);
@@ -118,7 +121,8 @@ impl Session {
     ) {
         machine.pass_exchange();
         script(machine);
-        log::trace!("exchange {} takes place", machine.exchanges());
+        let number = machine.exchanges();
+        journal::log(Level::Trace, format_args!("exchange {number} takes place"));
         match exchange {
             Exchange::Simple => {
                 if let Some(master) = machine.reachable().next() {
@@ -228,7 +232,7 @@ fn start_camera(
 
 fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
     machine.stop_camera();
-    log::info!("the camera stops");
+    journal::log(Level::Info, format_args!("the camera stops"));
     ResponseId::StopCameraOnline.emit(out);
 }
 

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use mio::Waker;
 use parking_lot::{Condvar, Mutex};
 
+use crate::journal::KeptLines;
 use crate::machine::Machine;
 use crate::pause::Clock;
 
@@ -58,6 +59,8 @@ impl Shared {
 
     /// Reads or changes the machine as it is now.
     pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
+        // Dropped after the machine is unlocked.
+        let kept_lines = KeptLines::begin();
         let mut machine = self.machine.lock();
         machine.catch_up();
         let (run, time) = (machine.camera_run(), machine.camera_time());
@@ -72,6 +75,7 @@ impl Shared {
         if is_other_run {
             self.wake(|thread| thread.is_camera);
         }
+        drop(kept_lines);
         result
     }
 
@@ -129,10 +133,12 @@ impl Shared {
 
     /// Wakes these threads, if they wait for sockets.
     fn wake(&self, which: impl Fn(&ThreadWaker) -> bool) {
-        for thread in self.wakers.lock().iter().filter(|thread| which(thread)) {
-            if let Err(error) = thread.waker.wake() {
-                log::error!("a thread of the simulated TXT can't be woken: {error}");
-            }
+        let wakers = self.wakers.lock();
+        let woken = wakers.iter().filter(|thread| which(thread)).map(|thread| thread.waker.wake());
+        let failed = woken.filter_map(Result::err).last();
+        drop(wakers);
+        if let Some(error) = failed {
+            log::error!("a thread of the simulated TXT can't be woken: {error}");
         }
     }
 

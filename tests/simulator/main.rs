@@ -12,6 +12,7 @@ mod faults;
 mod i2c;
 mod idle;
 mod lock_step;
+mod logger;
 mod microphone;
 mod motor_control;
 mod oddities;

@@ -10,6 +10,9 @@ mod test_card;
 use std::sync::Arc;
 use std::time::Duration;
 
+use log::Level;
+
+use crate::journal;
 use ft_transfer_area::wire::StartCameraOnline;
 
 pub use connection::CameraConnection;
@@ -54,10 +57,13 @@ impl Camera {
         self.stop();
         let Some(format) = Format::of(&settings) else {
             let StartCameraOnline { width, height, .. } = settings;
-            log::warn!("the camera has no pictures of {width} × {height} and does not start");
+            journal::log(
+                Level::Warn,
+                format_args!("the camera has no pictures of {width} × {height} and does not start"),
+            );
             return;
         };
-        log::info!("the camera starts: {format:?}");
+        journal::log(Level::Info, format_args!("the camera starts: {format:?}"));
         self.starts += 1;
         self.run = Some(CameraRun { number: self.starts, settings, format, since: now });
     }

@@ -140,7 +140,7 @@ impl Machine {
         let config = self.controllers.get(index).map(|controller| &controller.config);
         self.oddities.check_outputs(index, &outputs, config);
         if self.reaches(index) {
-            journal::tell(index, &self.controllers[index].outputs, &outputs);
+            journal::log_changes(index, &self.controllers[index].outputs, &outputs);
         }
         self.set_outputs(index, outputs);
     }

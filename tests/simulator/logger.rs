@@ -1,0 +1,107 @@
+//! A logger that blocks, as on a terminal after Ctrl-S, stops no other thread.
+
+use std::sync::mpsc;
+use std::sync::{Condvar, Mutex};
+use std::thread;
+
+use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area_simulator::world::World;
+
+use crate::unpaced;
+use crate::wire_client::{Client, LIMIT};
+
+/// The end of a line that no other test causes. The logger blocks at it.
+const OF_CLIENT: &str = "O1 of the master got duty 1234, which is not 0..=512";
+/// The same.
+const OF_PROGRAM: &str = "there is no motor on M3 of extension 7, so its distance never ends";
+
+static LOGGER: Logger = Logger { state: Mutex::new(State::Free), changed: Condvar::new() };
+
+/// Whether a thread is blocked.
+struct Logger {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    /// None is.
+    Free,
+    /// A thread is blocked.
+    Blocked,
+}
+
+impl Logger {
+    fn set(&self, state: State) {
+        *self.state.lock().unwrap() = state;
+        self.changed.notify_all();
+    }
+
+    fn wait_until_blocked(&self) {
+        let state = self.state.lock().unwrap();
+        let waits = |state: &mut State| *state != State::Blocked;
+        let (_state, waited) = self.changed.wait_timeout_while(state, LIMIT, waits).unwrap();
+        assert!(!waited.timed_out(), "the line does not come");
+    }
+}
+
+impl log::Log for Logger {
+    fn enabled(&self, _: &log::Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &log::Record<'_>) {
+        let line = record.args().to_string();
+        if line.ends_with(OF_CLIENT) || line.ends_with(OF_PROGRAM) {
+            self.set(State::Blocked);
+            let state = self.state.lock().unwrap();
+            drop(self.changed.wait_while(state, |state| *state == State::Blocked).unwrap());
+        }
+    }
+
+    fn flush(&self) {}
+}
+
+/// Ends the block, even if the test fails.
+struct Unblock;
+
+impl Drop for Unblock {
+    fn drop(&mut self) {
+        LOGGER.set(State::Free);
+    }
+}
+
+#[test]
+fn a_blocked_logger_stops_no_other_thread() {
+    log::set_logger(&LOGGER).unwrap();
+    log::set_max_level(log::LevelFilter::Warn);
+    let txt = unpaced().extensions(7).world(World::new()).start().unwrap();
+    let mut client = Client::online(&txt);
+    thread::scope(|scope| {
+        let unblock = Unblock;
+        client.send_exchange(&ExchangeData {
+            duty: [1234, 0, 0, 0, 0, 0, 0, 0],
+            ..ExchangeData::default()
+        });
+        LOGGER.wait_until_blocked();
+        let (sender, seen) = mpsc::channel();
+        let txt = &txt;
+        scope.spawn(move || sender.send(txt.with_machine(|machine| machine.online())));
+        assert_eq!(seen.recv_timeout(LIMIT), Ok(true), "a program can't look at the machine");
+        drop(unblock);
+    });
+    client.receive(ExchangeDataResponse::LEN);
+    thread::scope(|scope| {
+        let _unblock = Unblock;
+        scope.spawn(|| {
+            let outputs = ExchangeData {
+                distance: [0, 0, 9, 0],
+                motor_command_id: [0, 0, 1, 0],
+                ..ExchangeData::default()
+            };
+            txt.with_machine(|machine| machine.set_outputs(7, outputs));
+        });
+        LOGGER.wait_until_blocked();
+        client.exchange(&ExchangeData::default());
+    });
+}
