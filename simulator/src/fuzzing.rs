@@ -1,9 +1,9 @@
 //! The answers of the ports, without a connection.
 
-use crate::command;
 use crate::i2c::server;
 use crate::machine::Machine;
-use crate::session::{Script, Session, Settings};
+use crate::server::command;
+use crate::server::session::{Script, Session, Settings};
 use ft_transfer_area::FirmwareVersion;
 
 /// The main port, with one client after another.

@@ -123,35 +123,17 @@
 
 mod builder;
 mod camera;
-mod command;
-mod controller;
-mod end;
 mod error;
 mod fault;
-mod fault_text;
-mod faults;
 #[cfg(feature = "__fuzzing")]
 #[doc(hidden)]
 pub mod fuzzing;
 mod i2c;
-mod inbox;
-mod journal;
 mod machine;
-mod motor;
-mod oddity;
-mod outgoing;
-mod pause;
-mod port;
-mod ports;
-mod random;
 // It replays recordings that are in the repository, not in the package.
 #[cfg(all(test, feature = "__fuzzing"))]
 mod replay;
 mod server;
-mod session;
-mod shared;
-mod sound;
-mod words;
 pub mod world;
 
 use std::fmt;
@@ -162,14 +144,13 @@ use std::time::Duration;
 
 pub use builder::SimulatedTxtBuilder;
 pub use camera::CameraConnection;
-pub use controller::Controller;
 pub use error::Error;
-pub use fault::{Fault, FaultKind, FaultPlace};
-pub use fault_text::ParseFaultError;
+pub use fault::{Fault, FaultKind, FaultPlace, ParseFaultError};
 pub use i2c::I2C_REGISTERS;
+pub use machine::controller::Controller;
 pub use machine::Machine;
 
-use shared::Shared;
+use server::shared::Shared;
 
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.
 ///

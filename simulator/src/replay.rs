@@ -8,10 +8,10 @@ use std::{env, fs};
 
 use serde_json::Value;
 
-use crate::command::command_size;
 use crate::machine::Machine;
-use crate::session::{Script, Session, Settings};
-use crate::words;
+use crate::server::command::command_size;
+use crate::server::session::{Script, Session, Settings};
+use crate::server::words;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{
     CmprHeader, ExchangeData, ExchangeDataResponse, Expander, IrRemote, QueryStatusResponse,

@@ -8,8 +8,8 @@ use crossbeam_channel::{unbounded, Receiver, Sender};
 use mio::net::TcpStream;
 
 use crate::machine::Machine;
-use crate::port::Port;
-use crate::shared::Stopped;
+use crate::server::port::Port;
+use crate::server::shared::Stopped;
 
 /// When the simulated camera accepts connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use log::Level;
 
-use crate::journal;
+use crate::machine::journal;
 use ft_transfer_area::wire::StartCameraOnline;
 
 pub use connection::CameraConnection;

@@ -9,10 +9,9 @@ use super::connection::Clients;
 use super::frame::{frame, frame_of};
 use super::test_card::TestCard;
 use super::{CameraRun, Format};
-use crate::end::End;
 use crate::machine::Machine;
-use crate::port::{Link, Port};
-use crate::shared::{Shared, Stopped};
+use crate::server::port::{End, Link, Port};
+use crate::server::shared::{Shared, Stopped};
 use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
 /// Why a connection ends when the camera is stopped or started again.

@@ -5,8 +5,7 @@ use std::time::{Duration, Instant};
 use mio::net::TcpStream;
 
 use super::{ADDRESS_MAX, I2C_REGISTERS};
-use crate::end::End;
-use crate::port::{Link, Port};
+use crate::server::port::{End, Link, Port};
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 use ft_transfer_area::Error;
 
@@ -132,7 +131,7 @@ mod tests {
 
     use super::*;
     use crate::machine::Machine;
-    use crate::shared::Shared;
+    use crate::server::shared::Shared;
 
     fn header(device: u32, write_len: u32, read_len: u16) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -2,11 +2,11 @@
 
 use super::Machine;
 use crate::camera::CameraRun;
-use crate::controller::Controller;
 use crate::fault::FaultKind;
 use crate::i2c::I2cBus;
-use crate::journal;
-use crate::oddity::Oddity;
+use crate::machine::controller::Controller;
+use crate::machine::journal;
+use crate::machine::oddity::Oddity;
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
 

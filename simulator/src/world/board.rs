@@ -10,7 +10,7 @@ use super::motor_model::{MotorModel, Slide, SEEN_BY};
 use super::read::{list, map, terminal, terminal_value, Keys, Read};
 use super::sensor::Sensor;
 use super::shaft::Shaft;
-use crate::controller::Controller;
+use crate::machine::controller::Controller;
 use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_MOTOR};
 use ft_transfer_area::tx::{Input, Motor, Output};
 

@@ -8,9 +8,9 @@ use super::script::{ScriptAction, ScriptState};
 use super::sensor::Sensor;
 use super::shaft::{Shaft, TICK_MICROS};
 use super::World;
-use crate::controller::Controller;
 use crate::i2c::I2cBus;
-use crate::oddity::Encoder;
+use crate::machine::controller::Controller;
+use crate::machine::oddity::Encoder;
 use ft_transfer_area::tx::{Input, Motor, Output};
 
 /// The longest step in µs: an hour. Longer steps are cut to it.

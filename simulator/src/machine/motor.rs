@@ -29,7 +29,7 @@ const LOOK_AHEAD: f64 = 0.02;
 
 /// One motor and its command.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Motor {
+pub(crate) struct Motor {
     goal: Goal,
     /// Index of the motor whose speed is followed.
     leader: Option<usize>,
@@ -54,7 +54,7 @@ enum Goal {
 
 impl Motor {
     /// Begins a command. The caller resets the counter when it [has a distance](Self::has_distance).
-    pub(super) fn begin(&mut self, id: u16, master: i16, distance: u16) {
+    pub(crate) fn begin(&mut self, id: u16, master: i16, distance: u16) {
         let master = usize::try_from(master).unwrap_or(0);
         let injects_error = (IZ_MOTOR + 1..=2 * IZ_MOTOR).contains(&master);
         let before = mem::take(self);
@@ -78,23 +78,23 @@ impl Motor {
     }
 
     /// Whether the motor is on its way to the end of a distance.
-    pub(super) fn has_distance(&self) -> bool {
+    pub(crate) fn has_distance(&self) -> bool {
         matches!(self.goal, Goal::Distance { .. })
     }
 
     /// Whether the motor has come to the end of a distance.
-    pub(super) fn has_reached(&self) -> bool {
+    pub(crate) fn has_reached(&self) -> bool {
         matches!(self.goal, Goal::Reached)
     }
 
     /// Index of the motor whose speed is followed.
-    pub(super) fn leader(&self) -> Option<usize> {
+    pub(crate) fn leader(&self) -> Option<usize> {
         self.leader
     }
 
     /// The part of its power that a motor of a world gets for its own command, at these pulses per
     /// second. 0 brakes it.
-    pub(super) fn allowed(&self, pulse_rate: f64) -> f64 {
+    pub(crate) fn allowed(&self, pulse_rate: f64) -> f64 {
         match self.goal {
             Goal::Endless => 1.0,
             Goal::Reached => 0.0,
@@ -111,28 +111,28 @@ impl Motor {
 
     /// The parts of their power that it and its leader get at these pulses per second, so that
     /// neither gets too far ahead.
-    pub(super) fn allowed_together(&self, own_rate: f64, leader_rate: f64) -> [f64; 2] {
+    pub(crate) fn allowed_together(&self, own_rate: f64, leader_rate: f64) -> [f64; 2] {
         let behind = self.lead as f64 + LOOK_AHEAD * (leader_rate - own_rate);
         [-behind, behind].map(|ahead| (1.0 - ahead / MOST_AHEAD).clamp(0.0, 1.0))
     }
 
     /// A motor of a world has turned by this many pulses.
-    pub(super) fn count(&mut self, pulses: u16) {
+    pub(crate) fn count(&mut self, pulses: u16) {
         self.finish(u64::from(pulses));
     }
 
     /// Compares the pulses that it and its leader have turned.
-    pub(super) fn compare(&mut self, own: u16, leader: u16) {
+    pub(crate) fn compare(&mut self, own: u16, leader: u16) {
         self.lead = self.lead.saturating_add(i64::from(leader) - i64::from(own));
     }
 
     /// Id of the last command that is done.
-    pub(super) fn finished_id(&self) -> u16 {
+    pub(crate) fn finished_id(&self) -> u16 {
         self.finished_id
     }
 
     /// Turns with `duty` (0..=512) for this many µs. Returns the pulses.
-    pub(super) fn turn(&mut self, duty: u16, micros: u64) -> u64 {
+    pub(crate) fn turn(&mut self, duty: u16, micros: u64) -> u64 {
         if matches!(self.goal, Goal::Reached) {
             return 0;
         }

@@ -3,10 +3,10 @@
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
 /// Words per controller in a command.
-pub(super) const COMMAND_WORDS: usize = 27;
+pub(crate) const COMMAND_WORDS: usize = 27;
 
 /// Reads the outputs of one controller from its [`COMMAND_WORDS`].
-pub(super) fn outputs(words: &[u16]) -> ExchangeData {
+pub(crate) fn outputs(words: &[u16]) -> ExchangeData {
     let mut words = words.iter().copied();
     let mut next = || words.next().unwrap_or_default();
     ExchangeData {
@@ -22,7 +22,7 @@ pub(super) fn outputs(words: &[u16]) -> ExchangeData {
 }
 
 /// Appends the 50 words of one controller's inputs.
-pub(super) fn push_inputs(report: &ExchangeDataResponse, words: &mut Vec<u16>) {
+pub(crate) fn push_inputs(report: &ExchangeDataResponse, words: &mut Vec<u16>) {
     words.extend(report.uni.map(|value| value as u16));
     words.extend(report.counter_input.map(|value| value as u16));
     words.extend(report.counter.map(|value| value as u16));

@@ -5,16 +5,16 @@ use std::time::{Duration, Instant};
 use mio::Waker;
 use parking_lot::{Condvar, Mutex};
 
-use crate::journal::KeptLines;
+use crate::machine::journal::KeptLines;
 use crate::machine::Machine;
-use crate::pause::Clock;
+use crate::server::pause::Clock;
 
 /// The simulated TXT is being dropped, and its threads should end.
 #[derive(Debug)]
-pub(super) struct Stopped;
+pub(crate) struct Stopped;
 
 /// What the threads and their owner share.
-pub(super) struct Shared {
+pub(crate) struct Shared {
     machine: Mutex<Machine>,
     /// The machine may have changed.
     changed: Condvar,
@@ -35,7 +35,7 @@ struct ThreadWaker {
 }
 
 impl Shared {
-    pub(super) fn new(machine: Machine) -> Self {
+    pub(crate) fn new(machine: Machine) -> Self {
         Self::with_clock(machine, Clock::OF_SYSTEM)
     }
 
@@ -53,12 +53,12 @@ impl Shared {
 
     /// Wakes one more thread when the threads should end; that of the camera also when the camera is started or
     /// stopped.
-    pub(super) fn add_waker(&self, waker: Waker, is_camera: bool) {
+    pub(crate) fn add_waker(&self, waker: Waker, is_camera: bool) {
         self.wakers.lock().push(ThreadWaker { waker, is_camera });
     }
 
     /// Reads or changes the machine as it is now.
-    pub(super) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
+    pub(crate) fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
         // Dropped after the machine is unlocked.
         let kept_lines = KeptLines::begin();
         let mut machine = self.machine.lock();
@@ -80,12 +80,12 @@ impl Shared {
     }
 
     /// Reads the machine as it was left. Wakes no thread that waits for a change.
-    pub(super) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
+    pub(crate) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
         f(&self.machine.lock())
     }
 
     /// Waits until the condition holds, at most for the limit. Returns whether it holds.
-    pub(super) fn wait_until(
+    pub(crate) fn wait_until(
         &self,
         limit: Duration,
         mut condition: impl FnMut(&Machine) -> bool,
@@ -101,7 +101,7 @@ impl Shared {
 
     /// Waits for the camera until `look` has a result. Until then it tells after which time it has to look again,
     /// if there are no news of the camera before.
-    pub(super) fn wait_for_camera<R>(
+    pub(crate) fn wait_for_camera<R>(
         &self,
         look: impl Fn(&Machine) -> Result<R, Duration>,
     ) -> Result<R, Stopped> {
@@ -122,7 +122,7 @@ impl Shared {
     }
 
     /// Tells the threads to end.
-    pub(super) fn stop(&self) {
+    pub(crate) fn stop(&self) {
         *self.stopping.lock() = true;
         self.stopped.notify_all();
         // The camera's thread may have checked this and not wait yet: it has the machine until then.
@@ -143,7 +143,7 @@ impl Shared {
     }
 
     /// Whether the thread may go on.
-    pub(super) fn check(&self) -> Result<(), Stopped> {
+    pub(crate) fn check(&self) -> Result<(), Stopped> {
         if *self.stopping.lock() {
             return Err(Stopped);
         }
@@ -151,7 +151,7 @@ impl Shared {
     }
 
     /// Waits for this time, or until the thread should end.
-    pub(super) fn rest(&self, time: Duration) -> Result<(), Stopped> {
+    pub(crate) fn rest(&self, time: Duration) -> Result<(), Stopped> {
         if time.is_zero() {
             return self.check();
         }

@@ -1,4 +1,14 @@
-//! The thread of the main connection and its sockets.
+//! The thread of the main connection and its sockets, and what the threads of all three ports need.
+
+pub(crate) mod command;
+pub(crate) mod faults;
+mod outgoing;
+mod pause;
+pub(crate) mod port;
+pub(crate) mod ports;
+pub(crate) mod session;
+pub(crate) mod shared;
+pub(crate) mod words;
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
@@ -6,18 +16,16 @@ use std::time::{Duration, Instant};
 use mio::net::TcpStream;
 
 use crate::camera::Doorman;
-use crate::command::{ahead, command_id, Ahead, Misbehaviour};
-use crate::end::End;
 use crate::fault::FaultKind;
-use crate::faults::{Faults, Position};
-use crate::inbox::Inbox;
+use crate::machine::oddity::Oddity;
 use crate::machine::Machine;
-use crate::oddity::Oddity;
-use crate::outgoing::Outgoing;
-use crate::port::{has_passed, Link, Port};
-use crate::session::{Script, Session, Settings};
-use crate::shared::{Shared, Stopped};
+use command::{ahead, command_id, Ahead, Inbox, Misbehaviour};
+use faults::{Faults, Position};
 use ft_transfer_area::wire::CommandId;
+use outgoing::Outgoing;
+use port::{has_passed, End, Link, Port};
+use session::{Script, Session, Settings};
+use shared::{Shared, Stopped};
 
 /// How long a client may leave a response unread before it is cut off. The buffers of the
 /// operating system hold hundreds of responses, so only a client that never reads is cut off.

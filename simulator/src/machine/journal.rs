@@ -8,7 +8,7 @@ use std::fmt;
 
 use log::Level;
 
-use crate::oddity::Name;
+use crate::machine::oddity::Name;
 use ft_transfer_area::wire::ExchangeData;
 
 thread_local! {
@@ -17,13 +17,13 @@ thread_local! {
 }
 
 /// While it exists, the lines of this thread are kept. They are logged when it is dropped.
-pub(super) struct KeptLines {
+pub(crate) struct KeptLines {
     /// A script may use the machine of another simulated TXT, while that of its own is locked.
     is_outermost: bool,
 }
 
 impl KeptLines {
-    pub(super) fn begin() -> Self {
+    pub(crate) fn begin() -> Self {
         let is_outermost = KEPT.with_borrow_mut(|kept| match kept {
             Some(_) => false,
             None => {
@@ -46,7 +46,7 @@ impl Drop for KeptLines {
 }
 
 /// Logs a line, or keeps it while this thread has locked a machine.
-pub(super) fn log(level: Level, line: fmt::Arguments<'_>) {
+pub(crate) fn log(level: Level, line: fmt::Arguments<'_>) {
     if !log::log_enabled!(level) {
         return;
     }
@@ -61,7 +61,7 @@ pub(super) fn log(level: Level, line: fmt::Arguments<'_>) {
 /// Logs what these outputs of a controller change: switched motors, new commands.
 ///
 /// A duty is logged only when an output goes on or off, so that a control loop does not fill the log.
-pub(super) fn log_changes(controller: usize, before: &ExchangeData, now: &ExchangeData) {
+pub(crate) fn log_changes(controller: usize, before: &ExchangeData, now: &ExchangeData) {
     if log::log_enabled!(Level::Info) {
         for change in changes(before, now) {
             log(Level::Info, format_args!("{}: {change}", Name(controller)));

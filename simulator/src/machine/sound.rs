@@ -5,7 +5,7 @@ const LENGTH: u64 = 1_000_000;
 
 /// The loudspeaker and its command.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sound {
+pub(crate) struct Sound {
     playing: Option<Playing>,
     /// Id of the last command that is done.
     finished_id: u16,
@@ -20,7 +20,7 @@ struct Playing {
 
 impl Sound {
     /// Begins a command, in place of the playing one.
-    pub(super) fn begin(&mut self, id: u16, index: u16, repeat: u16) {
+    pub(crate) fn begin(&mut self, id: u16, index: u16, repeat: u16) {
         if index == 0 {
             *self = Self { playing: None, finished_id: id };
             return;
@@ -30,7 +30,7 @@ impl Sound {
     }
 
     /// Plays for this many µs more.
-    pub(super) fn play(&mut self, micros: u64) {
+    pub(crate) fn play(&mut self, micros: u64) {
         let Some(Playing { id, left: Some(left) }) = &mut self.playing else { return };
         *left = left.saturating_sub(micros);
         if *left == 0 {
@@ -40,12 +40,12 @@ impl Sound {
     }
 
     /// Id of the last command that is done.
-    pub(super) fn finished_id(&self) -> u16 {
+    pub(crate) fn finished_id(&self) -> u16 {
         self.finished_id
     }
 
     /// Id of the playing command.
-    pub(super) fn playing_id(&self) -> Option<u16> {
+    pub(crate) fn playing_id(&self) -> Option<u16> {
         self.playing.map(|playing| playing.id)
     }
 }

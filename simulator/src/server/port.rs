@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
-use crate::end::End;
-use crate::shared::{Shared, Stopped};
+use crate::server::shared::{Shared, Stopped};
 
 const LISTENER: Token = Token(0);
 const CLIENT: Token = Token(1);
@@ -22,7 +21,7 @@ const WAKER: Token = Token(2);
 const RETRY: Duration = Duration::from_millis(20);
 
 /// A port, and all that its thread waits for.
-pub(super) struct Port {
+pub(crate) struct Port {
     shared: Arc<Shared>,
     /// Its name in the log.
     name: &'static str,
@@ -35,7 +34,7 @@ pub(super) struct Port {
 
 impl Port {
     /// A port that does not listen yet. The thread of the camera is woken by news of the camera, too.
-    pub(super) fn new(
+    pub(crate) fn new(
         shared: Arc<Shared>,
         name: &'static str,
         is_camera: bool,
@@ -47,7 +46,7 @@ impl Port {
     }
 
     /// Accepts the clients of this listener, which does not block, from now on.
-    pub(super) fn listen(&mut self, listener: std::net::TcpListener) -> io::Result<()> {
+    pub(crate) fn listen(&mut self, listener: std::net::TcpListener) -> io::Result<()> {
         let mut listener = TcpListener::from_std(listener);
         self.poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
         self.listener = Some(listener);
@@ -56,23 +55,23 @@ impl Port {
     }
 
     /// Refuses clients from now on.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.listener = None;
         self.has_caller = false;
     }
 
     /// What its thread shares with the others.
-    pub(super) fn shared(&self) -> &Shared {
+    pub(crate) fn shared(&self) -> &Shared {
         &self.shared
     }
 
     /// Whether a client may be waiting to be accepted.
-    pub(super) fn has_caller(&self) -> bool {
+    pub(crate) fn has_caller(&self) -> bool {
         self.has_caller
     }
 
     /// A client that waits to be accepted, if there is one.
-    pub(super) fn try_accept(&mut self) -> Option<(TcpStream, SocketAddr)> {
+    pub(crate) fn try_accept(&mut self) -> Option<(TcpStream, SocketAddr)> {
         let listener = self.listener.as_ref().filter(|_| self.has_caller)?;
         match listener.accept().and_then(|(stream, client)| {
             stream.set_nodelay(true)?;
@@ -87,14 +86,14 @@ impl Port {
     }
 
     /// Waits for a client.
-    pub(super) fn accept(&mut self) -> Result<TcpStream, Stopped> {
+    pub(crate) fn accept(&mut self) -> Result<TcpStream, Stopped> {
         let accepted = self.accept_while(|_| true)?;
         // Nothing else ends the wait.
         accepted.ok_or(Stopped)
     }
 
     /// Waits for a client as long as the condition holds. It is checked after all news.
-    pub(super) fn accept_while(
+    pub(crate) fn accept_while(
         &mut self,
         condition: impl Fn(&Shared) -> bool,
     ) -> Result<Option<TcpStream>, Stopped> {
@@ -139,25 +138,25 @@ impl Port {
 }
 
 /// The connection with the client that a port serves.
-pub(super) struct Link {
+pub(crate) struct Link {
     stream: TcpStream,
     /// Some bytes may have arrived, or the end.
     has_news: bool,
 }
 
 impl Link {
-    pub(super) fn new(port: &Port, mut stream: TcpStream) -> io::Result<Self> {
+    pub(crate) fn new(port: &Port, mut stream: TcpStream) -> io::Result<Self> {
         port.poll.registry().register(&mut stream, CLIENT, Interest::READABLE)?;
         Ok(Self { stream, has_news: true })
     }
 
     /// Whether something may have arrived since the last look.
-    pub(super) fn has_news(&self) -> bool {
+    pub(crate) fn has_news(&self) -> bool {
         self.has_news
     }
 
     /// Reads what has arrived, at the end 0 bytes; `None` when there is nothing.
-    pub(super) fn try_read(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
+    pub(crate) fn try_read(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         loop {
             match self.stream.read(buffer) {
                 Ok(count) => return Ok(Some(count)),
@@ -172,7 +171,7 @@ impl Link {
     }
 
     /// Waits for news of any kind, at most until the deadline. May end without any.
-    pub(super) fn wait(
+    pub(crate) fn wait(
         &mut self,
         port: &mut Port,
         deadline: Option<Instant>,
@@ -182,7 +181,7 @@ impl Link {
     }
 
     /// Fills the buffer, at most until the deadline, and as long as the connection `may_go_on`.
-    pub(super) fn read_all(
+    pub(crate) fn read_all(
         &mut self,
         port: &mut Port,
         mut buffer: &mut [u8],
@@ -203,7 +202,7 @@ impl Link {
 
     /// Writes all bytes, as slowly as the client reads them, as long as the connection `may_go_on`. With a limit,
     /// the client may leave them unread for that time.
-    pub(super) fn write_all(
+    pub(crate) fn write_all(
         &mut self,
         port: &mut Port,
         mut bytes: &[u8],
@@ -247,6 +246,51 @@ impl Link {
 }
 
 /// Whether there is a deadline, and it is over.
-pub(super) fn has_passed(deadline: Option<Instant>) -> bool {
+pub(crate) fn has_passed(deadline: Option<Instant>) -> bool {
     deadline.is_some_and(|deadline| deadline <= Instant::now())
+}
+
+/// Why a connection ends.
+#[derive(Debug)]
+pub(crate) enum End {
+    /// The thread should end.
+    Stopped,
+    /// The client closed it.
+    Left,
+    /// The client sent nothing in time.
+    Idle,
+    /// The client did not read a response in time.
+    Unread,
+    /// The client sent something that can't be answered.
+    Misbehaved(String),
+    /// It is closed on purpose, for this reason.
+    Closed(&'static str),
+    Broken(io::Error),
+}
+
+impl End {
+    /// Logs how the connection of this client ended.
+    pub(crate) fn tell(self, client: &str) {
+        match self {
+            Self::Stopped => {}
+            Self::Left => log::info!("{client} has left"),
+            Self::Idle => log::warn!("{client} is cut off: it sent no command"),
+            Self::Unread => log::warn!("{client} is cut off: it reads no responses"),
+            Self::Misbehaved(what) => log::warn!("{client} is cut off: {what}"),
+            Self::Closed(reason) => log::info!("the connection of {client} is closed: {reason}"),
+            Self::Broken(error) => log::info!("the connection of {client} broke: {error}"),
+        }
+    }
+}
+
+impl From<Stopped> for End {
+    fn from(Stopped: Stopped) -> Self {
+        Self::Stopped
+    }
+}
+
+impl From<io::Error> for End {
+    fn from(error: io::Error) -> Self {
+        Self::Broken(error)
+    }
 }

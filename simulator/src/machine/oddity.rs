@@ -6,7 +6,7 @@ use std::mem;
 
 use log::Level;
 
-use crate::journal;
+use crate::machine::journal;
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 
@@ -15,7 +15,7 @@ const SENTENCES_KEPT: usize = 100;
 
 /// Something that a correct client does not do. Controllers are given by index; the master is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Oddity {
+pub(crate) enum Oddity {
     /// An exchange came before this controller's configuration.
     NotConfigured { controller: usize },
     /// An exchange had extensions that the response before did not have.
@@ -34,7 +34,7 @@ pub(super) enum Oddity {
 
 /// Whether a motor output of the world can be counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Encoder {
+pub(crate) enum Encoder {
     /// Its motor has an encoder.
     Present,
     /// Its motor has none.
@@ -45,7 +45,7 @@ pub(super) enum Encoder {
 
 /// A task that needs a motor's count. Other motors are given by index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Task {
+pub(crate) enum Task {
     Distance,
     Follow { leader: usize },
     Lead { follower: usize },
@@ -104,7 +104,7 @@ impl Oddity {
 }
 
 /// The name of a controller in a sentence.
-pub(super) struct Name(pub(super) usize);
+pub(crate) struct Name(pub(crate) usize);
 
 impl fmt::Display for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -117,7 +117,7 @@ impl fmt::Display for Name {
 
 /// The oddities so far, and the state to notice them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Oddities {
+pub(crate) struct Oddities {
     sentences: VecDeque<String>,
     /// Those that were noted in this online session.
     noted: Vec<Oddity>,
@@ -131,13 +131,13 @@ pub(super) struct Oddities {
 
 impl Oddities {
     /// The sentences, the oldest first.
-    pub(super) fn sentences(&self) -> impl DoubleEndedIterator<Item = &str> {
+    pub(crate) fn sentences(&self) -> impl DoubleEndedIterator<Item = &str> {
         self.sentences.iter().map(String::as_str)
     }
 
     /// Remembers an oddity, if it is the first of its kind in this online session. Each motor that
     /// can't be counted is a separate kind.
-    pub(super) fn note(&mut self, oddity: &Oddity) {
+    pub(crate) fn note(&mut self, oddity: &Oddity) {
         if self.noted.iter().any(|noted| noted.is_like(oddity)) {
             return;
         }
@@ -150,12 +150,12 @@ impl Oddities {
     }
 
     /// Begins a new online session.
-    pub(super) fn begin_session(&mut self) {
+    pub(crate) fn begin_session(&mut self) {
         *self = Self { sentences: mem::take(&mut self.sentences), ..Self::default() };
     }
 
     /// An UpdateConfig came, whether it was taken over or not.
-    pub(super) fn configured(&mut self, controller: usize) {
+    pub(crate) fn configured(&mut self, controller: usize) {
         // Higher indexes are in no exchange.
         if controller < u16::BITS as usize {
             self.configured |= 1 << controller;
@@ -163,18 +163,18 @@ impl Oddities {
     }
 
     /// The extensions that a response had.
-    pub(super) fn offer(&mut self, mask: u16) {
+    pub(crate) fn offer(&mut self, mask: u16) {
         self.offered_before = mem::replace(&mut self.offered, mask);
     }
 
     /// The client may ignore the response. Then its farewell has the extensions of the response
     /// before.
-    pub(super) fn doubt_offer(&mut self) {
+    pub(crate) fn doubt_offer(&mut self) {
         self.offered |= self.offered_before;
     }
 
     /// Checks the extensions in an exchange, at most 8.
-    pub(super) fn check_mask(&mut self, mask: u16) {
+    pub(crate) fn check_mask(&mut self, mask: u16) {
         let missing = (1 | mask << 1) & !self.configured;
         if missing != 0 {
             let controller = missing.trailing_zeros() as usize;
@@ -187,7 +187,7 @@ impl Oddities {
     }
 
     /// Checks the outputs for a controller; without `config` there is no such controller.
-    pub(super) fn check_outputs(
+    pub(crate) fn check_outputs(
         &mut self,
         controller: usize,
         outputs: &ExchangeData,

@@ -16,18 +16,18 @@ const ELSEWHERE: Range<u16> = 10_000..20_000;
 
 /// The ports that were asked for.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ports {
+pub(crate) struct Ports {
     /// 0 for any free port.
-    pub(super) main: u16,
+    pub(crate) main: u16,
     /// 0 for any free port, `None` for the main port plus 1.
-    pub(super) camera: Option<u16>,
+    pub(crate) camera: Option<u16>,
     /// 0 for any free port, `None` for the main port plus 2.
-    pub(super) i2c: Option<u16>,
+    pub(crate) i2c: Option<u16>,
 }
 
 impl Ports {
     /// An error when there is no room for the others after the main port.
-    pub(super) fn check(self) -> Result<(), Error> {
+    pub(crate) fn check(self) -> Result<(), Error> {
         let behind = match (self.camera, self.i2c) {
             (_, None) => 2,
             (None, Some(_)) => 1,
@@ -37,7 +37,7 @@ impl Ports {
     }
 
     /// Listens on all three, the main one first.
-    pub(super) fn listen(self) -> io::Result<[TcpListener; 3]> {
+    pub(crate) fn listen(self) -> io::Result<[TcpListener; 3]> {
         if self.main != 0 {
             return self.try_to_listen();
         }

@@ -2,9 +2,9 @@
 
 use std::mem;
 
-use crate::motor::Motor;
-use crate::oddity::Task;
-use crate::sound::Sound;
+use crate::machine::motor::Motor;
+use crate::machine::oddity::Task;
+use crate::machine::sound::Sound;
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
@@ -69,7 +69,7 @@ impl Controller {
     }
 
     /// Stops motors and sounds and forgets all commands.
-    pub(super) fn stop(&mut self) {
+    pub(crate) fn stop(&mut self) {
         self.outputs = ExchangeData::default();
         self.motors = Default::default();
         self.sound = Sound::default();
@@ -78,7 +78,7 @@ impl Controller {
     }
 
     /// Takes over outputs. A command is new when its id differs from the one before.
-    pub(super) fn take_over(&mut self, outputs: ExchangeData) {
+    pub(crate) fn take_over(&mut self, outputs: ExchangeData) {
         let before = mem::replace(&mut self.outputs, outputs);
         for index in 0..IZ_MOTOR {
             let id = outputs.motor_command_id[index];
@@ -98,7 +98,7 @@ impl Controller {
     }
 
     /// The tasks that need a motor's count at present, each with the motor's index.
-    pub(super) fn tasks(&self) -> impl Iterator<Item = (usize, Task)> + '_ {
+    pub(crate) fn tasks(&self) -> impl Iterator<Item = (usize, Task)> + '_ {
         let numbered = self.motors.iter().enumerate();
         numbered.flat_map(|(index, motor)| {
             let distance = motor.has_distance().then_some((index, Task::Distance));
@@ -118,7 +118,7 @@ impl Controller {
     }
 
     /// Lets this many µs pass.
-    pub(super) fn move_on(&mut self, micros: u64) {
+    pub(crate) fn move_on(&mut self, micros: u64) {
         self.pass_time(micros);
         for index in 0..IZ_MOTOR {
             let speed = self.speed(index);
@@ -128,13 +128,13 @@ impl Controller {
     }
 
     /// Reports the resets of the exchange before, and remembers those of this one.
-    pub(super) fn finish_resets(&mut self) {
+    pub(crate) fn finish_resets(&mut self) {
         self.finished_resets = self.latest_resets;
         self.latest_resets = self.outputs.counter_reset_id;
     }
 
     /// Lets this many µs pass for all but the motors, which a world moves.
-    pub(super) fn pass_time(&mut self, micros: u64) {
+    pub(crate) fn pass_time(&mut self, micros: u64) {
         self.sound.play(micros);
     }
 
@@ -145,7 +145,7 @@ impl Controller {
     }
 
     /// The power for each motor of a world, −1.0..=1.0, at these pulses per second.
-    pub(super) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
+    pub(crate) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
         let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {
             let power = f64::from(self.signed_duty(index)) / f64::from(DUTY_MAX);
             power * self.motors[index].allowed(pulse_rates[index])
@@ -165,7 +165,7 @@ impl Controller {
     }
 
     /// Counts the pulses that the motors of a world have given.
-    pub(super) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
+    pub(crate) fn count(&mut self, pulses: [u16; IZ_MOTOR]) {
         for (follower, leader) in self.pairs().into_iter().flatten() {
             self.motors[follower].compare(pulses[follower], pulses[leader]);
         }
@@ -210,7 +210,7 @@ impl Controller {
     }
 
     /// The inputs and the finished commands, as they are reported.
-    pub(super) fn report(&self) -> ExchangeDataResponse {
+    pub(crate) fn report(&self) -> ExchangeDataResponse {
         self.told_to_report.unwrap_or_else(|| ExchangeDataResponse {
             uni: self.uni,
             counter_input: self.counter_input,

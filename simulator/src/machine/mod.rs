@@ -2,21 +2,26 @@
 
 mod areas;
 mod clock;
+pub(crate) mod controller;
+pub(crate) mod journal;
+mod motor;
+pub(crate) mod oddity;
 mod online;
+mod sound;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
 use crate::camera::Camera;
-use crate::controller::Controller;
 use crate::error::Error;
 use crate::fault::FaultKind;
 use crate::i2c::{I2cBus, I2C_REGISTERS};
-use crate::oddity::{Encoder, Oddities, Oddity};
 use crate::world::{World, WorldState};
+use controller::Controller;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
+use oddity::{Encoder, Oddities, Oddity};
 
 use clock::Clock;
 

@@ -2,11 +2,11 @@
 
 use log::Level;
 
-use crate::command::{command_id, Misbehaviour};
-use crate::journal;
+use crate::machine::journal;
+use crate::machine::oddity::Oddity;
 use crate::machine::Machine;
-use crate::oddity::Oddity;
-use crate::words::{self, COMMAND_WORDS};
+use crate::server::command::{command_id, Misbehaviour};
+use crate::server::words::{self, COMMAND_WORDS};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
@@ -15,29 +15,29 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::FirmwareVersion;
 
 /// The function that is called for each exchange.
-pub(super) type Script = Box<dyn FnMut(&mut Machine) + Send>;
+pub(crate) type Script = Box<dyn FnMut(&mut Machine) + Send>;
 
 /// What all connections of a simulated TXT share.
 #[derive(Clone, Debug)]
-pub(super) struct Settings {
+pub(crate) struct Settings {
     /// Name of the controller, padded with NUL.
-    pub(super) device_name: [u8; 16],
+    pub(crate) device_name: [u8; 16],
     /// Version of its firmware.
-    pub(super) firmware: FirmwareVersion,
+    pub(crate) firmware: FirmwareVersion,
     /// Whether a compressed response has the microphone's words.
-    pub(super) microphone: bool,
+    pub(crate) microphone: bool,
 }
 
 /// An exchange whose outputs are taken over, and which is not answered yet.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Exchange {
+pub(crate) enum Exchange {
     Simple,
     Compressed,
 }
 
 /// One connection's state.
 #[derive(Debug)]
-pub(super) struct Session {
+pub(crate) struct Session {
     settings: Settings,
     expander: Expander,
     compressor: Compressor,
@@ -49,7 +49,7 @@ pub(super) struct Session {
 
 impl Session {
     /// A connection that has just been made.
-    pub(super) fn new(settings: Settings) -> Self {
+    pub(crate) fn new(settings: Settings) -> Self {
         Self {
             settings,
             expander: Expander::new(),
@@ -60,7 +60,7 @@ impl Session {
     }
 
     /// Carries out one whole command and appends the response to `out`.
-    pub(super) fn answer(
+    pub(crate) fn answer(
         &mut self,
         command: &[u8],
         machine: &mut Machine,
@@ -74,7 +74,7 @@ impl Session {
     }
 
     /// The same, but of an exchange it only takes over the outputs. [`finish`](Self::finish) does the rest.
-    pub(super) fn begin(
+    pub(crate) fn begin(
         &mut self,
         command: &[u8],
         machine: &mut Machine,
@@ -112,7 +112,7 @@ impl Session {
     }
 
     /// Lets the time of an exchange pass and appends its response to `out`.
-    pub(super) fn finish(
+    pub(crate) fn finish(
         &mut self,
         exchange: Exchange,
         machine: &mut Machine,

@@ -1,4 +1,4 @@
-//! Which commands there are, how long they are, and what is wrong with others.
+//! Which commands there are, how long they are, what is wrong with others, and those that are not carried out yet.
 
 use std::fmt;
 
@@ -7,12 +7,13 @@ use byteorder::{ByteOrder, LittleEndian};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
+    MAX_EXTRA_SIZE,
 };
 use ft_transfer_area::Error;
 
 /// Why a client's connection is closed without an answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Misbehaviour {
+pub(crate) enum Misbehaviour {
     /// No command has this id.
     UnknownId(u32),
     /// The command needs online mode.
@@ -44,7 +45,7 @@ impl From<Error> for Misbehaviour {
 
 /// The size of the command that starts with these bytes, as far as they show it. With that many
 /// bytes the result may be larger.
-pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
+pub(crate) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
     let Some(id) = start.get(..ID_LEN) else { return Ok(ID_LEN) };
     match command_id(id)? {
         CommandId::QueryStatus | CommandId::StopOnline | CommandId::StopCameraOnline => Ok(ID_LEN),
@@ -63,14 +64,14 @@ pub(super) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
 }
 
 /// Which command these bytes are. There are at least [`ID_LEN`] of them.
-pub(super) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
+pub(crate) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
     let id = LittleEndian::read_u32(command);
     CommandId::from_id(id).ok_or(Misbehaviour::UnknownId(id))
 }
 
 /// What has arrived after a command before its response is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ahead {
+pub(crate) enum Ahead {
     /// No whole command.
     Nothing,
     /// What a client sends on a connection that it gives up: StopOnline, perhaps after a last
@@ -81,7 +82,7 @@ pub(super) enum Ahead {
 }
 
 /// What these bytes are; a command may start with them.
-pub(super) fn ahead(bytes: &[u8]) -> Ahead {
+pub(crate) fn ahead(bytes: &[u8]) -> Ahead {
     let Some((first, rest)) = split_command(bytes) else { return Ahead::Nothing };
     let last = match first {
         CommandId::ExchangeData | CommandId::ExchangeDataCmpr => {
@@ -99,6 +100,52 @@ pub(super) fn ahead(bytes: &[u8]) -> Ahead {
 fn split_command(bytes: &[u8]) -> Option<(CommandId, &[u8])> {
     let (command, rest) = bytes.split_at_checked(command_size(bytes).ok()?)?;
     Some((command_id(command).ok()?, rest))
+}
+
+/// The longest command.
+const COMMAND_MAX: usize = CmprHeader::LEN + MAX_EXTRA_SIZE;
+
+/// The longest farewell, see [`ahead`].
+const FAREWELL_MAX: usize = COMMAND_MAX + ID_LEN;
+
+/// The bytes of a client that have been read and not been carried out.
+pub(crate) struct Inbox {
+    /// There is room for a command and a farewell after it.
+    bytes: Vec<u8>,
+    /// How many of them there are.
+    count: usize,
+}
+
+impl Inbox {
+    pub(crate) fn new() -> Self {
+        Self { bytes: vec![0; COMMAND_MAX + FAREWELL_MAX], count: 0 }
+    }
+
+    /// Where the next bytes go. It is empty only when there is a whole command.
+    pub(crate) fn room(&mut self) -> &mut [u8] {
+        &mut self.bytes[self.count..]
+    }
+
+    /// This many bytes have been put into the room.
+    pub(crate) fn add(&mut self, count: usize) {
+        self.count += count;
+    }
+
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes[..self.count]
+    }
+
+    /// The first command, when it is whole.
+    pub(crate) fn command(&self) -> Result<Option<&[u8]>, Misbehaviour> {
+        let bytes = self.bytes();
+        Ok(bytes.get(..command_size(bytes)?))
+    }
+
+    /// Removes as many bytes as the first command has.
+    pub(crate) fn remove(&mut self, size: usize) {
+        self.bytes.copy_within(size..self.count, 0);
+        self.count -= size;
+    }
 }
 
 #[cfg(test)]
@@ -148,5 +195,52 @@ mod tests {
             command_size(&command),
             Err(Misbehaviour::Packet(Error::TooLarge { announced: 4097, .. }))
         ));
+    }
+
+    fn put(inbox: &mut Inbox, bytes: &[u8]) {
+        inbox.room()[..bytes.len()].copy_from_slice(bytes);
+        inbox.add(bytes.len());
+    }
+
+    #[test]
+    fn commands_come_out_whole_however_they_arrive() {
+        let mut start = Vec::new();
+        StartOnline::new().emit(&mut start);
+        let query = CommandId::QueryStatus.id().to_le_bytes();
+        let sent = [&start[..], &query, &start].concat();
+        for size in 1..=sent.len() {
+            let (mut inbox, mut commands) = (Inbox::new(), Vec::new());
+            for piece in sent.chunks(size) {
+                put(&mut inbox, piece);
+                while let Some(command) = inbox.command().unwrap().map(<[u8]>::to_vec) {
+                    inbox.remove(command.len());
+                    commands.push(command);
+                }
+            }
+            assert_eq!(commands, [&start[..], &query, &start]);
+            assert!(inbox.bytes().is_empty());
+        }
+    }
+
+    #[test]
+    fn a_full_inbox_has_a_whole_command() {
+        let mut longest = Vec::new();
+        let header = CmprHeader { extra_size: MAX_EXTRA_SIZE as u32, ..CmprHeader::default() };
+        header.emit_command(&mut longest);
+        let mut inbox = Inbox::new();
+        put(&mut inbox, &longest);
+        assert_eq!(inbox.command(), Ok(None));
+        inbox.add(MAX_EXTRA_SIZE);
+        assert_eq!(inbox.command().unwrap().map(<[u8]>::len), Some(COMMAND_MAX));
+        assert_eq!(inbox.room().len(), FAREWELL_MAX);
+    }
+
+    #[test]
+    fn what_is_no_command_is_told_by_its_first_bytes() {
+        let mut inbox = Inbox::new();
+        put(&mut inbox, &[0; 3]);
+        assert_eq!(inbox.command(), Ok(None));
+        put(&mut inbox, &[0]);
+        assert_eq!(inbox.command(), Err(Misbehaviour::UnknownId(0)));
     }
 }

@@ -5,16 +5,16 @@ use std::time::Duration;
 use byteorder::{ByteOrder, LittleEndian};
 
 use crate::fault::FaultKind;
-use crate::random::Random;
+use crate::server::faults::Random;
 use ft_transfer_area::wire::{CmprHeader, ResponseId, ID_LEN};
 
 /// Where the fields that faults disturb are in the response to a compressed exchange.
 mod field {
     use std::ops::Range;
 
-    pub(super) const EXTRA_SIZE: Range<usize> = 4..8;
-    pub(super) const CRC: Range<usize> = 8..12;
-    pub(super) const MASK: Range<usize> = 12..14;
+    pub(crate) const EXTRA_SIZE: Range<usize> = 4..8;
+    pub(crate) const CRC: Range<usize> = 8..12;
+    pub(crate) const MASK: Range<usize> = 12..14;
 }
 
 /// The most bytes that [`FaultKind::Surplus`] sends.
@@ -25,25 +25,25 @@ const SURPLUS_BYTE: u8 = 0xA5;
 
 /// How a response is sent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(super) struct Outgoing {
+pub(crate) struct Outgoing {
     /// The extra time to wait.
-    pub(super) delay: Duration,
+    pub(crate) delay: Duration,
     /// What is sent.
-    pub(super) bytes: Vec<u8>,
+    pub(crate) bytes: Vec<u8>,
     /// Whether each byte is sent on its own.
-    pub(super) dribble: bool,
+    pub(crate) dribble: bool,
     /// Whether the connection is closed afterwards.
-    pub(super) close: bool,
+    pub(crate) close: bool,
 }
 
 impl Outgoing {
     /// A response that is sent without a change.
-    pub(super) fn undisturbed(bytes: Vec<u8>) -> Self {
+    pub(crate) fn undisturbed(bytes: Vec<u8>) -> Self {
         Self { bytes, ..Self::default() }
     }
 
     /// Disturbs the response with this fault, in addition to earlier ones.
-    pub(super) fn disturb(&mut self, kind: FaultKind, random: &mut Random) {
+    pub(crate) fn disturb(&mut self, kind: FaultKind, random: &mut Random) {
         let bytes = &mut self.bytes;
         match kind {
             FaultKind::Jitter(limit) => self.delay = self.delay.saturating_add(random.up_to(limit)),
@@ -73,7 +73,7 @@ impl Outgoing {
     }
 
     /// What is sent, as the pieces that are sent on their own.
-    pub(super) fn pieces(&self) -> impl Iterator<Item = &[u8]> {
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = &[u8]> {
         let size = if self.dribble { 1 } else { self.bytes.len().max(1) };
         self.bytes.chunks(size)
     }
