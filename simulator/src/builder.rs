@@ -10,12 +10,12 @@ use crate::camera::server::{CameraServer, CameraSettings};
 use crate::camera::{CameraConnection, Clients};
 use crate::error::Error;
 use crate::fault::{Fault, DELAYS};
-use crate::i2c::server::{I2cServer, WRITE_LIMIT};
+use crate::i2c::server::I2cServer;
 use crate::machine::Machine;
 use crate::server::faults::Faults;
-use crate::server::port::Port;
+use crate::server::port::{Port, WRITE_LIMIT};
 use crate::server::ports::Ports;
-use crate::server::session::{Script, Settings};
+use crate::server::protocol::{Script, Settings};
 use crate::server::shared::Shared;
 use crate::server::Server;
 use crate::world::World;
@@ -157,7 +157,7 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// Orders a fault, in addition to those ordered before.
+    /// Injects a fault, in addition to those injected before.
     pub fn fault(mut self, fault: Fault) -> Self {
         self.faults.push(fault);
         self
@@ -306,7 +306,7 @@ impl SimulatedTxtBuilder {
         };
         let port = |name, is_camera| Port::new(Arc::clone(&txt.shared), name, is_camera);
         let mut camera_port = port("camera", true)?;
-        let (clients, camera_doorman) =
+        let (clients, camera_client_finder) =
             Clients::of(self.camera_connection, camera_listener, &mut camera_port)?;
         let camera = CameraServer { clients, port: camera_port, settings: self.camera };
         let mut i2c_port = port("I2C", false)?;
@@ -323,7 +323,7 @@ impl SimulatedTxtBuilder {
             idle_limit: self.idle_limit,
             faults: Faults::new(self.faults, self.seed),
             script: self.script,
-            camera_doorman,
+            camera_client_finder,
             next: None,
         };
         // If a thread can't be spawned, dropping `txt` ends the earlier ones.

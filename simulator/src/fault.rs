@@ -1,4 +1,4 @@
-//! Faults that can be ordered.
+//! Faults that can be injected.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -11,7 +11,7 @@ use crate::error::Error;
 /// served.
 pub(super) const DELAYS: RangeInclusive<i64> = 0..=3_600_000;
 
-/// A fault that the simulated TXT makes when ordered.
+/// A fault that is injected into the responses of the simulated TXT.
 ///
 /// Each strikes once in the life of the simulated TXT, except those for [each
 /// exchange](FaultPlace::EachExchange). Of several faults for the same response, the first strikes
@@ -75,7 +75,15 @@ impl Fault {
             FaultKind::Delay(time) | FaultKind::Jitter(time) => {
                 Error::check_millis("fault's delay in ms", time, DELAYS)
             }
-            _ => Ok(()),
+            FaultKind::Silence
+            | FaultKind::Dribble
+            | FaultKind::WrongId
+            | FaultKind::WrongCrc
+            | FaultKind::ExtraSize(_)
+            | FaultKind::Mask(_)
+            | FaultKind::CutData
+            | FaultKind::Surplus(_)
+            | FaultKind::Close { .. } => Ok(()),
         }
     }
 }

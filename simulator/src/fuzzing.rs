@@ -3,13 +3,13 @@
 use crate::i2c::server;
 use crate::machine::Machine;
 use crate::server::command;
-use crate::server::session::{Script, Session, Settings};
+use crate::server::protocol::{Protocol, Script, Settings};
 use ft_transfer_area::FirmwareVersion;
 
 /// The main port, with one client after another.
 pub struct MainPort {
     settings: Settings,
-    session: Session,
+    protocol: Protocol,
     script: Script,
 }
 
@@ -21,21 +21,21 @@ impl MainPort {
             firmware: FirmwareVersion::new(4, 6, 6),
             microphone,
         };
-        let session = Session::new(settings.clone());
-        Self { settings, session, script: Box::new(|_| {}) }
+        let protocol = Protocol::new(settings.clone());
+        Self { settings, protocol, script: Box::new(|_| {}) }
     }
 
     /// The client leaves, and the next one connects.
     pub fn next_client(&mut self, machine: &mut Machine) {
         machine.client_left();
-        self.session = Session::new(self.settings.clone());
+        self.protocol = Protocol::new(self.settings.clone());
         machine.client_came();
     }
 
     /// Carries out a whole command. Returns the response, or why the connection would be closed.
     pub fn answer(&mut self, command: &[u8], machine: &mut Machine) -> Result<Vec<u8>, String> {
         let mut response = Vec::new();
-        self.session
+        self.protocol
             .answer(command, machine, &mut self.script, &mut response)
             .map_err(|misbehaviour| misbehaviour.to_string())?;
         Ok(response)

@@ -5,7 +5,7 @@
 //! camera's start and stop. It serves one client after another. It has a small [`Machine`]: motors
 //! turn their duty into counter pulses, finish distances and follow each other, counters are reset,
 //! sounds take their time. A program sets its inputs and reads its outputs, or plugs in a [`world`]
-//! of sensors and motors, and orders [faults](Fault) to see how a client handles them. A second
+//! of sensors and motors, and injects [faults](Fault) to see how a client handles them. A second
 //! connection has the frames of a camera, a third one reaches I2C devices.
 //!
 //! ```
@@ -197,7 +197,7 @@ impl SimulatedTxt {
     /// now.
     ///
     /// Blocks while an exchange takes place, and delays the next one while `f` runs. Calling this
-    /// or [`wait_until`](Self::wait_until) inside `f`, a condition or a script blocks for ever.
+    /// or [`wait_until`](Self::wait_until) inside `f`, a condition or a script blocks forever.
     pub fn with_machine<R>(&self, f: impl FnOnce(&mut Machine) -> R) -> R {
         self.shared.with_machine(f)
     }

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::machine::Machine;
 use crate::server::command::command_size;
-use crate::server::session::{Script, Session, Settings};
+use crate::server::protocol::{Protocol, Script, Settings};
 use crate::server::words;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{
@@ -103,7 +103,7 @@ fn inputs(after: &Value) -> ExchangeDataResponse {
 /// The simulated TXT at the other end of a recorded session.
 struct Replay {
     machine: Machine,
-    session: Session,
+    protocol: Protocol,
     script: Script,
 }
 
@@ -116,7 +116,7 @@ impl Replay {
         let settings = Settings { device_name, firmware, microphone };
         Self {
             machine: Machine::new(MAX_EXTENSIONS),
-            session: Session::new(settings),
+            protocol: Protocol::new(settings),
             script: Box::new(|_| {}),
         }
     }
@@ -125,7 +125,7 @@ impl Replay {
         // The simulated TXT would read exactly this packet from the stream.
         assert_eq!(command_size(request), Ok(request.len()));
         let mut out = Vec::new();
-        self.session.answer(request, &mut self.machine, &mut self.script, &mut out).unwrap();
+        self.protocol.answer(request, &mut self.machine, &mut self.script, &mut out).unwrap();
         out
     }
 
@@ -217,8 +217,8 @@ fn inputs_are_sent_in_words_that_the_client_understood() {
             let response = bytes(&cycle["response"]);
             let (header, data) = response.split_at(CmprHeader::LEN);
             let crc = CmprHeader::parse_response(header).unwrap().crc;
-            let told = expander.expand(data, words.len(), crc).unwrap();
-            assert_eq!(told, words, "{name} cycle {number}");
+            let expanded = expander.expand(data, words.len(), crc).unwrap();
+            assert_eq!(expanded, words, "{name} cycle {number}");
         }
         replayed += 1;
     }

@@ -44,7 +44,7 @@ pub(crate) enum Clients {
 
 /// Looks for a camera client when the camera is started, if the camera itself does not.
 #[derive(Debug)]
-pub(crate) struct Doorman {
+pub(crate) struct ClientFinder {
     listener: TcpListener,
     found: Sender<TcpStream>,
 }
@@ -55,7 +55,7 @@ impl Clients {
         connection: CameraConnection,
         listener: TcpListener,
         port: &mut Port,
-    ) -> io::Result<(Self, Option<Doorman>)> {
+    ) -> io::Result<(Self, Option<ClientFinder>)> {
         Ok(match connection {
             CameraConnection::Waits => {
                 port.listen(listener)?;
@@ -64,7 +64,7 @@ impl Clients {
             CameraConnection::Txt => (Self::WhileServing(listener.local_addr()?), None),
             CameraConnection::Txt40 => {
                 let (found, clients) = unbounded();
-                (Self::Found(clients), Some(Doorman { listener, found }))
+                (Self::Found(clients), Some(ClientFinder { listener, found }))
             }
         })
     }
@@ -78,15 +78,15 @@ impl Clients {
                     return Ok(stream);
                 }
             },
-            // The doorman leaves when the threads should end.
+            // The finder is dropped when the threads should end.
             Self::Found(clients) => clients.recv().map_err(|_| Stopped),
         }
     }
 }
 
-impl Doorman {
+impl ClientFinder {
     /// Checks once whether a client is connected.
-    pub(crate) fn look(&self) {
+    pub(crate) fn find(&self) {
         match accept(&self.listener) {
             Ok((stream, client)) => {
                 log::info!("{client} is connected to the camera port and gets frames");
@@ -109,7 +109,7 @@ fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
     Ok((TcpStream::from_std(stream), client))
 }
 
-/// Whether the camera serves. Until then, how long that takes at most without news.
+/// Whether the camera serves. Until then, how long that takes at most without a change.
 fn serves(machine: &Machine, start_up: Duration) -> Result<(), Duration> {
     let run = machine.camera_run().ok_or(Duration::MAX)?;
     machine.time_until(run.since.saturating_add(start_up)).map_or(Ok(()), Err)
@@ -128,7 +128,7 @@ fn accept_while_serving(
         return Ok(None);
     }
     let client =
-        port.accept_while(|shared| shared.look(|machine| serves(machine, start_up).is_ok()));
+        port.accept_while(|shared| shared.read(|machine| serves(machine, start_up).is_ok()));
     port.close();
     client
 }

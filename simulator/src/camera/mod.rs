@@ -16,7 +16,7 @@ use crate::machine::journal;
 use ft_transfer_area::wire::StartCameraOnline;
 
 pub use connection::CameraConnection;
-pub(super) use connection::{Clients, Doorman};
+pub(super) use connection::{ClientFinder, Clients};
 
 /// The greatest width and height in pixels.
 const SIZE_MAX: u16 = 4096;

@@ -45,7 +45,7 @@ impl CameraServer {
                 continue;
             };
             if let Err(end) = self.serve(stream, run) {
-                end.tell("the camera client");
+                end.log("the camera client");
             }
         }
     }
@@ -60,7 +60,7 @@ impl CameraServer {
     }
 
     fn serve(&mut self, stream: TcpStream, run: CameraRun) -> Result<(), End> {
-        let begin = self.port.shared().look(Machine::now);
+        let begin = self.port.shared().read(Machine::now);
         let link = Link::new(&self.port, stream)?;
         let mut connection = Connection { server: self, link, run, begin, sent: 0, next: 0 };
         loop {
@@ -118,7 +118,7 @@ impl Connection<'_> {
     fn packet(&self, number: u64, frames_ready: u64) -> Result<Vec<u8>, End> {
         let Format { width, height, .. } = self.run.format;
         let tables = self.server.settings.tables;
-        let frame = match self.server.port.shared().look(Machine::camera_picture) {
+        let frame = match self.server.port.shared().read(Machine::camera_picture) {
             Some(picture) => frame_of(&picture, number, tables),
             None => frame(TestCard::new(width, height, number), number, tables)
                 .map_err(io::Error::other)?,
@@ -150,7 +150,7 @@ impl Connection<'_> {
 
     /// Sends nothing more, until the connection ends.
     fn fall_silent(&mut self) -> Result<(), End> {
-        log::info!("the camera sends nothing more, as ordered");
+        log::info!("the camera sends nothing more, because it is set to stall");
         loop {
             self.read(&mut [0])?;
         }
@@ -172,7 +172,7 @@ impl Connection<'_> {
 /// Whether the connection may go on in this run of the camera.
 fn check(shared: &Shared, run: CameraRun) -> Result<(), End> {
     shared.check()?;
-    if shared.look(Machine::camera_run) == Some(run) {
+    if shared.read(Machine::camera_run) == Some(run) {
         Ok(())
     } else {
         Err(STOPPED)

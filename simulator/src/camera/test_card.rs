@@ -180,7 +180,7 @@ impl Pen {
         let lit = match (line, self.layout.panel_column(x)) {
             (Line::Blocks, _) => self.block(x),
             (Line::Panel(row), Some(column)) => self.cell(row, column),
-            _ => return self.bars(x),
+            (Line::Bars, _) | (Line::Panel(_), None) => return self.bars(x),
         };
         if lit {
             WHITE

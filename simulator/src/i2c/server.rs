@@ -12,9 +12,6 @@ use ft_transfer_area::Error;
 /// The most bytes to write: the number of a register and a value for each register.
 const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
 
-/// How long a client may leave a response unread before it is cut off.
-pub(crate) const WRITE_LIMIT: Duration = Duration::from_secs(1);
-
 /// The content of a request's header.
 #[derive(Debug, PartialEq, Eq)]
 struct Request {
@@ -63,7 +60,7 @@ pub(crate) fn answer(bytes: &[u8], bus: &mut super::I2cBus) -> Result<Vec<u8>, S
 pub(crate) struct I2cServer {
     pub(crate) port: Port,
     pub(crate) idle_limit: Duration,
-    /// [`WRITE_LIMIT`], and less in a test.
+    /// [`WRITE_LIMIT`](crate::server::port::WRITE_LIMIT), and less in a test.
     pub(crate) write_limit: Duration,
 }
 
@@ -74,7 +71,7 @@ impl I2cServer {
             self.port.shared().with_machine(|machine| machine.i2c().client_came());
             let end = self.serve(stream);
             self.port.shared().with_machine(|machine| machine.i2c().client_left());
-            end.tell("the I2C client");
+            end.log("the I2C client");
         }
     }
 

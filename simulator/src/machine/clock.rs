@@ -36,7 +36,7 @@ enum CameraTime {
 #[derive(Clone, Debug)]
 struct Follower {
     /// How long time passes after a command, until the next one.
-    patience: Duration,
+    longest_pause: Duration,
     /// How far it has come; `None` while nobody is online.
     place: Option<Place>,
 }
@@ -72,7 +72,7 @@ impl Clock {
 
 impl Follower {
     fn begin(&mut self, now: Instant) {
-        self.place = Some(Place { passed: now, end: now + self.patience });
+        self.place = Some(Place { passed: now, end: now + self.longest_pause });
     }
 
     /// The time in µs that has passed by the clock and not in the machine yet.
@@ -86,12 +86,12 @@ impl Follower {
     }
 
     /// A command has come.
-    fn hear(&mut self, now: Instant) {
+    fn command_came(&mut self, now: Instant) {
         let Some(place) = &mut self.place else { return };
         if now > place.end {
             place.passed = now;
         }
-        place.end = now + self.patience;
+        place.end = now + self.longest_pause;
     }
 }
 
@@ -103,8 +103,8 @@ impl Machine {
 
     /// Time follows the system's clock from now on, while a client is online: after each command for this long at
     /// most.
-    pub(crate) fn follow_system_clock(&mut self, patience: Duration) {
-        self.clock.exchange = ExchangeTime::System(Follower { patience, place: None });
+    pub(crate) fn follow_system_clock(&mut self, longest_pause: Duration) {
+        self.clock.exchange = ExchangeTime::System(Follower { longest_pause, place: None });
     }
 
     /// Lets the camera use machine time too.
@@ -123,9 +123,9 @@ impl Machine {
     }
 
     /// A command has come. The machine has caught up.
-    pub(crate) fn hear(&mut self) {
+    pub(crate) fn command_came(&mut self) {
         if let ExchangeTime::System(follower) = &mut self.clock.exchange {
-            follower.hear(Instant::now());
+            follower.command_came(Instant::now());
         }
     }
 
@@ -147,7 +147,7 @@ impl Machine {
     }
 
     /// How long it is by the system's clock until this time of the camera; `None` when that has come. It is
-    /// for ever when only exchanges let it come.
+    /// forever when only exchanges let it come.
     pub(crate) fn time_until(&self, due: Duration) -> Option<Duration> {
         let left = due.saturating_sub(self.now());
         let goes_by_exchanges = matches!(self.clock.camera, CameraTime::Machine);
@@ -168,11 +168,11 @@ impl Machine {
 mod tests {
     use super::*;
 
-    const PATIENCE: Duration = Duration::from_secs(5);
+    const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 
     /// A follower that has begun, and when it began.
     fn follower() -> (Follower, Instant) {
-        let mut follower = Follower { patience: PATIENCE, place: None };
+        let mut follower = Follower { longest_pause: LONGEST_PAUSE, place: None };
         let begin = Instant::now();
         follower.begin(begin);
         (follower, begin)
@@ -184,7 +184,7 @@ mod tests {
         let passed: u64 = (1..=1_000_000)
             .map(|time| {
                 let now = begin + Duration::from_nanos(1500 * time);
-                follower.hear(now);
+                follower.command_came(now);
                 follower.catch_up(now)
             })
             .sum();
@@ -192,15 +192,15 @@ mod tests {
     }
 
     #[test]
-    fn a_pause_counts_until_patience_is_at_its_end() {
+    fn a_pause_counts_up_to_the_longest() {
         let (mut follower, begin) = follower();
         let at = |seconds| begin + Duration::from_secs(seconds);
         assert_eq!(follower.catch_up(at(4)), 4_000_000);
-        follower.hear(at(4));
+        follower.command_came(at(4));
         assert_eq!(follower.catch_up(at(8)), 4_000_000);
         // Whether somebody looks meanwhile or not.
         assert_eq!(follower.catch_up(at(3600)), 1_000_000);
-        follower.hear(at(3600));
+        follower.command_came(at(3600));
         assert_eq!(follower.catch_up(at(3601)), 1_000_000);
     }
 
@@ -209,7 +209,7 @@ mod tests {
         let (mut follower, begin) = follower();
         let hour = begin + Duration::from_secs(3600);
         follower.place = None;
-        follower.hear(hour);
+        follower.command_came(hour);
         assert_eq!(follower.catch_up(hour), 0);
         follower.begin(hour);
         assert_eq!(follower.catch_up(hour + Duration::from_secs(1)), 1_000_000);

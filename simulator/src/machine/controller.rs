@@ -42,7 +42,7 @@ pub struct Controller {
     /// Ids of the counter resets of this exchange; the next one reports them.
     latest_resets: [u16; IZ_COUNTER],
     /// What it reports instead.
-    told_to_report: Option<ExchangeDataResponse>,
+    report_override: Option<ExchangeDataResponse>,
 }
 
 impl Controller {
@@ -60,7 +60,7 @@ impl Controller {
     /// assert_eq!(machine.report(0), Some(recorded));
     /// ```
     pub fn report_as(&mut self, report: Option<ExchangeDataResponse>) {
-        self.told_to_report = report;
+        self.report_override = report;
     }
 
     /// Id of the sound command that is playing, `None` when no sound plays.
@@ -211,7 +211,7 @@ impl Controller {
 
     /// The inputs and the finished commands, as they are reported.
     pub(crate) fn report(&self) -> ExchangeDataResponse {
-        self.told_to_report.unwrap_or_else(|| ExchangeDataResponse {
+        self.report_override.unwrap_or_else(|| ExchangeDataResponse {
             uni: self.uni,
             counter_input: self.counter_input,
             counter: self.counter,

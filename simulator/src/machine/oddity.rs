@@ -80,7 +80,9 @@ impl fmt::Display for Oddity {
                 let (name, number) = (Name(*controller), motor + 1);
                 match encoder {
                     Encoder::NoMotor => write!(f, "there is no motor on M{number} of {name}, so ")?,
-                    _ => write!(f, "M{number} of {name} has no encoder, so ")?,
+                    Encoder::Missing | Encoder::Present => {
+                        write!(f, "M{number} of {name} has no encoder, so ")?;
+                    }
                 }
                 match task {
                     Task::Distance => f.write_str("its distance never ends"),
@@ -95,9 +97,9 @@ impl fmt::Display for Oddity {
 impl Oddity {
     /// Whether only one of the two is noted in an online session.
     fn is_like(&self, other: &Self) -> bool {
-        let motor = |oddity: &Self| match oddity {
-            Self::Uncounted { controller, motor, .. } => Some((*controller, *motor)),
-            _ => None,
+        let motor = |oddity: &Self| {
+            let Self::Uncounted { controller, motor, .. } = oddity else { return None };
+            Some((*controller, *motor))
         };
         mem::discriminant(self) == mem::discriminant(other) && motor(self) == motor(other)
     }

@@ -7,6 +7,7 @@ use crate::i2c::I2cBus;
 use crate::machine::controller::Controller;
 use crate::machine::journal;
 use crate::machine::oddity::Oddity;
+use crate::server::command::is_exchange;
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
 
@@ -21,7 +22,7 @@ impl Machine {
 
     /// Remembers a command that came in.
     pub(crate) fn note_command(&mut self, command: CommandId) {
-        if matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
+        if is_exchange(command) {
             return;
         }
         if self.commands.len() == COMMANDS_KEPT {

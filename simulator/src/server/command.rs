@@ -69,6 +69,11 @@ pub(crate) fn command_id(command: &[u8]) -> Result<CommandId, Misbehaviour> {
     CommandId::from_id(id).ok_or(Misbehaviour::UnknownId(id))
 }
 
+/// Whether this is an exchange, in either form.
+pub(crate) fn is_exchange(command: CommandId) -> bool {
+    matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr)
+}
+
 /// What has arrived after a command before its response is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ahead {
@@ -84,15 +89,15 @@ pub(crate) enum Ahead {
 /// What these bytes are; a command may start with them.
 pub(crate) fn ahead(bytes: &[u8]) -> Ahead {
     let Some((first, rest)) = split_command(bytes) else { return Ahead::Nothing };
-    let last = match first {
-        CommandId::ExchangeData | CommandId::ExchangeDataCmpr => {
-            split_command(rest).map(|(second, _)| second)
-        }
-        first => Some(first),
+    let last = if is_exchange(first) {
+        split_command(rest).map(|(second, _)| second)
+    } else {
+        Some(first)
     };
-    match last {
-        Some(CommandId::StopOnline) => Ahead::Farewell,
-        _ => Ahead::Command(first),
+    if last == Some(CommandId::StopOnline) {
+        Ahead::Farewell
+    } else {
+        Ahead::Command(first)
     }
 }
 

@@ -1,14 +1,14 @@
-//! The ordered faults, and when each strikes.
+//! The injected faults, when each strikes, and random numbers for them.
 
 use std::time::Duration;
 
 use crate::fault::{Fault, FaultKind, FaultPlace};
 use crate::server::outgoing::Outgoing;
 
-/// The ordered faults that may still strike.
+/// The faults that may still strike.
 #[derive(Debug)]
 pub(crate) struct Faults {
-    ordered: Vec<Fault>,
+    injected: Vec<Fault>,
     random: Random,
 }
 
@@ -22,12 +22,12 @@ pub(crate) struct Position {
 }
 
 impl Faults {
-    pub(crate) fn new(ordered: Vec<Fault>, seed: u64) -> Self {
-        Self { ordered, random: Random::new(seed) }
+    pub(crate) fn new(injected: Vec<Fault>, seed: u64) -> Self {
+        Self { injected, random: Random::new(seed) }
     }
 
     /// How the response at this place is sent, and whether a fault struck. `kinds` are those that strike now,
-    /// before the ordered ones.
+    /// before the injected ones.
     pub(crate) fn disturb(
         &mut self,
         response: Vec<u8>,
@@ -37,7 +37,7 @@ impl Faults {
         let mut outgoing = Outgoing::undisturbed(response);
         kinds.extend(self.take(at));
         for &kind in &kinds {
-            log::info!("a response is disturbed, as ordered: {kind:?}");
+            log::info!("a fault is injected: {kind:?}");
             outgoing.disturb(kind, &mut self.random);
         }
         (outgoing, !kinds.is_empty())
@@ -50,11 +50,11 @@ impl Faults {
             FaultPlace::Exchange(number) => at.is_exchange && number == at.exchanges,
             FaultPlace::EachExchange => false,
         };
-        if let Some(index) = self.ordered.iter().position(strikes) {
-            return vec![self.ordered.remove(index).kind];
+        if let Some(index) = self.injected.iter().position(strikes) {
+            return vec![self.injected.remove(index).kind];
         }
         let each = |fault: &&Fault| at.is_exchange && fault.place == FaultPlace::EachExchange;
-        self.ordered.iter().filter(each).map(|fault| fault.kind).collect()
+        self.injected.iter().filter(each).map(|fault| fault.kind).collect()
     }
 }
 
@@ -109,8 +109,8 @@ mod tests {
             FaultKind::CutData,
             FaultKind::Delay(Duration::from_millis(3)),
         ];
-        let ordered = kinds.map(|kind| Fault { place: FaultPlace::EachExchange, kind });
-        let mut faults = Faults::new(ordered.to_vec(), 0);
+        let injected = kinds.map(|kind| Fault { place: FaultPlace::EachExchange, kind });
+        let mut faults = Faults::new(injected.to_vec(), 0);
         let at = Position { is_exchange: true, ..Position::default() };
         for _ in 0..2 {
             let (outgoing, struck) = faults.disturb(response(), at, Vec::new());
@@ -138,12 +138,12 @@ mod tests {
 
     #[test]
     fn a_fault_strikes_at_its_place_and_once() {
-        let ordered = vec![
+        let injected = vec![
             Fault::at_each_exchange(FaultKind::Dribble),
             Fault::at_response(2, FaultKind::WrongId),
             Fault::at_exchange(1, FaultKind::WrongCrc),
         ];
-        let mut faults = Faults::new(ordered, 0);
+        let mut faults = Faults::new(injected, 0);
         let mut take = |responses, exchanges, is_exchange| {
             faults.take(Position { responses, exchanges, is_exchange })
         };

@@ -6,7 +6,7 @@ mod outgoing;
 mod pause;
 pub(crate) mod port;
 pub(crate) mod ports;
-pub(crate) mod session;
+pub(crate) mod protocol;
 pub(crate) mod shared;
 pub(crate) mod words;
 
@@ -15,21 +15,17 @@ use std::time::{Duration, Instant};
 
 use mio::net::TcpStream;
 
-use crate::camera::Doorman;
+use crate::camera::ClientFinder;
 use crate::fault::FaultKind;
 use crate::machine::oddity::Oddity;
 use crate::machine::Machine;
-use command::{ahead, command_id, Ahead, Inbox, Misbehaviour};
+use command::{ahead, command_id, is_exchange, Ahead, Inbox, Misbehaviour};
 use faults::{Faults, Position};
 use ft_transfer_area::wire::CommandId;
 use outgoing::Outgoing;
-use port::{has_passed, End, Link, Port};
-use session::{Script, Session, Settings};
+use port::{has_passed, End, Link, Port, WRITE_LIMIT};
+use protocol::{Protocol, Script, Settings};
 use shared::{Shared, Stopped};
-
-/// How long a client may leave a response unread before it is cut off. The buffers of the
-/// operating system hold hundreds of responses, so only a client that never reads is cut off.
-const WRITE_LIMIT: Duration = Duration::from_secs(1);
 
 /// Serves one client after another.
 pub(super) struct Server {
@@ -42,7 +38,7 @@ pub(super) struct Server {
     pub(super) faults: Faults,
     pub(super) script: Script,
     /// Looks for a camera client when the camera is started, if the camera itself does not.
-    pub(super) camera_doorman: Option<Doorman>,
+    pub(super) camera_client_finder: Option<ClientFinder>,
     /// A client that came while another was online. Perhaps the other one has already left.
     pub(super) next: Option<(TcpStream, SocketAddr)>,
 }
@@ -51,7 +47,7 @@ impl Server {
     /// Serves clients until the thread should end.
     pub(super) fn run(mut self) {
         while let Ok(stream) = self.next_client() {
-            if self.shared().look(Machine::absent) {
+            if self.shared().read(Machine::absent) {
                 log::info!("the client is not served: the controller is away");
                 continue;
             }
@@ -59,7 +55,7 @@ impl Server {
             let end = self.serve(stream);
             self.shared().with_machine(Machine::client_left);
             if let Err(end) = end {
-                end.tell("the client");
+                end.log("the client");
             }
         }
     }
@@ -80,13 +76,13 @@ impl Server {
 
     fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
         let link = Link::new(&self.port, stream)?;
-        let session = Session::new(self.settings.clone());
+        let protocol = Protocol::new(self.settings.clone());
         let mut connection = Connection {
             server: self,
             link,
             inbox: Inbox::new(),
             end: None,
-            session,
+            protocol,
             response: Vec::new(),
             responses: 0,
             exchanges: 0,
@@ -117,7 +113,7 @@ struct Connection<'a> {
     inbox: Inbox,
     /// How the client has ended the connection. What it sent before is still answered.
     end: Option<End>,
-    session: Session,
+    protocol: Protocol,
     /// An empty buffer for the next response.
     response: Vec<u8>,
     /// The number of responses, sent or not.
@@ -132,10 +128,12 @@ impl Connection<'_> {
     /// Waits for a command, carries it out and sends the response.
     fn serve_command(&mut self) -> Result<(), End> {
         let id = self.wait_for_command()?;
-        let is_exchange = matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr);
+        let is_exchange = is_exchange(id);
         let outgoing = self.carry_out(is_exchange)?;
-        if let (CommandId::StartCameraOnline, Some(doorman)) = (id, &self.server.camera_doorman) {
-            doorman.look();
+        if let (CommandId::StartCameraOnline, Some(finder)) =
+            (id, &self.server.camera_client_finder)
+        {
+            finder.find();
         }
         self.delay(outgoing.delay)?;
         self.look_ahead(is_exchange);
@@ -153,8 +151,8 @@ impl Connection<'_> {
     /// connection may come after commands that are not read yet. So no client is refused before all
     /// is read.
     fn refuse_others(&mut self) {
-        while self.server.next.is_some() || self.server.port.has_caller() {
-            if !self.server.shared().look(Machine::online) {
+        while self.server.next.is_some() || self.server.port.has_waiting_client() {
+            if !self.server.shared().read(Machine::online) {
                 return;
             }
             if self.server.next.is_none() {
@@ -186,7 +184,7 @@ impl Connection<'_> {
             if let Some(end) = self.end.take() {
                 return Err(end);
             }
-            if self.link.has_news() {
+            if self.link.may_have_bytes() {
                 self.read_arrived();
                 continue;
             }
@@ -224,7 +222,7 @@ impl Connection<'_> {
             self.server.shared().with_machine(|machine| machine.step(time));
             return Ok(());
         }
-        self.server.shared().rest(time)
+        self.server.shared().sleep(time)
     }
 
     /// Carries out the command in the inbox and removes it. Returns how its response is sent.
@@ -248,24 +246,24 @@ impl Connection<'_> {
     /// Carries out the command in the inbox. The outputs of an exchange count from now on, and after this rest
     /// its response has the inputs of that time. Returns what happens to the response.
     fn answer(&mut self, rest: Duration, response: &mut Vec<u8>) -> Result<Vec<FaultKind>, End> {
-        let Self { server, session, inbox, .. } = self;
+        let Self { server, protocol, inbox, .. } = self;
         let Server { port, script, .. } = &mut **server;
         let command = inbox.command()?.unwrap_or_default();
         if rest.is_zero() {
             return Ok(port.shared().with_machine(|machine| {
-                machine.hear();
-                session.answer(command, machine, script, response)?;
+                machine.command_came();
+                protocol.answer(command, machine, script, response)?;
                 Ok::<_, Misbehaviour>(machine.take_disturbances())
             })?);
         }
         let exchange = port.shared().with_machine(|machine| {
-            machine.hear();
-            session.begin(command, machine, response)
+            machine.command_came();
+            protocol.begin(command, machine, response)
         })?;
-        port.shared().rest(rest)?;
+        port.shared().sleep(rest)?;
         Ok(port.shared().with_machine(|machine| {
             if let Some(exchange) = exchange {
-                session.finish(exchange, machine, script, response);
+                protocol.finish(exchange, machine, script, response);
             }
             machine.take_disturbances()
         }))
@@ -293,7 +291,7 @@ impl Connection<'_> {
             self.link.write_all(port, piece, Some(WRITE_LIMIT), |_| Ok(()))?;
         }
         if outgoing.close {
-            return Err(End::Closed("as ordered"));
+            return Err(End::Closed("a fault was injected"));
         }
         outgoing.bytes.clear();
         self.response = outgoing.bytes;

@@ -58,17 +58,24 @@ impl Outgoing {
             FaultKind::Surplus(count) => {
                 bytes.resize(bytes.len() + count.min(MAX_SURPLUS), SURPLUS_BYTE);
             }
-            _ if !is_compressed(bytes) => {
-                log::warn!("the fault {kind:?} does not change a response without compressed data");
-            }
-            FaultKind::WrongCrc => {
+            FaultKind::WrongCrc => self.change_compressed(kind, |bytes| {
                 bytes[field::CRC].iter_mut().for_each(|byte| *byte = !*byte);
-            }
-            FaultKind::ExtraSize(size) => {
+            }),
+            FaultKind::ExtraSize(size) => self.change_compressed(kind, |bytes| {
                 LittleEndian::write_u32(&mut bytes[field::EXTRA_SIZE], size);
-            }
-            FaultKind::Mask(mask) => LittleEndian::write_u16(&mut bytes[field::MASK], mask),
-            FaultKind::CutData => cut_data(bytes),
+            }),
+            FaultKind::Mask(mask) => self.change_compressed(kind, |bytes| {
+                LittleEndian::write_u16(&mut bytes[field::MASK], mask);
+            }),
+            FaultKind::CutData => self.change_compressed(kind, cut_data),
+        }
+    }
+
+    fn change_compressed(&mut self, kind: FaultKind, change: impl FnOnce(&mut Vec<u8>)) {
+        if is_compressed(&self.bytes) {
+            change(&mut self.bytes);
+        } else {
+            log::warn!("the fault {kind:?} does not change a response without compressed data");
         }
     }
 
@@ -181,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_connection_closes_after_the_ordered_bytes() {
+    fn a_connection_closes_after_the_given_bytes() {
         for (after, sent) in [(0, 0), (7, 7), (21, 21), (1000, 21)] {
             let outgoing = disturbed(FaultKind::Close { after });
             assert!(outgoing.close);

@@ -12,7 +12,7 @@ use parking_lot::{Condvar, MutexGuard};
 
 /// How exactly a wait on a condition variable ends at its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Clock {
+pub(crate) enum Timing {
     /// Well within a millisecond.
     Fine,
     /// With a tick that may be [`COARSE`] later.
@@ -25,24 +25,24 @@ const COARSE: Duration = Duration::from_millis(40);
 /// How long each of the short sleeps is, so how late the condition may be seen.
 const NAP: Duration = Duration::from_micros(500);
 
-impl Clock {
-    /// The clock of the system that this is compiled for.
+impl Timing {
+    /// The timing of the system that this is compiled for.
     pub(crate) const OF_SYSTEM: Self = if cfg!(windows) { Self::Coarse } else { Self::Fine };
 
-    /// Waits for news, but not beyond the deadline; returns whether the deadline has passed. May end
+    /// Waits for a change, but not beyond the deadline; returns whether the deadline has passed. May end
     /// without either.
     pub(crate) fn wait_until<T>(
         self,
-        news: &Condvar,
+        changed: &Condvar,
         guard: &mut MutexGuard<'_, T>,
         deadline: Instant,
     ) -> bool {
         if self == Self::Fine {
-            return news.wait_until(guard, deadline).timed_out();
+            return changed.wait_until(guard, deadline).timed_out();
         }
         let left = deadline.saturating_duration_since(Instant::now());
         if left > COARSE {
-            news.wait_for(guard, left - COARSE);
+            changed.wait_for(guard, left - COARSE);
         } else if !left.is_zero() {
             MutexGuard::unlocked(guard, || thread::sleep(left.min(NAP)));
         }
@@ -50,19 +50,19 @@ impl Clock {
     }
 
     /// Waits as long as the condition holds, but not longer than `limit`. The condition is checked first,
-    /// and after each piece of news.
+    /// and after each change.
     pub(crate) fn wait_while_for<T>(
         self,
-        news: &Condvar,
+        changed: &Condvar,
         guard: &mut MutexGuard<'_, T>,
         limit: Duration,
         mut condition: impl FnMut(&mut T) -> bool,
     ) {
         let Some(deadline) = Instant::now().checked_add(limit) else {
-            return news.wait_while(guard, condition);
+            return changed.wait_while(guard, condition);
         };
         while condition(guard) {
-            if self.wait_until(news, guard, deadline) {
+            if self.wait_until(changed, guard, deadline) {
                 return;
             }
         }
@@ -75,15 +75,15 @@ mod tests {
 
     use super::*;
 
-    const CLOCKS: [Clock; 2] = [Clock::Fine, Clock::Coarse];
+    const TIMINGS: [Timing; 2] = [Timing::Fine, Timing::Coarse];
     /// Far more than any test takes.
     const LONG: Duration = Duration::from_secs(3600);
 
     /// How often the condition is checked in a wait of this length that nothing else ends.
-    fn looks(clock: Clock, limit: Duration) -> usize {
+    fn looks(timing: Timing, limit: Duration) -> usize {
         let mut looks = 0;
         let begin = Instant::now();
-        clock.wait_while_for(&Condvar::new(), &mut Mutex::new(()).lock(), limit, |()| {
+        timing.wait_while_for(&Condvar::new(), &mut Mutex::new(()).lock(), limit, |()| {
             looks += 1;
             true
         });
@@ -95,17 +95,18 @@ mod tests {
     fn a_coarse_clock_is_not_relied_on_for_the_last_part_of_a_wait() {
         let limit = COARSE / 2;
         // Each sleep may last longer on a busy machine, but not all of them every time.
-        assert!((0..100).any(|_| looks(Clock::Coarse, limit) > 4));
-        assert!(looks(Clock::Fine, limit) <= 2);
+        assert!((0..100).any(|_| looks(Timing::Coarse, limit) > 4));
+        assert!(looks(Timing::Fine, limit) <= 2);
         // The first part is slept through.
         assert!(
-            looks(Clock::Coarse, 3 * COARSE) < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize
+            looks(Timing::Coarse, 3 * COARSE)
+                < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize
         );
     }
 
     #[test]
     fn a_wait_ends_when_its_condition_does() {
-        for clock in CLOCKS {
+        for timing in TIMINGS {
             for limit in [COARSE, LONG, Duration::MAX] {
                 let (waiting, changed) = (Mutex::new(true), Condvar::new());
                 thread::scope(|scope| {
@@ -113,7 +114,7 @@ mod tests {
                         *waiting.lock() = false;
                         changed.notify_all();
                     });
-                    clock.wait_while_for(&changed, &mut waiting.lock(), limit, |waiting| *waiting);
+                    timing.wait_while_for(&changed, &mut waiting.lock(), limit, |waiting| *waiting);
                 });
             }
         }
@@ -121,7 +122,7 @@ mod tests {
 
     #[test]
     fn the_lock_is_free_during_a_wait() {
-        for clock in CLOCKS {
+        for timing in TIMINGS {
             let (count, changed) = (Mutex::new(0), Condvar::new());
             thread::scope(|scope| {
                 scope.spawn(|| {
@@ -131,7 +132,7 @@ mod tests {
                 });
                 let mut guard = count.lock();
                 while *guard < 3 {
-                    clock.wait_while_for(&changed, &mut guard, NAP, |count| *count < 3);
+                    timing.wait_while_for(&changed, &mut guard, NAP, |count| *count < 3);
                 }
             });
         }
@@ -139,8 +140,8 @@ mod tests {
 
     #[test]
     fn without_time_the_condition_is_looked_at_and_nothing_waited_for() {
-        for clock in CLOCKS {
-            assert!(looks(clock, Duration::ZERO) >= 1);
+        for timing in TIMINGS {
+            assert!(looks(timing, Duration::ZERO) >= 1);
         }
     }
 }

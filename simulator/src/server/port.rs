@@ -1,7 +1,7 @@
 //! One port of a simulated TXT: its listener, and how its thread waits for sockets.
 //!
-//! No socket blocks. A thread reads, writes or accepts first, and waits for news only when there is nothing to
-//! do: news are told once, so a thread that waits without having tried could miss bytes that are there.
+//! No socket blocks. A thread reads, writes or accepts first, and waits only when there is nothing to
+//! do: a change is reported once, so a thread that waits without having tried could miss bytes that are there.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::SocketAddr;
@@ -20,6 +20,10 @@ const WAKER: Token = Token(2);
 /// How long a thread pauses when a client could not be accepted, and still waits.
 const RETRY: Duration = Duration::from_millis(20);
 
+/// How long a client may leave a response unread before it is cut off. The buffers of the
+/// operating system hold hundreds of responses, so only a client that never reads is cut off.
+pub(crate) const WRITE_LIMIT: Duration = Duration::from_secs(1);
+
 /// A port, and all that its thread waits for.
 pub(crate) struct Port {
     shared: Arc<Shared>,
@@ -27,13 +31,13 @@ pub(crate) struct Port {
     name: &'static str,
     listener: Option<TcpListener>,
     /// A client may be waiting to be accepted.
-    has_caller: bool,
+    has_waiting_client: bool,
     poll: Poll,
     events: Events,
 }
 
 impl Port {
-    /// A port that does not listen yet. The thread of the camera is woken by news of the camera, too.
+    /// A port that does not listen yet. The thread of the camera is also woken when the camera starts or stops.
     pub(crate) fn new(
         shared: Arc<Shared>,
         name: &'static str,
@@ -42,7 +46,7 @@ impl Port {
         let poll = Poll::new()?;
         shared.add_waker(Waker::new(poll.registry(), WAKER)?, is_camera);
         let events = Events::with_capacity(4);
-        Ok(Self { shared, name, listener: None, has_caller: false, poll, events })
+        Ok(Self { shared, name, listener: None, has_waiting_client: false, poll, events })
     }
 
     /// Accepts the clients of this listener, which does not block, from now on.
@@ -50,14 +54,14 @@ impl Port {
         let mut listener = TcpListener::from_std(listener);
         self.poll.registry().register(&mut listener, LISTENER, Interest::READABLE)?;
         self.listener = Some(listener);
-        self.has_caller = true;
+        self.has_waiting_client = true;
         Ok(())
     }
 
     /// Refuses clients from now on.
     pub(crate) fn close(&mut self) {
         self.listener = None;
-        self.has_caller = false;
+        self.has_waiting_client = false;
     }
 
     /// What its thread shares with the others.
@@ -66,19 +70,19 @@ impl Port {
     }
 
     /// Whether a client may be waiting to be accepted.
-    pub(crate) fn has_caller(&self) -> bool {
-        self.has_caller
+    pub(crate) fn has_waiting_client(&self) -> bool {
+        self.has_waiting_client
     }
 
     /// A client that waits to be accepted, if there is one.
     pub(crate) fn try_accept(&mut self) -> Option<(TcpStream, SocketAddr)> {
-        let listener = self.listener.as_ref().filter(|_| self.has_caller)?;
+        let listener = self.listener.as_ref().filter(|_| self.has_waiting_client)?;
         match listener.accept().and_then(|(stream, client)| {
             stream.set_nodelay(true)?;
             Ok((stream, client))
         }) {
             Ok(accepted) => return Some(accepted),
-            Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_caller = false,
+            Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_waiting_client = false,
             // A client that has closed again, or too many open files: the next client may succeed.
             Err(error) => log::warn!("a client could not be accepted: {error}"),
         }
@@ -92,7 +96,7 @@ impl Port {
         accepted.ok_or(Stopped)
     }
 
-    /// Waits for a client as long as the condition holds. It is checked after all news.
+    /// Waits for a client as long as the condition holds. It is checked after each change.
     pub(crate) fn accept_while(
         &mut self,
         condition: impl Fn(&Shared) -> bool,
@@ -103,8 +107,8 @@ impl Port {
                 log::info!("{client} connects to the {} port", self.name);
                 return Ok(Some(stream));
             }
-            if self.has_caller {
-                self.shared.rest(RETRY)?;
+            if self.has_waiting_client {
+                self.shared.sleep(RETRY)?;
             } else {
                 self.wait(None)?;
             }
@@ -112,7 +116,7 @@ impl Port {
         Ok(None)
     }
 
-    /// Waits for news, at most until the deadline. Returns whether there are some of the served client.
+    /// Waits for a change, at most until the deadline. Returns whether there is one of the served client.
     /// May end without any.
     fn wait(&mut self, deadline: Option<Instant>) -> Result<bool, Stopped> {
         let limit = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
@@ -128,7 +132,7 @@ impl Port {
         let mut of_client = false;
         for event in &self.events {
             match event.token() {
-                LISTENER => self.has_caller = true,
+                LISTENER => self.has_waiting_client = true,
                 CLIENT => of_client = true,
                 _ => {}
             }
@@ -141,18 +145,18 @@ impl Port {
 pub(crate) struct Link {
     stream: TcpStream,
     /// Some bytes may have arrived, or the end.
-    has_news: bool,
+    may_have_bytes: bool,
 }
 
 impl Link {
     pub(crate) fn new(port: &Port, mut stream: TcpStream) -> io::Result<Self> {
         port.poll.registry().register(&mut stream, CLIENT, Interest::READABLE)?;
-        Ok(Self { stream, has_news: true })
+        Ok(Self { stream, may_have_bytes: true })
     }
 
     /// Whether something may have arrived since the last look.
-    pub(crate) fn has_news(&self) -> bool {
-        self.has_news
+    pub(crate) fn may_have_bytes(&self) -> bool {
+        self.may_have_bytes
     }
 
     /// Reads what has arrived, at the end 0 bytes; `None` when there is nothing.
@@ -162,7 +166,7 @@ impl Link {
                 Ok(count) => return Ok(Some(count)),
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
-                    self.has_news = false;
+                    self.may_have_bytes = false;
                     return Ok(None);
                 }
                 Err(error) => return Err(error),
@@ -170,13 +174,13 @@ impl Link {
         }
     }
 
-    /// Waits for news of any kind, at most until the deadline. May end without any.
+    /// Waits for a change of any kind, at most until the deadline. May end without any.
     pub(crate) fn wait(
         &mut self,
         port: &mut Port,
         deadline: Option<Instant>,
     ) -> Result<(), Stopped> {
-        self.has_news |= port.wait(deadline)?;
+        self.may_have_bytes |= port.wait(deadline)?;
         Ok(())
     }
 
@@ -239,7 +243,7 @@ impl Link {
         let interest = Interest::READABLE | Interest::WRITABLE;
         port.poll.registry().reregister(&mut self.stream, CLIENT, interest)?;
         let waited = self.wait(port, deadline);
-        // Room is no news otherwise.
+        // Otherwise room for bytes wakes nobody.
         port.poll.registry().reregister(&mut self.stream, CLIENT, Interest::READABLE)?;
         Ok(waited?)
     }
@@ -270,7 +274,7 @@ pub(crate) enum End {
 
 impl End {
     /// Logs how the connection of this client ended.
-    pub(crate) fn tell(self, client: &str) {
+    pub(crate) fn log(self, client: &str) {
         match self {
             Self::Stopped => {}
             Self::Left => log::info!("{client} has left"),

@@ -7,7 +7,7 @@ use parking_lot::{Condvar, Mutex};
 
 use crate::machine::journal::KeptLines;
 use crate::machine::Machine;
-use crate::server::pause::Clock;
+use crate::server::pause::Timing;
 
 /// The simulated TXT is being dropped, and its threads should end.
 #[derive(Debug)]
@@ -22,8 +22,8 @@ pub(crate) struct Shared {
     camera_changed: Condvar,
     stopping: Mutex<bool>,
     stopped: Condvar,
-    /// The clock for the pace and the camera.
-    clock: Clock,
+    /// How waits for the pace and the camera end.
+    timing: Timing,
     /// One for each thread that waits for sockets.
     wakers: Mutex<Vec<ThreadWaker>>,
 }
@@ -36,17 +36,17 @@ struct ThreadWaker {
 
 impl Shared {
     pub(crate) fn new(machine: Machine) -> Self {
-        Self::with_clock(machine, Clock::OF_SYSTEM)
+        Self::with_timing(machine, Timing::OF_SYSTEM)
     }
 
-    fn with_clock(machine: Machine, clock: Clock) -> Self {
+    fn with_timing(machine: Machine, timing: Timing) -> Self {
         Self {
             machine: Mutex::new(machine),
             changed: Condvar::new(),
             camera_changed: Condvar::new(),
             stopping: Mutex::new(false),
             stopped: Condvar::new(),
-            clock,
+            timing,
             wakers: Mutex::new(Vec::new()),
         }
     }
@@ -66,10 +66,10 @@ impl Shared {
         let (run, time) = (machine.camera_run(), machine.camera_time());
         let result = f(&mut machine);
         let is_other_run = machine.camera_run() != run;
-        let is_news = is_other_run || machine.camera_time() != time;
+        let is_camera_changed = is_other_run || machine.camera_time() != time;
         drop(machine);
         self.changed.notify_all();
-        if is_news {
+        if is_camera_changed {
             self.camera_changed.notify_all();
         }
         if is_other_run {
@@ -80,7 +80,7 @@ impl Shared {
     }
 
     /// Reads the machine as it was left. Wakes no thread that waits for a change.
-    pub(crate) fn look<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
+    pub(crate) fn read<R>(&self, f: impl FnOnce(&Machine) -> R) -> R {
         f(&self.machine.lock())
     }
 
@@ -99,8 +99,8 @@ impl Shared {
         !waited.timed_out() || holds(&mut machine)
     }
 
-    /// Waits for the camera until `look` has a result. Until then it tells after which time it has to look again,
-    /// if there are no news of the camera before.
+    /// Waits for the camera until `look` has a result. Until then it returns after which time it has to look
+    /// again, if the camera does not change before.
     pub(crate) fn wait_for_camera<R>(
         &self,
         look: impl Fn(&Machine) -> Result<R, Duration>,
@@ -114,7 +114,7 @@ impl Shared {
             };
             match Instant::now().checked_add(limit) {
                 Some(deadline) => {
-                    self.clock.wait_until(&self.camera_changed, &mut machine, deadline);
+                    self.timing.wait_until(&self.camera_changed, &mut machine, deadline);
                 }
                 None => self.camera_changed.wait(&mut machine),
             }
@@ -151,12 +151,12 @@ impl Shared {
     }
 
     /// Waits for this time, or until the thread should end.
-    pub(crate) fn rest(&self, time: Duration) -> Result<(), Stopped> {
+    pub(crate) fn sleep(&self, time: Duration) -> Result<(), Stopped> {
         if time.is_zero() {
             return self.check();
         }
         let mut stopping = self.stopping.lock();
-        self.clock.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
+        self.timing.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
         if *stopping {
             return Err(Stopped);
         }
@@ -174,23 +174,23 @@ mod tests {
 
     #[test]
     fn a_rest_lasts_its_time_or_until_the_threads_should_end() {
-        for clock in [Clock::Fine, Clock::Coarse] {
-            let shared = Shared::with_clock(Machine::new(0), clock);
+        for timing in [Timing::Fine, Timing::Coarse] {
+            let shared = Shared::with_timing(Machine::new(0), timing);
             let begin = Instant::now();
             for _ in 0..5 {
-                shared.rest(MOMENT).unwrap();
+                shared.sleep(MOMENT).unwrap();
             }
             assert!(begin.elapsed() >= 5 * MOMENT);
             thread::scope(|scope| {
                 let shared = &shared;
                 let rests = [Duration::from_secs(3600), Duration::MAX]
-                    .map(|time| scope.spawn(move || shared.rest(time).is_err()));
+                    .map(|time| scope.spawn(move || shared.sleep(time).is_err()));
                 shared.stop();
                 for rest in rests {
                     assert!(rest.join().unwrap());
                 }
             });
-            assert!(shared.rest(Duration::ZERO).is_err());
+            assert!(shared.sleep(Duration::ZERO).is_err());
         }
     }
 }

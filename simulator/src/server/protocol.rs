@@ -5,7 +5,7 @@ use log::Level;
 use crate::machine::journal;
 use crate::machine::oddity::Oddity;
 use crate::machine::Machine;
-use crate::server::command::{command_id, Misbehaviour};
+use crate::server::command::{command_id, is_exchange, Misbehaviour};
 use crate::server::words::{self, COMMAND_WORDS};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
@@ -37,7 +37,7 @@ pub(crate) enum Exchange {
 
 /// One connection's state.
 #[derive(Debug)]
-pub(crate) struct Session {
+pub(crate) struct Protocol {
     settings: Settings,
     expander: Expander,
     compressor: Compressor,
@@ -47,7 +47,7 @@ pub(crate) struct Session {
     data: Vec<u8>,
 }
 
-impl Session {
+impl Protocol {
     /// A connection that has just been made.
     pub(crate) fn new(settings: Settings) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl Session {
     ) -> Result<Option<Exchange>, Misbehaviour> {
         let id = command_id(command)?;
         machine.note_command(id);
-        if !matches!(id, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
+        if !is_exchange(id) {
             journal::log(Level::Info, format_args!("the client sends {id}"));
         }
         let needs_online =
@@ -242,10 +242,10 @@ mod tests {
     use ft_transfer_area::transfer_area::Config;
     use ft_transfer_area::Error;
 
-    fn session() -> Session {
+    fn protocol() -> Protocol {
         let firmware = FirmwareVersion::new(4, 6, 6);
         let device_name = *b"ROBOTICS TXT 001";
-        Session::new(Settings { device_name, firmware, microphone: true })
+        Protocol::new(Settings { device_name, firmware, microphone: true })
     }
 
     fn oddities(machine: &Machine) -> Vec<&str> {
@@ -253,13 +253,13 @@ mod tests {
     }
 
     fn answer(
-        session: &mut Session,
+        protocol: &mut Protocol,
         machine: &mut Machine,
         command: &[u8],
     ) -> Result<Vec<u8>, Misbehaviour> {
         let mut out = Vec::new();
         let mut script: Script = Box::new(|_| {});
-        session.answer(command, machine, &mut script, &mut out)?;
+        protocol.answer(command, machine, &mut script, &mut out)?;
         Ok(out)
     }
 
@@ -275,11 +275,11 @@ mod tests {
 
     #[test]
     fn outputs_go_to_the_extensions_in_the_mask() {
-        let (mut session, mut machine) = (session(), Machine::new(3));
+        let (mut protocol, mut machine) = (protocol(), Machine::new(3));
         machine.start_online();
         // Extension 8 does not exist, which does not change the words of the others.
         let words: Vec<u16> = (1..=4).flat_map(|area| [area; COMMAND_WORDS]).collect();
-        answer(&mut session, &mut machine, &compressed(&words, 0b1000_0110)).unwrap();
+        answer(&mut protocol, &mut machine, &compressed(&words, 0b1000_0110)).unwrap();
         let sound_of = |index: usize| machine.controllers[index].outputs.sound_index;
         assert_eq!([0, 1, 2, 3].map(sound_of), [1, 0, 2, 3]);
     }
@@ -287,13 +287,13 @@ mod tests {
     #[test]
     fn the_microphone_is_reported_by_every_controller_or_none() {
         for with_microphone in [false, true] {
-            let mut session = session();
-            session.settings.microphone = with_microphone;
+            let mut protocol = protocol();
+            protocol.settings.microphone = with_microphone;
             let mut machine = Machine::new(1);
             machine.start_online();
             machine.controllers[0].mic_lin = 7;
             machine.controllers[1].mic_log = 9;
-            let response = answer(&mut session, &mut machine, &compressed(&[0; 54], 1)).unwrap();
+            let response = answer(&mut protocol, &mut machine, &compressed(&[0; 54], 1)).unwrap();
             let header = CmprHeader::parse_response(&response[..16]).unwrap();
             assert_eq!(header.active_extensions, 1);
             let count = if with_microphone { 104 } else { 100 };
@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn an_exchange_allocates_nothing() {
-        let (mut session, mut machine) = (session(), Machine::new(1));
+        let (mut protocol, mut machine) = (protocol(), Machine::new(1));
         machine.start_online();
         let (mut script, mut out): (Script, _) = (Box::new(|_| {}), Vec::new());
         let mut compressor = Compressor::new();
@@ -325,7 +325,7 @@ mod tests {
         let mut answer_all = |commands: &[Vec<u8>]| {
             for command in commands {
                 out.clear();
-                session.answer(command, &mut machine, &mut script, &mut out).unwrap();
+                protocol.answer(command, &mut machine, &mut script, &mut out).unwrap();
             }
         };
         answer_all(&commands[0]);
@@ -338,26 +338,26 @@ mod tests {
 
     #[test]
     fn commands_out_of_place_are_not_answered() {
-        let (mut session, mut machine) = (session(), Machine::new(0));
-        let early = answer(&mut session, &mut machine, &compressed(&[0; 27], 0));
+        let (mut protocol, mut machine) = (protocol(), Machine::new(0));
+        let early = answer(&mut protocol, &mut machine, &compressed(&[0; 27], 0));
         assert_eq!(early, Err(Misbehaviour::NotOnline(CommandId::ExchangeDataCmpr)));
         let camera = CommandId::StopCameraOnline.id().to_le_bytes();
-        let camera = answer(&mut session, &mut machine, &camera);
+        let camera = answer(&mut protocol, &mut machine, &camera);
         assert_eq!(camera, Err(Misbehaviour::NotOnline(CommandId::StopCameraOnline)));
         machine.start_online();
-        let ninth = answer(&mut session, &mut machine, &compressed(&[0; 54], 1 << 8));
+        let ninth = answer(&mut protocol, &mut machine, &compressed(&[0; 54], 1 << 8));
         assert_eq!(ninth, Err(Misbehaviour::Extensions(1 << 8)));
         assert_eq!(machine.exchanges(), 0);
     }
 
     #[test]
     fn an_exchange_with_a_wrong_checksum_changes_nothing() {
-        let (mut session, mut machine) = (session(), Machine::new(0));
+        let (mut protocol, mut machine) = (protocol(), Machine::new(0));
         machine.start_online();
         let mut command = compressed(&[1; 27], 0);
         command[8] ^= 1;
         assert!(matches!(
-            answer(&mut session, &mut machine, &command),
+            answer(&mut protocol, &mut machine, &command),
             Err(Misbehaviour::Packet(Error::WrongCrc { .. }))
         ));
         assert_eq!(machine.controllers[0].outputs, ExchangeData::default());
@@ -366,7 +366,7 @@ mod tests {
     #[test]
     fn whole_bytes_after_the_last_word_are_odd_but_not_spare_bits() {
         for surplus in 0..3 {
-            let (mut session, mut machine) = (session(), Machine::new(0));
+            let (mut protocol, mut machine) = (protocol(), Machine::new(0));
             machine.start_online();
             machine.configure(0, 1, Config::default());
             // One word and 26 unchanged ones are 34 bits, so 6 bits are spare.
@@ -375,7 +375,7 @@ mod tests {
             let mut command = compressed(&words, 0);
             command[4] += surplus;
             command.extend(vec![0; usize::from(surplus)]);
-            answer(&mut session, &mut machine, &command).unwrap();
+            answer(&mut protocol, &mut machine, &command).unwrap();
             assert_eq!(machine.controllers[0].outputs.duty[0], 512);
             let odd = if surplus == 0 { vec![] } else { vec![Oddity::SurplusData.to_string()] };
             assert_eq!(oddities(&machine), odd);
@@ -384,23 +384,23 @@ mod tests {
 
     #[test]
     fn an_exchange_that_is_not_answered_is_not_looked_at() {
-        let (mut session, mut machine) = (session(), Machine::new(0));
+        let (mut protocol, mut machine) = (protocol(), Machine::new(0));
         machine.start_online();
         let mut command = compressed(&[u16::MAX; 54], 1);
         command[8] ^= 1;
-        answer(&mut session, &mut machine, &command).unwrap_err();
+        answer(&mut protocol, &mut machine, &command).unwrap_err();
         assert!(oddities(&machine).is_empty());
     }
 
     #[test]
     fn starting_online_resets_the_compression_in_both_directions() {
-        let (mut session, mut machine) = (session(), Machine::new(0));
+        let (mut protocol, mut machine) = (protocol(), Machine::new(0));
         let mut start = Vec::new();
         StartOnline::new().emit(&mut start);
         let [first, second] = [(); 2].map(|()| {
-            answer(&mut session, &mut machine, &start).unwrap();
+            answer(&mut protocol, &mut machine, &start).unwrap();
             machine.controllers[0].uni[0] = 5;
-            answer(&mut session, &mut machine, &compressed(&[3; 27], 0)).unwrap()
+            answer(&mut protocol, &mut machine, &compressed(&[3; 27], 0)).unwrap()
         });
         assert_eq!(first, second);
         assert_eq!(machine.controllers[0].outputs.sound_index, 3);
