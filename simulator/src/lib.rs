@@ -130,9 +130,6 @@ mod fault;
 pub mod fuzzing;
 mod i2c;
 mod machine;
-// It replays recordings that are in the repository, not in the package.
-#[cfg(all(test, feature = "__fuzzing"))]
-mod replay;
 mod server;
 pub mod world;
 

@@ -25,6 +25,7 @@ mod pictures;
 mod reaction;
 mod reconnect;
 mod recorded_sessions;
+mod simulated_recordings;
 mod stalled;
 mod support;
 mod together;

@@ -26,10 +26,7 @@ impl KeptLines {
     pub(crate) fn begin() -> Self {
         let is_outermost = KEPT.with_borrow_mut(|kept| match kept {
             Some(_) => false,
-            None => {
-                *kept = Some(Vec::new());
-                true
-            }
+            None => kept.insert(Vec::new()).is_empty(),
         });
         Self { is_outermost }
     }
@@ -69,57 +66,32 @@ pub(crate) fn log_changes(controller: usize, before: &ExchangeData, now: &Exchan
     }
 }
 
-/// Something that outputs change. Motors, counters and outputs are given by index.
-#[derive(Debug, PartialEq, Eq)]
-enum Change {
-    Duty { output: usize, duty: i16 },
-    Motor { motor: usize, id: u16, distance: u16, master: i16 },
-    CounterReset { counter: usize, id: u16 },
-    Sound { id: u16, index: u16, repeat: u16 },
-}
-
-impl fmt::Display for Change {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Duty { output, duty } => write!(f, "O{} is set to {duty}", output + 1),
-            Self::Motor { motor, id, distance, master } => {
-                write!(f, "M{} gets command {id}: distance {distance}", motor + 1)?;
-                if *master == 0 {
-                    return Ok(());
-                }
-                write!(f, ", master {master}")
-            }
-            Self::CounterReset { counter, id } => write!(f, "C{} is reset, id {id}", counter + 1),
-            Self::Sound { id, index, repeat } => {
-                write!(f, "sound command {id}: sound {index}, repeat {repeat}")
-            }
-        }
-    }
-}
-
-fn changes(before: &ExchangeData, now: &ExchangeData) -> Vec<Change> {
+fn changes(before: &ExchangeData, now: &ExchangeData) -> Vec<String> {
     let mut changes = Vec::new();
     for (output, (old, duty)) in before.duty.into_iter().zip(now.duty).enumerate() {
         if (old == 0) != (duty == 0) {
-            changes.push(Change::Duty { output, duty });
+            changes.push(format!("O{} is set to {duty}", output + 1));
         }
     }
-    for motor in 0..now.motor_command_id.len() {
-        let id = now.motor_command_id[motor];
+    for (motor, id) in now.motor_command_id.into_iter().enumerate() {
         if id != before.motor_command_id[motor] {
-            let (distance, master) = (now.distance[motor], now.master[motor]);
-            changes.push(Change::Motor { motor, id, distance, master });
+            let distance = now.distance[motor];
+            let master = match now.master[motor] {
+                0 => String::new(),
+                master => format!(", master {master}"),
+            };
+            changes.push(format!("M{} gets command {id}: distance {distance}{master}", motor + 1));
         }
     }
     for (counter, id) in now.counter_reset_id.into_iter().enumerate() {
         if id != before.counter_reset_id[counter] {
-            changes.push(Change::CounterReset { counter, id });
+            changes.push(format!("C{} is reset, id {id}", counter + 1));
         }
     }
     let id = now.sound_command_id;
     if id != before.sound_command_id {
         let (index, repeat) = (now.sound_index, now.sound_repeat);
-        changes.push(Change::Sound { id, index, repeat });
+        changes.push(format!("sound command {id}: sound {index}, repeat {repeat}"));
     }
     changes
 }
@@ -141,7 +113,7 @@ mod tests {
             sound_index: 3,
             sound_repeat: 2,
         };
-        let logged: Vec<String> = changes(&before, &now).iter().map(Change::to_string).collect();
+        let logged = changes(&before, &now);
         let expected = [
             "O1 is set to 0",
             "O2 is set to 300",
@@ -150,8 +122,8 @@ mod tests {
             "sound command 1: sound 3, repeat 2",
         ];
         assert_eq!(logged, expected);
-        assert_eq!(changes(&now, &now), []);
+        assert_eq!(changes(&now, &now), [""; 0]);
         let slower = ExchangeData { duty: [0, 299, 0, 0, 0, 0, 0, 0], ..now };
-        assert_eq!(changes(&now, &slower), []);
+        assert_eq!(changes(&now, &slower), [""; 0]);
     }
 }

@@ -8,7 +8,7 @@ pub(crate) mod port;
 pub(crate) mod ports;
 pub(crate) mod protocol;
 pub(crate) mod shared;
-pub(crate) mod words;
+mod words;
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};

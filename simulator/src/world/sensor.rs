@@ -279,16 +279,10 @@ impl Sensor {
 
     /// Whether it is pressed, for a switch or button.
     pub(super) fn pressed_mut(&mut self) -> Option<&mut bool> {
-        match self {
-            Self::Switch { pressed, .. } | Self::Button { pressed, .. } => Some(pressed),
-            Self::Resistor { .. }
-            | Self::Ntc { .. }
-            | Self::PhotoTransistor { .. }
-            | Self::Voltage { .. }
-            | Self::Ultrasonic { .. }
-            | Self::Colour { .. }
-            | Self::Trail { .. } => None,
+        if let Self::Switch { pressed, .. } | Self::Button { pressed, .. } = self {
+            return Some(pressed);
         }
+        None
     }
 
     pub(super) fn is_pressable(&self) -> bool {
