@@ -23,7 +23,8 @@ pub use format::{Failure, FailureKind, RecordedEvent, Transfer};
 pub use reader::{Cycle, Entry, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};
 
-/// The programs in the document are tested with the documentation.
+/// The programs in the document and in the README are tested with the documentation.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/recording.md")]
+#[doc = include_str!("../README.md")]
 struct Document;
