@@ -1,7 +1,20 @@
 //! The inputs in the responses, and how they get into the areas.
 
+use crate::firmware::FirmwareVersion;
 use crate::transfer_area::{FishX1Transfer, IrInput, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::{ExchangeDataResponse, IrRemote};
+
+/// Since which firmware a compressed response has how many words per area, the oldest first.
+pub(super) const RESPONSES: [(FirmwareVersion, usize); 2] = [
+    (FirmwareVersion::OLDEST_SUPPORTED, ExchangeDataResponse::WORDS),
+    (FirmwareVersion::WITH_MICROPHONE, ExchangeDataResponse::WORDS + 2),
+];
+
+/// How many words per area a compressed response of this firmware has.
+pub(super) fn words_of(firmware: FirmwareVersion) -> usize {
+    let newest = RESPONSES.iter().rev().find(|(since, _)| *since <= firmware);
+    newest.unwrap_or(&RESPONSES[0]).1
+}
 
 /// The inputs from the responses of one transfer so far.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 mod inputs;
 mod outputs;
 
+use inputs::RESPONSES;
 use outputs::Outputs;
 
 pub use inputs::Inputs;
@@ -30,11 +31,6 @@ pub enum TransferMode {
 
 /// The most compressed bytes of a request: 18 bits for each word.
 const MAX_REQUEST_DATA: usize = (MAX_AREAS * ExchangeData::WORDS * 18).div_ceil(8);
-/// Words per area in a compressed response of firmware before 4.2.4.
-const RESPONSE_WORDS: usize = ExchangeDataResponse::WORDS;
-/// Words per area in a compressed response from firmware 4.2.4 on, with the microphone.
-const RESPONSE_WORDS_WITH_MICROPHONE: usize = 52;
-
 /// The configuration last sent for each area, if there was one.
 pub(crate) type SentConfigs = [Option<UpdateConfig>; MAX_AREAS];
 
@@ -70,8 +66,8 @@ pub struct Exchange {
     /// How many words per area a response has; the response does not say it. At first by the
     /// firmware's version, then by the checksum of the first response.
     word_count: usize,
-    /// The number to try when it is wrong for the first response.
-    other_word_count: Option<usize>,
+    /// Whether a response has shown it.
+    word_count_is_known: bool,
     compressor: Compressor,
     expander: Expander,
     /// The configuration last sent for each area.
@@ -87,15 +83,10 @@ impl Exchange {
     /// An exchange in the state after StartOnline.
     #[doc(alias = "SetTransferMode")]
     pub fn new(mode: TransferMode, firmware: FirmwareVersion) -> Self {
-        let (word_count, other) = if firmware < FirmwareVersion::WITH_MICROPHONE {
-            (RESPONSE_WORDS, RESPONSE_WORDS_WITH_MICROPHONE)
-        } else {
-            (RESPONSE_WORDS_WITH_MICROPHONE, RESPONSE_WORDS)
-        };
         Self {
             mode,
-            word_count,
-            other_word_count: Some(other),
+            word_count: inputs::words_of(firmware),
+            word_count_is_known: false,
             compressor: Compressor::new(),
             expander: Expander::new(),
             sent_configs: [None; MAX_AREAS],
@@ -203,10 +194,13 @@ impl Exchange {
                 found: response.len(),
             });
         }
-        self.take_in(self.word_count, data, &header).or_else(|error| match self.other_word_count {
+        self.take_in(self.word_count, data, &header).or_else(|error| {
+            if self.word_count_is_known {
+                return Err(error);
+            }
+            let mut others = RESPONSES.into_iter().map(|(_, count)| count);
             // The error for the number by the firmware's version is the better message.
-            Some(other) => self.take_in(other, data, &header).map_err(|_| error),
-            None => Err(error),
+            others.find_map(|count| self.take_in(count, data, &header).ok()).ok_or(error)
         })
     }
 
@@ -221,7 +215,7 @@ impl Exchange {
         let words = self.expander.expand(data, word_count * areas, header.crc)?;
         self.inputs.take_compressed(header.active_extensions, words, word_count);
         self.word_count = word_count;
-        self.other_word_count = None;
+        self.word_count_is_known = true;
         Ok(())
     }
 

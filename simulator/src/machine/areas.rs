@@ -2,10 +2,11 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
+use ft_transfer_area::wire::{CmprHeader, Compressor, ExchangeData};
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
-use super::Machine;
+use super::controller::Controller;
+use super::{words, Machine};
 
 impl Machine {
     /// Gives the controller with this index (0 the master) the values of a transfer area: the
@@ -29,10 +30,10 @@ impl Machine {
     /// commands that are done, the timers in machine time, and in the master's area which extensions
     /// are alive. If the controller does not exist or is cut off, nothing is written.
     pub fn report_into(&self, controller: usize, area: &mut FishX1Transfer) {
-        let Some(report) = self.report(controller) else { return };
-        let Some(state) = self.controllers.get(controller) else { return };
-        apply(&report, area);
-        [area.txt_inputs2.mic_lin, area.txt_inputs2.mic_log] = [state.mic_lin, state.mic_log];
+        if !self.reaches(controller) {
+            return;
+        }
+        apply(&self.controllers[controller], area);
         area.timer.set_elapsed(self.time());
         if controller == 0 {
             for (extension, is_alive) in area.state.io_slave_alive.iter_mut().enumerate() {
@@ -82,22 +83,27 @@ impl Machine {
 }
 
 /// The client's side of an exchange with the master alone.
-fn exchange() -> Exchange {
-    Exchange::new(TransferMode::Simple, FirmwareVersion::OLDEST_SUPPORTED)
+fn exchange(mode: TransferMode) -> Exchange {
+    Exchange::new(mode, FirmwareVersion::WITH_MICROPHONE)
 }
 
 /// The outputs of an area as a client sends them.
 fn outputs(area: &FishX1Transfer) -> Option<ExchangeData> {
     let mut request = Vec::new();
-    exchange().request(std::slice::from_ref(area), &mut request).ok()?;
+    exchange(TransferMode::Simple).request(std::slice::from_ref(area), &mut request).ok()?;
     ExchangeData::parse(&request).ok()
 }
 
-/// Writes a response into an area as a client does.
-fn apply(report: &ExchangeDataResponse, area: &mut FishX1Transfer) {
-    let mut response = Vec::new();
-    report.emit(&mut response);
-    let mut exchange = exchange();
+/// Writes a controller's response into an area as a client does.
+fn apply(controller: &Controller, area: &mut FishX1Transfer) {
+    let (mut words, mut data, mut response) = (Vec::new(), Vec::new(), Vec::new());
+    words::push_report(controller, true, &mut words);
+    let crc = Compressor::new().compress(&words, &mut data);
+    // At most 18 bits for each word.
+    let extra_size = data.len() as u32;
+    CmprHeader { extra_size, crc, active_extensions: 0 }.emit_response(&mut response);
+    response.extend(data);
+    let mut exchange = exchange(TransferMode::Compressed);
     if let Ok(inputs) = exchange.receive(&response) {
         // This response knows of no extensions.
         let alive = area.state.io_slave_alive;

@@ -8,6 +8,7 @@ mod motor;
 pub(crate) mod oddity;
 mod online;
 mod sound;
+pub(crate) mod words;
 
 use std::collections::VecDeque;
 use std::sync::Arc;

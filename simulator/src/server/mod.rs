@@ -8,7 +8,6 @@ pub(crate) mod port;
 pub(crate) mod ports;
 pub(crate) mod protocol;
 pub(crate) mod shared;
-mod words;
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};

@@ -4,9 +4,9 @@ use log::Level;
 
 use crate::machine::journal;
 use crate::machine::oddity::Oddity;
+use crate::machine::words::{self, COMMAND_WORDS};
 use crate::machine::Machine;
 use crate::server::command::{command_id, is_exchange, Misbehaviour};
-use crate::server::words::{self, COMMAND_WORDS};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
@@ -188,10 +188,7 @@ impl Protocol {
     fn report(&mut self, machine: &Machine, out: &mut Vec<u8>) {
         self.words.clear();
         for controller in machine.reachable() {
-            words::push_inputs(&controller.report(), &mut self.words);
-            if self.settings.microphone {
-                self.words.extend([controller.mic_lin, controller.mic_log]);
-            }
+            words::push_report(controller, self.settings.microphone, &mut self.words);
         }
         self.data.clear();
         let crc = self.compressor.compress(&self.words, &mut self.data);

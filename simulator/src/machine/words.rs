@@ -2,6 +2,8 @@
 
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
+use super::controller::Controller;
+
 /// Words per controller in a command.
 pub(crate) const COMMAND_WORDS: usize = 27;
 
@@ -18,6 +20,14 @@ pub(crate) fn outputs(words: &[u16]) -> ExchangeData {
         sound_command_id: next(),
         sound_index: next(),
         sound_repeat: next(),
+    }
+}
+
+/// Appends the words of one controller in a response.
+pub(crate) fn push_report(controller: &Controller, microphone: bool, words: &mut Vec<u16>) {
+    push_inputs(&controller.report(), words);
+    if microphone {
+        words.extend([controller.mic_lin, controller.mic_log]);
     }
 }
 
