@@ -113,7 +113,7 @@ impl SimulatedTxtBuilder {
     /// The time from one exchange response to the next, if the client does not take longer. The
     /// default is 10 ms, the maximum an hour.
     ///
-    /// The machine goes by the clock then, from StartOnline until its client has left. So motors turn
+    /// The machine follows the clock then, from StartOnline until its client has left. So motors turn
     /// on while the client pauses, until the [idle limit](Self::idle_limit) ends the connection. If
     /// that is more than a minute, a minute of each pause passes in the machine, and then it stands
     /// still until the next command.

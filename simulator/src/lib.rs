@@ -190,7 +190,7 @@ impl SimulatedTxt {
         self.i2c_port
     }
 
-    /// Reads or changes the simulated machine between two exchanges. If it goes by the clock, it is as it is
+    /// Reads or changes the simulated machine between two exchanges. If it follows the clock, it is as it is
     /// now.
     ///
     /// Blocks while an exchange takes place, and delays the next one while `f` runs. Calling this

@@ -198,7 +198,7 @@ mod tests {
         assert_eq!(follower.catch_up(at(4)), 4_000_000);
         follower.command_came(at(4));
         assert_eq!(follower.catch_up(at(8)), 4_000_000);
-        // Whether somebody looks meanwhile or not.
+        // It does not matter whether the time is asked for in between.
         assert_eq!(follower.catch_up(at(3600)), 1_000_000);
         follower.command_came(at(3600));
         assert_eq!(follower.catch_up(at(3601)), 1_000_000);

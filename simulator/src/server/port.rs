@@ -243,7 +243,7 @@ impl Link {
         let interest = Interest::READABLE | Interest::WRITABLE;
         port.poll.registry().reregister(&mut self.stream, CLIENT, interest)?;
         let waited = self.wait(port, deadline);
-        // Otherwise room for bytes wakes nobody.
+        // At other times, room for more bytes should end no wait.
         port.poll.registry().reregister(&mut self.stream, CLIENT, Interest::READABLE)?;
         Ok(waited?)
     }

@@ -49,9 +49,7 @@ impl Board {
         self.lamps.insert(output);
         self
     }
-}
 
-impl Board {
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
         let keys = Keys::of(value, BOARD, &["inputs", "motors", "lamps"])?;
         let inputs = |value: &DeValue<'_>| {

@@ -8,6 +8,10 @@ use super::mistake::{at, expect, Checked};
 use super::read::{list, whole, Keys, Read};
 use crate::i2c::ADDRESS_MAX;
 
+pub(super) const DEVICE: &str = "expected a device, as in { address = 0x18 }";
+const REGISTERS: &str = "expected a list, as in registers = [{ register = 2, values = [0, 64] }]";
+const BYTES: &str = "expected a list of bytes, as in values = [0, 64]";
+
 /// An I2C device that is plugged in at the start: 256 registers of one byte.
 ///
 /// ```
@@ -38,13 +42,7 @@ impl I2cDevice {
         }
         self
     }
-}
 
-pub(super) const DEVICE: &str = "expected a device, as in { address = 0x18 }";
-const REGISTERS: &str = "expected a list, as in registers = [{ register = 2, values = [0, 64] }]";
-const BYTES: &str = "expected a list of bytes, as in values = [0, 64]";
-
-impl I2cDevice {
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
         let keys = Keys::of(value, DEVICE, &["address", "registers"])?;
         let address = keys.required("address", address())?;
@@ -55,12 +53,9 @@ impl I2cDevice {
     }
 
     pub(super) fn check(&self) -> Checked {
-        let Self { address, .. } = *self;
-        let right = address <= ADDRESS_MAX;
-        at(
-            "address",
-            expect(right, || format!("expected 0 to {ADDRESS_MAX:#04x}, not {address:#04x}")),
-        )
+        let address = self.address;
+        let reason = || format!("expected 0 to {ADDRESS_MAX:#04x}, not {address:#04x}");
+        at("address", expect(address <= ADDRESS_MAX, reason))
     }
 }
 

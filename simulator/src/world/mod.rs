@@ -176,9 +176,7 @@ impl World {
             Some(extension) => self.extensions.get(extension),
         }
     }
-}
 
-impl World {
     fn read(table: &DeTable<'_>) -> Read<Self> {
         let keys = Keys::of_table(table, &["master", "extensions", "script", "remotes", "i2c"])?;
         Ok(Self {

@@ -6,6 +6,16 @@ use super::mistake::{at, expect, in_range, not_negative, positive, Checked, Mist
 use super::read::{number, only, terminal_value, Keys, Read};
 use ft_transfer_area::tx::Input;
 
+const MOTOR: &str = "expected a motor, as in M1 = { pulses_per_turn = 63.3 }";
+const SLIDE: &str = "expected a slide, as in slide = { travel = { pulses = 1000 } }";
+const TRAVEL: &str = "expected one length, as in travel = { pulses = 1000 }";
+const MM: &str = "expected a table, as in travel = { mm = { length = 120, per_turn = 4.5 } }";
+const SEEN_BY_TABLE: &str = "expected a table, as in { input = \"I4\", start_cm = 5, end_cm = 25 }";
+
+const START_SWITCH: &str = "start_switch";
+const END_SWITCH: &str = "end_switch";
+pub(super) const SEEN_BY: &str = "seen_by";
+
 /// A motor on a motor output.
 ///
 /// Its speed approaches `top_speed × (duty ÷ 512 − load)`, or 0 if that is negative. After one [time
@@ -74,6 +84,33 @@ impl MotorModel {
         self.slide = Some(slide);
         self
     }
+
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let known = ["top_speed", "time_constant", "load", "pulses_per_turn", "slide"];
+        let keys = Keys::of(value, MOTOR, &known)?;
+        let default = Self::default();
+        Ok(Self {
+            top_speed: keys.or("top_speed", default.top_speed, number)?,
+            time_constant: keys.or("time_constant", default.time_constant, number)?,
+            load: keys.or("load", default.load, number)?,
+            pulses_per_turn: keys.optional("pulses_per_turn", number)?,
+            slide: keys.optional("slide", Slide::read)?,
+        })
+    }
+
+    pub(super) fn check(&self) -> Checked {
+        positive("top_speed", self.top_speed, 100.0)?;
+        in_range("time_constant", self.time_constant, 0.0..=1.0)?;
+        in_range("load", self.load, 0.0..=1.0)?;
+        if let Some(pulses) = self.pulses_per_turn {
+            positive("pulses_per_turn", pulses, 1000.0)?;
+        }
+        let Some(slide) = &self.slide else { return Ok(()) };
+        let in_pulses = matches!(slide.travel, Travel::Pulses(_));
+        let countable = !in_pulses || self.pulses_per_turn.is_some();
+        let reason = || String::from("a travel in pulses needs pulses_per_turn of the motor");
+        at("slide", at("travel", expect(countable, reason)).and_then(|()| slide.check()))
+    }
 }
 
 /// A slide that a motor moves between two stops. Forward is towards its end.
@@ -121,84 +158,7 @@ impl Slide {
         self.seen_by = Some(seen_by);
         self
     }
-}
 
-/// The length of a slide's travel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Travel {
-    /// In pulses of the motor's encoder, more than 0.
-    Pulses(f64),
-    /// In millimetres.
-    Mm {
-        /// The length, more than 0.
-        length: f64,
-        /// How far one turn of the motor moves it, more than 0.
-        per_turn: f64,
-    },
-}
-
-impl Travel {
-    /// The length in its own unit, pulses or mm.
-    pub fn length(self) -> f64 {
-        match self {
-            Self::Pulses(length) | Self::Mm { length, .. } => length,
-        }
-    }
-}
-
-/// An ultrasonic sensor that looks at a slide. Its distance changes evenly between start and end. It needs
-/// no other fields, so it is closed on purpose.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SeenBy {
-    /// Where the sensor is plugged in.
-    pub input: Input,
-    /// The distance when the slide is at its start, in cm, at least 0.
-    pub start_cm: f64,
-    /// The distance when the slide is at its end, in cm, at least 0.
-    pub end_cm: f64,
-}
-
-const MOTOR: &str = "expected a motor, as in M1 = { pulses_per_turn = 63.3 }";
-const SLIDE: &str = "expected a slide, as in slide = { travel = { pulses = 1000 } }";
-const TRAVEL: &str = "expected one length, as in travel = { pulses = 1000 }";
-const MM: &str = "expected a table, as in travel = { mm = { length = 120, per_turn = 4.5 } }";
-const SEEN_BY_TABLE: &str = "expected a table, as in { input = \"I4\", start_cm = 5, end_cm = 25 }";
-
-const START_SWITCH: &str = "start_switch";
-const END_SWITCH: &str = "end_switch";
-pub(super) const SEEN_BY: &str = "seen_by";
-
-impl MotorModel {
-    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
-        let known = ["top_speed", "time_constant", "load", "pulses_per_turn", "slide"];
-        let keys = Keys::of(value, MOTOR, &known)?;
-        let default = Self::default();
-        Ok(Self {
-            top_speed: keys.or("top_speed", default.top_speed, number)?,
-            time_constant: keys.or("time_constant", default.time_constant, number)?,
-            load: keys.or("load", default.load, number)?,
-            pulses_per_turn: keys.optional("pulses_per_turn", number)?,
-            slide: keys.optional("slide", Slide::read)?,
-        })
-    }
-
-    pub(super) fn check(&self) -> Checked {
-        positive("top_speed", self.top_speed, 100.0)?;
-        in_range("time_constant", self.time_constant, 0.0..=1.0)?;
-        in_range("load", self.load, 0.0..=1.0)?;
-        if let Some(pulses) = self.pulses_per_turn {
-            positive("pulses_per_turn", pulses, 1000.0)?;
-        }
-        let Some(slide) = &self.slide else { return Ok(()) };
-        let in_pulses = matches!(slide.travel, Travel::Pulses(_));
-        let countable = !in_pulses || self.pulses_per_turn.is_some();
-        let reason = || String::from("a travel in pulses needs pulses_per_turn of the motor");
-        at("slide", at("travel", expect(countable, reason)).and_then(|()| slide.check()))
-    }
-}
-
-impl Slide {
     fn read(value: &DeValue<'_>) -> Read<Self> {
         let known = ["travel", "position", START_SWITCH, END_SWITCH, SEEN_BY];
         let keys = Keys::of(value, SLIDE, &known)?;
@@ -230,7 +190,29 @@ impl Slide {
     }
 }
 
+/// The length of a slide's travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Travel {
+    /// In pulses of the motor's encoder, more than 0.
+    Pulses(f64),
+    /// In millimetres.
+    Mm {
+        /// The length, more than 0.
+        length: f64,
+        /// How far one turn of the motor moves it, more than 0.
+        per_turn: f64,
+    },
+}
+
 impl Travel {
+    /// The length in its own unit, pulses or mm.
+    pub fn length(self) -> f64 {
+        match self {
+            Self::Pulses(length) | Self::Mm { length, .. } => length,
+        }
+    }
+
     fn read(value: &DeValue<'_>) -> Read<Self> {
         match only(value, TRAVEL)? {
             ("pulses", value) => at("pulses", number(value).map(Self::Pulses)),
@@ -256,6 +238,18 @@ impl Travel {
             }
         }
     }
+}
+
+/// An ultrasonic sensor that looks at a slide. Its distance changes evenly between start and end. It needs
+/// no other fields, so it is closed on purpose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenBy {
+    /// Where the sensor is plugged in.
+    pub input: Input,
+    /// The distance when the slide is at its start, in cm, at least 0.
+    pub start_cm: f64,
+    /// The distance when the slide is at its end, in cm, at least 0.
+    pub end_cm: f64,
 }
 
 impl SeenBy {

@@ -6,6 +6,11 @@ use super::mistake::{at, expect, Checked};
 use super::read::{truth, whole, Keys, Read};
 use ft_transfer_area::wire::IrRemote;
 
+const REMOTE: &str = "expected a remote, as in { dip1 = true }";
+
+/// The number of different switch settings of remotes.
+const REMOTES: usize = 4;
+
 /// How far a joystick moves from its middle.
 const AXIS_MAX: i8 = 15;
 
@@ -33,6 +38,30 @@ pub struct Remote {
 }
 
 impl Remote {
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let known = ["dip1", "dip2", "left_x", "left_y", "right_x", "right_y", "on", "off"];
+        let keys = Keys::of(value, REMOTE, &known)?;
+        let axis = |key| keys.or(key, 0, whole(-i64::from(AXIS_MAX)..=AXIS_MAX.into()));
+        let bit = |key| keys.or(key, false, truth);
+        Ok(Self {
+            dip1: bit("dip1")?,
+            dip2: bit("dip2")?,
+            left_x: axis("left_x")?,
+            left_y: axis("left_y")?,
+            right_x: axis("right_x")?,
+            right_y: axis("right_y")?,
+            on: bit("on")?,
+            off: bit("off")?,
+        })
+    }
+
+    pub(super) fn check(&self) -> Checked {
+        self.axes().into_iter().try_for_each(|(axis, value)| {
+            let right = (-AXIS_MAX..=AXIS_MAX).contains(&value);
+            at(axis, expect(right, || format!("expected -{AXIS_MAX} to {AXIS_MAX}, not {value}")))
+        })
+    }
+
     /// Whether both have the same switch setting, so that a controller can't tell them apart.
     pub(super) fn is_set_like(&self, other: &Self) -> bool {
         self.index() == other.index()
@@ -81,37 +110,6 @@ pub(super) fn seen(remotes: &[Remote]) -> [IrRemote; 5] {
     let any = remotes.iter().find(|remote| remote.is_used()).or(remotes.first());
     seen[0] = any.map(Remote::values).unwrap_or_default();
     seen
-}
-
-const REMOTE: &str = "expected a remote, as in { dip1 = true }";
-
-/// The number of different switch settings of remotes.
-const REMOTES: usize = 4;
-
-impl Remote {
-    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
-        let known = ["dip1", "dip2", "left_x", "left_y", "right_x", "right_y", "on", "off"];
-        let keys = Keys::of(value, REMOTE, &known)?;
-        let axis = |key| keys.or(key, 0, whole(-i64::from(AXIS_MAX)..=AXIS_MAX.into()));
-        let bit = |key| keys.or(key, false, truth);
-        Ok(Self {
-            dip1: bit("dip1")?,
-            dip2: bit("dip2")?,
-            left_x: axis("left_x")?,
-            left_y: axis("left_y")?,
-            right_x: axis("right_x")?,
-            right_y: axis("right_y")?,
-            on: bit("on")?,
-            off: bit("off")?,
-        })
-    }
-
-    pub(super) fn check(&self) -> Checked {
-        self.axes().into_iter().try_for_each(|(axis, value)| {
-            let right = (-AXIS_MAX..=AXIS_MAX).contains(&value);
-            at(axis, expect(right, || format!("expected -{AXIS_MAX} to {AXIS_MAX}, not {value}")))
-        })
-    }
 }
 
 /// Checks that each remote has a switch setting of its own.

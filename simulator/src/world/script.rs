@@ -10,6 +10,13 @@ use super::{Remote, Sensor, World};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::Input;
 
+/// The greatest index of a controller.
+const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
+
+const SCRIPT: &str = "expected a table, as in [script]";
+const EVENTS: &str = "expected a list, as in [[script.events]]";
+const EVENT: &str = "expected an event, as in { at = 1, input = \"I3\", pressed = true }";
+
 /// What happens at which time.
 ///
 /// ```
@@ -42,6 +49,21 @@ impl Script {
     pub fn with_event(mut self, event: ScriptEvent) -> Self {
         self.events.push(event);
         self
+    }
+
+    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
+        let keys = Keys::of(value, SCRIPT, &["period", "events"])?;
+        Ok(Self {
+            period: keys.optional("period", number)?,
+            events: keys.or("events", Vec::new(), list(EVENTS, ScriptEvent::read))?,
+        })
+    }
+
+    pub(super) fn check(&self, world: &World) -> Checked {
+        let period = self.period.unwrap_or(1.0);
+        let right = period >= 0.001 && period.is_finite();
+        at("period", expect(right, || format!("expected 0.001 or more, not {period}")))?;
+        each("events", &self.events, |event| event.check(world))
     }
 }
 
@@ -100,62 +122,7 @@ impl ScriptEvent {
     pub fn i2c(at: f64, address: u8, register: u8, values: &[u8]) -> Self {
         Self { at, action: ScriptAction::I2c { address, register, values: values.to_vec() } }
     }
-}
 
-/// A script in ticks.
-#[derive(Clone, Debug)]
-pub(super) struct ScriptState {
-    period: Option<u64>,
-    /// What happens at which tick, in order.
-    events: Vec<(u64, ScriptAction)>,
-}
-
-impl ScriptState {
-    pub(super) fn new(script: &Script) -> Self {
-        // A time out of range is never due.
-        let ticks = |seconds: f64| (seconds * 1e6 / TICK_MICROS as f64).round() as u64;
-        let events = script.events.iter();
-        let mut events: Vec<_> =
-            events.map(|event| (ticks(event.at), event.action.clone())).collect();
-        // Events at the same time keep their order.
-        events.sort_by_key(|event| event.0);
-        Self { period: script.period.map(|period| ticks(period).max(1)), events }
-    }
-
-    /// What happens at the beginning of a tick.
-    pub(super) fn due(&self, tick: u64) -> impl Iterator<Item = &ScriptAction> {
-        let now = self.period.map_or(tick, |period| tick % period);
-        let first = self.events.partition_point(|event| event.0 < now);
-        let due = self.events[first..].iter().take_while(move |event| event.0 == now);
-        due.map(|(_, action)| action)
-    }
-}
-
-/// The greatest index of a controller.
-const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
-
-const SCRIPT: &str = "expected a table, as in [script]";
-const EVENTS: &str = "expected a list, as in [[script.events]]";
-const EVENT: &str = "expected an event, as in { at = 1, input = \"I3\", pressed = true }";
-
-impl Script {
-    pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
-        let keys = Keys::of(value, SCRIPT, &["period", "events"])?;
-        Ok(Self {
-            period: keys.optional("period", number)?,
-            events: keys.or("events", Vec::new(), list(EVENTS, ScriptEvent::read))?,
-        })
-    }
-
-    pub(super) fn check(&self, world: &World) -> Checked {
-        let period = self.period.unwrap_or(1.0);
-        let right = period >= 0.001 && period.is_finite();
-        at("period", expect(right, || format!("expected 0.001 or more, not {period}")))?;
-        each("events", &self.events, |event| event.check(world))
-    }
-}
-
-impl ScriptEvent {
     fn read(value: &DeValue<'_>) -> Read<Self> {
         let known = ["at", "controller", "input", "pressed", "remote", "i2c"];
         let all = Keys::of(value, EVENT, &known)?;
@@ -196,6 +163,35 @@ impl ScriptEvent {
                 at("i2c", at("address", expect(known, reason)))
             }
         }
+    }
+}
+
+/// A script in ticks.
+#[derive(Clone, Debug)]
+pub(super) struct ScriptState {
+    period: Option<u64>,
+    /// What happens at which tick, in order.
+    events: Vec<(u64, ScriptAction)>,
+}
+
+impl ScriptState {
+    pub(super) fn new(script: &Script) -> Self {
+        // A time out of range is never due.
+        let ticks = |seconds: f64| (seconds * 1e6 / TICK_MICROS as f64).round() as u64;
+        let events = script.events.iter();
+        let mut events: Vec<_> =
+            events.map(|event| (ticks(event.at), event.action.clone())).collect();
+        // Events at the same time keep their order.
+        events.sort_by_key(|event| event.0);
+        Self { period: script.period.map(|period| ticks(period).max(1)), events }
+    }
+
+    /// What happens at the beginning of a tick.
+    pub(super) fn due(&self, tick: u64) -> impl Iterator<Item = &ScriptAction> {
+        let now = self.period.map_or(tick, |period| tick % period);
+        let first = self.events.partition_point(|event| event.0 < now);
+        let due = self.events[first..].iter().take_while(move |event| event.0 == now);
+        due.map(|(_, action)| action)
     }
 }
 
