@@ -12,7 +12,7 @@ use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 ///
 /// The inputs may be set at any time and keep their value, except that motors change
 /// [`counter`](Self::counter) and [`counter_input`](Self::counter_input). A
-/// [world](super::world::World) sets [`uni`](Self::uni) and [`ir`](Self::ir) whenever time passes.
+/// [world](crate::world::World) sets [`uni`](Self::uni) and [`ir`](Self::ir) whenever time passes.
 #[derive(Clone, Debug, Default)]
 pub struct Controller {
     /// What I1 to I8 report, in the unit of the configured mode (0 or 1, Ω, mV, cm). The
