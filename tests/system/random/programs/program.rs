@@ -126,7 +126,7 @@ impl<'a> Program<'a> {
             By::Shared => use_guard(self.record, which, who, &slot.shared, get, under),
             By::Handler => {
                 let Some(handler) = slot.handler() else { return };
-                use_guard(self.record, which, who, &*handler, get, under);
+                use_guard(self.record, which, who, &handler, get, under);
             }
         }
     }
