@@ -6,6 +6,9 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::FirmwareVersion;
+
 use crate::camera::server::{CameraServer, CameraSettings};
 use crate::camera::{CameraConnection, Clients};
 use crate::error::Error;
@@ -20,8 +23,6 @@ use crate::server::shared::Shared;
 use crate::server::Server;
 use crate::world::World;
 use crate::SimulatedTxt;
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::FirmwareVersion;
 
 /// How much of a pause passes in the machine, if its client is not cut off before. So after hours in a debugger,
 /// or on a computer that was suspended, nothing is far away from where it was, and nothing takes long to compute.

@@ -1,10 +1,11 @@
 //! The answers of the ports, without a connection.
 
+use ft_transfer_area::FirmwareVersion;
+
 use crate::i2c::server;
 use crate::machine::Machine;
 use crate::server::command;
 use crate::server::protocol::{Protocol, Script, Settings};
-use ft_transfer_area::FirmwareVersion;
 
 /// The main port, with one client after another.
 pub struct MainPort {

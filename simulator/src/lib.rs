@@ -146,7 +146,6 @@ pub use fault::{Fault, FaultKind, FaultPlace, ParseFaultError};
 pub use i2c::I2C_REGISTERS;
 pub use machine::controller::Controller;
 pub use machine::Machine;
-
 use server::shared::Shared;
 
 /// A simulated TXT, listening on 127.0.0.1 until it is dropped.

@@ -10,13 +10,12 @@ mod test_card;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use connection::CameraConnection;
+pub(super) use connection::{ClientFinder, Clients};
+use ft_transfer_area::wire::StartCameraOnline;
 use log::Level;
 
 use crate::machine::journal;
-use ft_transfer_area::wire::StartCameraOnline;
-
-pub use connection::CameraConnection;
-pub(super) use connection::{ClientFinder, Clients};
 
 /// The greatest width and height in pixels.
 const SIZE_MAX: u16 = 4096;

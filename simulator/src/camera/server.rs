@@ -3,6 +3,7 @@
 use std::io;
 use std::time::Duration;
 
+use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 use mio::net::TcpStream;
 
 use super::connection::Clients;
@@ -12,7 +13,6 @@ use super::{CameraRun, Format};
 use crate::machine::Machine;
 use crate::server::port::{End, Link, Port};
 use crate::server::shared::{Shared, Stopped};
-use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
 
 /// Why a connection ends when the camera is stopped or started again.
 const STOPPED: End = End::Closed("the camera was stopped");
@@ -185,8 +185,9 @@ mod tests {
     use std::sync::Arc;
     use std::thread;
 
-    use super::*;
     use ft_transfer_area::wire::StartCameraOnline;
+
+    use super::*;
 
     /// Far more than the sockets hold.
     const TOO_MUCH: usize = 1 << 26;

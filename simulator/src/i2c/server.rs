@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+use ft_transfer_area::Error;
 use mio::net::TcpStream;
 
 use super::{ADDRESS_MAX, I2C_REGISTERS};
 use crate::server::port::{End, Link, Port};
-use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
-use ft_transfer_area::Error;
 
 /// The most bytes to write: the number of a register and a value for each register.
 const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;

@@ -2,11 +2,12 @@
 
 use std::mem;
 
+use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
+use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
+
 use crate::machine::motor::Motor;
 use crate::machine::oddity::Task;
 use crate::machine::sound::Sound;
-use ft_transfer_area::transfer_area::{Config, DUTY_MAX, IZ_COUNTER, IZ_MOTOR};
-use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse, IrRemote};
 
 /// The master or one extension: what its inputs report, and the outputs it has received.
 ///

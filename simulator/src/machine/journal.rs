@@ -6,10 +6,8 @@
 use std::cell::RefCell;
 use std::fmt;
 
-use log::Level;
-
-use crate::machine::oddity::Name;
 use ft_transfer_area::wire::ExchangeData;
+use log::Level;
 
 thread_local! {
     /// The lines of this thread that are not logged yet; `None` while it has locked no machine.
@@ -94,6 +92,18 @@ fn changes(before: &ExchangeData, now: &ExchangeData) -> Vec<String> {
         changes.push(format!("sound command {id}: sound {index}, repeat {repeat}"));
     }
     changes
+}
+
+/// The name of a controller in a sentence.
+pub(crate) struct Name(pub(crate) usize);
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => f.write_str("the master"),
+            extension => write!(f, "extension {extension}"),
+        }
+    }
 }
 
 #[cfg(test)]

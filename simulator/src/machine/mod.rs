@@ -14,17 +14,17 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::camera::Camera;
-use crate::error::Error;
-use crate::fault::FaultKind;
-use crate::i2c::{I2cBus, I2C_REGISTERS};
-use crate::world::{World, WorldState};
+use clock::Clock;
 use controller::Controller;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
 use oddity::{Encoder, Oddities, Oddity};
 
-use clock::Clock;
+use crate::camera::Camera;
+use crate::error::Error;
+use crate::fault::FaultKind;
+use crate::i2c::{I2cBus, I2C_REGISTERS};
+use crate::world::{World, WorldState};
 
 /// The simulated machine: the master and its extensions, and what has happened to them.
 ///

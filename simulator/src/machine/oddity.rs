@@ -4,11 +4,11 @@ use std::collections::VecDeque;
 use std::fmt;
 use std::mem;
 
-use log::Level;
-
-use crate::machine::journal;
 use ft_transfer_area::transfer_area::{Config, DUTY_MAX};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
+use log::Level;
+
+use crate::machine::journal::{self, Name};
 
 /// How many sentences are remembered.
 const SENTENCES_KEPT: usize = 100;
@@ -102,18 +102,6 @@ impl Oddity {
             Some((*controller, *motor))
         };
         mem::discriminant(self) == mem::discriminant(other) && motor(self) == motor(other)
-    }
-}
-
-/// The name of a controller in a sentence.
-pub(crate) struct Name(pub(crate) usize);
-
-impl fmt::Display for Name {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            0 => f.write_str("the master"),
-            extension => write!(f, "extension {extension}"),
-        }
     }
 }
 

@@ -1,5 +1,8 @@
 //! What the connections do with the machine, and what it remembers of them.
 
+use ft_transfer_area::transfer_area::Config;
+use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
+
 use super::Machine;
 use crate::camera::CameraRun;
 use crate::fault::FaultKind;
@@ -8,8 +11,6 @@ use crate::machine::controller::Controller;
 use crate::machine::journal;
 use crate::machine::oddity::Oddity;
 use crate::server::command::is_exchange;
-use ft_transfer_area::transfer_area::Config;
-use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
 
 /// How many commands are remembered.
 const COMMANDS_KEPT: usize = 1000;

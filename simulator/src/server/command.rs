@@ -3,7 +3,6 @@
 use std::fmt;
 
 use byteorder::{ByteOrder, LittleEndian};
-
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,

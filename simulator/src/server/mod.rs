@@ -12,19 +12,19 @@ pub(crate) mod shared;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
+use command::{ahead, command_id, is_exchange, Ahead, Inbox, Misbehaviour};
+use faults::{Faults, Position};
+use ft_transfer_area::wire::CommandId;
 use mio::net::TcpStream;
+use outgoing::Outgoing;
+use port::{has_passed, End, Link, Port, WRITE_LIMIT};
+use protocol::{Protocol, Script, Settings};
+use shared::{Shared, Stopped};
 
 use crate::camera::ClientFinder;
 use crate::fault::FaultKind;
 use crate::machine::oddity::Oddity;
 use crate::machine::Machine;
-use command::{ahead, command_id, is_exchange, Ahead, Inbox, Misbehaviour};
-use faults::{Faults, Position};
-use ft_transfer_area::wire::CommandId;
-use outgoing::Outgoing;
-use port::{has_passed, End, Link, Port, WRITE_LIMIT};
-use protocol::{Protocol, Script, Settings};
-use shared::{Shared, Stopped};
 
 /// Serves one client after another.
 pub(super) struct Server {

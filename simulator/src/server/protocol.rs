@@ -1,5 +1,11 @@
 //! One connection's protocol: bytes of commands to bytes of responses, without I/O or a clock.
 
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::wire::{
+    CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
+    StartCameraOnline, StartOnline, UpdateConfig,
+};
+use ft_transfer_area::FirmwareVersion;
 use log::Level;
 
 use crate::machine::journal;
@@ -7,12 +13,6 @@ use crate::machine::oddity::Oddity;
 use crate::machine::words::{self, COMMAND_WORDS};
 use crate::machine::Machine;
 use crate::server::command::{command_id, is_exchange, Misbehaviour};
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::wire::{
-    CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
-    StartCameraOnline, StartOnline, UpdateConfig,
-};
-use ft_transfer_area::FirmwareVersion;
 
 /// The function that is called for each exchange.
 pub(crate) type Script = Box<dyn FnMut(&mut Machine) + Send>;
@@ -235,9 +235,10 @@ fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use ft_transfer_area::transfer_area::Config;
     use ft_transfer_area::Error;
+
+    use super::*;
 
     fn protocol() -> Protocol {
         let firmware = FirmwareVersion::new(4, 6, 6);

@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_MOTOR};
+use ft_transfer_area::tx::{Input, Motor, Output};
 use toml::de::DeValue;
 
 use super::input;
@@ -11,8 +13,6 @@ use super::read::{list, map, terminal, terminal_value, Keys, Read};
 use super::sensor::Sensor;
 use super::shaft::Shaft;
 use crate::machine::controller::Controller;
-use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_MOTOR};
-use ft_transfer_area::tx::{Input, Motor, Output};
 
 const BOARD: &str = "expected a table, as in [master]";
 const INPUTS: &str = "expected a table, as in [master.inputs]";

@@ -95,9 +95,10 @@ fn line_at(text: &[u8], index: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area::tx::Input;
+
     use super::*;
     use crate::world::Sensor;
-    use ft_transfer_area::tx::Input;
 
     const SLIDE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/worlds/slide.toml"));
 

@@ -1,10 +1,11 @@
 //! What an input reports of a sensor.
 
-use super::sensor::{Sensor, Signal};
 use ft_transfer_area::transfer_area::{
     InputMode, UniConfig, NO_ULTRASONIC, R2_MAX, R2_MIN, R2_OVR, R_MAX, R_MIN, R_OVR,
     ULTRASONIC_MAX, ULTRASONIC_MIN, ULTRASONIC_OVR, U_MAX, U_OVR,
 };
+
+use super::sensor::{Sensor, Signal};
 
 /// A digital resistance input reports 1 below this part of its range: 2500 Ω or 7500 Ω.
 const CLOSED_BELOW: f64 = 0.5;

@@ -65,19 +65,17 @@ mod shaft;
 mod shipped;
 mod state;
 
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use toml::de::DeTable;
-
-use mistake::{at, each, expect, Checked};
-use read::{list, Keys, Read};
-
 pub use board::Board;
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 pub use i2c_device::I2cDevice;
+use mistake::{at, each, expect, Checked};
 pub use motor_model::{MotorModel, SeenBy, Slide, Travel};
+use read::{list, Keys, Read};
 pub use remote::Remote;
 pub use script::{Script, ScriptAction, ScriptEvent};
 pub use sensor::{Contact, Sensor, SensorValue};
 pub use state::WorldState;
+use toml::de::DeTable;
 
 /// What is plugged in where, at the start.
 ///

@@ -1,10 +1,10 @@
 //! Motors and slides, as plain data.
 
+use ft_transfer_area::tx::Input;
 use toml::de::DeValue;
 
 use super::mistake::{at, expect, in_range, not_negative, positive, Checked, Mistake};
 use super::read::{number, only, terminal_value, Keys, Read};
-use ft_transfer_area::tx::Input;
 
 const MOTOR: &str = "expected a motor, as in M1 = { pulses_per_turn = 63.3 }";
 const SLIDE: &str = "expected a slide, as in slide = { travel = { pulses = 1000 } }";

@@ -1,10 +1,10 @@
 //! Infrared remotes.
 
+use ft_transfer_area::wire::IrRemote;
 use toml::de::DeValue;
 
 use super::mistake::{at, expect, Checked};
 use super::read::{truth, whole, Keys, Read};
-use ft_transfer_area::wire::IrRemote;
 
 const REMOTE: &str = "expected a remote, as in { dip1 = true }";
 

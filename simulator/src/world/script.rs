@@ -1,5 +1,7 @@
 //! What happens in a world by itself.
 
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+use ft_transfer_area::tx::Input;
 use toml::de::DeValue;
 
 use super::i2c_device::{self, DEVICE};
@@ -7,8 +9,6 @@ use super::mistake::{at, each, expect, not_negative, Checked, Mistake};
 use super::read::{list, number, terminal_value, truth, whole, Keys, Read};
 use super::shaft::TICK_MICROS;
 use super::{Remote, Sensor, World};
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::tx::Input;
 
 /// The greatest index of a controller.
 const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;

@@ -1,11 +1,11 @@
 //! Sensors: how a file has them, their ranges, and what they give to their input.
 
+use ft_transfer_area::transfer_area::InputMode;
 use toml::de::DeValue;
 
 use super::mistake::{at, in_range, not_negative, Checked, Mistake};
 use super::motor_model::SEEN_BY;
 use super::read::{number, only, truth, whole, Keys, Read};
-use ft_transfer_area::transfer_area::InputMode;
 
 const SENSOR: &str = "expected one sensor, as in I1 = { button = {} }";
 const VALUES: &str = "expected what belongs to it in braces, as in { ultrasonic = { cm = 30 } }";

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use ft_transfer_area::tx::{Input, Motor, Output};
+
 use super::board::BoardState;
 use super::remote::{self, Remote};
 use super::script::{ScriptAction, ScriptState};
@@ -11,7 +13,6 @@ use super::World;
 use crate::i2c::I2cBus;
 use crate::machine::controller::Controller;
 use crate::machine::oddity::Encoder;
-use ft_transfer_area::tx::{Input, Motor, Output};
 
 /// The longest step in µs: an hour. Longer steps are cut to it.
 const LONGEST_STEP: u64 = 3_600_000_000;
