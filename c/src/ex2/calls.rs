@@ -5,8 +5,8 @@ use ft_transfer_area::transfer_area::{CounterMode, FishX1Transfer, InputMode};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output};
 use ft_transfer_area::Error;
 
-use super::call;
 use super::handler::Ex2;
+use super::{call, Handle};
 use crate::memory::{AreaArray, Cell};
 
 /// `NoMotor`.
@@ -97,14 +97,9 @@ fn store_changed<T: Cell + PartialEq, const N: usize>(
 macro_rules! calls {
     ($($(#[doc = $doc:literal])+ $name:ident($($argument:ident: $type:ty),*) |$area:ident| $run:expr;)+) => {$(
         $(#[doc = $doc])+
-        ///
-        /// # Safety
-        ///
-        /// `handler` is null or comes from [`ft_ex2_new`](super::ft_ex2_new) and was not freed.
         #[no_mangle]
-        pub unsafe extern "C" fn $name(handler: *const Ex2, area: i32, $($argument: $type),*) -> u32 {
-            // SAFETY: as the caller promises.
-            unsafe { call(handler, |handler| handler.edit(area, |$area| $run)) }
+        pub extern "C" fn $name(handler: Handle<'_>, area: i32, $($argument: $type),*) -> u32 {
+            call(handler, |handler| handler.edit(area, |$area| $run))
         }
     )+};
 }

@@ -14,6 +14,9 @@ use crate::ffi::{guarded, text_of};
 use crate::report;
 use handler::{Cycle, Ex2};
 
+/// A handler as C passes it: null, or from [`ft_ex2_new`] and not freed.
+type Handle<'a> = Option<&'a Ex2>;
+
 /// Makes a handler and its areas. Nothing is connected yet. Null when there are not 1 to 9 areas.
 ///
 /// # Safety
@@ -58,17 +61,9 @@ pub unsafe extern "C" fn ft_ex2_free(handler: *mut Ex2) {
 }
 
 /// Runs a call that returns one of FtTxtLib's codes.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
-unsafe fn call(
-    handler: *const Ex2,
-    run: impl FnOnce(&Ex2) -> Result<(), ft_transfer_area::Error>,
-) -> u32 {
+fn call(handler: Handle<'_>, run: impl FnOnce(&Ex2) -> Result<(), ft_transfer_area::Error>) -> u32 {
     guarded(FTLIB_ERR_FAILED, || {
-        // SAFETY: as the caller promises.
-        let Some(handler) = (unsafe { handler.as_ref() }) else { return FTLIB_ERR_INVALID_PARAM };
+        let Some(handler) = handler else { return FTLIB_ERR_INVALID_PARAM };
         match run(handler) {
             Ok(()) => FTLIB_ERR_SUCCESS,
             Err(error) => {
@@ -82,112 +77,64 @@ unsafe fn call(
 }
 
 /// The areas, which stay where they are until the handler is freed.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_areas(handler: *const Ex2) -> *mut FishX1Transfer {
-    // SAFETY: as the caller promises.
-    unsafe { handler.as_ref() }.map_or(ptr::null_mut(), Ex2::areas)
+pub extern "C" fn ft_ex2_areas(handler: Handle<'_>) -> *mut FishX1Transfer {
+    handler.map_or(ptr::null_mut(), Ex2::areas)
 }
 
 /// Connects and begins to exchange. Returns after the first response.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_start(handler: *const Ex2) -> u32 {
-    // SAFETY: as the caller promises.
-    unsafe { call(handler, Ex2::start) }
+pub extern "C" fn ft_ex2_start(handler: Handle<'_>) -> u32 {
+    call(handler, Ex2::start)
 }
 
 /// Ends the exchange with all outputs off.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_stop(handler: *const Ex2) -> u32 {
-    // SAFETY: as the caller promises.
-    unsafe { call(handler, Ex2::stop) }
+pub extern "C" fn ft_ex2_stop(handler: Handle<'_>) -> u32 {
+    call(handler, Ex2::stop)
 }
 
 /// Whether areas are exchanged.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_is_active(handler: *const Ex2) -> i32 {
-    // SAFETY: as the caller promises.
-    let handler = unsafe { handler.as_ref() };
+pub extern "C" fn ft_ex2_is_active(handler: Handle<'_>) -> i32 {
     guarded(0, || i32::from(handler.is_some_and(Ex2::is_active)))
 }
 
 /// Chooses the exchange of the next start: 0 simple, else compressed.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_set_mode(handler: *const Ex2, compressed: i32) {
-    // SAFETY: as the caller promises.
-    if let Some(handler) = unsafe { handler.as_ref() } {
+pub extern "C" fn ft_ex2_set_mode(handler: Handle<'_>, compressed: i32) {
+    if let Some(handler) = handler {
         guarded((), || handler.set_mode(compressed != 0));
     }
 }
 
 /// The firmware's version, such as 0x04060600; 0 when it is not known.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_version(handler: *const Ex2) -> u32 {
+pub extern "C" fn ft_ex2_version(handler: Handle<'_>) -> u32 {
     let mut version = 0;
-    // SAFETY: as the caller promises.
-    unsafe {
-        call(handler, |handler| {
-            version = handler.version()?;
-            Ok(())
-        })
-    };
+    call(handler, |handler| {
+        version = handler.version()?;
+        Ok(())
+    });
     version
 }
 
 /// Connects to the controller's I2C port. 0 when that fails.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_start_i2c(handler: *const Ex2) -> i32 {
-    // SAFETY: as the caller promises.
-    i32::from(unsafe { call(handler, Ex2::start_i2c) } == FTLIB_ERR_SUCCESS)
+pub extern "C" fn ft_ex2_start_i2c(handler: Handle<'_>) -> i32 {
+    i32::from(call(handler, Ex2::start_i2c) == FTLIB_ERR_SUCCESS)
 }
 
 /// Closes that connection. 0 when there is none.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_stop_i2c(handler: *const Ex2) -> i32 {
-    // SAFETY: as the caller promises.
-    let handler = unsafe { handler.as_ref() };
+pub extern "C" fn ft_ex2_stop_i2c(handler: Handle<'_>) -> i32 {
     guarded(0, || i32::from(handler.is_some_and(Ex2::stop_i2c)))
 }
 
 /// Starts the camera. 0 when that fails.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_start_camera(
-    handler: *const Ex2,
+pub extern "C" fn ft_ex2_start_camera(
+    handler: Handle<'_>,
     width: i32,
     height: i32,
     framerate: i32,
@@ -196,46 +143,37 @@ pub unsafe extern "C" fn ft_ex2_start_camera(
     // Its class lets the camera decide about anything else.
     let power_line = if matches!(power_line, 50 | 60) { power_line } else { 0 };
     let settings = [width, height, framerate, power_line];
-    // SAFETY: as the caller promises.
-    i32::from(
-        unsafe { call(handler, |handler| handler.start_camera(settings)) } == FTLIB_ERR_SUCCESS,
-    )
+    i32::from(call(handler, |handler| handler.start_camera(settings)) == FTLIB_ERR_SUCCESS)
 }
 
 /// Stops the camera.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_stop_camera(handler: *const Ex2) {
-    // SAFETY: as the caller promises.
-    unsafe { call(handler, Ex2::stop_camera) };
+pub extern "C" fn ft_ex2_stop_camera(handler: Handle<'_>) {
+    call(handler, Ex2::stop_camera);
 }
 
 /// Waits for the next frame. Its bytes are the handler's, and stay until the next call. 0 when none comes.
 ///
 /// # Safety
 ///
-/// `handler` is null or comes from [`ft_ex2_new`] and was not freed; the other pointers are null or lead to
-/// places of the program.
+/// `buffer` and `size` are null or lead to places of the program.
 #[no_mangle]
 pub unsafe extern "C" fn ft_ex2_frame(
-    handler: *const Ex2,
+    handler: Handle<'_>,
     buffer: *mut *mut u8,
     size: *mut usize,
 ) -> i32 {
     if buffer.is_null() || size.is_null() {
         return 0;
     }
-    // SAFETY: as the caller promises.
-    let result = unsafe {
-        call(handler, |handler| {
-            let (bytes, length) = handler.frame()?;
+    let result = call(handler, |handler| {
+        let (bytes, length) = handler.frame()?;
+        // SAFETY: not null, so places of the program, as the caller promises.
+        unsafe {
             buffer.write(bytes);
             size.write(length);
-            Ok(())
-        })
-    };
+        }
+        Ok(())
+    });
     i32::from(result == FTLIB_ERR_SUCCESS)
 }

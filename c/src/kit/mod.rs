@@ -15,6 +15,9 @@ use crate::report;
 use areas::ProgramAreas;
 use handler::{Failure, Kit};
 
+/// A handler as C passes it: null, or from [`ft_kit_new`] and not freed.
+type Handle<'a> = Option<&'a Kit>;
+
 /// Makes a handler, and sets the default configuration in the program's areas. Null when there are none, or
 /// not 1 to 9.
 ///
@@ -57,89 +60,57 @@ pub unsafe extern "C" fn ft_kit_free(kit: *mut Kit) {
 }
 
 /// Runs a call; an error is reported and becomes 0.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
-unsafe fn call(kit: *const Kit, run: impl FnOnce(&Kit) -> Result<(), Failure>) -> i32 {
+fn call(kit: Handle<'_>, run: impl FnOnce(&Kit) -> Result<(), Failure>) -> i32 {
     guarded(0, || {
-        // SAFETY: as the caller promises.
-        let Some(kit) = (unsafe { kit.as_ref() }) else { return 0 };
+        let Some(kit) = kit else { return 0 };
         i32::from(kit.report(run(kit)))
     })
 }
 
 /// The firmware's version, such as 0x04060600; 0 when the controller does not answer.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_version(kit: *const Kit) -> u32 {
+pub extern "C" fn ft_kit_version(kit: Handle<'_>) -> u32 {
     let mut version = 0;
-    // SAFETY: as the caller promises.
-    unsafe {
-        call(kit, |kit| {
-            version = kit.version()?;
-            Ok(())
-        })
-    };
+    call(kit, |kit| {
+        version = kit.version()?;
+        Ok(())
+    });
     version
 }
 
 /// Connects and sends all configurations.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_begin(kit: *const Kit) -> i32 {
-    // SAFETY: as the caller promises.
-    unsafe { call(kit, Kit::begin) }
+pub extern "C" fn ft_kit_begin(kit: Handle<'_>) -> i32 {
+    call(kit, Kit::begin)
 }
 
 /// Sends all configurations.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_update_config(kit: *const Kit) -> i32 {
-    // SAFETY: as the caller promises.
-    unsafe { call(kit, Kit::update_config) }
+pub extern "C" fn ft_kit_update_config(kit: Handle<'_>) -> i32 {
+    call(kit, Kit::update_config)
 }
 
 /// Exchanges the areas once.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_transfer(kit: *const Kit, compressed: i32) -> i32 {
+pub extern "C" fn ft_kit_transfer(kit: Handle<'_>, compressed: i32) -> i32 {
     let mode = if compressed == 0 { TransferMode::Simple } else { TransferMode::Compressed };
-    // SAFETY: as the caller promises.
-    unsafe { call(kit, |kit| kit.transfer(host::mode_for(mode))) }
+    call(kit, |kit| kit.transfer(host::mode_for(mode)))
 }
 
 /// Ends the transfer with all motors off.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_end(kit: *const Kit) {
-    // SAFETY: as the caller promises.
-    unsafe { call(kit, Kit::end) };
+pub extern "C" fn ft_kit_end(kit: Handle<'_>) {
+    call(kit, Kit::end);
 }
 
 /// Starts the camera. Its frames come over a connection of their own.
 ///
 /// # Safety
 ///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed; `port` is null or a text that ends with 0.
+/// `port` is null or a text that ends with 0.
 #[no_mangle]
 pub unsafe extern "C" fn ft_kit_start_camera(
-    kit: *const Kit,
+    kit: Handle<'_>,
     width: i32,
     height: i32,
     framerate: i32,
@@ -147,47 +118,39 @@ pub unsafe extern "C" fn ft_kit_start_camera(
     port: *const c_char,
 ) -> i32 {
     // SAFETY: as the caller promises.
-    unsafe {
-        let port = text_of(port);
-        call(kit, |kit| kit.start_camera([width, height, framerate, power_line], port.as_deref()))
-    }
+    let port = unsafe { text_of(port) };
+    call(kit, |kit| kit.start_camera([width, height, framerate, power_line], port.as_deref()))
 }
 
 /// Stops the camera.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_stop_camera(kit: *const Kit) {
-    // SAFETY: as the caller promises.
-    unsafe { call(kit, Kit::stop_camera) };
+pub extern "C" fn ft_kit_stop_camera(kit: Handle<'_>) {
+    call(kit, Kit::stop_camera);
 }
 
 /// Waits for the next frame. Its bytes are the handler's, and stay until the next call.
 ///
 /// # Safety
 ///
-/// `kit` is null or comes from [`ft_kit_new`] and was not freed; the other pointers are null or lead to
-/// places of the program.
+/// `buffer` and `size` are null or lead to places of the program.
 #[no_mangle]
 pub unsafe extern "C" fn ft_kit_frame(
-    kit: *const Kit,
+    kit: Handle<'_>,
     buffer: *mut *mut u8,
     size: *mut usize,
 ) -> i32 {
     if buffer.is_null() || size.is_null() {
         return 0;
     }
-    // SAFETY: as the caller promises.
-    unsafe {
-        call(kit, |kit| {
-            let (bytes, length) = kit.frame()?;
+    call(kit, |kit| {
+        let (bytes, length) = kit.frame()?;
+        // SAFETY: not null, so places of the program, as the caller promises.
+        unsafe {
             buffer.write(bytes);
             size.write(length);
-            Ok(())
-        })
-    }
+        }
+        Ok(())
+    })
 }
 
 /// Writes the line that the kit's `PrintIO` prints. Returns its length; 0 without an area or a place.
