@@ -7,6 +7,14 @@ use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};
 use crate::tx::IrDevice;
 use crate::wire::ExchangeDataResponse;
 
+/// What two responses tell of one area, and the outputs to which the newer one is the response.
+struct Told<'a> {
+    area: usize,
+    sent: &'a FishX1Transfer,
+    before: &'a ExchangeDataResponse,
+    now: &'a ExchangeDataResponse,
+}
+
 /// A response and the one before it.
 #[derive(Debug)]
 pub(crate) struct Comparison<'a> {
@@ -36,16 +44,18 @@ impl Comparison<'_> {
             }
             let Some(now) = now else { continue };
             if let (Some(before), false) = (before, self.first) {
-                self.compare_inputs(area, before, now, &mut tell);
-                self.compare_counters(area, before, now, &mut tell);
-                self.compare_joysticks(area, before, now, &mut tell);
+                let told = Told { area, sent, before, now };
+                self.compare_inputs(&told, &mut tell);
+                self.compare_counters(&told, &mut tell);
+                self.compare_joysticks(&told, &mut tell);
             }
             // Commands can be done in the first response already, but commands for an extension are sent
             // only after it was connected.
             let none = ExchangeDataResponse::default();
             if let Some(before) = before.or((area == LOCAL_IO).then_some(&none)) {
-                self.compare_resets(area, sent, before, now, &mut tell);
-                self.compare_motors(area, sent, before, now, &mut tell);
+                let told = Told { area, sent, before, now };
+                self.compare_resets(&told, &mut tell);
+                self.compare_motors(&told, &mut tell);
             }
         }
     }
@@ -64,16 +74,11 @@ impl Comparison<'_> {
         }
     }
 
-    fn compare_inputs(
-        &self,
-        area: usize,
-        before: &ExchangeDataResponse,
-        now: &ExchangeDataResponse,
-        tell: &mut impl FnMut(Event),
-    ) {
+    fn compare_inputs(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::InputChanged) {
             return;
         }
+        let &Told { area, before, now, .. } = told;
         for input in Input::ALL {
             let pressed = now.uni[input.index()] != 0;
             let changed = pressed != (before.uni[input.index()] != 0);
@@ -92,16 +97,11 @@ impl Comparison<'_> {
         now.is_some_and(|now| now.digital != 0) && now == config(self.configs_before)
     }
 
-    fn compare_counters(
-        &self,
-        area: usize,
-        before: &ExchangeDataResponse,
-        now: &ExchangeDataResponse,
-        tell: &mut impl FnMut(Event),
-    ) {
+    fn compare_counters(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::CounterChanged) {
             return;
         }
+        let &Told { area, before, now, .. } = told;
         for counter in Counter::ALL {
             let count = now.counter[counter.index()];
             if count != before.counter[counter.index()] {
@@ -111,16 +111,11 @@ impl Comparison<'_> {
         }
     }
 
-    fn compare_joysticks(
-        &self,
-        area: usize,
-        before: &ExchangeDataResponse,
-        now: &ExchangeDataResponse,
-        tell: &mut impl FnMut(Event),
-    ) {
+    fn compare_joysticks(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::JoystickMoved) {
             return;
         }
+        let &Told { area, before, now, .. } = told;
         for device in IrDevice::ALL {
             let (before, now) = (before.ir[device.index()], now.ir[device.index()]);
             let mut compare = |joystick, before, (x, y): (i8, i8)| {
@@ -134,17 +129,11 @@ impl Comparison<'_> {
         }
     }
 
-    fn compare_resets(
-        &self,
-        area: usize,
-        sent: &FishX1Transfer,
-        before: &ExchangeDataResponse,
-        now: &ExchangeDataResponse,
-        tell: &mut impl FnMut(Event),
-    ) {
+    fn compare_resets(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::CounterReset) {
             return;
         }
+        let &Told { area, sent, before, now } = told;
         for counter in Counter::ALL {
             let index = counter.index();
             let command_id = now.counter_reset_id[index];
@@ -155,17 +144,11 @@ impl Comparison<'_> {
         }
     }
 
-    fn compare_motors(
-        &self,
-        area: usize,
-        sent: &FishX1Transfer,
-        before: &ExchangeDataResponse,
-        now: &ExchangeDataResponse,
-        tell: &mut impl FnMut(Event),
-    ) {
+    fn compare_motors(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::MotorReached) {
             return;
         }
+        let &Told { area, sent, before, now } = told;
         for motor in Motor::ALL {
             let index = motor.index();
             let output = &sent.output;

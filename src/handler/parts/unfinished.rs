@@ -1,5 +1,7 @@
 //! Commands that were not finished when the outputs were stopped, and so are never done.
 
+use std::ops::Range;
+
 use crate::exchange::Inputs;
 use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::ExchangeDataResponse;
@@ -22,42 +24,37 @@ struct CutOff {
     done: u16,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
-struct AreaCommands {
-    motors: [Option<CutOff>; IZ_MOTOR],
-    resets: [Option<CutOff>; IZ_COUNTER],
-    sound: Option<CutOff>,
-}
+/// The commands of an area: its motors, its resets, its sound.
+const COMMANDS: usize = IZ_MOTOR + IZ_COUNTER + 1;
+const RESETS: Range<usize> = IZ_MOTOR..COMMANDS - 1;
+const SOUND: usize = COMMANDS - 1;
 
 /// The ids of all commands in areas.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CommandIds([AreaIds; MAX_AREAS]);
-
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct AreaIds {
-    motors: [u16; IZ_MOTOR],
-    resets: [u16; IZ_COUNTER],
-    sound: u16,
-}
-
-impl AreaIds {
-    fn of(area: &FishX1Transfer) -> Self {
-        Self {
-            motors: area.output.motor_ex_cmd_id,
-            resets: area.output.cnt_reset_cmd_id,
-            sound: area.txt_outputs.sound_cmd_id,
-        }
-    }
-}
+pub(crate) struct CommandIds([[u16; COMMANDS]; MAX_AREAS]);
 
 impl CommandIds {
     pub(crate) fn of(areas: &[FishX1Transfer]) -> Self {
-        let mut ids = Self([AreaIds::default(); MAX_AREAS]);
+        let mut ids = Self([[0; COMMANDS]; MAX_AREAS]);
         for (ids, area) in ids.0.iter_mut().zip(areas) {
-            *ids = AreaIds::of(area);
+            *ids = ids_of(area);
         }
         ids
     }
+}
+
+fn ids_of(area: &FishX1Transfer) -> [u16; COMMANDS] {
+    let mut ids = [0; COMMANDS];
+    ids[..IZ_MOTOR].copy_from_slice(&area.output.motor_ex_cmd_id);
+    ids[RESETS].copy_from_slice(&area.output.cnt_reset_cmd_id);
+    ids[SOUND] = area.txt_outputs.sound_cmd_id;
+    ids
+}
+
+/// The ids of the last commands that are done, in the order of [`ids_of`].
+fn done_of(told: &mut ExchangeDataResponse) -> impl Iterator<Item = &mut u16> {
+    let motors_and_resets = told.motor_command_id.iter_mut().chain(&mut told.counter_reset_id);
+    motors_and_resets.chain([&mut told.sound_command_id])
 }
 
 /// The commands of all areas that were cut off and not replaced since then.
@@ -67,7 +64,7 @@ impl CommandIds {
 /// must not take this for its own command, so this hides it.
 #[derive(Debug, Default)]
 pub(crate) struct Unfinished {
-    areas: [AreaCommands; MAX_AREAS],
+    areas: [[Option<CutOff>; COMMANDS]; MAX_AREAS],
     any: bool,
 }
 
@@ -77,31 +74,22 @@ impl Unfinished {
     pub(crate) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [FishX1Transfer]) {
         self.any = true;
         for (index, area) in areas.iter_mut().enumerate() {
-            let told = inputs.area(index).copied().unwrap_or_default();
-            let ordered = area.output.motor_ex_cmd_id;
+            let mut told = inputs.area(index).copied().unwrap_or_default();
+            let ordered = ids_of(area);
             area.output.stop_motors();
-            let ids = ordered.iter().zip(area.output.motor_ex_cmd_id);
-            let commands = &mut self.areas[index];
-            let motors = commands.motors.iter_mut().zip(told.motor_command_id);
-            for ((command, done), (ordered, id)) in motors.zip(ids) {
-                note(command, *ordered, done, id);
+            let ids = ordered.into_iter().zip(ids_of(area));
+            let commands = self.areas[index].iter_mut().zip(done_of(&mut told)).zip(ids);
+            let cut_off = match cut {
+                Cut::Connection => COMMANDS,
+                Cut::Motors => IZ_MOTOR,
+            };
+            for ((command, done), (ordered, id)) in commands.take(cut_off) {
+                note(command, ordered, *done, id);
             }
-            if cut == Cut::Motors {
-                continue;
-            }
-            for counter in 0..IZ_COUNTER {
-                let id = area.output.cnt_reset_cmd_id[counter];
-                note(&mut commands.resets[counter], id, told.counter_reset_id[counter], id);
-            }
-            let sound = &mut area.txt_outputs;
-            note(
-                &mut commands.sound,
-                sound.sound_cmd_id,
-                told.sound_command_id,
-                sound.sound_cmd_id,
-            );
             // A controller that has forgotten the command would play it again.
-            sound.sound_index = 0;
+            if cut == Cut::Connection {
+                area.txt_outputs.sound_index = 0;
+            }
         }
     }
 
@@ -114,7 +102,7 @@ impl Unfinished {
         areas: &[FishX1Transfer],
         inputs: &mut Inputs,
     ) {
-        let guards = refused.iter().map(AreaIds::of).zip(&ids.0);
+        let guards = refused.iter().map(ids_of).zip(&ids.0);
         for (index, ((refused, began), area)) in guards.zip(areas).enumerate() {
             if refused == *began {
                 continue;
@@ -122,21 +110,10 @@ impl Unfinished {
             self.any = true;
             let mut nothing = ExchangeDataResponse::default();
             let told = inputs.area_mut(index).unwrap_or(&mut nothing);
-            let (commands, kept) = (&mut self.areas[index], AreaIds::of(area));
-            for motor in 0..IZ_MOTOR {
-                if refused.motors[motor] != began.motors[motor] {
-                    let told = &mut told.motor_command_id[motor];
-                    refuse_one(&mut commands.motors[motor], kept.motors[motor], told);
-                }
-            }
-            for counter in 0..IZ_COUNTER {
-                if refused.resets[counter] != began.resets[counter] {
-                    let told = &mut told.counter_reset_id[counter];
-                    refuse_one(&mut commands.resets[counter], kept.resets[counter], told);
-                }
-            }
-            if refused.sound != began.sound {
-                refuse_one(&mut commands.sound, kept.sound, &mut told.sound_command_id);
+            let kept = ids_of(area);
+            let commands = self.areas[index].iter_mut().zip(done_of(told)).enumerate();
+            for (at, (command, told)) in commands.filter(|(at, _)| refused[*at] != began[*at]) {
+                refuse_one(command, kept[at], told);
             }
         }
     }
@@ -151,18 +128,11 @@ impl Unfinished {
         for (index, (area, commands)) in areas.iter().zip(&mut self.areas).enumerate() {
             let mut nothing = ExchangeDataResponse::default();
             let told = inputs.area_mut(index).unwrap_or(&mut nothing);
-            for motor in 0..IZ_MOTOR {
-                let ordered = area.output.motor_ex_cmd_id[motor];
-                let command = &mut commands.motors[motor];
-                self.any |= hide_one(command, ordered, &mut told.motor_command_id[motor]);
+            for ((command, ordered), told) in
+                commands.iter_mut().zip(ids_of(area)).zip(done_of(told))
+            {
+                self.any |= hide_one(command, ordered, told);
             }
-            for counter in 0..IZ_COUNTER {
-                let ordered = area.output.cnt_reset_cmd_id[counter];
-                let command = &mut commands.resets[counter];
-                self.any |= hide_one(command, ordered, &mut told.counter_reset_id[counter]);
-            }
-            let ordered = area.txt_outputs.sound_cmd_id;
-            self.any |= hide_one(&mut commands.sound, ordered, &mut told.sound_command_id);
         }
     }
 }
