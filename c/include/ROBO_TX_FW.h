@@ -5,7 +5,7 @@
 #ifndef FT_ROBO_TX_FW_H
 #define FT_ROBO_TX_FW_H
 
-#include "ft_types.h"
+#include "detail/area_common.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -17,37 +17,9 @@ extern "C" {
 #define N_MOTOR 4
 #define N_UNI 8
 
-/* Values of an input that measures resistance, in ohms. */
-#define R_MIN 10
-#define R_MAX 4999
-#define R_OVR 5000
-
-/* Values of an input that measures voltage, in millivolts. */
-#define U_MIN 0
-#define U_MAX 9999
-#define U_OVR 10000
-
-/* Values of an ultrasonic sensor, in centimetres. */
-#define ULTRASONIC_MIN 2
-#define ULTRASONIC_MAX 1023
-#define ULTRASONIC_OVR 1024
-#define NO_ULTRASONIC 4096
-
-/* Duties of the outputs. */
-#define DUTY_MIN 0
-#define DUTY_MAX 512
-
 /* Lengths of texts, without the 0 at the end. */
 #define DEV_NAME_LEN_MAX 16
 #define BT_ADDR_STR_LEN 17
-#define DISPL_MSG_LEN_MAX 98
-
-/* Bluetooth: channels, counted from 1, and lengths of an address and of a message. */
-#define BT_CNT_MAX 8
-#define BT_CHAN_IDX_MIN 1
-#define BT_CHAN_IDX_MAX 8
-#define BT_ADDR_LEN 6
-#define BT_MSG_LEN 16
 
 /* BT_STATUS.conn_state */
 enum BtConnState {
@@ -120,14 +92,6 @@ enum input_mode_e { MODE_U = 0, MODE_R = 1, MODE_ULTRASONIC = 3, MODE_INVALID = 
 /* PGM_INFO.state, TA_CONFIG.pgm_state_req */
 enum pgm_state_e { PGM_STATE_INVALID = 0, PGM_STATE_RUN = 1, PGM_STATE_STOP = 2 };
 
-/* For GetSystemTime. */
-enum TimerUnit {
-    TIMER_UNIT_INVALID = 0,
-    TIMER_UNIT_SECONDS = 2,
-    TIMER_UNIT_MILLISECONDS = 3,
-    TIMER_UNIT_MICROSECONDS = 4
-};
-
 /* What a search for Bluetooth devices finds. */
 typedef struct bt_scan_status_s {
     UINT16 status;
@@ -163,14 +127,6 @@ struct ta_s;
 typedef void (*P_CB_FUNC)(struct ta_s *p_ta, BT_CB *p_data);
 typedef void (*P_RECV_CB_FUNC)(struct ta_s *p_ta, BT_RECV_CB *p_data);
 typedef void (*P_I2C_CB_FUNC)(struct ta_s *p_ta, I2C_CB *p_data);
-
-/* A Bluetooth channel. */
-typedef struct btstatus_s {
-    UINT16 conn_state;
-    BOOL16 is_listen;
-    BOOL16 is_receive;
-    UINT16 link_quality;
-} BT_STATUS;
 
 /* The program in the controller's memory. */
 typedef struct pgm_info_s {

@@ -3,7 +3,7 @@
 #ifndef FT_FISH_X1_H
 #define FT_FISH_X1_H
 
-#include "../ft_types.h"
+#include "area_common.h"
 #include "fish_x1_constants.h"
 
 typedef char CCHAR8;
@@ -37,13 +37,6 @@ typedef struct ftX1info_s {
 } FTX1_SHMIFINFO;
 
 /* State of the interface. Raise config_id by one after a change in ftX1config. */
-typedef struct btstatus_s {
-    UINT16 conn_state;
-    BOOL16 is_listen;
-    BOOL16 is_receive;
-    UINT16 link_quality;
-} BT_STATUS;
-
 typedef struct pgm_info_s {
     UINT32 name;
     UINT8 state;
