@@ -6,9 +6,6 @@ use std::ptr;
 use super::text::wide_text_of;
 use crate::ffi::{guarded, text_of};
 
-const TRUE: i32 = 1;
-const FALSE: i32 = 0;
-
 /// The file that this library was loaded from.
 fn this_library() -> Option<CString> {
     let here: extern "C" fn(*mut c_void) -> i32 = FreeLibrary;
@@ -77,15 +74,8 @@ pub unsafe extern "C" fn GetProcAddress(library: *mut c_void, name: *const c_cha
 /// Frees a library.
 #[no_mangle]
 pub extern "C" fn FreeLibrary(library: *mut c_void) -> i32 {
-    if library.is_null() {
-        return FALSE;
-    }
     // SAFETY: the system checks whether it is a library's.
-    if unsafe { libc::dlclose(library) } == 0 {
-        TRUE
-    } else {
-        FALSE
-    }
+    i32::from(!library.is_null() && unsafe { libc::dlclose(library) } == 0)
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ pub(super) fn change<R>(
 }
 
 fn truth(done: Option<()>) -> i32 {
-    done.map_or(FALSE, |()| TRUE)
+    i32::from(done.is_some())
 }
 
 pub(super) fn close(handle: Handle) -> bool {
@@ -242,7 +242,7 @@ pub unsafe extern "C" fn WaitForMultipleObjects(
 /// Closes a handle. Who waits for it is told that the wait has failed; a thread goes on.
 #[no_mangle]
 pub extern "C" fn CloseHandle(object: Handle) -> i32 {
-    guarded(FALSE, || truth(close(object).then_some(())))
+    guarded(FALSE, || close(object).into())
 }
 
 /// Tells the code with which a thread has ended.
@@ -319,12 +319,7 @@ pub unsafe extern "C" fn EnterCriticalSection(section: *mut CriticalSection) {
 #[no_mangle]
 pub unsafe extern "C" fn TryEnterCriticalSection(section: *mut CriticalSection) -> i32 {
     // SAFETY: as the caller promises.
-    let taken = WaitForSingleObject(unsafe { mutex_of(section) }, 0) == WAIT_OBJECT_0;
-    if taken {
-        TRUE
-    } else {
-        FALSE
-    }
+    i32::from(WaitForSingleObject(unsafe { mutex_of(section) }, 0) == WAIT_OBJECT_0)
 }
 
 /// Gives a lock back.
