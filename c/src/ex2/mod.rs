@@ -47,17 +47,9 @@ pub unsafe extern "C" fn ft_ex2_new(
 }
 
 /// Ends the transfer, and the handler with its areas. May be called from the cycle's function.
-///
-/// # Safety
-///
-/// `handler` is null or comes from [`ft_ex2_new`], and is not used any more.
 #[no_mangle]
-pub unsafe extern "C" fn ft_ex2_free(handler: *mut Ex2) {
-    if !handler.is_null() {
-        // SAFETY: as the caller promises.
-        let handler = unsafe { Box::from_raw(handler) };
-        guarded((), || drop(handler));
-    }
+pub extern "C" fn ft_ex2_free(handler: Option<Box<Ex2>>) {
+    guarded((), || drop(handler));
 }
 
 /// Runs a call that returns one of FtTxtLib's codes.

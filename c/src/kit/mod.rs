@@ -46,17 +46,9 @@ pub unsafe extern "C" fn ft_kit_new(
 }
 
 /// Ends the transfer and the camera, and the handler with them.
-///
-/// # Safety
-///
-/// `kit` is null or comes from [`ft_kit_new`], and is not used any more.
 #[no_mangle]
-pub unsafe extern "C" fn ft_kit_free(kit: *mut Kit) {
-    if !kit.is_null() {
-        // SAFETY: as the caller promises.
-        let kit = unsafe { Box::from_raw(kit) };
-        guarded((), || drop(kit));
-    }
+pub extern "C" fn ft_kit_free(kit: Option<Box<Kit>>) {
+    guarded((), || drop(kit));
 }
 
 /// Runs a call; an error is reported and becomes 0.
