@@ -58,7 +58,7 @@ fn close(txt: &TransferAreaComHandler) -> Result<(), Error> {
     // C: }
 }
 
-/// Says what to check when a wait takes too long. The C program waits for ever.
+/// Says what to check when a wait takes too long. The C program waits forever.
 fn plugged_in<T>(waited: Result<T, Error>) -> Result<T, Error> {
     waited.inspect_err(|error| {
         if matches!(error, Error::WaitTimedOut { .. }) {

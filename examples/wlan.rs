@@ -115,7 +115,7 @@ fn drive(handler: &TransferAreaComHandler, direction: Direction, pulses: u16) ->
     println!("M3 runs {pulses} pulses {way}.");
     let distance = pulses.into();
     handler.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, DUTY_MAX, direction, &[], distance)?;
-    // An interrupted movement never reads as done: this returns the error instead.
+    // An interrupted movement is never reported as finished: this returns the error instead.
     let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M3, WAY_LIMIT)?;
     println!("  done after {} pulses.", areas[LOCAL_IO].get_in_cnt_count(Counter::C3));
     Ok(())

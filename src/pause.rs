@@ -33,16 +33,16 @@ impl Clock {
     /// without either.
     pub(crate) fn wait_until<T>(
         self,
-        news: &Condvar,
+        changed: &Condvar,
         guard: &mut MutexGuard<'_, T>,
         deadline: Instant,
     ) -> bool {
         if self == Self::Fine {
-            return news.wait_until(guard, deadline).timed_out();
+            return changed.wait_until(guard, deadline).timed_out();
         }
         let left = deadline.saturating_duration_since(Instant::now());
         if left > COARSE {
-            news.wait_for(guard, left - COARSE);
+            changed.wait_for(guard, left - COARSE);
         } else if !left.is_zero() {
             MutexGuard::unlocked(guard, || thread::sleep(left.min(NAP)));
         }
@@ -68,13 +68,13 @@ mod tests {
     /// Waits as long as the condition holds, but not longer than `limit`.
     fn wait_while_for<T>(
         clock: Clock,
-        news: &Condvar,
+        changed: &Condvar,
         guard: &mut MutexGuard<'_, T>,
         limit: Duration,
         mut condition: impl FnMut(&mut T) -> bool,
     ) {
         let deadline = Instant::now() + limit;
-        while condition(guard) && !clock.wait_until(news, guard, deadline) {}
+        while condition(guard) && !clock.wait_until(changed, guard, deadline) {}
     }
 
     /// How often the condition is checked in a wait of this length that nothing else ends.

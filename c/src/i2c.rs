@@ -37,7 +37,7 @@ const PAUSE: Duration = Duration::from_millis(5);
 /// How long the end waits for a request that is on its way.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
-/// Who is told of the end of a request: its value and one of `I2C_…`.
+/// What is called at the end of a request: its value and one of `I2C_…`.
 pub(crate) type Done = Box<dyn FnOnce(u16, u16) + Send>;
 
 /// What to do with a device.

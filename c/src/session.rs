@@ -47,7 +47,7 @@ pub(crate) fn beside_threads(
     })
 }
 
-/// Who is told of what has happened, in the library's thread: it must be quick.
+/// What is called when something has happened, in the library's thread: it must be quick.
 pub(crate) type Listener = Box<dyn FnMut(AreaEvent) + Send>;
 
 /// Settings of a session.

@@ -17,14 +17,14 @@ pub(crate) use self::model::{
 
 /// Waits for a change, forever without a deadline; returns whether the deadline came first.
 pub(crate) fn wait_until<T>(
-    news: &Condvar,
+    changed: &Condvar,
     guard: &mut MutexGuard<'_, T>,
     deadline: Option<Instant>,
 ) -> bool {
     match deadline {
-        Some(deadline) => news.wait_until(guard, deadline).timed_out(),
+        Some(deadline) => changed.wait_until(guard, deadline).timed_out(),
         None => {
-            news.wait(guard);
+            changed.wait(guard);
             false
         }
     }
@@ -33,14 +33,14 @@ pub(crate) fn wait_until<T>(
 /// Does the same as [`wait_until`], but ends on time even on a system with a coarse clock. May end
 /// without a change, too.
 pub(crate) fn wait_on_time<T>(
-    news: &Condvar,
+    changed: &Condvar,
     guard: &mut MutexGuard<'_, T>,
     deadline: Option<Instant>,
 ) -> bool {
     match deadline {
         #[cfg(not(all(test, shuttle)))]
-        Some(deadline) => crate::pause::Clock::OF_SYSTEM.wait_until(news, guard, deadline),
-        deadline => wait_until(news, guard, deadline),
+        Some(deadline) => crate::pause::Clock::OF_SYSTEM.wait_until(changed, guard, deadline),
+        deadline => wait_until(changed, guard, deadline),
     }
 }
 

@@ -377,7 +377,7 @@ fn one_that_does_not_return_ends_the_transfer_and_is_named() {
     let error = Error::HookHangs { limit };
     thread::scope(|scope| {
         let area = handler.transfer_area();
-        // It does not block others for ever: they can lock, wait, set another hook or end.
+        // It does not block others forever: they can lock, wait, set another hook or end.
         scope.spawn(|| drop(handler.lock()));
         scope.spawn(|| handler.clear_cycle_hook());
         let waits = scope.spawn(move || loop {

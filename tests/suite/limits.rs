@@ -162,7 +162,7 @@ fn the_longest_time_makes_a_wait_last_until_it_has_what_it_waits_for() {
             assert!(wait(&handler), "{name}, in lock-step: {lock_step}");
         }
         assert!(txt.wait_until(EVER, |machine| machine.exchanges() > 0));
-        // A lost connection is made again.
+        // A lost connection is re-established.
         txt.with_machine(|machine| machine.disturb(FaultKind::Close { after: 0 }));
         while handler.wait_cycle().is_ok() {}
         assert!(handler.wait_cycle_for(EVER).is_ok());

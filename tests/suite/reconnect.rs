@@ -1,4 +1,4 @@
-//! A connection is lost and made again.
+//! A connection is lost and re-established.
 
 use std::thread;
 use std::time::Duration;
@@ -127,7 +127,7 @@ fn outputs_of_a_program_that_knows_of_the_gap_go_out_with_the_first_request() {
     drop(area.wait_cycle().unwrap());
     drop(txt);
     assert_lost(&next_error(&area));
-    assert!(area.is_running(), "the connection is made again");
+    assert!(area.is_running(), "the connection is re-established");
     unaware.lock()[LOCAL_IO].output.duty[0] = 512;
     area.lock()[LOCAL_IO].output.duty[2] = 222;
     let limit = Duration::from_millis(10);

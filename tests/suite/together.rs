@@ -156,7 +156,7 @@ fn commands_that_a_gap_refuses_are_never_reported_as_done() {
     master.start_counter_reset(Counter::C4);
     master.set_sound(Sound::Alarm, 1).unwrap();
     master.raise_sound_cmd_id();
-    // The connection is lost and made again while the guard is held.
+    // The connection is lost and re-established while the guard is held.
     wait_until(&txt, "a gap", |machine| machine.exchanges() > 30);
     drop(areas);
     assert!(matches!(handler.feed_watchdog(), Err(Error::ConnectionLost { .. })));
@@ -337,6 +337,6 @@ fn a_thread_that_waits_for_the_areas_gets_them_from_a_hook_that_hangs_after_the_
         handler.end_transfer().unwrap();
         let waited = has_locked.recv_timeout(DEADLINE / 3);
         drop(go_on);
-        waited.expect("it waits for ever");
+        waited.expect("it waits forever");
     });
 }

@@ -282,7 +282,7 @@ fn a_wait_ends_with_a_sound() {
     assert!(txt.with_machine(|machine| machine.exchanges()) >= 200);
     handler.lock()[LOCAL_IO].set_sound(Sound::Bell, 0).unwrap();
     let error = handler.wait_sound(LOCAL_IO, SHORT).unwrap_err();
-    assert_eq!(error, Error::WaitTimedOut { limit: SHORT }, "it repeats for ever");
+    assert_eq!(error, Error::WaitTimedOut { limit: SHORT }, "it repeats forever");
 }
 
 #[test]

@@ -13,7 +13,7 @@ use serde_json::{json, Value};
 use crate::print;
 
 const AFTER: &str = "\
-It asks at 192.168.7.2 (USB), 192.168.8.2 (WLAN), 192.168.9.2 (Bluetooth), 127.0.0.1 and at the
+It asks at 192.168.7.2 (USB), 192.168.8.2 (Wi-Fi), 192.168.9.2 (Bluetooth), 127.0.0.1 and at the
 addresses that you give, all at the same time. This moves nothing. A controller on which somebody is
 online does not answer others, and is not disturbed: it is listed without its name.
 
@@ -24,7 +24,7 @@ The exit status is 1 when no controller has answered.
 
 Example: txt find 192.168.1.17 127.0.0.1:65010";
 
-/// A packet that is lost on a WLAN is sent again after a second.
+/// A packet that is lost on Wi-Fi is sent again after a second.
 const LIMIT: Duration = Duration::from_millis(1500);
 
 /// How long the first picture may take: a camera needs 2 s, a connection that is refused is tried for 5 s.

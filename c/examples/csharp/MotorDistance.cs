@@ -5,7 +5,7 @@
 //
 //     dotnet run -- COM1
 //
-// with COM1 for USB, COM2 for WLAN, COM3 for Bluetooth, or with a host: 192.168.7.2, 127.0.0.1:65000.
+// with COM1 for USB, COM2 for Wi-Fi, COM3 for Bluetooth, or with a host: 192.168.7.2, 127.0.0.1:65000.
 
 using System;
 using System.Runtime.InteropServices;

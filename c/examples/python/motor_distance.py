@@ -4,7 +4,7 @@ Plug an encoder motor into M1 and C1, and a button into I1. Then
 
     python3 motor_distance.py COM1
 
-with COM1 for USB, COM2 for WLAN, COM3 for Bluetooth, or with a host: 192.168.7.2, 127.0.0.1:65000.
+with COM1 for USB, COM2 for Wi-Fi, COM3 for Bluetooth, or with a host: 192.168.7.2, 127.0.0.1:65000.
 FTMSCLIB names the library's file if the system does not find it.
 """
 

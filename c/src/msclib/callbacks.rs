@@ -177,7 +177,7 @@ impl Callbacks {
         self.settle(|running| running.owner.ptr_eq(owner));
     }
 
-    /// Waits until no such callback is running, but not for ever, and not in the callback itself.
+    /// Waits until no such callback is running, but not forever, and not in the callback itself.
     fn settle(&self, is_meant: impl Fn(&Running) -> bool) {
         let is_over = |queue: &Queue| {
             let running = queue.running.as_ref().filter(|running| is_meant(running));

@@ -162,7 +162,7 @@ impl Device {
     }
 
     /// Waits until no callback for the closed device is running, but not for the one in which this is called,
-    /// and not for ever.
+    /// and not forever.
     pub(super) fn settle(self: &Arc<Self>) {
         self.callbacks.settle_owner(&self.as_owner());
     }

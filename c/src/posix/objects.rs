@@ -62,7 +62,7 @@ static OBJECTS: LazyLock<Mutex<Objects>> = LazyLock::new(Mutex::default);
 /// Something has become ready or is closed.
 static CHANGED: Condvar = Condvar::new();
 
-/// Makes a handle. No number comes twice, so that a closed handle is none for ever.
+/// Makes a handle. No number comes twice, so that a closed handle is never valid again.
 pub(super) fn add(object: Object) -> Handle {
     let mut objects = OBJECTS.lock();
     objects.made += 1;

@@ -116,7 +116,7 @@ impl Watch {
                 }
                 thread::park();
             }
-            // What went wrong with the end is no news after what made it necessary.
+            // What went wrong with the end matters no more after what made it necessary.
             let _ = handler.end_transfer();
             RUN.ended.store(true, Ordering::Release);
         })?;

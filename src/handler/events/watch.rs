@@ -137,8 +137,8 @@ impl Comparison<'_> {
         for counter in Counter::ALL {
             let index = counter.index();
             let command_id = now.counter_reset_id[index];
-            let news = command_id != before.counter_reset_id[index];
-            if news && command_id == sent.output.cnt_reset_cmd_id[index] {
+            let changed = command_id != before.counter_reset_id[index];
+            if changed && command_id == sent.output.cnt_reset_cmd_id[index] {
                 tell(Event::CounterReset { area, counter, command_id });
             }
         }
@@ -153,11 +153,11 @@ impl Comparison<'_> {
             let index = motor.index();
             let output = &sent.output;
             let command_id = now.motor_command_id[index];
-            let news = command_id != before.motor_command_id[index];
+            let changed = command_id != before.motor_command_id[index];
             // A higher `master` means that the distance is an error to inject.
             let has_distance =
                 output.distance[index] != 0 && usize::from(output.master[index]) <= IZ_MOTOR;
-            if news && command_id == output.motor_ex_cmd_id[index] && has_distance {
+            if changed && command_id == output.motor_ex_cmd_id[index] && has_distance {
                 let position = now.counter[motor.counter().index()] as u16;
                 tell(Event::MotorReached { area, motor, position, command_id });
             }

@@ -15,7 +15,7 @@ const ORDERS: usize = 700;
 
 const LIMIT: Duration = Duration::from_millis(100);
 
-/// Orders command after command, each with a number of its own, whatever happens to the transfer. What reads as done
+/// Orders command after command, each with a number of its own, whatever happens to the transfer. What is reported as done
 /// must have come to the controller.
 fn order(area: &TransferArea, controller: &Controller, longer: Duration) {
     let check = |areas: &[FishX1Transfer], number: u16| {

@@ -155,10 +155,10 @@ fn hangs(lock_step: bool) {
     let (counted, waits_for) = (Arc::clone(&calls), Arc::clone(&released));
     let hook = handler.set_cycle_hook(move |areas| {
         counted.fetch_add(1, Ordering::SeqCst);
-        let (released, news) = &*waits_for;
+        let (released, changed) = &*waits_for;
         let mut released = released.lock().unwrap();
         while !*released {
-            released = news.wait(released).unwrap();
+            released = changed.wait(released).unwrap();
         }
         // It does not have the areas any more.
         areas.unwrap()[0].output.duty[0] = 512;

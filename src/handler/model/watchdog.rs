@@ -88,7 +88,7 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
         let before = expired();
         count += told(&works);
         assert!((before..=expired()).contains(&count), "{count} times of {before}");
-        // It was told of nothing until now.
+        // It has learned of nothing until now.
         let before = expired();
         let count = told(&unaware);
         assert!((before..=expired()).contains(&count), "{count} times of {before}");

@@ -40,11 +40,11 @@ impl Interruptions {
     }
 
     /// What a handle that knows of the first `known` has to be told next, and how many it then knows of.
-    pub(crate) fn news(&self, known: u64) -> Option<(u64, Error)> {
+    pub(crate) fn next_after(&self, known: u64) -> Option<(u64, Error)> {
         self.untold.iter().find(|(number, _)| *number > known).cloned()
     }
 
-    pub(crate) fn has_news(&self, known: u64) -> bool {
+    pub(crate) fn has_after(&self, known: u64) -> bool {
         self.untold.back().is_some_and(|(number, _)| *number > known)
     }
 }
@@ -62,13 +62,13 @@ mod tests {
     #[test]
     fn each_handle_is_told_of_each_once_in_order() {
         let mut interruptions = Interruptions::default();
-        assert_eq!(interruptions.news(0), None);
+        assert_eq!(interruptions.next_after(0), None);
         interruptions.note(expired(1));
         interruptions.note(expired(2));
-        assert_eq!(interruptions.news(0), Some((1, expired(1))));
-        assert_eq!(interruptions.news(1), Some((2, expired(2))));
-        assert_eq!((interruptions.news(2), interruptions.has_news(2)), (None, false));
-        assert!(interruptions.has_news(1));
+        assert_eq!(interruptions.next_after(0), Some((1, expired(1))));
+        assert_eq!(interruptions.next_after(1), Some((2, expired(2))));
+        assert_eq!((interruptions.next_after(2), interruptions.has_after(2)), (None, false));
+        assert!(interruptions.has_after(1));
     }
 
     #[test]
@@ -76,13 +76,13 @@ mod tests {
         let mut interruptions = Interruptions::default();
         interruptions.note(expired(1));
         interruptions.note_end();
-        assert_eq!((interruptions.count(), interruptions.news(0)), (2, None));
+        assert_eq!((interruptions.count(), interruptions.next_after(0)), (2, None));
     }
 
     #[test]
     fn the_newest_are_kept_for_a_handle_that_does_not_ask() {
         let mut interruptions = Interruptions::default();
         (1..=100).for_each(|number| interruptions.note(expired(number)));
-        assert_eq!(interruptions.news(0), Some((85, expired(85))));
+        assert_eq!(interruptions.next_after(0), Some((85, expired(85))));
     }
 }

@@ -237,7 +237,7 @@ mod tests {
         assert!(window.note_answer(7));
         assert!(!window.close(7), "it was answered in time");
         assert!(!window.note_answer(7));
-        assert!(window.note_answer(8), "it has come in, and no thread was told of it yet");
+        assert!(window.note_answer(8), "it has come in, and no thread was woken for it yet");
     }
 
     #[test]
@@ -261,7 +261,7 @@ mod tests {
         window.give_up(0);
         window.expect();
         window.open();
-        // The thread was told of a response and of an error together, and returns the error.
+        // The thread was woken for a response and an error together, and returns the error.
         window.give_up(0);
         assert!(window.is_attended());
     }

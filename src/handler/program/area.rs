@@ -296,7 +296,7 @@ impl TransferArea {
     /// dropped and [counted](Events::lost); those in it stay, in order.
     ///
     /// [`Event::TransferEnded`](crate::Event::TransferEnded) comes to every listener, also to one that has
-    /// not asked for it, so that no loop waits for ever. There is one more place for it in the channel: it
+    /// not asked for it, so that no loop waits forever. There is one more place for it in the channel: it
     /// comes even when the channel is full, unless that of an earlier transfer is still in it.
     ///
     /// If the handler was already dropped, the channel has ended.

@@ -291,7 +291,7 @@ impl State {
 
     /// Returns as an error the next interruption that a handle has not been told.
     pub(crate) fn tell_news(&mut self, known: &mut Known) -> Result<(), Error> {
-        let Some((number, error)) = self.interruptions.news(known.interruptions) else {
+        let Some((number, error)) = self.interruptions.next_after(known.interruptions) else {
             return Ok(());
         };
         known.interruptions = number;

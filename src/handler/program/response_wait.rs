@@ -185,7 +185,7 @@ impl State {
     /// The state of a wait that began when `window` was the newest.
     fn progress(&self, known: &Known, window: u64, transfer: u64) -> Progress {
         let goes_on = self.transfer.is_running() && self.transfer.number() == transfer;
-        if !goes_on || self.interruptions.has_news(known.interruptions) {
+        if !goes_on || self.interruptions.has_after(known.interruptions) {
             Progress::Over
         } else if self.window.number() != window {
             Progress::Told(window + 1)

@@ -204,7 +204,7 @@ def counter_input(txt, ext):
 
 
 def sounds(txt):
-    """Whether a sound lasts at least about a second, and whether a sound that is repeated for ever
+    """Whether a sound lasts at least about a second, and whether a sound that is repeated forever
     lasts until it is stopped."""
     begin = time.monotonic()
     with together(txt):
@@ -375,7 +375,7 @@ def eighth_command(port, exchange):
 
 
 def main():
-    # No call of ftrobopy waits for ever.
+    # No call of ftrobopy waits forever.
     faulthandler.dump_traceback_later(180, exit=True)
     port, name, exchange = int(sys.argv[1]), sys.argv[2], sys.argv[3]
     scenarios = (

@@ -69,9 +69,9 @@ pub enum Transfer {
     },
     /// It could not begin.
     Failed(Failure),
-    /// The connection was lost and is being made again.
+    /// The connection was lost and is being re-established.
     Lost(Failure),
-    /// The connection was made again.
+    /// The connection is re-established.
     Restored {
         /// After this time in ms.
         after_ms: u64,

@@ -1,4 +1,4 @@
-//! The connection to the broker: made again and again, each time as a new client session.
+//! The connection to the broker: established again whenever it is lost, each time as a new client session.
 
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};

@@ -13,7 +13,7 @@ use super::report::{Stage, TOLD};
 /// How long a response may take before the broker is looked after without one.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// How long a lost connection is made again before the transfer counts as ended.
+/// For how long to try to re-establish a lost connection before the transfer counts as ended.
 const GAP_LIMIT: Duration = Duration::from_secs(10);
 
 /// How long to wait before the next transfer is begun.

@@ -67,7 +67,7 @@ impl State {
 pub(crate) enum Stage {
     /// Inputs come in, and commands are carried out.
     Online,
-    /// The connection to the controller was lost and is being made again.
+    /// The connection to the controller was lost and is being re-established.
     Gap,
     /// There is no connection to the controller; it is tried again.
     Ended,

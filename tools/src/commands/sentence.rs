@@ -15,7 +15,7 @@ pub(crate) fn sentence(error: &Error) -> String {
         }
         Error::ConnectTimedOut { address, limit } => format!(
             "{address} did not answer within {limit:?}; check that the TXT is switched on and \
-             connected by USB, WLAN or Bluetooth"
+             connected by USB, Wi-Fi or Bluetooth"
         ),
         Error::NoAnswer { limit, .. } => {
             format!("the controller did not answer within {limit:?}; check the connection to it")
@@ -24,7 +24,7 @@ pub(crate) fn sentence(error: &Error) -> String {
             format!("the controller took no command within {limit:?}; check the connection to it")
         }
         Error::ConnectionLost { cause } => format!(
-            "the connection is lost and is being made again, and all motors are off; what went \
+            "the connection is lost and is being re-established, and all motors are off; what went \
              wrong: {}",
             sentence(cause)
         ),

@@ -48,7 +48,7 @@ them, too.
 
 Examples:
   txt panel                               a simulated TXT, to try it out
-  txt panel 192.168.7.2 192.168.8.2       two controllers, by USB and by WLAN
+  txt panel 192.168.7.2 192.168.8.2       two controllers, by USB and by Wi-Fi
   txt panel --world car --extensions 2    another simulated machine")]
 pub(crate) struct Args {
     /// Controllers: 192.168.7.2, txt:65000, auto, or simulated [default: simulated]

@@ -1,4 +1,4 @@
-//! What a page is told of a controller.
+//! What a page learns about a controller.
 
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use ft_transfer_area::FishX1Transfer;

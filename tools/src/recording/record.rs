@@ -18,12 +18,12 @@ use crate::{arguments, interrupt, print};
 /// How often the progress is shown, and the recorder looked after.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// For how long a lost connection is made again: as good as always.
+/// For how long to try to re-establish a lost connection: practically always.
 const RECONNECT: Duration = Duration::from_secs(7 * 24 * 3600);
 
 const AFTER_HELP: &str = "\
 Goes online, drives nothing, and records every cycle with all extensions into an MCAP file, which
-Foxglove, PlotJuggler and txt plot open. A lost connection is made again. A controller has one
+Foxglove, PlotJuggler and txt plot open. A lost connection is re-established. A controller has one
 client at a time: to record what a program does, attach the recorder to the program, as
 docs/recording.md shows.
 

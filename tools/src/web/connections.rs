@@ -46,7 +46,7 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     socket.listen(BACKLOG)
 }
 
-/// Serves whoever connects, for ever.
+/// Serves whoever connects, forever.
 pub(crate) async fn serve(listener: TcpListener, router: Router) {
     let mut passing: VecDeque<Passing> = VecDeque::new();
     loop {

@@ -190,7 +190,7 @@ fn run(beside: Beside, reason: Reason) -> Outcome {
     before.into_iter().for_each(|ending| ending.join().unwrap());
     assert!(seen.elapsed() < MARGIN, "the call does not return");
     if reason == Reason::Gap {
-        // The connection is made again without waiting for anything of the program.
+        // The connection is re-established without waiting for anything of the program.
         proxy.lead_to(controller.port());
         controller
             .wait("another connection", |machine| machine.online() && machine.connections() > 1);

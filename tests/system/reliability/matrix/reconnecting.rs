@@ -1,4 +1,4 @@
-//! Connections that are lost and made again.
+//! Connections that are lost and re-established.
 
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::thread::{self, JoinHandle};
@@ -37,7 +37,7 @@ pub(crate) fn rows() -> Vec<Row> {
             row.test_at(format!("{place:?}"), move || Ok(ride_out(strike, sees.0)))
         }));
     }
-    // A connection is only made again for a transfer that has begun and does not end.
+    // A connection is only re-established for a transfer that has begun and does not end.
     for (text, places, by) in [
         ("each packet of the handshake", Place::HANDSHAKE, &[By::NeverOn]),
         ("each packet of the end", Place::END, &[By::Exchange]),

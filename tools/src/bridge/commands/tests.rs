@@ -29,7 +29,7 @@ fn a_distance_is_for_a_group_and_a_plain_duty_ends_it() {
     plain.apply(&mut areas).unwrap();
     assert_eq!(areas[0].output.distance, [0, 0, 90, 0]);
     assert_ne!(areas[0].output.motor_ex_cmd_id[1], id, "a new command");
-    // Together, for ever.
+    // Together, forever.
     let areas = after("M1/move", r#"{"duty": 5, "with": [{"motor": "M2"}]}"#).unwrap();
     assert_eq!((areas[0].output.distance, areas[0].output.master), ([0; 4], [0, 1, 0, 0]));
 }

@@ -41,7 +41,7 @@ const ENGLISH = {
 
   link: "Connection", firmware: "Firmware", address: "Address", cycle: "Cycle", cycles: "Cycles", late: "Late reactions",
   gaps: "Gaps", noError: "No error.", lastError: "Last error: {text}", histogram: "Time from cycle to cycle", perBin: "{ms} ms: {count} cycles",
-  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 for ever", playing: "Sound {number} plays.", quiet: "Quiet.", microphone: "Microphone: {level}",
+  sound: "Sounds", play: "Play", silence: "Silence", repeat: "times", soundLabel: "Sound", repeatLabel: "How often, 0 forever", playing: "Sound {number} plays.", quiet: "Quiet.", microphone: "Microphone: {level}",
   camera: "Camera", cameraOn: "Start", cameraOff: "Stop", size: "Picture size", rate: "Pictures a second", frames: "{count} pictures", cameraIdle: "The camera is off.", picture: "Picture of the camera",
   i2c: "I2C", scan: "Scan", scanning: "Scanning …", found: "Devices: {list}", foundNone: "No device answers.",
   device: "Device", register: "Register", count: "Bytes", values: "Values", read: "Read", write: "Write", written: "Written.",
