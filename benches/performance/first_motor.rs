@@ -39,11 +39,11 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
             note(program.what, format!("{:.0}", size as f64 / 1024.0), "KiB")?;
         }
     }
-    for (features, what) in [
-        (&[][..], "dependencies of the library"),
-        (&["--features", "simulator"], "dependencies with the simulated TXT"),
+    for (package, what) in [
+        ("ft-transfer-area", "dependencies of the library"),
+        ("ft-transfer-area-simulator", "dependencies of the simulated TXT"),
     ] {
-        let [direct, all] = clone.dependencies(features)?;
+        let [direct, all] = clone.dependencies(package)?;
         note(what, format!("{direct}, with theirs {all}"), "")?;
     }
     raw.flush()?;
@@ -112,15 +112,15 @@ impl Clone {
         Ok(begin.elapsed())
     }
 
-    /// How many packages the library needs to run: those that it names, and all.
-    fn dependencies(&self, features: &[&str]) -> Result<[usize; 2]> {
+    /// How many packages one of them needs to run: those that it names, and all.
+    fn dependencies(&self, package: &str) -> Result<[usize; 2]> {
         let count = |depth: &str| -> Result<usize> {
             let mut cargo = self.cargo("tree");
             // It may want to know packages for other systems.
             cargo.env("CARGO_NET_OFFLINE", "false");
-            cargo.args(["tree", "--package", "ft-transfer-area", "--edges", "normal,build"]);
+            cargo.args(["tree", "--package", package, "--edges", "normal,build"]);
             cargo.args(["--prefix", "none", "--no-dedupe", "--format", "{p}", "--depth", depth]);
-            let out = cargo.args(features).stderr(Stdio::inherit()).output()?;
+            let out = cargo.stderr(Stdio::inherit()).output()?;
             ensure!(out.status.success(), "cargo tree has failed");
             let text = String::from_utf8(out.stdout)?;
             let packages: std::collections::HashSet<&str> = text.lines().skip(1).collect();

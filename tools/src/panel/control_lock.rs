@@ -27,13 +27,13 @@ pub(crate) struct ControlLock {
 struct State {
     driver: Option<Driver>,
     lease: u64,
-    freed: Option<Freed>,
+    freed: Option<ReleaseReason>,
 }
 
 /// Why the last driver drives no more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum Freed {
+pub(crate) enum ReleaseReason {
     /// It has let go.
     Left,
     /// Somebody has pressed the stop, or the driver has sent nonsense.
@@ -57,7 +57,7 @@ impl ControlLock {
     }
 
     /// The present driver; if nobody drives, why the last one does not.
-    pub(crate) fn driver(&self) -> Result<PageId, Option<Freed>> {
+    pub(crate) fn driver(&self) -> Result<PageId, Option<ReleaseReason>> {
         let state = self.state();
         state.page().ok_or(state.freed)
     }
@@ -95,7 +95,7 @@ impl ControlLock {
         let mut state = self.state();
         let drove = state.page() == Some(page);
         if drove {
-            state.free(Freed::Left);
+            state.free(ReleaseReason::Left);
         }
         drove
     }
@@ -105,12 +105,12 @@ impl ControlLock {
     /// Commands of the driver may still be on their way here, also from a page that hangs. They belong to an
     /// earlier lease, so they move nothing.
     pub(crate) fn stop(&self) {
-        self.state().free(Freed::Stop);
+        self.state().free(ReleaseReason::Stop);
     }
 
     /// The same, because this program did not look after a controller for too long.
     pub(crate) fn stop_after_hang(&self) {
-        self.state().free(Freed::Hang);
+        self.state().free(ReleaseReason::Hang);
     }
 
     /// The lease of a command of this page, if it may give one.
@@ -127,7 +127,7 @@ impl ControlLock {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let silent = |driver: &Driver| driver.last_sign.elapsed() > SILENCE_LIMIT;
         if state.driver.as_ref().is_some_and(silent) {
-            state.free(Freed::Silent);
+            state.free(ReleaseReason::Silent);
         }
         state
     }
@@ -143,7 +143,7 @@ impl State {
         self.lease += 1;
     }
 
-    fn free(&mut self, why: Freed) {
+    fn free(&mut self, why: ReleaseReason) {
         // Who did not drive has lost nothing: the reason of the last driver stays.
         if self.driver.take().is_some() {
             self.freed = Some(why);
@@ -193,7 +193,7 @@ mod tests {
         let lease = control.lease_of(1).unwrap();
         let long_ago = Instant::now().checked_sub(2 * SILENCE_LIMIT).unwrap();
         control.state().driver.as_mut().unwrap().last_sign = long_ago;
-        assert_eq!(control.driver(), Err(Some(Freed::Silent)));
+        assert_eq!(control.driver(), Err(Some(ReleaseReason::Silent)));
         assert_eq!(control.lease(), lease + 1);
         control.sign_of_life(1);
         assert!(control.driver().is_err(), "it has to ask again");
@@ -208,13 +208,19 @@ mod tests {
             ControlLock::stop_after_hang,
             ControlLock::stop,
         ];
-        for (free, why) in ends.iter().zip([Freed::Left, Freed::Hang, Freed::Stop]) {
+        for (free, why) in
+            ends.iter().zip([ReleaseReason::Left, ReleaseReason::Hang, ReleaseReason::Stop])
+        {
             control.drive(1).unwrap();
             assert_eq!(control.driver(), Ok(1));
             free(&control);
             assert_eq!(control.driver(), Err(Some(why)));
         }
         control.stop_after_hang();
-        assert_eq!(control.driver(), Err(Some(Freed::Stop)), "nobody has lost control by it");
+        assert_eq!(
+            control.driver(),
+            Err(Some(ReleaseReason::Stop)),
+            "nobody has lost control by it"
+        );
     }
 }

@@ -164,7 +164,7 @@ mod tests {
 
     use std::thread;
 
-    use super::super::control_lock::Freed;
+    use super::super::control_lock::ReleaseReason;
     use super::super::reply::Answers;
     use super::*;
     use crate::commands::Command;
@@ -208,7 +208,7 @@ mod tests {
         wait_until(&common, "nobody drives", || common.control.driver().is_err());
         let answer = waiting.blocking_recv().unwrap();
         assert!(answer.contains("\"stopped\""), "{answer}");
-        assert_eq!(common.control.driver(), Err(Some(Freed::Hang)));
+        assert_eq!(common.control.driver(), Err(Some(ReleaseReason::Hang)));
         assert_eq!(duty(), [0; 8]);
 
         common.end();
