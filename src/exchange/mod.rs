@@ -194,11 +194,13 @@ impl Exchange {
                 found: response.len(),
             });
         }
-        self.take_in(self.word_count, data, &header).or_else(|error| {
+        let expected = self.word_count;
+        self.take_in(expected, data, &header).or_else(|error| {
             if self.word_count_is_known {
                 return Err(error);
             }
-            let mut others = RESPONSES.into_iter().map(|(_, count)| count);
+            let counts = RESPONSES.into_iter().map(|(_, count)| count);
+            let mut others = counts.filter(|count| *count != expected);
             // The error for the number by the firmware's version is the better message.
             others.find_map(|count| self.take_in(count, data, &header).ok()).ok_or(error)
         })
