@@ -192,8 +192,9 @@ impl TransferAreaComHandler {
                 let _ = link.client.stop_online();
                 return stop.result().and(Err(Error::NotStarted));
             }
-            let work = TransferThread::new(link, areas, Arc::clone(shared), settings);
-            spawn("transfer-area", move || work.run()).map_err(|error| {
+            let of_thread = Arc::clone(shared);
+            let work = move || TransferThread::new(link, areas, &of_thread, settings).run();
+            spawn("transfer-area", work).map_err(|error| {
                 // It was running, so the program may have written outputs.
                 shared.leave(&mut []);
                 Error::not_started(error)

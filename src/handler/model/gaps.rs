@@ -17,7 +17,7 @@ const ORDERS: usize = 700;
 
 fn deliver(shared: &Shared) -> Delivered {
     let (before, now) = (&mut Inputs::default(), &mut Inputs::default());
-    shared.deliver(&Inputs::default(), 0, before, now)
+    shared.deliver(&Inputs::default(), 0, before, now).0
 }
 
 /// The response of a new connection is delivered, and the connection is lost before anything else happens. With a
@@ -61,7 +61,7 @@ fn lost_at_once(lock_step: bool) {
         if shared.is_lock_step() {
             shared.open_window();
         }
-        if shared.hold_window(WINDOW, areas).is_some() {
+        if shared.hold_window(None, WINDOW, areas).is_some() {
             break;
         }
         shuttle::thread::yield_now();

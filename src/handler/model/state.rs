@@ -40,8 +40,8 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Tran
     for number in 1..=responses {
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse { uni: [number; 8], ..Default::default() });
-        shared.deliver(&inputs, 0, &mut before, &mut now);
-        let stop = shared.hold_window(window, &mut areas);
+        let (_, locked) = shared.deliver(&inputs, 0, &mut before, &mut now);
+        let stop = shared.hold_window(locked, window, &mut areas);
         requests.push(areas[0]);
         if stop.is_some() {
             break;
@@ -149,7 +149,7 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
         };
         let mut areas = [FishX1Transfer::default()];
         let mut requests = Vec::new();
-        while shared.hold_window(WINDOW, &mut areas).is_none() {
+        while shared.hold_window(None, WINDOW, &mut areas).is_none() {
             requests.push(areas[0].output.duty);
             let (mut before, mut now) = (Inputs::default(), Inputs::default());
             shared.deliver(&Inputs::default(), 0, &mut before, &mut now);

@@ -102,11 +102,14 @@ impl Shared {
                 Purpose::Looks | Purpose::Locks => {}
             }
         }
-        if state.transfer.stop().is_some() || state.next_may_leave() {
-            self.attended.notify_one();
-        }
+        let goes_on = state.transfer.stop().is_some() || state.next_may_leave();
         // Otherwise a thread that locks again immediately would keep all others out.
         MutexGuard::unlock_fair(state);
+        if goes_on {
+            // Without the lock, which the transfer thread would be given here before it is awake: this thread,
+            // which is about to wait again, would have to wait for it first.
+            self.attended.notify_one();
+        }
     }
 
     /// Adds a log of all cycles.

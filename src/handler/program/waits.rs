@@ -320,7 +320,7 @@ mod tests {
     fn a_response_that_comes_in_during_the_first_check_is_answered_within_its_window() {
         let area = begun();
         respond(&area);
-        area.shared().hold_window(Duration::ZERO, &mut [FishX1Transfer::default()]);
+        area.shared().hold_window(None, Duration::ZERO, &mut [FishX1Transfer::default()]);
         let look = || area.learn(|known| area.shared().look(known, None)).unwrap();
         let first = area.guard(look().unwrap());
         assert_eq!((first.window(), first.attended()), (1, 0), "its window was closed");

@@ -74,13 +74,17 @@ impl Shared {
     ///
     /// If there are listeners, the inputs as the program sees them are put into `now`, and those of the
     /// previous response into `before`.
+    ///
+    /// If there is nothing to tell before the program's outputs are taken, the state stays locked for
+    /// [`hold_window`](Self::hold_window): otherwise the threads that were woken meet the transfer thread at the
+    /// lock.
     pub(crate) fn deliver(
         &self,
         inputs: &Inputs,
         config_updates: u64,
         before: &mut Inputs,
         now: &mut Inputs,
-    ) -> Delivered {
+    ) -> (Delivered, Option<MutexGuard<'_, State>>) {
         let mut listeners = self.listeners.lock();
         let mut locked = self.state_soon();
         let state = &mut *locked;
@@ -105,11 +109,12 @@ impl Shared {
         state.statistics.config_updates += config_updates;
         self.call_hook(state);
         let tells = logged || !listened.is_empty();
-        let opens_later = state.clock.is_lock_step() && tells;
+        let lock_step = state.clock.is_lock_step();
+        let opens_later = lock_step && tells;
         if !opens_later {
             self.open(state);
         }
-        Delivered {
+        let delivered = Delivered {
             number: state.delivered,
             cycle: state.statistics.cycles,
             arrived,
@@ -117,7 +122,8 @@ impl Shared {
             listened,
             logged,
             opens_later,
-        }
+        };
+        (delivered, Some(locked).filter(|_| !tells && !lock_step))
     }
 
     /// Logs a response that was delivered, with the areas of its request.
@@ -144,15 +150,16 @@ impl Shared {
 
     /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
     /// then takes the outputs for the next request into `areas`. In lock-step it lasts until the program
-    /// asks for the next response.
+    /// asks for the next response. The state may be `locked` since its delivery.
     ///
     /// When the watchdog expires, stops the outputs and tells the program.
     pub(crate) fn hold_window(
         &self,
+        locked: Option<MutexGuard<'_, State>>,
         length: Duration,
         areas: &mut [FishX1Transfer],
     ) -> Option<Stop> {
-        let mut state = self.state_soon();
+        let mut state = locked.unwrap_or_else(|| self.state_soon());
         let end = state.window_end(length);
         while state.transfer.stop().is_none() && !state.next_may_leave() {
             let limits = earlier(state.watchdog.deadline(), state.hook.deadline());

@@ -1,6 +1,5 @@
 //! The cycle: outputs to the controller, inputs to the program, and time for the program to answer.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use crate::camera::CameraServer;
@@ -9,17 +8,17 @@ use crate::error::Error;
 use crate::exchange::{Inputs, SentConfigs};
 use crate::handler::events::Comparison;
 use crate::handler::parts::state::Stop;
-use crate::handler::shared::CameraCommand;
-use crate::handler::shared::Shared;
+use crate::handler::shared::{CameraCommand, Shared, State};
+use crate::handler::sync::MutexGuard;
 use crate::handler::transfer::calls::Delivered;
 use crate::handler::transfer::handshake::Link;
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::StartCameraOnline;
 
 /// A connection, and what one cycle keeps for the next.
-pub(crate) struct Cycle {
+pub(crate) struct Cycle<'a> {
     link: Link,
-    shared: Arc<Shared>,
+    shared: &'a Shared,
     window: Duration,
     /// The content of the next request.
     areas: Vec<FishX1Transfer>,
@@ -36,12 +35,12 @@ pub(crate) struct Cycle {
     configs_changed: bool,
 }
 
-impl Cycle {
+impl<'a> Cycle<'a> {
     /// Cycles on a connection that is in online mode and has the areas' configuration.
     pub(crate) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
-        shared: Arc<Shared>,
+        shared: &'a Shared,
         window: Duration,
     ) -> Self {
         let configs_before = *link.exchange.sent_configs();
@@ -71,7 +70,11 @@ impl Cycle {
             }
         }
         self.run_command()?;
-        let delivered = self.exchange()?;
+        let (delivered, locked) = self.exchange()?;
+        if let Some(state) = locked {
+            // There is nothing to tell between the response and its window.
+            return Ok(self.shared.hold_window(Some(state), self.window, &mut self.areas));
+        }
         Ok(self.finish(&delivered))
     }
 
@@ -87,11 +90,11 @@ impl Cycle {
 
     /// Gives the program time to answer, and takes its outputs. Returns a stop if the transfer is to stop.
     fn take_outputs(&mut self) -> Option<Stop> {
-        self.shared.hold_window(self.window, &mut self.areas)
+        self.shared.hold_window(None, self.window, &mut self.areas)
     }
 
-    /// Sends what has changed, and delivers the response.
-    pub(crate) fn exchange(&mut self) -> Result<Delivered, Error> {
+    /// Sends what has changed, and delivers the response, as [`Shared::deliver`].
+    fn exchange(&mut self) -> Result<(Delivered, Option<MutexGuard<'a, State>>), Error> {
         let Link { client, exchange } = &mut self.link;
         if self.configs_changed {
             self.configs_before = *exchange.sent_configs();
@@ -100,11 +103,11 @@ impl Cycle {
         self.configs_changed = config_updates > 0;
         let inputs = client.exchange(exchange, &self.areas)?;
         let (before, now) = (&mut self.inputs_before, &mut self.inputs);
-        let delivered = self.shared.deliver(inputs, config_updates, before, now);
+        let (delivered, locked) = self.shared.deliver(inputs, config_updates, before, now);
         if delivered.logged {
             self.shared.log(&delivered, &self.areas, inputs);
         }
-        Ok(delivered)
+        Ok((delivered, locked))
     }
 
     /// Tells the program of a response: first the threads that wait for it, then the listeners.
@@ -176,12 +179,13 @@ impl Cycle {
         self.link = link;
         self.areas = self.shared.outgoing();
         self.camera_to_restart = camera;
-        self.exchange()
+        let (delivered, _) = self.exchange()?;
+        Ok(delivered)
     }
 
     /// Stops the motors with a last exchange and ends online mode.
     pub(crate) fn leave(&mut self) -> Result<(), Error> {
-        let delivered = self.exchange()?;
+        let (delivered, _) = self.exchange()?;
         self.announce(&delivered);
         if self.camera.is_some() && self.camera_to_restart.is_none() {
             self.link.client.stop_camera_online()?;

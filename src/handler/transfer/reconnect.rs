@@ -1,6 +1,5 @@
 //! Re-establishing a lost connection.
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use crate::client::Endpoint;
@@ -31,8 +30,8 @@ pub(crate) enum Attempts {
 /// The outputs are stopped before this is called. The first request has the outputs that the program has
 /// written since it knew of that.
 pub(crate) fn reconnect(
-    cycle: &mut Cycle,
-    shared: &Arc<Shared>,
+    cycle: &mut Cycle<'_>,
+    shared: &Shared,
     settings: &Settings,
     limit: Duration,
 ) -> Result<Attempts, Error> {
@@ -64,8 +63,8 @@ pub(crate) fn reconnect(
 }
 
 fn attempt(
-    cycle: &mut Cycle,
-    shared: &Arc<Shared>,
+    cycle: &mut Cycle<'_>,
+    shared: &Shared,
     settings: &Settings,
     rest: Duration,
 ) -> Result<Attempts, Error> {
@@ -99,7 +98,7 @@ fn attempt(
 }
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
-pub(crate) fn lose(cycle: &mut Cycle, shared: &Shared, error: &Error) {
+pub(crate) fn lose(cycle: &mut Cycle<'_>, shared: &Shared, error: &Error) {
     notice!(Warn, "the connection is lost and is being re-established: {error}");
     shared.lose_connection(error, cycle.areas_mut());
     cycle.abandon();

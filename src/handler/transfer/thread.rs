@@ -1,7 +1,6 @@
 //! The transfer thread: runs cycles until it is stopped, and always stops the motors at the end.
 
 use std::panic::{catch_unwind, AssertUnwindSafe};
-use std::sync::Arc;
 
 use crate::error::{Error, Origin};
 use crate::handler::parts::state::Stop;
@@ -14,25 +13,25 @@ use crate::handler::transfer::reconnect::{lose, reconnect, Attempts};
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
-pub(crate) struct TransferThread {
-    cycle: Cycle,
-    shared: Arc<Shared>,
+pub(crate) struct TransferThread<'a> {
+    cycle: Cycle<'a>,
+    shared: &'a Shared,
     settings: Settings,
     /// Whether the connection works.
     connected: bool,
 }
 
-impl TransferThread {
+impl<'a> TransferThread<'a> {
     /// The work of a thread on a connection that is in online mode and has the areas' configuration.
     pub(crate) fn new(
         link: Link,
         areas: Vec<FishX1Transfer>,
-        shared: Arc<Shared>,
+        shared: &'a Shared,
         settings: Settings,
     ) -> Self {
         let window = settings.reaction_window;
         Self {
-            cycle: Cycle::new(link, areas, Arc::clone(&shared), window),
+            cycle: Cycle::new(link, areas, shared, window),
             shared,
             settings,
             connected: true,
@@ -85,9 +84,9 @@ impl TransferThread {
     fn reconnect_after(&mut self, error: Error) -> Result<Option<Stop>, Error> {
         let limit = self.settings.reconnect.filter(|_| error.origin() != Origin::Other);
         let Some(limit) = limit else { return Err(error) };
-        lose(&mut self.cycle, &self.shared, &error);
+        lose(&mut self.cycle, self.shared, &error);
         self.connected = false;
-        match reconnect(&mut self.cycle, &self.shared, &self.settings, limit)? {
+        match reconnect(&mut self.cycle, self.shared, &self.settings, limit)? {
             Attempts::Stopped(stop) => Ok(Some(stop)),
             Attempts::Connected(delivered) => {
                 self.connected = true;
@@ -138,14 +137,14 @@ mod tests {
     use crate::wire::CommandId;
 
     /// The work of a transfer thread, not yet begun.
-    fn work(peer: &Peer, shared: &Arc<Shared>, areas: usize) -> TransferThread {
+    fn work<'a>(peer: &Peer, shared: &'a Shared, areas: usize) -> TransferThread<'a> {
         let builder = TransferAreaComHandler::builder("127.0.0.1").port(peer.port);
         let handler = builder.reaction_window(Duration::ZERO).build().unwrap();
         let settings = handler.settings().clone();
         let areas = vec![FishX1Transfer::default(); areas];
         let limit = settings.limits.connect;
         let (link, _) = handshake::connect(&settings, limit, &areas, |_| ()).unwrap();
-        TransferThread::new(link, areas, Arc::clone(shared), settings)
+        TransferThread::new(link, areas, shared, settings)
     }
 
     #[test]
@@ -200,7 +199,7 @@ mod tests {
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
         let peer = Peer::start();
         let shared =
-            Arc::new(Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false)));
+            Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         // A wrong number of areas makes the thread panic.
