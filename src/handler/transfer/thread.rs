@@ -30,12 +30,7 @@ impl<'a> TransferThread<'a> {
         settings: Settings,
     ) -> Self {
         let window = settings.reaction_window;
-        Self {
-            cycle: Cycle::new(link, areas, shared, window),
-            shared,
-            settings,
-            connected: true,
-        }
+        Self { cycle: Cycle::new(link, areas, shared, window), shared, settings, connected: true }
     }
 
     pub(crate) fn run(mut self) {
@@ -198,8 +193,7 @@ mod tests {
     #[test]
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
         let peer = Peer::start();
-        let shared =
-            Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false));
+        let shared = Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false));
         shared.begin().unwrap();
         shared.run(0).unwrap();
         // A wrong number of areas makes the thread panic.
