@@ -14,7 +14,7 @@
 //! cargo add ctrlc@3
 //! ```
 //!
-//! The motors turn as soon as it starts, for about four seconds. Ctrl-C stops them. Next: `wlan` for
+//! The motors turn as soon as it starts, for about four seconds. Ctrl-C stops them. Next: `wifi` for
 //! distances over a connection that may be lost.
 
 use std::env;

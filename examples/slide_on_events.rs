@@ -13,7 +13,7 @@
 //! cargo add ctrlc@3
 //! ```
 //!
-//! When I3 is pressed, or on Ctrl-C, the motor stops and the program ends. Next: `wlan`, which goes on
+//! When I3 is pressed, or on Ctrl-C, the motor stops and the program ends. Next: `wifi`, which goes on
 //! after a lost connection.
 
 use std::env;

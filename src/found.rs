@@ -12,7 +12,8 @@ pub enum ConnectionKind {
     /// The USB cable: 192.168.7.2.
     Usb,
     /// The controller's own Wi-Fi: 192.168.8.2.
-    Wlan,
+    #[doc(alias = "WLAN")]
+    Wifi,
     /// Bluetooth: 192.168.9.2.
     Bluetooth,
     /// The program runs on the same machine: on the controller itself, or with a simulated TXT on the PC.
@@ -26,7 +27,7 @@ impl ConnectionKind {
         match address {
             IpAddr::V4(address) => match address.octets() {
                 [192, 168, 7, 2] => Self::Usb,
-                [192, 168, 8, 2] => Self::Wlan,
+                [192, 168, 8, 2] => Self::Wifi,
                 [192, 168, 9, 2] => Self::Bluetooth,
                 [127, ..] => Self::SameMachine,
                 _ => Self::Network,
@@ -41,7 +42,7 @@ impl fmt::Display for ConnectionKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Usb => "USB",
-            Self::Wlan => "WLAN",
+            Self::Wifi => "Wi-Fi",
             Self::Bluetooth => "Bluetooth",
             Self::SameMachine => "this machine",
             Self::Network => "network",

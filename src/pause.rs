@@ -12,7 +12,7 @@ use parking_lot::{Condvar, MutexGuard};
 
 /// How exactly a wait on a condition variable ends at its limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Clock {
+pub(crate) enum Timing {
     /// Well within a millisecond.
     Fine,
     /// With a tick that may be [`COARSE`] later.
@@ -25,8 +25,9 @@ const COARSE: Duration = Duration::from_millis(40);
 /// How long each of the short sleeps is, so how late the condition may be seen.
 const NAP: Duration = Duration::from_micros(500);
 
-impl Clock {
-    /// The clock of the system that this is compiled for.
+impl Timing {
+    /// The timing of the system that this is compiled for.
+    #[cfg(not(all(test, shuttle)))]
     pub(crate) const OF_SYSTEM: Self = if cfg!(windows) { Self::Coarse } else { Self::Fine };
 
     /// Waits for a change, but not beyond the deadline; returns whether the deadline has passed. May end
@@ -61,13 +62,13 @@ mod tests {
 
     use super::*;
 
-    const CLOCKS: [Clock; 2] = [Clock::Fine, Clock::Coarse];
+    const TIMINGS: [Timing; 2] = [Timing::Fine, Timing::Coarse];
     /// Far more than any test takes.
     const LONG: Duration = Duration::from_secs(3600);
 
     /// Waits as long as the condition holds, but not longer than `limit`.
     fn wait_while_for<T>(
-        clock: Clock,
+        clock: Timing,
         changed: &Condvar,
         guard: &mut MutexGuard<'_, T>,
         limit: Duration,
@@ -78,7 +79,7 @@ mod tests {
     }
 
     /// How often the condition is checked in a wait of this length that nothing else ends.
-    fn looks(clock: Clock, limit: Duration) -> usize {
+    fn looks(clock: Timing, limit: Duration) -> usize {
         let mut looks = 0;
         let begin = Instant::now();
         wait_while_for(clock, &Condvar::new(), &mut Mutex::new(()).lock(), limit, |()| {
@@ -93,17 +94,18 @@ mod tests {
     fn a_coarse_clock_is_not_relied_on_for_the_last_part_of_a_wait() {
         let limit = COARSE / 2;
         // Each sleep may last longer on a busy machine, but not all of them every time.
-        assert!((0..100).any(|_| looks(Clock::Coarse, limit) > 4));
-        assert!(looks(Clock::Fine, limit) <= 2);
+        assert!((0..100).any(|_| looks(Timing::Coarse, limit) > 4));
+        assert!(looks(Timing::Fine, limit) <= 2);
         // The first part is slept through.
         assert!(
-            looks(Clock::Coarse, 3 * COARSE) < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize
+            looks(Timing::Coarse, 3 * COARSE)
+                < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize
         );
     }
 
     #[test]
     fn a_wait_ends_when_its_condition_does() {
-        for clock in CLOCKS {
+        for clock in TIMINGS {
             for limit in [COARSE, LONG] {
                 let (waiting, changed) = (Mutex::new(true), Condvar::new());
                 thread::scope(|scope| {
@@ -119,7 +121,7 @@ mod tests {
 
     #[test]
     fn the_lock_is_free_during_a_wait() {
-        for clock in CLOCKS {
+        for clock in TIMINGS {
             let (count, changed) = (Mutex::new(0), Condvar::new());
             thread::scope(|scope| {
                 scope.spawn(|| {
@@ -137,7 +139,7 @@ mod tests {
 
     #[test]
     fn without_time_the_condition_is_looked_at_and_nothing_waited_for() {
-        for clock in CLOCKS {
+        for clock in TIMINGS {
             assert!(looks(clock, Duration::ZERO) >= 1);
         }
     }

@@ -5,7 +5,7 @@
 //! | `FT_TXT_PORTS="COM4=192.168.7.2, COM5=10.0.0.7:65000"` | those, first of all |
 //! | the same lines in a file `ft_txt_ports`, in the current folder or in the user's configuration folder | those, next |
 //! | `FT_TXT_HOST`: a host, `HOST:PORT` or `auto` | for every other COM port |
-//! | nothing of these | `COM1` USB, `COM2` WLAN, `COM3` Bluetooth, `COM4` the controller on this machine |
+//! | nothing of these | `COM1` USB, `COM2` Wi-Fi, `COM3` Bluetooth, `COM4` the controller on this machine |
 //!
 //! So a controller's number depends on how it is connected, and on nothing else: it is the same at each start,
 //! whichever controllers answer.
@@ -27,7 +27,7 @@ pub(crate) const SEARCH_LIMIT: Duration = Duration::from_secs(1);
 /// The COM ports of controllers at the usual addresses.
 const USUAL: [(ConnectionKind, &str); 4] = [
     (ConnectionKind::Usb, "192.168.7.2"),
-    (ConnectionKind::Wlan, "192.168.8.2"),
+    (ConnectionKind::Wifi, "192.168.8.2"),
     (ConnectionKind::Bluetooth, "192.168.9.2"),
     (ConnectionKind::SameMachine, "127.0.0.1"),
 ];
@@ -245,10 +245,10 @@ mod tests {
 
     #[test]
     fn found_controllers_are_listed_under_the_number_of_their_connection() {
-        let kinds = [ConnectionKind::Usb, ConnectionKind::Wlan, ConnectionKind::Bluetooth];
+        let kinds = [ConnectionKind::Usb, ConnectionKind::Wifi, ConnectionKind::Bluetooth];
         let found = kinds.map(|kind| (kind, "TXT".to_owned()));
         let list = |text, selection| ports(text).list_with(selection, &found);
-        let all = ["COM1 (TXT, USB)", "COM2 (TXT, WLAN)", "COM3 (TXT, Bluetooth)"];
+        let all = ["COM1 (TXT, USB)", "COM2 (TXT, Wi-Fi)", "COM3 (TXT, Bluetooth)"];
         assert_eq!(list("", Selection::All), all);
         assert_eq!(list("", Selection::Usb), all[..1]);
         assert_eq!(list("", Selection::Bluetooth), all[2..]);

@@ -39,7 +39,7 @@ pub(crate) fn wait_on_time<T>(
 ) -> bool {
     match deadline {
         #[cfg(not(all(test, shuttle)))]
-        Some(deadline) => crate::pause::Clock::OF_SYSTEM.wait_until(changed, guard, deadline),
+        Some(deadline) => crate::pause::Timing::OF_SYSTEM.wait_until(changed, guard, deadline),
         deadline => wait_until(changed, guard, deadline),
     }
 }

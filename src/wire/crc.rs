@@ -15,19 +15,13 @@ use crc32fast::Hasher;
 /// ```
 #[doc(alias = "GetCrc")]
 pub fn crc_of_words(words: &[u16]) -> u32 {
-    // Hashing in pieces keeps the buffer on the stack and lets crc32fast work on many bytes. What is beyond the
-    // words is reflected, too: so the loop is unrolled for eight words at a time, and there is no rest.
+    // Hashing in pieces keeps the buffer on the stack and lets crc32fast work on many bytes.
     const PIECE: usize = 128;
     let mut hasher = Hasher::new();
-    let mut buffer = [0; PIECE];
     let mut bytes = [[0; 2]; PIECE];
     for piece in words.chunks(PIECE) {
-        buffer[..piece.len()].copy_from_slice(piece);
-        let eights = bytes.chunks_exact_mut(8).zip(buffer.chunks_exact(8));
-        for (pairs, words) in eights.take(piece.len().div_ceil(8)) {
-            for (pair, word) in pairs.iter_mut().zip(words) {
-                *pair = word.reverse_bits().to_le_bytes();
-            }
+        for (pair, word) in bytes.iter_mut().zip(piece) {
+            *pair = word.reverse_bits().to_le_bytes();
         }
         hasher.update(bytes[..piece.len()].as_flattened());
     }

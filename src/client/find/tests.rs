@@ -150,7 +150,7 @@ fn a_search_says_what_happened_at_an_address() {
 fn a_controller_that_is_this_machine_is_found_once() {
     let here = found("127.0.0.1:65000", ConnectionKind::SameMachine);
     let by_usb = found("192.168.7.2:65000", ConnectionKind::SameMachine);
-    let other = found("192.168.8.2:65000", ConnectionKind::Wlan);
+    let other = found("192.168.8.2:65000", ConnectionKind::Wifi);
     let all = vec![by_usb.clone(), other.clone(), here.clone()];
     assert_eq!(without_doubles(all), [other.clone(), here]);
     assert_eq!(without_doubles(vec![by_usb.clone(), other.clone()]), [by_usb, other]);
@@ -161,7 +161,7 @@ fn the_kind_of_a_connection_follows_from_its_two_addresses() {
     let kind = |own: &str, peer: &str| connection_kind(own.parse().unwrap(), peer.parse().unwrap());
     assert_eq!(kind("192.168.7.1", "192.168.7.2"), ConnectionKind::Usb);
     assert_eq!(kind("192.168.7.2", "192.168.7.2"), ConnectionKind::SameMachine);
-    assert_eq!(kind("192.168.8.3", "192.168.8.2"), ConnectionKind::Wlan);
+    assert_eq!(kind("192.168.8.3", "192.168.8.2"), ConnectionKind::Wifi);
     assert_eq!(kind("192.168.9.3", "192.168.9.2"), ConnectionKind::Bluetooth);
     assert_eq!(kind("10.0.0.1", "10.0.0.2"), ConnectionKind::Network);
     assert_eq!(kind("127.0.0.1", "127.0.0.1"), ConnectionKind::SameMachine);

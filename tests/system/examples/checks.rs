@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::run::assert_in_order;
-use crate::wlan::GAP;
+use crate::wifi::GAP;
 
 /// How many pulses a count may differ from its distance.
 const FEW: u16 = 3;

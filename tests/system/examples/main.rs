@@ -9,7 +9,7 @@ mod ports;
 mod program;
 mod run;
 mod samples;
-mod wlan;
+mod wifi;
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpStream};

@@ -67,7 +67,7 @@ const SAMPLES: [Sample; 10] = [
     Sample { name: "slide_on_events", shows: &[], endless: false, check: checks::slide },
     Sample { name: "sound_and_lamps", shows: &[], endless: false, check: checks::lamps_and_sounds },
     Sample {
-        name: "wlan",
+        name: "wifi",
         shows: &["M3 runs 50 pulses there.", "M3 runs 250 pulses back.", "  done after"],
         endless: true,
         check: checks::ways,
@@ -147,7 +147,7 @@ const TABLES: [Table; 8] = [
     Table { name: "motor_on_off_switch", user: press_i1, on: &[(0, 0), (1, 0)] },
     Table { name: "slide_on_events", user: release_i3, on: &[(0, 4)] },
     Table { name: "sound_and_lamps", user: release_i3, on: &[(0, 7)] },
-    Table { name: "wlan", user: |_| {}, on: &[(0, 4)] },
+    Table { name: "wifi", user: |_| {}, on: &[(0, 4)] },
 ];
 
 fn press_i1(machine: &mut Machine) {
@@ -247,7 +247,7 @@ fn a_sample_says_what_is_not_plugged_in() {
                 true,
             ),
             ("extended_motor_control", "Are M1 with C1 and M2 with C2 plugged in", false),
-            ("wlan", "The slide does not arrive. Are M3, C3 and I4 plugged in?", false),
+            ("wifi", "The slide does not arrive. Are M3, C3 and I4 plugged in?", false),
         ] {
             scope.spawn(move || assert_says(name, said, good));
         }

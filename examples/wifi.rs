@@ -5,8 +5,8 @@
 //! M3 counterclockwise moves it towards the switch. The slide needs a way of more than 300 pulses.
 //!
 //! ```text
-//! cargo run --example wlan                  # a simulated TXT
-//! cargo run --example wlan -- 192.168.8.2   # a TXT on Wi-Fi
+//! cargo run --example wifi                  # a simulated TXT
+//! cargo run --example wifi -- 192.168.8.2   # a TXT on Wi-Fi
 //!
 //! in your own project, where FOLDER is the folder of ft-transfer-area:
 //! cargo add ft-transfer-area --path FOLDER

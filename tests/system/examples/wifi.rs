@@ -51,7 +51,7 @@ fn after_a_gap_the_motor_stands_until_the_program_looks_for_the_start_and_the_wa
         controller.outputs.distance[2] > 0 && controller.counter[2] > 20
     };
     let txt = start();
-    let mut run = Run::start("wlan", &[&txt.address().to_string()]);
+    let mut run = Run::start("wifi", &[&txt.address().to_string()]);
     assert!(txt.wait_until(DEADLINE, drives), "it does not drive");
     drop(txt);
     run.wait_for("Lost: ");
