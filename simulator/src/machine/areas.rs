@@ -42,6 +42,35 @@ impl Machine {
         }
     }
 
+    /// The transfer area of the controller with this index (0 the master) as its client has it: the configuration
+    /// and the outputs that it has sent, and what [`report_into`](Self::report_into) writes. The default one if
+    /// the controller does not exist.
+    pub fn area(&self, controller: usize) -> FishX1Transfer {
+        let mut area = FishX1Transfer::default();
+        let Some(known) = self.controllers.get(controller) else { return area };
+        area.config = known.config;
+        let ExchangeData {
+            duty,
+            master,
+            distance,
+            motor_command_id,
+            counter_reset_id,
+            sound_command_id,
+            sound_index,
+            sound_repeat,
+        } = known.outputs;
+        area.output.duty = duty;
+        area.output.master = master.map(|motor| u8::try_from(motor).unwrap_or_default());
+        area.output.distance = distance;
+        area.output.motor_ex_cmd_id = motor_command_id;
+        area.output.cnt_reset_cmd_id = counter_reset_id;
+        area.txt_outputs.sound_cmd_id = sound_command_id;
+        area.txt_outputs.sound_index = sound_index;
+        area.txt_outputs.sound_repeat = sound_repeat;
+        self.report_into(controller, &mut area);
+        area
+    }
+
     /// Does what an exchange does, without a connection: takes the outputs of all areas, lets time
     /// pass, and writes the inputs into the areas. The first area is the master's. So a test of a
     /// control function needs no simulated TXT and no handler, and has the same result in every run.

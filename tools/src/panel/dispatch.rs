@@ -10,7 +10,7 @@ use super::control_lock::PageId;
 use super::host::Host;
 use super::problem::Problem;
 use super::reply::{Answers, Reply};
-use super::request::{self, Message, Request, Work};
+use super::request::{self, Message, Request, Work, WorldRequest};
 use crate::web::access::Access;
 
 /// The controllers, who drives them, and who may come in.
@@ -50,7 +50,7 @@ impl Panel {
 
     /// The first message for a page.
     pub(crate) fn hello(&self, page: PageId) -> String {
-        let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated()});
+        let host = |(id, host): (usize, &Host)| json!({"id": id, "address": host.address, "simulated": host.is_simulated(), "driven": host.is_driven()});
         let hosts: Vec<_> = self.hosts.iter().enumerate().map(host).collect();
         let version = env!("CARGO_PKG_VERSION");
         json!({"type": "hello", "version": version, "page": page, "hosts": hosts}).to_string()
@@ -105,6 +105,7 @@ impl Panel {
                 self.stop();
                 Ok(())
             }
+            Request::World(request) => self.change_world(page, host, area, &request),
             Request::Work(work) => return self.order(page, host, area, work, reply),
         };
         reply.send(result.map(|()| None));
@@ -116,13 +117,31 @@ impl Panel {
             Ok(lease) => lease,
             Err(problem) => return reply.send(Err(problem)),
         };
-        match self.hosts.get(host) {
-            Some(host) => host.order(lease, area, work, reply),
-            None => {
-                let text = format!("there is no controller {host}");
-                reply.send(Err(Problem::new("no_host", text)));
-            }
+        match self.host(host) {
+            Ok(host) => host.order(lease, area, work, reply),
+            Err(problem) => reply.send(Err(problem)),
         }
+    }
+
+    /// Changes the world of a simulated TXT, as hands do. If this program drives it, only for the page that
+    /// drives.
+    fn change_world(
+        &self,
+        page: PageId,
+        host: usize,
+        area: usize,
+        request: &WorldRequest,
+    ) -> Result<(), Problem> {
+        let host = self.host(host)?;
+        if host.is_driven() {
+            self.common.control.lease_of(page)?;
+        }
+        host.change_world(area, request)
+    }
+
+    fn host(&self, host: usize) -> Result<&Host, Problem> {
+        let text = || format!("there is no controller {host}");
+        self.hosts.get(host).ok_or_else(|| Problem::new("no_host", text()))
     }
 }
 

@@ -1,6 +1,6 @@
 //! One controller of the panel, and the threads that work for it.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -11,10 +11,11 @@ use tokio::sync::watch;
 use super::camera::{self, Camera};
 use super::common::{spawn, Common};
 use super::i2c;
-use super::order::{not_connected, Order};
+use super::order::{not_connected, not_driven, Order};
 use super::problem::Problem;
 use super::reply::Reply;
 use super::request::{CameraRequest, I2cRequest, Work, WorldRequest};
+use super::shown::Shown;
 use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
 
@@ -31,12 +32,20 @@ pub(crate) struct Host {
     pub(crate) address: String,
     /// The newest state, without the braces around it.
     pub(crate) state: watch::Receiver<Arc<str>>,
-    controller: Controller,
+    simulated: Option<Arc<Simulated>>,
+    camera: Arc<Camera>,
+    /// `None` if another program drives it.
+    driven: Option<Driven>,
+    ended: Receiver<()>,
+}
+
+/// The ways to the threads of a controller that this program drives.
+struct Driven {
+    running: Arc<AtomicBool>,
     orders: Sender<AreaOrder>,
     i2c: Sender<Order<I2cRequest>>,
-    camera_orders: Sender<Order<CameraRequest>>,
+    camera: Sender<Order<CameraRequest>>,
     stopper: Sender<()>,
-    ended: Receiver<()>,
 }
 
 impl Host {
@@ -49,6 +58,21 @@ impl Host {
     pub(crate) fn simulated(simulated: Simulated, common: &Arc<Common>) -> Result<Self, Error> {
         let (address, areas) = (simulated.address(), 1 + simulated.extensions());
         Self::start(address, areas, Some(Arc::new(simulated)), common)
+    }
+
+    /// A simulated TXT in this program, which another program drives.
+    pub(crate) fn shown(simulated: Simulated, common: &Arc<Common>) -> Result<Self, Error> {
+        let (address, simulated) = (simulated.address(), Arc::new(simulated));
+        let (publish, state) = watch::channel(Arc::from(""));
+        let (end, ended) = bounded(1);
+        let shown = Shown::new(Arc::clone(&simulated), Arc::clone(common), publish);
+        spawn("host", move || {
+            shown.run();
+            // Nobody may wait for it any more.
+            let _ = end.send(());
+        })?;
+        let camera = Arc::default();
+        Ok(Self { address, state, simulated: Some(simulated), camera, driven: None, ended })
     }
 
     fn start(
@@ -70,7 +94,7 @@ impl Host {
         let (handler, camera) = (Arc::new(handler), Arc::new(Camera::default()));
         let controller = Controller {
             handler: Arc::clone(&handler),
-            simulated,
+            simulated: simulated.clone(),
             camera: Arc::clone(&camera),
             common: Arc::clone(common),
             running: Arc::default(),
@@ -78,17 +102,16 @@ impl Host {
         let (orders, for_worker) = bounded(WAITING);
         let (publish, state) = watch::channel(Arc::from(""));
         let (end, ended) = bounded(1);
-        let worker = Worker::new(controller.clone(), for_worker, publish);
-        let host = Self {
+        let running = Arc::clone(&controller.running);
+        let worker = Worker::new(controller, for_worker, publish);
+        let driven = Driven {
+            running,
+            orders,
             stopper: start_stopper(handler.transfer_area())?,
             i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
-            camera_orders: camera::start(handler, camera)?,
-            address,
-            state,
-            controller,
-            orders,
-            ended,
+            camera: camera::start(handler, Arc::clone(&camera))?,
         };
+        let host = Self { address, state, simulated, camera, driven: Some(driven), ended };
         spawn("host", move || {
             worker.run();
             // Nobody may wait for it any more.
@@ -99,17 +122,24 @@ impl Host {
 
     /// The pictures of its camera.
     pub(crate) fn pictures(&self) -> watch::Receiver<Arc<[u8]>> {
-        self.controller.camera.pictures()
+        self.camera.pictures()
     }
 
     pub(crate) fn is_simulated(&self) -> bool {
-        self.controller.simulated.is_some()
+        self.simulated.is_some()
+    }
+
+    /// Whether this program drives it.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.driven.is_some()
     }
 
     /// Sets all outputs to 0 now. The worker does it, too; this works even if that hangs.
     pub(crate) fn stop(&self) {
-        // One that is full is stopping them already.
-        let _ = self.stopper.try_send(());
+        if let Some(driven) = &self.driven {
+            // One that is full is stopping them already.
+            let _ = driven.stopper.try_send(());
+        }
     }
 
     /// Waits until the motors are off for good and the connection is closed.
@@ -119,25 +149,22 @@ impl Host {
 
     /// Hands work on to the thread that does it.
     pub(crate) fn order(&self, lease: u64, area: usize, work: Work, reply: Reply) {
-        let running = self.controller.running.load(Ordering::Relaxed);
+        let Some(driven) = &self.driven else { return reply.send(Err(not_driven())) };
+        if !driven.running.load(Ordering::Relaxed) {
+            return reply.send(Err(not_connected()));
+        }
         match work {
-            Work::World(request) => {
-                reply.send(self.change_world(area, &request).map(|()| None));
-            }
-            Work::Area(_) | Work::I2c(_) | Work::Camera(_) if !running => {
-                reply.send(Err(not_connected()));
-            }
             Work::Area(command) => {
-                Order { lease, request: (area, command), reply }.send_to(&self.orders);
+                Order { lease, request: (area, command), reply }.send_to(&driven.orders);
             }
-            Work::I2c(request) => Order { lease, request, reply }.send_to(&self.i2c),
-            Work::Camera(request) => Order { lease, request, reply }.send_to(&self.camera_orders),
+            Work::I2c(request) => Order { lease, request, reply }.send_to(&driven.i2c),
+            Work::Camera(request) => Order { lease, request, reply }.send_to(&driven.camera),
         }
     }
 
     /// Changes the world of a simulated TXT.
-    fn change_world(&self, area: usize, request: &WorldRequest) -> Result<(), Problem> {
-        let Some(simulated) = &self.controller.simulated else {
+    pub(crate) fn change_world(&self, area: usize, request: &WorldRequest) -> Result<(), Problem> {
+        let Some(simulated) = &self.simulated else {
             return Err(Problem::new("not_simulated", "this controller is not simulated"));
         };
         simulated.change(area, request)
@@ -194,14 +221,16 @@ mod tests {
             host.order(lease, 0, work, answers.reply(Some(1)));
         };
 
-        wait_until(&common, "it is connected", || host.controller.running.load(Ordering::Relaxed));
+        wait_until(&common, "it is connected", || {
+            host.driven.as_ref().unwrap().running.load(Ordering::Relaxed)
+        });
         common.control.drive(1).unwrap();
         order(Motor::M1);
         wait_until(&common, "M1 turns", || duty()[0] == 512);
         assert!(waiting.blocking_recv().unwrap().contains("\"ok\":true"));
 
         // The worker needs the camera's state for its report.
-        let hang = host.controller.camera.lock();
+        let hang = host.camera.lock();
         wait_until(&common, "the watchdog has stopped M1", || duty() == [0; 8]);
         order(Motor::M2);
         drop(hang);

@@ -14,6 +14,7 @@ mod problem;
 mod reply;
 mod request;
 mod server;
+mod shown;
 mod state;
 mod worker;
 mod world;
@@ -30,7 +31,7 @@ use ft_transfer_area_simulator::world::{Script, World};
 use self::common::Common;
 use self::dispatch::Panel;
 use self::host::Host;
-use self::world::Simulated;
+pub(crate) use self::world::Simulated;
 use crate::web::Site;
 use crate::{arguments, interrupt};
 
@@ -81,6 +82,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     site.serve(server::router(Arc::clone(&panel)), (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
     end(&panel)
+}
+
+/// A page that shows a simulated TXT which another program drives. It is served until the program ends.
+pub(crate) fn show(simulated: Simulated, opens_browser: bool) -> anyhow::Result<String> {
+    let site = Site::listen(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0))?;
+    let common = Arc::new(Common::new());
+    let hosts = vec![Host::shown(simulated, &common)?];
+    let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
+    let url = site.url(Ipv4Addr::LOCALHOST.into());
+    site.serve(server::router(panel), opens_browser.then(|| url.clone()))?;
+    Ok(url)
 }
 
 fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {

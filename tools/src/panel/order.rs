@@ -27,6 +27,10 @@ pub(super) fn not_connected() -> Problem {
     Problem::new("not_connected", "the controller is not connected at present")
 }
 
+pub(super) fn not_driven() -> Problem {
+    Problem::new("not_driven", "another program drives this controller; this page looks only")
+}
+
 pub(super) fn stopped() -> Problem {
     Problem::new("stopped", "the motors were stopped before this command was carried out")
 }

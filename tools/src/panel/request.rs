@@ -24,6 +24,7 @@ pub(crate) enum Request {
     Take,
     Release,
     Stop,
+    World(WorldRequest),
     Work(Work),
 }
 
@@ -33,7 +34,6 @@ pub(crate) enum Work {
     Area(Command),
     Camera(CameraRequest),
     I2c(I2cRequest),
-    World(WorldRequest),
 }
 
 #[derive(Debug, Deserialize)]
@@ -97,7 +97,7 @@ fn understand(value: Value) -> Result<Message, Problem> {
         "stop" => Request::Stop,
         "camera" => Request::Work(Work::Camera(parse(value)?)),
         "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
-        "press" | "sensor" | "remote" | "plug" => Request::Work(Work::World(parse(value)?)),
+        "press" | "sensor" | "remote" | "plug" => Request::World(parse(value)?),
         _ => Request::Work(Work::Area(command(name, &value)?)),
     };
     Ok(Message { host, area, request })

@@ -1,8 +1,11 @@
 //! What a page learns about a controller.
 
+use std::sync::Arc;
+
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
+use tokio::sync::watch;
 
 use super::camera::CameraState;
 use super::problem::Problem;
@@ -20,6 +23,21 @@ pub(super) struct HostState<'a> {
     pub(super) world: Option<WorldReport>,
     pub(super) camera: CameraState,
     pub(super) i2c: bool,
+}
+
+impl HostState<'_> {
+    /// Tells all pages.
+    pub(super) fn publish(&self, to: &watch::Sender<Arc<str>>) {
+        match serde_json::to_string(self) {
+            Ok(text) => drop(to.send_replace(inner(&text))),
+            Err(error) => log::error!("the state can't be written: {error}"),
+        }
+    }
+}
+
+/// The members of an object, without its braces.
+fn inner(object: &str) -> Arc<str> {
+    Arc::from(object.trim_start_matches('{').strip_suffix('}').unwrap_or_default())
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

@@ -215,10 +215,7 @@ impl Worker {
             camera: self.controller.camera.state(),
             i2c: self.phase == Phase::Running,
         };
-        match serde_json::to_string(&state) {
-            Ok(text) => drop(self.publish.send_replace(inner(&text))),
-            Err(error) => log::error!("the state can't be written: {error}"),
-        }
+        state.publish(&self.publish);
     }
 }
 
@@ -229,9 +226,4 @@ fn is_moving(area: &FishX1Transfer) -> bool {
 
 fn no_area(area: usize, count: usize) -> Problem {
     Problem::out_of_range("area", area.try_into().unwrap_or(i64::MAX), 0, count as i64 - 1)
-}
-
-/// The members of an object, without its braces.
-fn inner(object: &str) -> Arc<str> {
-    Arc::from(object.trim_start_matches('{').strip_suffix('}').unwrap_or_default())
 }

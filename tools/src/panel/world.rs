@@ -1,5 +1,7 @@
 //! The simulated TXT, and the world that is plugged into it.
 
+use std::sync::Arc;
+
 use ft_transfer_area::transfer_area::InputMode;
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::FishX1Transfer;
@@ -12,8 +14,8 @@ use super::request::{RemoteRequest, WorldRequest};
 use crate::values::RemoteValue;
 
 /// A simulated TXT that the panel shows.
-pub(super) struct Simulated {
-    txt: SimulatedTxt,
+pub(crate) struct Simulated {
+    txt: Arc<SimulatedTxt>,
     /// As it was at the start: how long the slides are.
     world: Option<World>,
 }
@@ -70,11 +72,24 @@ impl Simulated {
         if let Some(world) = &world {
             builder = builder.world(world.clone());
         }
-        Ok(Self { txt: builder.start()?, world })
+        Ok(Self::new(Arc::new(builder.start()?), world))
+    }
+
+    /// A simulated TXT that runs already, with the world that was plugged in at its start.
+    pub(crate) fn new(txt: Arc<SimulatedTxt>, world: Option<World>) -> Self {
+        Self { txt, world }
     }
 
     pub(super) fn address(&self) -> String {
         self.txt.address().to_string()
+    }
+
+    /// What its client sees and sends: whether one is online, how many exchanges there were, and the areas.
+    pub(super) fn look(&self) -> (bool, u64, Vec<FishX1Transfer>) {
+        self.txt.with_machine(|machine| {
+            let areas = (0..machine.controllers.len()).map(|index| machine.area(index));
+            (machine.online(), machine.exchanges(), areas.collect())
+        })
     }
 
     /// How many extensions there are, plugged in or not.

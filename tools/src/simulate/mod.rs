@@ -9,6 +9,7 @@ use std::thread;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use crate::panel::{self, Simulated};
 use crate::{interrupt, print};
 
 pub(crate) use options::Args;
@@ -16,10 +17,15 @@ pub(crate) use options::Args;
 /// Serves clients until Ctrl-C.
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
+    let (world, show, opens_browser) = (args.world(), args.show, !args.no_browser);
     let txt = Arc::new(args.builder().start()?);
     print::line(format_args!("main 127.0.0.1:{}", txt.port()))?;
     print::line(format_args!("camera 127.0.0.1:{}", txt.camera_port()))?;
     print::line(format_args!("i2c 127.0.0.1:{}", txt.i2c_port()))?;
+    if show {
+        let url = panel::show(Simulated::new(Arc::clone(&txt), world), opens_browser)?;
+        print::line(format_args!("page {url}"))?;
+    }
 
     let typed = Arc::downgrade(&txt);
     thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;

@@ -76,6 +76,12 @@ pub(crate) struct Args {
     /// Order a fault; may be given more than once
     #[arg(long = "fault", value_name = "WHAT@WHERE")]
     faults: Vec<Fault>,
+    /// Show the world on a page in the browser, and press its buttons there
+    #[arg(long)]
+    pub(super) show: bool,
+    /// With --show: do not open the browser
+    #[arg(long, requires = "show")]
+    pub(super) no_browser: bool,
     /// Seed of all random values
     #[arg(long, value_name = "N", default_value = "0", value_parser = whole::<u64>)]
     seed: u64,
@@ -93,6 +99,11 @@ enum CameraAccepts {
 }
 
 impl Args {
+    /// What is plugged in.
+    pub(super) fn world(&self) -> Option<World> {
+        self.world.0.clone()
+    }
+
     /// The simulated TXT that these options describe.
     pub(super) fn builder(self) -> SimulatedTxtBuilder {
         let builder = SimulatedTxt::builder()

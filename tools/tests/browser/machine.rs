@@ -2,10 +2,12 @@
 
 use anyhow::{ensure, Context, Result};
 use fantoccini::Client;
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::TransferAreaComHandler;
 use serde_json::json;
 
 use crate::driver::browse;
-use crate::page::{Page, Panel};
+use crate::page::{Page, Panel, LIMIT};
 
 const I1: &str = ".input:nth-child(1)";
 const I3: &str = ".input:nth-child(3)";
@@ -80,6 +82,27 @@ async fn speak_german_and_fit(client: &Client) -> Result<()> {
     page.wait_for_text("#lost:not([hidden])", "Keine Verbindung zum Programm").await?;
     page.wait_for("#main[inert]").await?;
     Ok(())
+}
+
+#[test]
+fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
+    browse(|client| async move {
+        let (panel, address) = Panel::shown("slide")?;
+        let handler = TransferAreaComHandler::builder(&*address).build()?;
+        handler.begin_transfer()?;
+        let page = Page::open(&client, &panel).await?;
+        page.wait_for_text("#role", "Another program drives").await?;
+        page.wait_for("#stop[hidden]").await?;
+        page.wait_for("[aria-label='M1 forward']:disabled").await?;
+
+        handler.lock()[LOCAL_IO].output.duty[0] = 512;
+        page.wait_for(".moving[data-turns=forward]").await?;
+        page.press_mouse("[aria-label='Press I3']").await?;
+        drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT)?);
+        page.release_mouse().await?;
+        drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 0, LIMIT)?);
+        page.ensure_no_console_errors().await
+    })
 }
 
 async fn ensure_no_scroll(page: &Page, width: u32) -> Result<()> {

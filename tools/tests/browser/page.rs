@@ -33,6 +33,17 @@ impl Panel {
         ensure!(url.starts_with("http://127.0.0.1:"), "instead of an address: {url:?}");
         Ok(Self { _running: running, url })
     }
+
+    /// A page that shows a simulated TXT with this world, and the address for a program that drives it.
+    pub(crate) fn shown(world: &str) -> Result<(Self, String)> {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(["simulate", "--port", "0", "--world", world, "--show", "--no-browser"]);
+        let running = Running::start(&mut command);
+        let [main, _camera, _i2c, page] = [(); 4].map(|()| running.line());
+        let address = main.strip_prefix("main ").context("no main port")?.to_owned();
+        let url = page.strip_prefix("page ").context("no page")?.to_owned();
+        Ok((Self { _running: running, url }, address))
+    }
 }
 
 /// The page that the browser shows at present.

@@ -13,6 +13,7 @@ mod program;
 #[path = "../running/mod.rs"]
 mod running;
 mod services;
+mod shown;
 mod world;
 
 use std::time::Duration;

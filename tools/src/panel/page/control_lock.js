@@ -34,7 +34,9 @@ export class ControlLock {
     return this.wanted && !this.mine && this.driver === null;
   }
 
-  hello() {
+  /** `drives`: whether there is anything to drive. */
+  hello(drives) {
+    this.wanted &&= drives;
     this.greeted = performance.now();
     if (this.wanted) this.ask("drive");
   }

@@ -59,6 +59,8 @@ export class HostView {
     const { state } = this.host;
     const { phase, error } = state.link;
     const may = drives && phase === "running";
+    // Hands may do in the world what they like while another program drives.
+    const hands = this.host.driven ? may : true;
     // An old error stays with the connection, below.
     setAttribute(this.problem, "hidden", !error || phase === "running");
     setText(this.problem, error ? sentence(error) : "");
@@ -68,7 +70,7 @@ export class HostView {
     this.may = may;
     this.parts.forEach((part, index) => {
       const seldom = !changed && part.element.isSeen === false && (this.states + index) % SELDOM;
-      if (!seldom) part.update(state, may);
+      if (!seldom) part.update(state, part instanceof World ? hands : may);
     });
     for (const [area, chip] of this.chips) setAttribute(chip, "data-absent", area !== "all" && !state.areas[area].alive);
     setAttribute(this.element, "data-phase", phase);

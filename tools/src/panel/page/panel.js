@@ -26,7 +26,10 @@ const connection = new Connection({
     setHosts(message.hosts);
     if (shown.host === null || (shown.host !== "all" && !hosts.has(shown.host))) shown.host = message.hosts[0]?.id ?? "all";
     setLost(false);
-    control.hello();
+    // Nothing is to be stopped from here if other programs drive.
+    const drives = message.hosts.some((host) => host.driven);
+    setAttribute($("stop"), "hidden", !drives);
+    control.hello(drives);
     rebuild();
   },
   state(message) {
@@ -152,7 +155,8 @@ function showControls() {
 
 function showRole() {
   const known = [...hosts.values()].some((host) => host.state);
-  const role = control.mine ? "driving" : control.comes ? "coming" : "looking";
+  const isShown = ![...hosts.values()].some((host) => host.driven);
+  const role = isShown ? "shown" : control.mine ? "driving" : control.comes ? "coming" : "looking";
   setText($("role"), known ? t(role) : "");
   setAttribute($("role"), "data-drives", control.mine);
   setAttribute($("banner"), "hidden", !known || role !== "looking");

@@ -7,10 +7,12 @@ const AREAS = 9;
 const SMOOTH = 0.05;
 
 class Host {
-  constructor({ id, address, simulated }) {
+  constructor({ id, address, simulated, driven }) {
     this.id = id;
     this.address = address;
     this.simulated = simulated;
+    // Whether this program drives it. Otherwise another one does.
+    this.driven = driven;
     this.state = null;
     this.lastError = null;
     this.cycle = null;
