@@ -48,7 +48,7 @@ impl Shown {
         let state = HostState {
             at: self.common.begin.elapsed().as_millis(),
             link: Link {
-                phase: if online { Phase::Running } else { Phase::Connecting },
+                phase: if online { Phase::Running } else { Phase::Idle },
                 name: None,
                 firmware: None,
                 error: None,

@@ -44,6 +44,8 @@ fn inner(object: &str) -> Arc<str> {
 #[serde(rename_all = "snake_case")]
 pub(super) enum Phase {
     Connecting,
+    /// No program is connected to a simulated TXT that others drive.
+    Idle,
     Running,
     Gap,
 }

@@ -15,7 +15,7 @@ fn simulate() -> (Running, Page, String) {
     command.args(["simulate", "--port", "0", "--world", "slide", "--show", "--no-browser"]);
     let running = Running::start(command.stdin(Stdio::null()));
     let address = running.line().strip_prefix("main ").unwrap().to_owned();
-    let url = (0..3).map(|_| running.line()).next_back().unwrap();
+    let [_camera, _i2c, url] = [(); 3].map(|()| running.line());
     let page = url.strip_prefix("page http://").and_then(|rest| rest.split_once("/?token="));
     let (page, token) = page.unwrap_or_else(|| panic!("{url:?} is no address of a page"));
     (running, Page::open(page, token), address)

@@ -29,7 +29,7 @@ export class HostView {
     const open = this.chosen === "all" ? areas : [this.chosen];
     this.boards = open.map((area) => new Board(host, area, send));
     this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
-    this.cards = [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)];
+    this.cards = host.driven ? [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)] : [new Remotes()];
     this.parts = [...this.boards, ...this.worlds, ...this.cards];
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;

@@ -15,7 +15,7 @@ const ENGLISH = {
   lostTitle: "No connection to the program",
   lostText: "It was ended, or does not answer. It switches all motors off by itself. This page keeps trying. If you start it again, open the address that it prints.",
   dismiss: "Close message",
-  connecting: "Connecting", running: "Connected", gap: "Reconnecting", ended: "Ended",
+  connecting: "Connecting", idle: "No program is connected", running: "Connected", gap: "Reconnecting", ended: "Ended",
   simulated: "simulated", waiting: "Waiting for the first values",
 
   inputs: "Inputs", modeOf: "Mode of {name}", lineOf: "{name}, last ten seconds",
@@ -64,7 +64,7 @@ const GERMAN = {
   lostTitle: "Keine Verbindung zum Programm",
   lostText: "Es wurde beendet oder antwortet nicht. Die Motoren schaltet es selbst aus. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
   dismiss: "Meldung schließen",
-  connecting: "Verbindet", running: "Verbunden", gap: "Verbindet neu", ended: "Beendet",
+  connecting: "Verbindet", idle: "Kein Programm ist verbunden", running: "Verbunden", gap: "Verbindet neu", ended: "Beendet",
   simulated: "simuliert", waiting: "Wartet auf die ersten Werte",
 
   inputs: "Eingänge", modeOf: "Betriebsart von {name}", lineOf: "{name}, die letzten zehn Sekunden",
