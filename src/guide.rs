@@ -36,8 +36,13 @@ pub mod reliability {}
 pub mod reliability_matrix {}
 
 /// [txt40.md]: txt40
+/// [worlds.md]: worlds
 #[doc = include_str!("../docs/simulator.md")]
 pub mod simulator {}
+
+/// [simulator.md]: simulator
+#[doc = include_str!("../docs/worlds.md")]
+pub mod worlds {}
 
 #[doc = include_str!("../docs/txt40.md")]
 pub mod txt40 {}

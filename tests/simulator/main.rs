@@ -16,12 +16,14 @@ mod logger;
 mod microphone;
 mod motor_control;
 mod oddities;
+mod program;
 mod refusal;
 mod shipped_worlds;
 mod stepped;
 mod synchronised;
 mod typed_lines;
 mod wire_client;
+mod workpieces;
 mod world;
 
 use std::time::Duration;

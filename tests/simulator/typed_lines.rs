@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::wire::IrRemote;
-use ft_transfer_area_simulator::world::{Remote, Sensor, World};
+use ft_transfer_area_simulator::world::{Piece, Remote, Sensor, World};
 use ft_transfer_area_simulator::Machine;
 
 use typed::carry_out;
@@ -34,7 +34,8 @@ fn lines_press_buttons_and_set_sensors() {
     carry_out("E1.C2 1", &mut machine).unwrap();
     let world = machine.world().unwrap();
     assert_eq!(format!("{:?}", world.sensor(0, Input::I5)), "Some(Ntc { celsius: -10.5 })");
-    assert_eq!(machine.controllers[1].counter_input, [0, 1, 0, 0]);
+    // The light barrier of a place is on C3.
+    assert_eq!(machine.controllers[1].counter_input, [0, 1, 1, 0]);
 }
 
 #[test]
@@ -141,6 +142,14 @@ fn wrong_lines_are_answered_and_change_nothing() {
         ("E2.I1 1", "there is no extension \"E2\"; --extensions sets how many there are"),
         ("I3 nan", "NaN is no value for I3"),
         ("I3", "I3 wants 1 number(s), not \"\""),
+        ("E1.I4 0", "E1.I4 looks at the place exit; PUT puts a workpiece there"),
+        ("PUT blue", "PUT wants a workpiece and a place, not \"blue\""),
+        (
+            "PUT green seat",
+            "there is no workpiece \"green\"; there are white, red, blue, container",
+        ),
+        ("PUT red exit", "there is no room for it at exit"),
+        ("PUT red bin", "there is no place \"bin\"; there are exit, seat, table, storage"),
     ] {
         let mut machine = everything();
         assert_eq!(carry_out(line, &mut machine), Err(String::from(answer)), "{line}");
@@ -158,10 +167,13 @@ fn wrong_lines_are_answered_and_change_nothing() {
 #[test]
 fn the_help_lists_lines_that_work() {
     let mut machine = everything();
-    for line in ["E1.I2 0", "E1.C1 1", "E1 0", "E1 1", "C1 1", "IR1 0 0 0 0 1", "I2C 24 63 7"] {
+    let lines = ["E1.I2 0", "E1.C1 1", "E1 0", "E1 1", "C1 1", "IR1 0 0 0 0 1", "I2C 24 63 7"];
+    for line in lines.into_iter().chain(["PUT blue seat"]) {
         assert!(typed::HELP.contains(line), "{line}");
         carry_out(line, &mut machine).unwrap();
     }
     assert_eq!(machine.i2c_device(24)[63], 7);
+    let seat = machine.world().unwrap().places().swap_remove(1);
+    assert_eq!(seat, (String::from("seat"), Some(Piece::Blue)));
     assert!(typed::HELP.lines().all(|line| line.len() <= 100));
 }

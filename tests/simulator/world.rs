@@ -7,7 +7,8 @@ use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
 use ft_transfer_area_simulator::world::{
-    Board, I2cDevice, Remote, Script, ScriptEvent, Sensor, World,
+    AxisSwitch, Board, Contact, I2cDevice, MotorModel, Remote, Script, ScriptEvent, Sensor, Slide,
+    Travel, World,
 };
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
@@ -189,6 +190,67 @@ fn a_script_moves_remotes_and_sets_the_registers_of_i2c_devices() {
         [(0, 0, 5, 0), (15, 8, 5, 7), (-8, 8, 5, 7), (-8, 8, 5, 7)]
     );
     assert_eq!(machine.i2c_addresses().collect::<Vec<_>>(), [24]);
+}
+
+#[test]
+fn a_slide_presses_switches_along_its_travel_also_on_another_controller() {
+    let slide = Slide::new(Travel::Mm { length: 100.0, per_turn: 10.0 })
+        .with_switch(AxisSwitch::new(Input::I1, 40.0).with_width(10.0))
+        .with_switch(AxisSwitch::new(Input::I2, 60.0).with_controller(0).with_width(10.0));
+    let switch = || Board::default().with_input(Input::I1, Sensor::SWITCH);
+    let extension = switch().with_motor(Motor::M1, MotorModel::default().with_slide(slide));
+    let master = switch().with_input(Input::I2, Sensor::SWITCH);
+    let world = World::new().with_master(master).with_extension(extension);
+    let mut machine = Machine::with_world(1, world).unwrap();
+    let moved_by = |controller, input| machine.world().unwrap().moved_by(controller, input);
+    assert_eq!((moved_by(0, Input::I2), moved_by(0, Input::I1)), (Some(Motor::M1), None));
+    assert_eq!(moved_by(1, Input::I1), Some(Motor::M1));
+    machine.set_outputs(1, m1(100));
+    let mut seen = [Vec::new(), Vec::new()];
+    for _ in 0..2000 {
+        machine.step(Duration::from_millis(10));
+        let at = machine.world().and_then(|world| world.slide(1, Motor::M1)).unwrap();
+        let pressed = [machine.controllers[1].uni[0], machine.controllers[0].uni[1]];
+        for (seen, pressed) in seen.iter_mut().zip(pressed) {
+            seen.extend((pressed == 1).then_some(at));
+        }
+        assert_eq!(machine.controllers[0].uni[0], 0, "this one is not moved");
+    }
+    for (seen, range) in seen.iter().zip([35.0..=45.0, 55.0..=65.0]) {
+        assert!(
+            seen.len() > 100 && seen.iter().all(|at| range.contains(at)),
+            "{range:?}: {seen:?}"
+        );
+    }
+}
+
+#[test]
+fn a_script_sets_a_sensor_of_any_kind() {
+    let sensors = [
+        (
+            Input::I1,
+            Sensor::SWITCH,
+            Sensor::Switch { contact: Contact::NormallyOpen, pressed: true },
+        ),
+        (Input::I2, Sensor::Resistor { ohms: 100 }, Sensor::Resistor { ohms: 200 }),
+        (Input::I3, Sensor::Ntc { celsius: 0.0 }, Sensor::Ntc { celsius: 50.0 }),
+        (Input::I4, Sensor::Ultrasonic { cm: 10.0 }, Sensor::Ultrasonic { cm: 20.0 }),
+        (Input::I5, Sensor::Colour { mv: 500 }, Sensor::Colour { mv: 900 }),
+        (Input::I6, Sensor::Trail { white: true }, Sensor::Trail { white: false }),
+    ];
+    let mut world = World::new();
+    for (input, first, second) in &sensors {
+        world.master.inputs.insert(*input, first.clone());
+        world.script.events.push(ScriptEvent::sensor(0.02, 0, *input, second.clone()));
+    }
+    let mut machine = Machine::with_world(0, world).unwrap();
+    for use_second in [false, true] {
+        machine.step(Duration::from_millis(20));
+        for (input, first, second) in &sensors {
+            let expected = if use_second { second } else { first };
+            assert_eq!(machine.world().unwrap().sensor(0, *input), Some(expected));
+        }
+    }
 }
 
 #[test]

@@ -145,6 +145,13 @@ impl Controller {
         self.counter_input[index] ^= (pulses & 1) as i16;
     }
 
+    /// Sets the level of a counter input that no motor uses. A change counts as a pulse.
+    pub(crate) fn set_counter_level(&mut self, index: usize, is_high: bool) {
+        if self.counter_input[index] != i16::from(is_high) {
+            self.add_pulses(index, 1);
+        }
+    }
+
     /// The power for each motor of a world, −1.0..=1.0, at these pulses per second.
     pub(crate) fn powers(&self, pulse_rates: [f64; IZ_MOTOR]) -> [f64; IZ_MOTOR] {
         let mut powers: [f64; IZ_MOTOR] = std::array::from_fn(|index| {

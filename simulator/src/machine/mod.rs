@@ -24,6 +24,7 @@ use crate::camera::Camera;
 use crate::error::Error;
 use crate::fault::FaultKind;
 use crate::i2c::{I2cBus, I2C_REGISTERS};
+use crate::world::floor::OwnFloor;
 use crate::world::{World, WorldState};
 
 /// The simulated machine: the master and its extensions, and what has happened to them.
@@ -96,15 +97,20 @@ impl Machine {
     /// [`Error::World`] when the world has a value out of its range, or its parts don't fit.
     pub fn with_world(extensions: usize, world: World) -> Result<Self, Error> {
         world.check()?;
+        Ok(Self::on_floor(extensions, &world, OwnFloor::alone(&world)))
+    }
+
+    /// A machine with a checked world, and the floor that it may share with others.
+    pub(crate) fn on_floor(extensions: usize, world: &World, floor: Option<OwnFloor>) -> Self {
         let mut machine = Self::new(extensions);
-        machine.world = Some(WorldState::new(&world, &mut machine.controllers));
+        machine.world = Some(WorldState::new(world, floor, &mut machine.controllers));
         for device in &world.i2c {
             let registers = machine.i2c.device(device.address);
             for (register, value) in &device.registers {
                 registers[usize::from(*register)] = *value;
             }
         }
-        Ok(machine)
+        machine
     }
 
     /// Where everything in the world is; `None` for a machine without one.

@@ -8,10 +8,11 @@ use toml::de::DeValue;
 
 use super::input;
 use super::mistake::{at, expect, Checked};
-use super::motor_model::{MotorModel, Slide, SEEN_BY};
+use super::motor_model::MotorModel;
 use super::read::{list, map, terminal, terminal_value, Keys, Read};
 use super::sensor::Sensor;
 use super::shaft::Shaft;
+use super::slide::Slide;
 use crate::machine::controller::Controller;
 
 const BOARD: &str = "expected a table, as in [master]";
@@ -73,37 +74,10 @@ impl Board {
         for (output, motor) in &self.motors {
             at("motors", at(output, motor.check()))?;
         }
-        self.check_moved()?;
         for lamp in &self.lamps {
             let motor = lamp.motor();
             let reason = || format!("{lamp} is a terminal of the motor on {motor}");
             at("lamps", at(lamp, expect(!self.motors.contains_key(&motor), reason)))?;
-        }
-        Ok(())
-    }
-
-    /// The inputs that slides move: the motor's name, the key, the input.
-    pub(super) fn moved_inputs(&self) -> impl Iterator<Item = (String, &'static str, Input)> + '_ {
-        self.motors.iter().flat_map(|(output, motor)| {
-            let inputs = motor.slide.as_ref().map(Slide::moved_inputs);
-            let inputs = inputs.into_iter().flatten();
-            inputs.map(move |(key, input)| (output.to_string(), key, input))
-        })
-    }
-
-    /// Checks that each input that a slide moves has the right sensor, and only one slide.
-    fn check_moved(&self) -> Checked {
-        let mut moved = BTreeSet::new();
-        for (motor, key, input) in self.moved_inputs() {
-            let sensor = self.inputs.get(&input);
-            let (right, expected) = if key == SEEN_BY {
-                (matches!(sensor, Some(Sensor::Ultrasonic { .. })), "an ultrasonic sensor")
-            } else {
-                (matches!(sensor, Some(Sensor::Switch { .. })), "a switch")
-            };
-            let checked = expect(right, || format!("expected {expected} on {input}"))
-                .and_then(|()| expect(moved.insert(input), || format!("{input} is used twice")));
-            at("motors", at(motor, at("slide", at(key, checked))))?;
         }
         Ok(())
     }
@@ -161,7 +135,7 @@ impl BoardState {
         }
     }
 
-    /// The motor whose slide sets what is plugged in here.
+    /// Its motor whose slide sets what is plugged in on this input, without the switches along its travel.
     pub(super) fn moved_by(&self, input: Input) -> Option<Motor> {
         let sensor = self.inputs.get(&input)?;
         Motor::ALL.into_iter().find(|motor| {

@@ -51,29 +51,43 @@
 //! How the real controller brakes, and how strongly it slows a motor down, is not described anywhere;
 //! the figures are assumed.
 
+mod belt;
 mod board;
+mod check;
 mod file;
+pub(crate) mod floor;
+mod gripper;
 mod i2c_device;
 mod input;
 mod mistake;
 mod motor_model;
+mod piece;
+mod place;
+mod plug;
 mod read;
 mod remote;
 mod script;
 mod sensor;
 mod shaft;
 mod shipped;
+mod slide;
 mod state;
 
+pub use belt::{Belt, Ejector};
 pub use board::Board;
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+pub use floor::Whereabouts;
+use ft_transfer_area::tx::{Input, Motor};
+pub use gripper::{Grip, Gripper, GripperPosition};
 pub use i2c_device::I2cDevice;
-use mistake::{at, each, expect, Checked};
-pub use motor_model::{MotorModel, SeenBy, Slide, Travel};
+pub use motor_model::MotorModel;
+pub use piece::Piece;
+pub use place::{Barrier, Place};
+pub use plug::Plug;
 use read::{list, Keys, Read};
 pub use remote::Remote;
 pub use script::{Script, ScriptAction, ScriptEvent};
 pub use sensor::{Contact, Sensor, SensorValue};
+pub use slide::{AxisSwitch, SeenBy, Slide, Travel};
 pub use state::WorldState;
 use toml::de::DeTable;
 
@@ -97,6 +111,12 @@ pub struct World {
     pub remotes: Vec<Remote>,
     /// I2C devices with different addresses.
     pub i2c: Vec<I2cDevice>,
+    /// Places for workpieces, with different names.
+    pub places: Vec<Place>,
+    /// What pushes workpieces from place to place.
+    pub ejectors: Vec<Ejector>,
+    /// What carries workpieces from place to place, with different names.
+    pub grippers: Vec<Gripper>,
 }
 
 impl Default for World {
@@ -110,6 +130,9 @@ impl Default for World {
 const EXTENSIONS: &str = "expected double brackets, as in [[extensions]]";
 const REMOTES: &str = "expected double brackets, as in [[remotes]]";
 const I2C: &str = "expected double brackets, as in [[i2c]]";
+const PLACES: &str = "expected double brackets, as in [[places]]";
+const EJECTORS: &str = "expected double brackets, as in [[ejectors]]";
+const GRIPPERS: &str = "expected double brackets, as in [[grippers]]";
 
 impl World {
     /// An empty world: a master with nothing plugged in.
@@ -134,6 +157,9 @@ impl World {
             script: Script::default(),
             remotes: Vec::new(),
             i2c: Vec::new(),
+            places: Vec::new(),
+            ejectors: Vec::new(),
+            grippers: Vec::new(),
         }
     }
 
@@ -167,6 +193,24 @@ impl World {
         self
     }
 
+    /// Adds a place for workpieces.
+    pub fn with_place(mut self, place: Place) -> Self {
+        self.places.push(place);
+        self
+    }
+
+    /// Adds an ejector.
+    pub fn with_ejector(mut self, ejector: Ejector) -> Self {
+        self.ejectors.push(ejector);
+        self
+    }
+
+    /// Adds a gripper.
+    pub fn with_gripper(mut self, gripper: Gripper) -> Self {
+        self.grippers.push(gripper);
+        self
+    }
+
     /// What is plugged into the controller with this index (0 the master).
     fn board(&self, controller: usize) -> Option<&Board> {
         match controller.checked_sub(1) {
@@ -175,29 +219,34 @@ impl World {
         }
     }
 
+    /// The motor that is plugged in here.
+    fn motor(&self, motor: Plug<Motor>) -> Option<&MotorModel> {
+        self.board(motor.controller)?.motors.get(&motor.terminal)
+    }
+
+    /// The sensor that is plugged in here.
+    fn sensor(&self, input: Plug<Input>) -> Option<&Sensor> {
+        self.board(input.controller)?.inputs.get(&input.terminal)
+    }
+
     fn read(table: &DeTable<'_>) -> Read<Self> {
-        let keys = Keys::of_table(table, &["master", "extensions", "script", "remotes", "i2c"])?;
+        Self::read_keys(&Keys::of_table(table, &Self::KEYS)?)
+    }
+
+    /// The keys of a world.
+    const KEYS: [&'static str; 8] =
+        ["master", "extensions", "script", "remotes", "i2c", "places", "ejectors", "grippers"];
+
+    fn read_keys(keys: &Keys<'_, '_>) -> Read<Self> {
         Ok(Self {
             master: keys.or("master", Board::default(), Board::read)?,
             extensions: keys.or("extensions", Vec::new(), list(EXTENSIONS, Board::read))?,
             script: keys.or("script", Script::default(), Script::read)?,
             remotes: keys.or("remotes", Vec::new(), list(REMOTES, Remote::read))?,
             i2c: keys.or("i2c", Vec::new(), list(I2C, I2cDevice::read))?,
+            places: keys.or("places", Vec::new(), list(PLACES, Place::read))?,
+            ejectors: keys.or("ejectors", Vec::new(), list(EJECTORS, Ejector::read))?,
+            grippers: keys.or("grippers", Vec::new(), list(GRIPPERS, Gripper::read))?,
         })
-    }
-
-    /// Checks the ranges, and that the parts fit together.
-    fn find_mistake(&self) -> Checked {
-        at("master", self.master.check())?;
-        let count = self.extensions.len();
-        let reason = || format!("expected at most {MAX_EXTENSIONS} extensions, not {count}");
-        let too_many = at(MAX_EXTENSIONS, expect(count <= MAX_EXTENSIONS, reason));
-        at("extensions", too_many)?;
-        each("extensions", &self.extensions, Board::check)?;
-        at("script", self.script.check(self))?;
-        each("remotes", &self.remotes, Remote::check)?;
-        at("remotes", remote::check_settings(&self.remotes))?;
-        each("i2c", &self.i2c, I2cDevice::check)?;
-        at("i2c", i2c_device::check_addresses(&self.i2c))
     }
 }

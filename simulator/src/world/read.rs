@@ -111,6 +111,11 @@ pub(super) fn truth(value: &DeValue<'_>) -> Read<bool> {
     value.as_bool().ok_or_else(|| Mistake::new("expected true or false"))
 }
 
+pub(super) fn text(value: &DeValue<'_>) -> Read<String> {
+    let text = value.as_str().filter(|text| !text.is_empty());
+    text.map(str::to_owned).ok_or_else(|| Mistake::new("expected a text, as in \"storage\""))
+}
+
 pub(super) fn number(value: &DeValue<'_>) -> Read<f64> {
     let number = match value {
         DeValue::Float(float) => float.as_str().parse().ok(),

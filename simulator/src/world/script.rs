@@ -6,12 +6,12 @@ use toml::de::DeValue;
 
 use super::i2c_device::{self, DEVICE};
 use super::mistake::{at, each, expect, not_negative, Checked, Mistake};
-use super::read::{list, number, terminal_value, truth, whole, Keys, Read};
+use super::read::{list, number, terminal_value, text, truth, whole, Keys, Read};
 use super::shaft::TICK_MICROS;
-use super::{Remote, Sensor, World};
+use super::{Board, Piece, Remote, Sensor, World};
 
 /// The greatest index of a controller.
-const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
+pub(super) const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
 
 const SCRIPT: &str = "expected a table, as in [script]";
 const EVENTS: &str = "expected a list, as in [[script.events]]";
@@ -79,7 +79,7 @@ pub struct ScriptEvent {
 }
 
 /// What happens at an event.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum ScriptAction {
     /// A button or switch is pressed or released.
@@ -90,6 +90,22 @@ pub enum ScriptAction {
         input: Input,
         /// Whether it is pressed from then on, or released.
         pressed: bool,
+    },
+    /// A sensor measures something else. The world has to have a sensor of this kind there.
+    Sensor {
+        /// The controller: 0 the master, 1..=8 an extension.
+        controller: usize,
+        /// Where the sensor is plugged in.
+        input: Input,
+        /// The sensor with what it measures from then on.
+        sensor: Sensor,
+    },
+    /// A new workpiece or container is put at a place, or a workpiece into the container there.
+    Put {
+        /// What is put there.
+        piece: Piece,
+        /// The name of the place.
+        place: String,
     },
     /// The infrared remote with the same switch setting sends this from then on. It has to be one of
     /// the world's remotes.
@@ -113,6 +129,17 @@ impl ScriptEvent {
         Self { at, action: ScriptAction::Press { controller, input, pressed } }
     }
 
+    /// At this time, in seconds, a sensor begins to measure this. The controller is 0 for the master,
+    /// 1..=8 for an extension.
+    pub fn sensor(at: f64, controller: usize, input: Input, sensor: Sensor) -> Self {
+        Self { at, action: ScriptAction::Sensor { controller, input, sensor } }
+    }
+
+    /// At this time, in seconds, a new workpiece or container is put at a place.
+    pub fn put(at: f64, piece: Piece, place: &str) -> Self {
+        Self { at, action: ScriptAction::Put { piece, place: place.to_owned() } }
+    }
+
     /// At this time, in seconds, the remote with the same switch setting begins to send this.
     pub fn remote(at: f64, remote: Remote) -> Self {
         Self { at, action: ScriptAction::Remote(remote) }
@@ -124,7 +151,8 @@ impl ScriptEvent {
     }
 
     fn read(value: &DeValue<'_>) -> Read<Self> {
-        let known = ["at", "controller", "input", "pressed", "remote", "i2c"];
+        let known =
+            ["at", "controller", "input", "pressed", "sensor", "remote", "i2c", "piece", "place"];
         let all = Keys::of(value, EVENT, &known)?;
         let at = all.required("at", number)?;
         // Each kind has its own keys besides the time.
@@ -133,6 +161,19 @@ impl ScriptEvent {
             ScriptAction::Remote(keys.required("remote", Remote::read)?)
         } else if all.has("i2c") {
             Keys::of(value, EVENT, &["at", "i2c"])?.required("i2c", ScriptAction::read_i2c)?
+        } else if all.has("piece") {
+            let keys = Keys::of(value, EVENT, &["at", "piece", "place"])?;
+            ScriptAction::Put {
+                piece: keys.required("piece", Piece::read)?,
+                place: keys.required("place", text)?,
+            }
+        } else if all.has("sensor") {
+            let keys = Keys::of(value, EVENT, &["at", "controller", "input", "sensor"])?;
+            ScriptAction::Sensor {
+                controller: keys.or("controller", 0, whole(0..=CONTROLLERS))?,
+                input: keys.required("input", terminal_value(&Input::ALL))?,
+                sensor: keys.required("sensor", Sensor::read)?,
+            }
         } else {
             ScriptAction::Press {
                 controller: all.or("controller", 0, whole(0..=CONTROLLERS))?,
@@ -152,6 +193,12 @@ impl ScriptEvent {
             ScriptAction::Press { controller, input, .. } => {
                 check_press(world, *controller, *input)
             }
+            ScriptAction::Sensor { controller, input, sensor } => {
+                at("sensor", sensor.check())?;
+                check_sensor(world, *controller, *input, sensor)
+            }
+            // Whether there is such a place is known when all names are.
+            ScriptAction::Put { .. } => Ok(()),
             ScriptAction::Remote(remote) => {
                 let known = world.remotes.iter().any(|known| known.is_set_like(remote));
                 let reason = || String::from("expected dip1 and dip2 of a remote in this world");
@@ -196,15 +243,31 @@ impl ScriptState {
 }
 
 fn check_press(world: &World, controller: usize, input: Input) -> Checked {
-    let Some(board) = world.board(controller) else {
-        let reason = format!("expected a controller of this world, not {controller}");
-        return Err(Mistake::new(reason).within("controller"));
-    };
-    let sensor = board.inputs.get(&input);
-    let presses = sensor.is_some_and(Sensor::is_pressable);
+    let board = board(world, controller)?;
+    let presses = board.inputs.get(&input).is_some_and(Sensor::is_pressable);
     at("input", expect(presses, || format!("expected a button or switch on {input}")))?;
-    let moved = board.moved_inputs().any(|(_, _, moved)| moved == input);
-    at("input", expect(!moved, || format!("{input} is pressed by a slide")))
+    check_free(world, controller, input)
+}
+
+fn check_sensor(world: &World, controller: usize, input: Input, sensor: &Sensor) -> Checked {
+    let board = board(world, controller)?;
+    let kind = sensor.kind();
+    let known = board.inputs.get(&input).is_some_and(|plugged| plugged.kind() == kind);
+    at("input", expect(known, || format!("expected a sensor of the kind {kind} on {input}")))?;
+    check_free(world, controller, input)
+}
+
+fn board(world: &World, controller: usize) -> Result<&Board, Mistake> {
+    world.board(controller).ok_or_else(|| {
+        let reason = format!("expected a controller of this world, not {controller}");
+        Mistake::new(reason).within("controller")
+    })
+}
+
+/// Checks that nothing else in the world sets what is plugged in here.
+fn check_free(world: &World, controller: usize, input: Input) -> Checked {
+    let setter = world.setter(controller, input);
+    at("input", setter.map_or(Ok(()), |setter| Err(Mistake::new(format!("{input} is {setter}")))))
 }
 
 impl ScriptAction {

@@ -4,8 +4,8 @@ use ft_transfer_area::transfer_area::InputMode;
 use toml::de::DeValue;
 
 use super::mistake::{at, in_range, not_negative, Checked, Mistake};
-use super::motor_model::SEEN_BY;
 use super::read::{number, only, truth, whole, Keys, Read};
+use super::slide::SEEN_BY;
 
 const SENSOR: &str = "expected one sensor, as in I1 = { button = {} }";
 const VALUES: &str = "expected what belongs to it in braces, as in { ultrasonic = { cm = 30 } }";

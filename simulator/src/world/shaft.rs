@@ -1,6 +1,7 @@
 //! A motor that turns.
 
-use super::motor_model::{MotorModel, Slide, Travel};
+use super::motor_model::MotorModel;
+use super::slide::{AxisSwitch, Slide, Travel};
 
 /// One tick of the world in µs.
 pub(super) const TICK_MICROS: u64 = 1000;
@@ -21,12 +22,14 @@ pub(super) struct Shaft {
     position: f64,
     /// How far it has turned since its last pulse, as a part of a pulse.
     part: f64,
+    /// The turns of the last tick, negative for backwards.
+    turned: f64,
 }
 
 impl Shaft {
     pub(super) fn new(motor: &MotorModel) -> Self {
         let position = motor.slide.as_ref().map_or(0.0, |slide| slide.position);
-        Self { motor: motor.clone(), speed: 0.0, position, part: 0.0 }
+        Self { motor: motor.clone(), speed: 0.0, position, part: 0.0, turned: 0.0 }
     }
 
     pub(super) fn slide(&self) -> Option<&Slide> {
@@ -52,24 +55,36 @@ impl Shaft {
         self.position
     }
 
+    /// Position of the slide as a part of its travel; `None` without a slide.
+    pub(super) fn part_of_travel(&self) -> Option<f64> {
+        Some(self.position / self.length()?)
+    }
+
+    /// The turns of the last tick, negative for backwards.
+    pub(super) fn turned(&self) -> f64 {
+        self.turned
+    }
+
     /// Stops immediately.
     pub(super) fn halt(&mut self) {
-        self.speed = 0.0;
+        (self.speed, self.turned) = (0.0, 0.0);
     }
 
     /// Turns for one tick with this part of full power, −1.0..=1.0. Returns the pulses. Without power
     /// it brakes, like a motor whose contacts are connected.
     pub(super) fn turn(&mut self, power: f64) -> u16 {
-        let MotorModel { top_speed, time_constant, load, .. } = self.motor;
+        let MotorModel { top_speed, time_constant, load, reversed, .. } = self.motor;
+        let power = if reversed { -power } else { power };
         let goal = power.signum() * top_speed * (power.abs() - load).max(0.0);
         self.speed += (goal - self.speed) * TICK / (time_constant + TICK);
-        let turns = self.move_slide(self.speed * TICK);
-        self.count(turns.abs())
+        self.turned = self.move_slide(self.speed * TICK);
+        self.count(self.turned.abs())
     }
 
     /// Moves the slide by this many turns of the motor, or as far as it can. Returns the turns made.
     fn move_slide(&mut self, turns: f64) -> f64 {
-        let Some(Slide { travel, .. }) = self.motor.slide else { return turns };
+        let Some(Slide { travel, .. }) = &self.motor.slide else { return turns };
+        let travel = *travel;
         let per_turn = match travel {
             Travel::Pulses(_) => self.motor.pulses_per_turn.unwrap_or(0.0),
             Travel::Mm { per_turn, .. } => per_turn,
@@ -99,10 +114,19 @@ impl Shaft {
         [self.position <= zone, self.position >= length - zone]
     }
 
+    /// The switches along the travel of its slide, each with whether it is pressed.
+    pub(super) fn switches(&self) -> impl Iterator<Item = (&AxisSwitch, bool)> {
+        let slides = self.slide().into_iter();
+        slides.flat_map(|Slide { switches, travel, .. }| {
+            let pressed = |switch: &AxisSwitch| switch.is_pressed(self.position, travel.length());
+            switches.iter().map(move |switch| (switch, pressed(switch)))
+        })
+    }
+
     /// The distance from the slide to the ultrasonic sensor that looks at it, in cm.
     pub(super) fn seen_at(&self) -> Option<f64> {
         let seen_by = self.slide()?.seen_by?;
-        let part = self.position / self.length()?;
+        let part = self.part_of_travel()?;
         Some(seen_by.start_cm + part * (seen_by.end_cm - seen_by.start_cm))
     }
 
@@ -156,18 +180,20 @@ mod tests {
     }
 
     #[test]
+    fn a_motor_with_swapped_wires_turns_the_other_way() {
+        let mut shaft = Shaft::new(&MotorModel::encoder_motor().with_wires_swapped());
+        assert!(turn(&mut shaft, 1.0, 1000) > 150 && shaft.speed() < -2.9, "{}", shaft.speed());
+    }
+
+    #[test]
     fn a_slide_in_millimetres_stops_at_its_ends() {
-        let slide = Slide {
-            travel: Travel::Mm { length: 100.0, per_turn: 4.0 },
-            position: 50.0,
-            start_switch: None,
-            end_switch: None,
-            seen_by: Some(super::super::SeenBy {
+        let slide = Slide::new(Travel::Mm { length: 100.0, per_turn: 4.0 })
+            .with_position(50.0)
+            .with_seen_by(super::super::SeenBy {
                 input: ft_transfer_area::tx::Input::I4,
                 start_cm: 20.0,
                 end_cm: 10.0,
-            }),
-        };
+            });
         let mut shaft =
             Shaft::new(&MotorModel { slide: Some(slide), ..MotorModel::encoder_motor() });
         assert_eq!((shaft.at_stops(), shaft.seen_at()), ([false, false], Some(15.0)));

@@ -4,12 +4,15 @@ use super::World;
 use crate::error::Error;
 
 /// Name and text of each.
-const FILES: [(&str, &str); 5] = [
+const FILES: [(&str, &str); 8] = [
     ("car", include_str!("../../worlds/car.toml")),
     ("default", include_str!("../../worlds/default.toml")),
     ("everything", include_str!("../../worlds/everything.toml")),
+    ("high_bay_warehouse", include_str!("../../worlds/high_bay_warehouse.toml")),
     ("kit", include_str!("../../worlds/kit.toml")),
+    ("processing_station", include_str!("../../worlds/processing_station.toml")),
     ("slide", include_str!("../../worlds/slide.toml")),
+    ("sorting_line", include_str!("../../worlds/sorting_line.toml")),
 ];
 
 const NAMES: [&str; FILES.len()] = {

@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use ft_transfer_area::transfer_area::IZ_MOTOR;
 use ft_transfer_area::tx::{Input, Motor, Output};
 
 use super::board::BoardState;
+use super::floor::{LockedFloor, OwnFloor};
 use super::remote::{self, Remote};
 use super::script::{ScriptAction, ScriptState};
 use super::sensor::Sensor;
@@ -29,11 +31,17 @@ pub struct WorldState {
     ticks: u64,
     /// Machine time since the last tick in µs.
     rest: u64,
+    /// Where workpieces are, and what moves them; `None` for a world without places.
+    pub(super) floor: Option<OwnFloor>,
 }
 
 impl WorldState {
     /// A checked world for these controllers. They get their first inputs.
-    pub(crate) fn new(world: &World, controllers: &mut [Controller]) -> Self {
+    pub(crate) fn new(
+        world: &World,
+        floor: Option<OwnFloor>,
+        controllers: &mut [Controller],
+    ) -> Self {
         let board = |index| world.board(index).map(BoardState::new).unwrap_or_default();
         let mut state = Self {
             boards: (0..controllers.len()).map(board).collect(),
@@ -41,8 +49,11 @@ impl WorldState {
             script: ScriptState::new(&world.script),
             ticks: 0,
             rest: 0,
+            floor,
         };
         state.show(controllers);
+        // Counter inputs that see light from the start have not changed.
+        controllers.iter_mut().for_each(|controller| controller.counter = Default::default());
         state
     }
 
@@ -53,33 +64,31 @@ impl WorldState {
         controllers: &mut [Controller],
         i2c: &mut I2cBus,
     ) {
-        self.rest += micros.min(LONGEST_STEP);
-        while self.rest >= TICK_MICROS {
-            self.rest -= TICK_MICROS;
-            self.tick(controllers, i2c);
+        let Self { boards, remotes, script, ticks, rest, floor } = self;
+        let mut floor = floor.as_mut().map(OwnFloor::lock);
+        *rest += micros.min(LONGEST_STEP);
+        while *rest >= TICK_MICROS {
+            *rest -= TICK_MICROS;
+            for action in script.due(*ticks) {
+                carry_out(action, boards, remotes, i2c, floor.as_mut());
+            }
+            *ticks += 1;
+            for (board, controller) in boards.iter_mut().zip(&mut *controllers) {
+                board.tick(controller);
+            }
+            if let Some(floor) = &mut floor {
+                floor.tick(boards, controllers);
+            }
         }
+        drop(floor);
         self.show(controllers);
     }
 
-    fn tick(&mut self, controllers: &mut [Controller], i2c: &mut I2cBus) {
-        for action in self.script.due(self.ticks) {
-            match action {
-                ScriptAction::Press { controller, input, pressed } => {
-                    press(&mut self.boards, *controller, *input, *pressed);
-                }
-                ScriptAction::Remote(remote) => set_remote(&mut self.remotes, *remote),
-                ScriptAction::I2c { address, register, values } => {
-                    i2c.set(*address, *register, values);
-                }
-            }
-        }
-        self.ticks += 1;
-        for (board, controller) in self.boards.iter_mut().zip(controllers) {
-            board.tick(controller);
-        }
-    }
-
     fn show(&mut self, controllers: &mut [Controller]) {
+        press_along_travels(&mut self.boards);
+        if let Some(floor) = &mut self.floor {
+            floor.lock().show(&mut self.boards, controllers);
+        }
         let seen = remote::seen(&self.remotes);
         for (board, controller) in self.boards.iter_mut().zip(controllers) {
             board.show(controller);
@@ -142,7 +151,11 @@ impl WorldState {
     /// # }
     /// ```
     pub fn moved_by(&self, controller: usize, input: Input) -> Option<Motor> {
-        self.boards.get(controller)?.moved_by(input)
+        let board = self.boards.get(controller)?;
+        board.moved_by(input).or_else(|| {
+            board.inputs.get(&input).filter(|sensor| sensor.is_pressable())?;
+            self.presses(controller, input)
+        })
     }
 
     /// Plugs in another sensor, or removes it. A value out of its range becomes the nearest one in
@@ -186,8 +199,51 @@ impl WorldState {
         }
     }
 
+    /// The motor whose slide presses the switch that is plugged in here along its travel.
+    fn presses(&self, controller: usize, input: Input) -> Option<Motor> {
+        let numbered = self.boards.iter().enumerate();
+        let mut shafts = numbered.flat_map(|(index, board)| {
+            Motor::ALL
+                .into_iter()
+                .zip(&board.shafts)
+                .map(move |(motor, shaft)| (index, motor, shaft))
+        });
+        let found = shafts.find(|(index, _, shaft)| {
+            let mut switches = shaft.iter().flat_map(Shaft::switches);
+            switches.any(|(switch, _)| {
+                (switch.controller.unwrap_or(*index), switch.input) == (controller, input)
+            })
+        });
+        found.map(|(_, motor, _)| motor)
+    }
+
     fn shaft(&self, controller: usize, motor: Motor) -> Option<&Shaft> {
         self.boards.get(controller)?.shafts[motor.index()].as_ref()
+    }
+}
+
+/// Carries out what the script says.
+fn carry_out(
+    action: &ScriptAction,
+    boards: &mut [BoardState],
+    remotes: &mut Vec<Remote>,
+    i2c: &mut I2cBus,
+    floor: Option<&mut LockedFloor<'_>>,
+) {
+    match action {
+        ScriptAction::Press { controller, input, pressed } => {
+            press(boards, *controller, *input, *pressed);
+        }
+        ScriptAction::Sensor { controller, input, sensor } => {
+            set_sensor(boards, *controller, *input, sensor);
+        }
+        ScriptAction::Put { piece, place } => {
+            if let Some(floor) = floor {
+                floor.add_or_tell(*piece, place);
+            }
+        }
+        ScriptAction::Remote(remote) => set_remote(remotes, *remote),
+        ScriptAction::I2c { address, register, values } => i2c.set(*address, *register, values),
     }
 }
 
@@ -202,4 +258,28 @@ fn press(boards: &mut [BoardState], controller: usize, input: Input, pressed: bo
     let sensor = boards.get_mut(controller).and_then(|board| board.inputs.get_mut(&input));
     let button = sensor.and_then(Sensor::pressed_mut);
     button.map(|button| *button = pressed).is_some()
+}
+
+/// Sets a sensor to what another one of its kind measures, if it is still plugged in.
+fn set_sensor(boards: &mut [BoardState], controller: usize, input: Input, sensor: &Sensor) {
+    let plugged = boards.get_mut(controller).and_then(|board| board.inputs.get_mut(&input));
+    if let Some(plugged) = plugged.filter(|plugged| plugged.kind() == sensor.kind()) {
+        plugged.clone_from(sensor);
+    }
+}
+
+/// Sets the switches along the travels of slides, which may be on another controller.
+fn press_along_travels(boards: &mut [BoardState]) {
+    for index in 0..boards.len() {
+        for motor in 0..IZ_MOTOR {
+            // One after the other, because each may be on any board.
+            for number in 0.. {
+                let shaft = boards[index].shafts[motor].as_ref();
+                let switch = shaft.and_then(|shaft| shaft.switches().nth(number));
+                let Some((switch, pressed)) = switch else { break };
+                let (controller, input) = (switch.controller.unwrap_or(index), switch.input);
+                press(boards, controller, input, pressed);
+            }
+        }
+    }
 }

@@ -89,7 +89,7 @@ pub(crate) struct Args {
 
 /// What is plugged in; `None` is nothing.
 #[derive(Clone)]
-struct Plugged(Option<World>);
+struct Plugged(Option<Box<World>>);
 
 #[derive(Clone, Copy, ValueEnum)]
 enum CameraAccepts {
@@ -121,7 +121,7 @@ impl Args {
         let builder = with(builder, self.extensions, SimulatedTxtBuilder::extensions);
         let builder = with(builder, self.firmware, SimulatedTxtBuilder::firmware);
         let builder = with(builder, self.name.as_deref(), SimulatedTxtBuilder::device_name);
-        let builder = with(builder, self.world.0, SimulatedTxtBuilder::world);
+        let builder = with(builder, self.world.0, |builder, world| builder.world(*world));
         let builder = with(builder, self.pace, SimulatedTxtBuilder::pace);
         let builder = with(builder, self.idle_limit, SimulatedTxtBuilder::idle_limit);
         let builder = with(builder, self.camera_start_up, SimulatedTxtBuilder::camera_start_up);
@@ -148,7 +148,7 @@ fn plugged(name: OsString) -> Result<Plugged, String> {
         return Ok(Plugged(None));
     }
     let world = arguments::world(&name).map_err(|error| print::sentence(&error))?;
-    Ok(Plugged(Some(world)))
+    Ok(Plugged(Some(Box::new(world))))
 }
 
 fn port(text: &str) -> Result<u16, &'static str> {

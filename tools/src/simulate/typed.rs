@@ -8,7 +8,7 @@ use ft_transfer_area::transfer_area::{
 };
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::wire::IrRemote;
-use ft_transfer_area_simulator::world::{Remote, Sensor, WorldState};
+use ft_transfer_area_simulator::world::{Piece, Remote, Sensor, WorldState};
 use ft_transfer_area_simulator::Machine;
 
 pub(crate) const HELP: &str = "\
@@ -21,7 +21,8 @@ IR1 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and 
                                  (-15 to 15), 1 for ON, 2 for OFF, 3 for both; the DIP switches
                                  of IR1 to IR4 are off off, on off, off on, on on; without a world
                                  4 and 8 in the last number are these switches, IR0 is any remote
-I2C 24 63 7                      sets a register of an I2C device: address, register, value";
+I2C 24 63 7                      sets a register of an I2C device: address, register, value
+PUT blue seat                    puts a workpiece at a place: white, red, blue or container";
 
 /// The DIP switches of a remote, in the bits that it sends.
 const DIP1: u8 = 4;
@@ -35,6 +36,8 @@ pub(crate) fn carry_out(line: &str, machine: &mut Machine) -> Result<(), String>
     if target == "I2C" {
         let [address, register, value] = numbers::<u8, 3>(&target, &values)?;
         machine.i2c_device(address)[usize::from(register)] = value;
+    } else if target == "PUT" {
+        put(machine, &values)?;
     } else if let Some(remote) = target.strip_prefix("IR") {
         let remote: usize = remote.parse().map_err(|_| unknown(&target))?;
         set_remote(&target, machine, remote, &values)?;
@@ -101,12 +104,37 @@ fn set_sensor(
             _ => format!("{target} is pressed by the slide of {motor}"),
         });
     }
+    if let Some(place) = world.place_seen(controller, plug) {
+        return Err(format!("{target} looks at the place {place}; PUT puts a workpiece there"));
+    }
     let Some(mut sensor) = world.sensor(controller, plug).cloned() else {
         return Err(format!("nothing is plugged into {target} in this world"));
     };
     sensor.set_value(value);
     world.set_sensor(controller, plug, Some(sensor));
     Ok(())
+}
+
+/// Puts a workpiece at a place.
+fn put(machine: &mut Machine, values: &[&str]) -> Result<(), String> {
+    let &[piece, place] = values else {
+        return Err(format!("PUT wants a workpiece and a place, not {:?}", values.join(" ")));
+    };
+    let named = |known: &Piece| known.name().eq_ignore_ascii_case(piece);
+    let piece = Piece::ALL.into_iter().find(named).ok_or_else(|| {
+        let names = Piece::ALL.map(Piece::name).join(", ");
+        format!("there is no workpiece {piece:?}; there are {names}")
+    })?;
+    let world = machine.world_mut().ok_or("there is no world with places")?;
+    if world.put(piece, place) {
+        return Ok(());
+    }
+    let names: Vec<_> = world.places().into_iter().map(|(name, _)| name).collect();
+    match names.iter().any(|name| name == place) {
+        true => Err(format!("there is no room for it at {place}")),
+        false if names.is_empty() => Err(String::from("this world has no places")),
+        false => Err(format!("there is no place {place:?}; there are {}", names.join(", "))),
+    }
 }
 
 /// Sets what a remote sends.
