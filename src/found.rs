@@ -12,7 +12,6 @@ pub enum ConnectionKind {
     /// The USB cable: 192.168.7.2.
     Usb,
     /// The controller's own Wi-Fi: 192.168.8.2.
-    #[doc(alias = "WLAN")]
     Wifi,
     /// Bluetooth: 192.168.9.2.
     Bluetooth,
