@@ -101,7 +101,7 @@ enum CameraAccepts {
 impl Args {
     /// What is plugged in.
     pub(super) fn world(&self) -> Option<World> {
-        self.world.0.clone()
+        self.world.0.as_deref().cloned()
     }
 
     /// The simulated TXT that these options describe.
