@@ -178,3 +178,12 @@ pub(crate) fn switches(lines: &[String]) {
         assert!(counted(true) > 2 * counted(false) && counted(true) > 50, "{lines:#?}");
     }
 }
+
+/// Three discs, each in one storage.
+pub(crate) fn discs(lines: &[String]) {
+    let stored: Vec<&String> = lines.iter().filter(|line| line.contains("storage")).collect();
+    assert_eq!(stored.len(), 3, "{lines:?}");
+    for (line, input) in stored.iter().zip(["I6.", "I7.", "I8."]) {
+        assert!(line.ends_with(input), "{lines:?}");
+    }
+}

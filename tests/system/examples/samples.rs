@@ -22,7 +22,7 @@ struct Sample {
     check: fn(&[String]),
 }
 
-const SAMPLES: [Sample; 10] = [
+const SAMPLES: [Sample; 11] = [
     Sample { name: "c_program", shows: &[], endless: false, check: checks::gate },
     Sample { name: "camera", shows: &[], endless: false, check: checks::pictures },
     Sample { name: "extended_motor_control", shows: &[], endless: false, check: checks::distances },
@@ -65,6 +65,17 @@ const SAMPLES: [Sample; 10] = [
         check: checks::switches,
     },
     Sample { name: "slide_on_events", shows: &[], endless: false, check: checks::slide },
+    Sample {
+        name: "sorting_line",
+        shows: &[
+            "  It is White.",
+            "  It is Red.",
+            "  It is Blue.",
+            "  It is in the storage at I8.",
+        ],
+        endless: true,
+        check: checks::discs,
+    },
     Sample { name: "sound_and_lamps", shows: &[], endless: false, check: checks::lamps_and_sounds },
     Sample {
         name: "wifi",
@@ -98,7 +109,8 @@ fn each_sample_runs_with_the_simulated_txt_in_another_terminal() {
 }
 
 fn assert_plays_with_the_program(Sample { name, shows, endless, check }: &Sample) {
-    let program = Program::start(&[]);
+    let world = if *name == "sorting_line" { name } else { "default" };
+    let program = Program::start(&["--world", world]);
     let mut run = Run::start(name, &[&format!("127.0.0.1:{}", program.ports[0])]);
     shows.iter().for_each(|part| run.wait_for(part));
     if *endless {

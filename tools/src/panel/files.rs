@@ -36,6 +36,7 @@ files!(
     "remotes.js",
     "joystick.js",
     "world.js",
+    "floor.js",
     "machine.js",
     "overview.js",
     "distance.js",

@@ -6,6 +6,7 @@ mod connection;
 mod control_lock;
 mod dispatch;
 mod files;
+mod floor;
 mod histogram;
 mod host;
 mod i2c;

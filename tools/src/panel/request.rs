@@ -59,10 +59,26 @@ pub(crate) enum I2cRequest {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
 pub(crate) enum WorldRequest {
-    Press { input: i32, pressed: bool },
-    Sensor { input: i32, value: f64 },
+    Press {
+        input: i32,
+        pressed: bool,
+    },
+    Sensor {
+        input: i32,
+        value: f64,
+    },
     Remote(RemoteRequest),
-    Plug { alive: bool },
+    Plug {
+        alive: bool,
+    },
+    Put {
+        piece: String,
+        place: String,
+    },
+    #[serde(rename = "take_away")]
+    TakeAway {
+        place: String,
+    },
 }
 
 #[derive(Debug, Deserialize)]
@@ -97,7 +113,9 @@ fn understand(value: Value) -> Result<Message, Problem> {
         "stop" => Request::Stop,
         "camera" => Request::Work(Work::Camera(parse(value)?)),
         "i2c_scan" | "i2c_read" | "i2c_write" => Request::Work(Work::I2c(parse(value)?)),
-        "press" | "sensor" | "remote" | "plug" => Request::World(parse(value)?),
+        "press" | "sensor" | "remote" | "plug" | "put" | "take_away" => {
+            Request::World(parse(value)?)
+        }
         _ => Request::Work(Work::Area(command(name, &value)?)),
     };
     Ok(Message { host, area, request })

@@ -9,6 +9,7 @@ use ft_transfer_area_simulator::world::{Board, Remote, Sensor, SensorValue, Worl
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde::Serialize;
 
+use super::floor::{self, FloorReport};
 use super::problem::Problem;
 use super::request::{RemoteRequest, WorldRequest};
 use crate::values::RemoteValue;
@@ -24,6 +25,7 @@ pub(crate) struct Simulated {
 pub(super) struct WorldReport {
     boards: Vec<BoardReport>,
     remotes: Vec<RemoteValue>,
+    floor: Option<FloorReport>,
 }
 
 #[derive(Serialize)]
@@ -43,6 +45,8 @@ struct SensorReport {
     max: f64,
     unit: &'static str,
     moved_by: Option<usize>,
+    /// The place of workpieces that it sees.
+    place: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -123,6 +127,8 @@ impl Simulated {
                 set(world_of(machine)?, area, Input::try_from(*input)?, *value)
             }
             WorldRequest::Remote(request) => set_remote(world_of(machine)?, request),
+            WorldRequest::Put { piece, place } => floor::put(world_of(machine)?, piece, place),
+            WorldRequest::TakeAway { place } => floor::take(world_of(machine)?, place),
         })
     }
 }
@@ -204,7 +210,8 @@ fn report(machine: &Machine, world: &World) -> Option<WorldReport> {
     let boards = (0..machine.controllers.len())
         .map(|index| board_report(state, index, board(index), alive(index)))
         .collect();
-    Some(WorldReport { boards, remotes: state.remotes().iter().map(RemoteValue::from).collect() })
+    let remotes = state.remotes().iter().map(RemoteValue::from).collect();
+    Some(WorldReport { boards, remotes, floor: floor::report(state, world) })
 }
 
 fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) -> BoardReport {
@@ -220,6 +227,7 @@ fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) ->
             max,
             unit,
             moved_by,
+            place: state.place_seen(index, input),
         })
     };
     let motor = |motor: Motor| {

@@ -9,10 +9,10 @@ use serde_json::{json, Value};
 use crate::page::{is_running, Page};
 use crate::running::Running;
 
-/// A simulated TXT with the slide, its page, and the address of its main port.
-fn simulate() -> (Running, Page, String) {
+/// A simulated TXT with this world, its page, and the address of its main port.
+fn simulate(world: &str) -> (Running, Page, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-    command.args(["simulate", "--port", "0", "--world", "slide", "--show", "--no-browser"]);
+    command.args(["simulate", "--port", "0", "--world", world, "--show", "--no-browser"]);
     let running = Running::start(command.stdin(Stdio::null()));
     let address = running.line().strip_prefix("main ").unwrap().to_owned();
     let [_camera, _i2c, url] = [(); 3].map(|()| running.line());
@@ -27,7 +27,7 @@ fn slide(state: &Value) -> f64 {
 
 #[test]
 fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
-    let (_running, mut page, address) = simulate();
+    let (_running, mut page, address) = simulate("slide");
     let begin = page.state(0, |_| true);
     assert_eq!((is_running(&begin), slide(&begin)), (false, 0.5));
 
@@ -46,7 +46,7 @@ fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
 
 #[test]
 fn the_page_drives_nothing() {
-    let (_running, mut page, address) = simulate();
+    let (_running, mut page, address) = simulate("slide");
     let handler = TransferAreaComHandler::builder(&*address).build().unwrap();
     handler.begin_transfer().unwrap();
     page.state(0, is_running);
@@ -61,4 +61,34 @@ fn the_page_drives_nothing() {
     for _ in 0..5 {
         assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[6], 512);
     }
+}
+
+#[test]
+fn workpieces_are_shown_put_and_taken_away() {
+    let (_running, mut page, address) = simulate("sorting_line");
+    let floor = |state: &Value| state["world"]["floor"].clone();
+    let begin = floor(&page.state(0, |_| true));
+    assert_eq!(begin["belts"][0]["motor"], "M1");
+    let names: Vec<_> =
+        begin["places"].as_array().unwrap().iter().map(|place| place["name"].clone()).collect();
+    assert!(names.contains(&json!("red_storage")), "{names:?}");
+
+    // The belt carries it only while a program drives.
+    page.done(json!({"do": "put", "piece": "blue", "place": "entry"}));
+    let blue = |state: &Value| floor(state)["belts"][0]["pieces"][0].clone();
+    let put = blue(&page.state(0, |state| blue(state)["piece"] == "blue"))["mm"].as_f64().unwrap();
+    assert_eq!(page.refused(json!({"do": "put", "piece": "red", "place": "entry"})), "no_room");
+    assert_eq!(
+        page.refused(json!({"do": "put", "piece": "green", "place": "entry"})),
+        "bad_message"
+    );
+    let handler = TransferAreaComHandler::builder(&*address).build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[1] = 512;
+    page.state(0, |state| blue(state)["mm"].as_f64().is_some_and(|mm| mm > put + 10.0));
+    handler.end_transfer().unwrap();
+
+    page.done(json!({"do": "put", "piece": "white", "place": "red_storage"}));
+    page.done(json!({"do": "take_away", "place": "red_storage"}));
+    assert_eq!(page.refused(json!({"do": "take_away", "place": "red_storage"})), "no_piece");
 }

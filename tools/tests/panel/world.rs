@@ -29,7 +29,7 @@ fn buttons_sensors_and_remotes_are_moved_by_hand() {
     );
     page.done(json!({"do": "sensor", "area": 1, "input": 1, "value": 123}));
     let state = page.state(0, |state| state["areas"][1]["inputs"][1]["value"] == 123);
-    let wanted = json!({"input": 1, "kind": "ultrasonic", "value": 123.0, "min": 0.0, "max": 1024.0, "unit": "cm", "moved_by": null});
+    let wanted = json!({"input": 1, "kind": "ultrasonic", "value": 123.0, "min": 0.0, "max": 1024.0, "unit": "cm", "moved_by": null, "place": null});
     assert_eq!(sensor(&state, 1, 1), wanted);
 
     let remote = json!({"do": "remote", "remote": 0, "left_x": -15, "left_y": 0, "right_x": 0, "right_y": 7,

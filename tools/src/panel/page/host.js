@@ -3,6 +3,7 @@
 import { Board } from "./board.js";
 import { Camera } from "./camera.js";
 import { button, h, setAttribute, setText, watchSeen } from "./dom.js";
+import { Floor } from "./floor.js";
 import { I2c } from "./i2c.js";
 import { Link } from "./link.js";
 import { Remotes } from "./remotes.js";
@@ -29,15 +30,16 @@ export class HostView {
     const open = this.chosen === "all" ? areas : [this.chosen];
     this.boards = open.map((area) => new Board(host, area, send));
     this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
+    this.floors = state.world?.floor && open.includes(0) ? [new Floor(host, state, send)] : [];
     this.cards = host.driven ? [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)] : [new Remotes()];
-    this.parts = [...this.boards, ...this.worlds, ...this.cards];
+    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...this.cards];
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
     this.chips = new Map();
     this.problem = h("p", { class: "problem", role: "status", hidden: true });
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
-      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, rows.flat(), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
+      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, rows.flat(), this.floors.map((floor) => floor.element), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
   }
 
   chooser(areas, choose) {
@@ -52,7 +54,7 @@ export class HostView {
 
   /** Another shape needs another view. */
   static shape(host) {
-    return shownAreas(host).map((area) => `${area}:${World.shape(host.state, area)}`).join();
+    return shownAreas(host).map((area) => `${area}:${World.shape(host.state, area)}`).join() + Floor.shape(host.state);
   }
 
   update(drives) {
@@ -70,7 +72,7 @@ export class HostView {
     this.may = may;
     this.parts.forEach((part, index) => {
       const seldom = !changed && part.element.isSeen === false && (this.states + index) % SELDOM;
-      if (!seldom) part.update(state, part instanceof World ? hands : may);
+      if (!seldom) part.update(state, part instanceof World || part instanceof Floor ? hands : may);
     });
     for (const [area, chip] of this.chips) setAttribute(chip, "data-absent", area !== "all" && !state.areas[area].alive);
     setAttribute(this.element, "data-phase", phase);

@@ -31,6 +31,8 @@ const ENGLISH = {
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
+  pieces: "Workpieces", floorHint: "Click a place to put a workpiece there, or to take it away.", beltOf: "Belt of {name}", container: "container",
+  red: "red", blue: "blue", pieceAt: "{name}: {piece}", nothingAt: "{name}: empty", carriedBy: "{by} carries: {piece}", fallen: "{count} fell.",
   press: "Press {name}", plugIn: "Plug in", plugOut: "Unplug", plug: "Plug {name} in or out",
   button: "Button", switch: "Switch", photo_transistor: "Light", ntc: "Warmth", voltage: "Voltage", ultrasonic: "Distance",
   trail: "Trail sensor", colour: "Colour sensor", resistor: "Resistor", black: "black", white: "white",
@@ -80,6 +82,8 @@ const GERMAN = {
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
+  pieces: "Werkstücke", floorHint: "Auf einen Platz klicken, um ein Werkstück hinzulegen oder wegzunehmen.", beltOf: "Band von {name}", container: "Behälter",
+  red: "rot", blue: "blau", pieceAt: "{name}: {piece}", nothingAt: "{name}: leer", carriedBy: "{by} trägt: {piece}", fallen: "{count} heruntergefallen.",
   press: "{name} drücken", plugIn: "Anstecken", plugOut: "Abziehen", plug: "{name} anstecken oder abziehen",
   button: "Taster", switch: "Schalter", photo_transistor: "Licht", ntc: "Wärme", voltage: "Spannung", ultrasonic: "Abstand",
   trail: "Spursensor", colour: "Farbsensor", resistor: "Widerstand", black: "schwarz", white: "weiß",

@@ -148,7 +148,8 @@ export class World {
     this.area = area;
     const commands = (command) => send({ ...command, host: host.id, area });
     const board = state.world.boards[area];
-    const hands = board.inputs.filter((sensor) => sensor.moved_by === null);
+    // What slides move and places see is not for hands.
+    const hands = board.inputs.filter((sensor) => sensor.moved_by === null && sensor.place === null);
     const ends = (motor) => board.inputs.filter((sensor) => sensor.moved_by === motor && sensor.kind === "switch").map((sensor) => sensor.input);
     this.sensors = hands.map((sensor) => sensorView(sensor, commands));
     this.inputs = hands.map((sensor) => sensor.input);
@@ -169,7 +170,7 @@ export class World {
   static shape(state, area) {
     const board = state.world?.boards[area];
     if (!board) return "";
-    return JSON.stringify([board.inputs.map(({ input, kind, min, max, moved_by }) => [input, kind, min, max, moved_by]),
+    return JSON.stringify([board.inputs.map(({ input, kind, min, max, moved_by, place }) => [input, kind, min, max, moved_by, place]),
       board.motors.map(({ motor, slide }) => [motor, slide === null]), board.lamps.map(({ output }) => output), state.world.remotes.map(({ dip1, dip2 }) => [dip1, dip2])]);
   }
 
