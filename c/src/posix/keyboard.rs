@@ -165,7 +165,29 @@ fn next_key() -> c_int {
     take(&mut keys).unwrap_or(NO_KEYS)
 }
 
-fn show(bytes: &[u8]) {
+/// Waits for any key; without a terminal for a line, of which nothing more is read. Returns at once at the end of
+/// the input.
+pub(super) fn wait_for_any() {
+    // SAFETY: a plain question to the system.
+    if unsafe { libc::isatty(INPUT) } == 1 || !KEYS.lock().is_empty() {
+        // The first part of a key without a character.
+        if next_key() == 224 {
+            next_key();
+        }
+        return;
+    }
+    let mut byte = 0_u8;
+    loop {
+        // SAFETY: the byte is there.
+        match unsafe { libc::read(INPUT, (&raw mut byte).cast(), 1) } {
+            1 if byte != b'\n' => {}
+            -1 if io::Error::last_os_error().kind() == io::ErrorKind::Interrupted => {}
+            _ => return,
+        }
+    }
+}
+
+pub(super) fn show(bytes: &[u8]) {
     let mut output = io::stdout();
     // A program can't be told that its terminal is gone.
     let _ = output.write_all(bytes).and_then(|()| output.flush());

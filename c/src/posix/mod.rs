@@ -4,6 +4,8 @@
 mod keyboard;
 mod libraries;
 mod objects;
+mod processors;
+mod shell;
 mod text;
 mod threads;
 mod time;

@@ -91,6 +91,64 @@ int main(void)
 }
 "#;
 
+/// Ends with the line that found a mistake, or with 0. It asks as programs do that share work between threads.
+const PROCESSORS: &str = r#"
+#include <stdlib.h>
+#include <windows.h>
+#define EXPECT(condition) if (!(condition)) return __LINE__
+int main(void)
+{
+    SYSTEM_INFO info;
+    DWORD length = 0, wrong = 1, at, cores = 0, groups = 0;
+    char *records;
+    GetSystemInfo(NULL);
+    GetSystemInfo(&info);
+    EXPECT(info.dwNumberOfProcessors > 0 && info.dwPageSize >= 4096 && (info.dwActiveProcessorMask & 1));
+    EXPECT(!GetLogicalProcessorInformationEx(RelationAll, NULL, &length));
+    EXPECT(GetLastError() == ERROR_INSUFFICIENT_BUFFER && length > 0);
+    EXPECT(!GetLogicalProcessorInformationEx(RelationAll, NULL, NULL));
+    EXPECT(GetLastError() == ERROR_INVALID_PARAMETER);
+    records = (char *) malloc(length);
+    EXPECT(!GetLogicalProcessorInformationEx(RelationAll, (void *) records, &wrong) && wrong == length);
+    EXPECT(GetLogicalProcessorInformationEx(RelationAll, (void *) records, &length) && wrong == length);
+    for (at = 0; at < length; ) {
+        PSYSTEM_LOGICAL_PROCESSOR_INFORMATION_EX one = (void *) (records + at);
+        if (one->Relationship == RelationProcessorCore) {
+            EXPECT(one->Processor.GroupCount == 1);
+            EXPECT(one->Processor.GroupMask[0].Mask == (KAFFINITY) 1 << cores);
+            cores++;
+        } else {
+            EXPECT(one->Relationship == RelationGroup && one->Group.ActiveGroupCount == 1);
+            EXPECT(one->Group.GroupInfo[0].ActiveProcessorMask == info.dwActiveProcessorMask);
+            EXPECT(one->Group.GroupInfo[0].ActiveProcessorCount == info.dwNumberOfProcessors);
+            groups++;
+        }
+        at += one->Size;
+    }
+    EXPECT(at == length && cores == info.dwNumberOfProcessors && groups == 1);
+    return 0;
+}
+"#;
+
+/// Waits for a line, runs a command of the shell, and then reads a line itself.
+const PAUSE: &str = r#"
+#include <stdio.h>
+#include <stdlib.h>
+int main(void)
+{
+    char line[20] = "none";
+    int silent, pause;
+    printf("one ");
+    silent = system("pause>nul");
+    pause = system("PAUSE");
+    fflush(stdout);
+    printf("%d %d %d ", silent, pause, system("exit 3") != 0);
+    if (scanf("%19s", line) != 1) printf("no line ");
+    printf("%s\n", line);
+    return 0;
+}
+"#;
+
 /// Compiles and links a program.
 fn built(source: &str) -> Option<Command> {
     let compiler = compilers::for_c().next()?;
@@ -119,6 +177,26 @@ fn threads_events_and_locks_work() {
     let Some(mut program) = built(THREADS) else { return };
     let ended = program.status().unwrap();
     assert!(ended.success(), "the check in line {:?} has failed", ended.code());
+}
+
+#[test]
+fn processors_are_told_as_programs_ask_for_them() {
+    let Some(mut program) = built(PROCESSORS) else { return };
+    let ended = program.status().unwrap();
+    assert!(ended.success(), "the check in line {:?} has failed", ended.code());
+}
+
+#[test]
+fn pause_waits_for_a_line_and_takes_no_more() {
+    for (input, rest) in [("\n\nthree\n", "three"), ("\n", "no line none"), ("", "no line none")] {
+        let Some(mut program) = built(PAUSE) else { return };
+        let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let said = format!("one Press a key to go on . . . \n0 0 1 {rest}\n");
+        assert_eq!(String::from_utf8_lossy(&output.stdout), said, "{input:?}");
+        assert!(output.stderr.is_empty());
+    }
 }
 
 /// Keys also come from a file or another program; without any, none waits.
