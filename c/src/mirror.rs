@@ -237,7 +237,7 @@ impl<A: Area> Mirror<A> {
 
     /// Takes the program's outputs and new configurations into the areas that go out.
     pub(crate) fn put_out(&mut self, areas: &mut [FishX1Transfer]) {
-        self.put_out_read(areas, settled);
+        self.put_out_read(areas, |array, output| settled(|| array.load(output)));
     }
 
     /// The same at a moment when the program does not run, so nothing has to settle.
@@ -367,12 +367,12 @@ fn change(before: &InputValues, now: &InputValues) -> Change {
 
 /// The outputs as they are while the program does not write them. A program without a lock sets a motor's
 /// fields one after another, within nanoseconds; one that never stops writing is not waited for.
-fn settled<A: Area>(array: &AreaArray<A>, output: *mut OutputValues) -> OutputValues {
+pub(crate) fn settled(read: impl Fn() -> OutputValues) -> OutputValues {
     const LOOKS: usize = 4;
-    let mut seen = array.load(output);
+    let mut seen = read();
     for _ in 0..LOOKS {
         (0..50).for_each(|_| hint::spin_loop());
-        let now = array.load(output);
+        let now = read();
         if now == seen {
             break;
         }

@@ -17,7 +17,7 @@ use crate::report;
 
 /// How long after a response the program's outputs are taken. A program that polls every millisecond so
 /// answers in the same cycle. The controller waits for 10 ms after a response, so nothing gets slower.
-const TIME_TO_ANSWER: Duration = Duration::from_millis(3);
+pub(crate) const TIME_TO_ANSWER: Duration = Duration::from_millis(3);
 /// A callback in the library's thread that takes longer than this stops the motors.
 const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 /// How long the end of a transfer waits for a callback that does not return.

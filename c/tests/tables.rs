@@ -132,7 +132,9 @@ fn every_function_of_kelib_is_in_the_table() {
 fn every_call_of_the_kits_class_is_in_the_table() {
     let header = code("c/include/kit/ftProInterface2013TransferAreaCom.h");
     let calls = public_calls(&header, "ftIF2013TransferAreaComHandler");
-    assert_eq!(set(table("### The kit 4.1.6: `ftIF2013TransferAreaComHandler`")), calls);
+    assert_eq!(set(table("### The kits 4.1.6 and 4.6.6: `ftIF2013TransferAreaComHandler`")), calls);
+    let calls = public_calls(&header, "ftIF2013TransferAreaComHandlerEx");
+    assert_eq!(set(table("### The kit 4.6.6: `ftIF2013TransferAreaComHandlerEx`")), calls);
 }
 
 #[test]

@@ -1,16 +1,18 @@
 //! A program's own areas, and copies between them and those that go over the wire.
 
-use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
+use ft_transfer_area::transfer_area::{FishX1Transfer, InputValues, Timer};
 
 use crate::memory::{Area, AreaArray, Cell, Places, AREAS};
+use crate::mirror::settled;
 
-/// Areas in the program's memory. They are read and written field by field, and only during calls.
+/// Areas in the program's memory. They are read and written field by field, during calls and by the thread of
+/// kit 4.6.6.
 pub(super) struct ProgramAreas {
     first: *mut FishX1Transfer,
     count: usize,
 }
 
-// SAFETY: the program promises that the areas stay, and who uses them when.
+// SAFETY: the program promises that the areas stay.
 unsafe impl Send for ProgramAreas {}
 // SAFETY: as above; the fields are reached by atomic accesses.
 unsafe impl Sync for ProgramAreas {}
@@ -44,25 +46,75 @@ impl ProgramAreas {
     pub(super) fn copy_to(&self, array: &AreaArray<FishX1Transfer>) {
         for index in 0..self.count {
             let (from, to) = (self.places(index), array.places(index));
-            array.store(to.config, load(from.config));
+            // The id first: the program raises it when the configuration is written.
             array.store(to.config_id, load(from.config_id));
+            array.store(to.config, load(from.config));
             // With the flags that the program has set back.
             array.store(to.input, load(from.input));
-            array.store(to.output, load(from.output));
+            // The program may run meanwhile, with the thread of kit 4.6.6.
+            array.store(to.output, settled(|| load(from.output)));
             array.store(to.txt_outputs, load(from.txt_outputs));
         }
     }
 
-    /// Copies what the controller writes from the array, and sets the master's timers.
-    pub(super) fn copy_from(&self, array: &AreaArray<FishX1Transfer>, timer: Timer) {
+    /// Copies the newest outputs into the array: a command that was given since they were sent is not done yet.
+    pub(super) fn copy_newest_to(&self, array: &AreaArray<FishX1Transfer>) {
+        for index in 0..self.count {
+            array.store(array.places(index).output, load(self.places(index).output));
+        }
+    }
+
+    /// Runs what may change flags in the array, and writes those that it has changed into the program's areas:
+    /// the program may have set others back meanwhile.
+    pub(super) fn with_flags<R>(
+        &self,
+        array: &AreaArray<FishX1Transfer>,
+        change: impl FnOnce() -> R,
+    ) -> R {
+        let in_array = || -> Vec<_> {
+            let places = (0..self.count).map(|index| flags(array.places(index).input));
+            places.map(|flags| flags.map(|at| array.load(at))).collect()
+        };
+        let before = in_array();
+        let result = change();
+        for (index, (before, after)) in before.into_iter().zip(in_array()).enumerate() {
+            for (kind, to) in flags(self.places(index).input).into_iter().enumerate() {
+                for i in (0..4).filter(|i| before[kind][*i] != after[kind][*i]) {
+                    store(to.cast::<u16>().wrapping_add(i), after[kind][i]);
+                }
+            }
+        }
+        result
+    }
+
+    /// Copies the inputs without their flags and ids from the array, and sets the master's timers.
+    pub(super) fn copy_values_from(&self, array: &AreaArray<FishX1Transfer>, timer: Timer) {
         for index in 0..self.count {
             let (from, to) = (array.places(index), self.places(index));
-            store(to.input, array.load(from.input));
+            let input = array.load(from.input);
+            // SAFETY: computes addresses within the inputs only.
+            unsafe {
+                store(&raw mut (*to.input).uni, input.uni);
+                store(&raw mut (*to.input).cnt_in, input.cnt_in);
+                store(&raw mut (*to.input).counter, input.counter);
+            }
             store(to.txt_inputs, array.load(from.txt_inputs));
             store(to.txt_inputs2, array.load(from.txt_inputs2));
         }
         store(self.places(0).extensions, array.load(array.places(0).extensions));
         store(self.places(0).timer, timer);
+    }
+
+    /// Copies which commands are done. Last, because a program that sees an id also looks at the rest.
+    pub(super) fn copy_ids_from(&self, array: &AreaArray<FishX1Transfer>) {
+        for index in 0..self.count {
+            let (input, to) = (array.load(array.places(index).input), self.places(index).input);
+            // SAFETY: computes addresses within the inputs only.
+            unsafe {
+                store(&raw mut (*to).cnt_reset_cmd_id, input.cnt_reset_cmd_id);
+                store(&raw mut (*to).motor_ex_cmd_id, input.motor_ex_cmd_id);
+            }
+        }
     }
 
     /// Reads what is printed of an area.
@@ -82,9 +134,15 @@ impl ProgramAreas {
     }
 }
 
+/// Where the flags of commands that are done lie in the inputs.
+fn flags(input: *mut InputValues) -> [*mut [u16; 4]; 2] {
+    // SAFETY: computes addresses within the inputs only.
+    unsafe { [&raw mut (*input).cnt_resetted, &raw mut (*input).motor_ex_reached] }
+}
+
 /// Reads a value that [`places`](ProgramAreas::places) leads to.
 fn load<T: Cell>(at: *mut T) -> T {
-    // SAFETY: the place is in the program's areas, which are there during a call and have no references.
+    // SAFETY: the place is in the program's areas, which stay as long as the handler and have no references.
     unsafe { T::load(at) }
 }
 

@@ -1,4 +1,4 @@
-//! The handler of kit 4.1.6: a connection, and exchanges in the program's own thread.
+//! The handler of the kits 4.1.6 and 4.6.6: a connection, and exchanges in the thread that asks for them.
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
 use std::fmt::Display;
@@ -149,16 +149,20 @@ impl Kit {
         let Transfer { array, mirror, link } = &mut *transfer;
         let link = link.as_mut().ok_or(NO_TRANSFER)?;
         self.areas.copy_to(array);
-        mirror.put_out(&mut link.areas);
+        self.areas.with_flags(array, || mirror.put_out(&mut link.areas));
         let exchange = match mode {
             TransferMode::Simple => &mut link.simple,
             _ => &mut link.compressed,
         };
         link.client.do_transfer(exchange, &mut link.areas)?;
-        mirror.take_in(&link.areas, |_| {});
+        self.areas.copy_newest_to(array);
         let mut timer = Timer::default();
         timer.set_elapsed(link.begun.elapsed());
-        self.areas.copy_from(array, timer);
+        self.areas.with_flags(array, || {
+            mirror.take_in(&link.areas, |_| {});
+            self.areas.copy_values_from(array, timer);
+        });
+        self.areas.copy_ids_from(array);
         Ok(())
     }
 

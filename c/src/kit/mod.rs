@@ -1,8 +1,10 @@
-//! The functions under the class of kit 4.1.6, `ftIF2013TransferAreaComHandler`.
+//! The functions under the classes of the kits 4.1.6 and 4.6.6, `ftIF2013TransferAreaComHandler` and
+//! `ftIF2013TransferAreaComHandlerEx`.
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
 mod areas;
 mod handler;
+mod thread;
 
 use std::ffi::c_char;
 
@@ -14,24 +16,25 @@ use crate::host;
 use crate::report;
 use areas::ProgramAreas;
 use handler::{Failure, Kit};
+use thread::Threaded;
 
 /// A handler as C passes it: null, or from [`ft_kit_new`] and not freed.
-type Handle<'a> = Option<&'a Kit>;
+type Handle<'a> = Option<&'a Threaded>;
 
 /// Makes a handler, and sets the default configuration in the program's areas. Null when there are none, or
 /// not 1 to 9.
 ///
 /// # Safety
 ///
-/// `areas` is null or points to `count` areas, which stay there until [`ft_kit_free`]. Only the thread that
-/// makes a call uses them during the call. The texts are null or end with 0.
+/// `areas` is null or points to `count` areas, which stay there until [`ft_kit_free`]. The texts are null or end
+/// with 0.
 #[no_mangle]
 pub unsafe extern "C" fn ft_kit_new(
     areas: *mut FishX1Transfer,
     count: i32,
     host: *const c_char,
     port: *const c_char,
-) -> *mut Kit {
+) -> *mut Threaded {
     guarded(std::ptr::null_mut(), || {
         // SAFETY: as the caller promises.
         let areas = unsafe { ProgramAreas::new(areas, count) };
@@ -41,20 +44,21 @@ pub unsafe extern "C" fn ft_kit_new(
         };
         // SAFETY: as the caller promises.
         let (host, port) = unsafe { (text_of(host), text_of(port)) };
-        Box::into_raw(Box::new(Kit::new(areas, host.as_deref(), port.as_deref())))
+        let kit = Kit::new(areas, host.as_deref(), port.as_deref());
+        Box::into_raw(Box::new(Threaded::new(kit)))
     })
 }
 
 /// Ends the transfer and the camera, and the handler with them.
 #[no_mangle]
-pub extern "C" fn ft_kit_free(kit: Option<Box<Kit>>) {
+pub extern "C" fn ft_kit_free(kit: Option<Box<Threaded>>) {
     guarded((), || drop(kit));
 }
 
 /// Runs a call; an error is reported and becomes 0.
 fn call(kit: Handle<'_>, run: impl FnOnce(&Kit) -> Result<(), Failure>) -> i32 {
     guarded(0, || {
-        let Some(kit) = kit else { return 0 };
+        let Some(kit) = kit.map(Threaded::kit) else { return 0 };
         i32::from(kit.report(run(kit)))
     })
 }
@@ -85,14 +89,47 @@ pub extern "C" fn ft_kit_update_config(kit: Handle<'_>) -> i32 {
 /// Exchanges the areas once.
 #[no_mangle]
 pub extern "C" fn ft_kit_transfer(kit: Handle<'_>, compressed: i32) -> i32 {
-    let mode = if compressed == 0 { TransferMode::Simple } else { TransferMode::Compressed };
-    call(kit, |kit| kit.transfer(host::mode_for(mode)))
+    call(kit, |kit| kit.transfer(mode(compressed)))
 }
 
-/// Ends the transfer with all motors off.
+/// The exchange that a program wants.
+fn mode(compressed: i32) -> TransferMode {
+    host::mode_for(if compressed == 0 { TransferMode::Simple } else { TransferMode::Compressed })
+}
+
+/// Ends the transfer with all motors off, and the thread if there is one.
 #[no_mangle]
 pub extern "C" fn ft_kit_end(kit: Handle<'_>) {
-    call(kit, Kit::end);
+    guarded((), || {
+        if kit.is_some_and(Threaded::stop) {
+            return;
+        }
+        call(kit, Kit::end);
+    });
+}
+
+/// Begins the transfer, and exchanges the areas in a thread. 0; 1 when it runs already; 2 when that fails.
+#[no_mangle]
+pub extern "C" fn ft_kit_start_thread(kit: Handle<'_>, compressed: i32) -> i32 {
+    const RUNS: i32 = 1;
+    const FAILED: i32 = 2;
+    guarded(FAILED, || match kit.map(|kit| kit.start(mode(compressed))) {
+        Some(Ok(true)) => 0,
+        Some(Ok(false)) => RUNS,
+        Some(Err(())) | None => FAILED,
+    })
+}
+
+/// Ends both. 0; 1 when there is no thread.
+#[no_mangle]
+pub extern "C" fn ft_kit_stop_thread(kit: Handle<'_>) -> i32 {
+    guarded(1, || i32::from(!kit.is_some_and(Threaded::stop)))
+}
+
+/// Whether the thread exchanges.
+#[no_mangle]
+pub extern "C" fn ft_kit_thread_runs(kit: Handle<'_>) -> i32 {
+    guarded(0, || i32::from(kit.is_some_and(Threaded::runs)))
 }
 
 /// Starts the camera. Its frames come over a connection of their own.

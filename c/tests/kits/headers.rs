@@ -17,6 +17,10 @@ fn check(program: &str, folder: &str, standard: &str, source: &str, name: &str) 
     let mut command = Command::new(program);
     command.arg(format!("-std={standard}")).args(["-Wall", "-Wextra", "-Werror", "-fsyntax-only"]);
     command.arg("-I").arg(include(folder)).arg("-I").arg(include(folder).join("Common"));
+    // What the header of kit 4.6.6 finds in that of 4.1.6, and what programs use of Windows.
+    for folder in ["kit", "kit/Common", "posix"] {
+        command.arg("-I").arg(include(folder));
+    }
     let output = command.arg(&file).output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{program} -std={standard} {folder}: {said}");
@@ -38,7 +42,7 @@ fn every_field_is_where_the_controller_has_it() {
     }
     assert!(checks.lines().count() > 200);
     for (folder, header) in
-        [("txt", "FtShmem.h"), ("kit", "FtShmem.h"), ("fttxtlib", "FtShmemTxt.h")]
+        [("txt", "FtShmem.h"), ("kit", "FtShmemTxt.h"), ("fttxtlib", "FtShmemTxt.h")]
     {
         let source = format!(
             "#include <stddef.h>\n#include \"{header}\"\n#define CHECK(what) static_assert(what, #what)\n\
@@ -57,14 +61,18 @@ fn the_headers_compile_in_every_standard() {
     let kelib = "#include <stdint.h>\n#include \"KeLibTxtDl.h\"\n#include \"FtShmem.h\"\n\
                  #include <stdint.h>\nuint32_t a; INT16 b; BOOL32 c; struct shm_if_s *area;\n";
     let ex2 = "#include \"FtTxtLib.h\"\n#include <iostream>\n#include <windows.h>\nusing namespace std;\n";
+    let common = "#include \"common.h\"\n#include \"KeLibTxtDl.h\"\nBOOL32 a; UINT16 b;\n";
     for compiler in compilers() {
         for standard in ["c++98", "c++11", "c++17", "c++20"] {
+            check(compiler, "txt", standard, common, &format!("common_{compiler}_{standard}.cpp"));
             check(compiler, "kit", standard, kit, &format!("kit_{compiler}_{standard}.cpp"));
             check(compiler, "txt", standard, kelib, &format!("txt_{compiler}_{standard}.cpp"));
         }
         let programs = [
             ("kit", "c++98", include_str!("programs/kit.cpp")),
             ("txt", "c++11", include_str!("programs/kelib.cpp")),
+            ("kit466", "c++11", include_str!("programs/kit466.cpp")),
+            ("kit466", "c++20", include_str!("programs/kit466.cpp")),
             ("fttxtlib", "c++11", include_str!("programs/ex2.cpp")),
         ];
         for (folder, standard, source) in programs {

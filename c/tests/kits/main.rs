@@ -5,4 +5,5 @@ mod ex2;
 mod headers;
 mod kelib;
 mod kit;
+mod kit466;
 mod support;

@@ -46,7 +46,8 @@ pub(crate) fn compile(folder: &str, standard: &str, source: &str, name: &str) ->
     std::fs::write(&file, source).unwrap();
     let mut command = Command::new(compiler);
     command.arg(format!("-std={standard}")).args(["-Wall", "-Wextra", "-Werror", "-pthread"]);
-    command.arg("-I").arg(include(folder)).arg("-I").arg(include("posix"));
+    command.arg("-I").arg(include(folder)).arg("-I").arg(include("kit/Common"));
+    command.arg("-I").arg(include("posix"));
     // For sanitizers: KITS_CXXFLAGS="-g -fsanitize=address,undefined".
     let options = std::env::var("KITS_CXXFLAGS").unwrap_or_default();
     command.args(options.split_whitespace());

@@ -1,0 +1,2 @@
+/* For programs that include ../Common/FtShmemTxt.h, with this folder on the include path. */
+#include "../FtShmemTxt.h"
