@@ -4,7 +4,7 @@ use std::env;
 use std::ffi::OsString;
 use std::process::{Command, ExitCode, ExitStatus};
 
-use crate::compiler::Program;
+use crate::program::Program;
 use crate::signals;
 use crate::symbols::Entry;
 use crate::target::Target;
@@ -28,9 +28,10 @@ pub(crate) fn run(
     }
     end_with_this_process(&mut command);
     let mut child = command.spawn()?;
-    signals::pass_on_to(&child);
-    let status = child.wait()?;
-    signals::stop_passing_on();
+    let id = signals::pass_on_to(&child);
+    let status = child.wait();
+    signals::stop_passing_on(id);
+    let status = status?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     Ok(tell(&name, program.entry, status))
 }

@@ -1,60 +1,17 @@
-//! Compiles a program with the system's compiler, whose messages go to the terminal as they are.
+//! The system's compilers, and what they are told.
 
 use std::env;
 use std::ffi::{OsStr, OsString};
-use std::fs;
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::headers::{self, Headers};
-use crate::kind::Kind;
-use crate::sources::Included;
-use crate::symbols::{self, Entry};
+use crate::inputs::Language;
+use crate::options::Options;
 use crate::Sentence;
 
-/// The main function of programs with PrgTic.
-const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
-
-/// The library that all programs are linked with.
-const LIBRARY: &str = if cfg!(windows) {
-    "ftMscLib.dll"
-} else if cfg!(target_os = "macos") {
-    "libftMscLib.dylib"
-} else {
-    "libftMscLib.so"
-};
-
-/// A program that can be run.
-pub(crate) struct Program {
-    pub(crate) path: PathBuf,
-    /// What it is, for people.
-    pub(crate) kind: String,
-    pub(crate) entry: Entry,
-    /// The folder of the library.
-    pub(crate) library_folder: PathBuf,
-}
-
-/// A language, with what its compiler is called and told.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Language {
-    C,
-    Cpp,
-}
-
 impl Language {
-    fn of(source: &Path) -> Result<Self, Sentence> {
-        let name = source.file_name().unwrap_or_default().to_string_lossy();
-        let is_capital = !name.contains(char::is_lowercase);
-        match source.extension().and_then(OsStr::to_str) {
-            Some("c") => Ok(Self::C),
-            // `STOPGO.C` is a name from Windows, `StopGo.C` is C++.
-            Some("C") if is_capital => Ok(Self::C),
-            Some("cpp" | "cc" | "cxx" | "c++" | "C" | "CPP") => Ok(Self::Cpp),
-            _ => Err(format!("{} is no source: .c, .cpp, .cc or .cxx", source.display()).into()),
-        }
-    }
-
-    fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::C => "C",
             Self::Cpp => "C++",
@@ -69,10 +26,11 @@ impl Language {
         }
     }
 
-    fn variable(self) -> &'static str {
+    /// The environment variables with the compiler and with options for it.
+    fn variables(self) -> [&'static str; 2] {
         match self {
-            Self::C => "CC",
-            Self::Cpp => "CXX",
+            Self::C => ["CC", "CFLAGS"],
+            Self::Cpp => ["CXX", "CXXFLAGS"],
         }
     }
 
@@ -101,173 +59,146 @@ impl Language {
         }
     }
 
-    /// The command that compiles it, with the first words of its line.
-    fn command(self) -> Result<Command, Sentence> {
-        if let Some(named) = env::var_os(self.variable()).filter(|named| !named.is_empty()) {
-            let named = named.to_string_lossy().into_owned();
-            let mut words = named.split_whitespace();
-            let mut command = Command::new(words.next().unwrap_or_default());
-            command.args(words);
-            return Ok(command);
+    /// Whether a standard is one of this language.
+    fn has_standard(self, standard: &str) -> bool {
+        standard.contains("++") == (self == Self::Cpp)
+    }
+}
+
+/// The words of an environment variable with options.
+pub(crate) fn words_of(variable: &str) -> Vec<OsString> {
+    env::var(variable).unwrap_or_default().split_whitespace().map(Into::into).collect()
+}
+
+/// A compiler that is there.
+pub(crate) struct Compiler {
+    pub(crate) language: Language,
+    /// The command's first words.
+    words: Vec<OsString>,
+    /// What tells it from another one, and from a newer one.
+    pub(crate) identity: String,
+    /// Options before and behind those with our headers.
+    before: Vec<OsString>,
+    behind: Vec<OsString>,
+}
+
+impl Compiler {
+    /// The compiler that `CC` or `CXX` names, or the first one that is found, with the options for this program.
+    pub(crate) fn find(language: Language, options: &Options) -> Result<Self, Sentence> {
+        let [variable, flags] = language.variables();
+        let named = env::var_os(variable).filter(|named| !named.is_empty());
+        let words: Vec<OsString> = match &named {
+            Some(named) => named.to_string_lossy().split_whitespace().map(Into::into).collect(),
+            None => Vec::new(),
+        };
+        let (words, version) = match (words.is_empty(), version_of(&words)) {
+            (false, Ok(version)) => (words, version.unwrap_or_default()),
+            (false, Err(error)) => {
+                let name = words[0].to_string_lossy();
+                return Err(format!("the compiler {name} can't be started: {error}").into());
+            }
+            (true, _) => first_found(language)?,
+        };
+        let mut before: Vec<OsString> = language.options().iter().map(Into::into).collect();
+        // Messages come through this program, so the compiler can't see the terminal.
+        let knows_colours = ["Free Software Foundation", "clang"];
+        if std::io::stderr().is_terminal() && knows_colours.iter().any(|by| version.contains(by)) {
+            before.push("-fdiagnostics-color=always".into());
         }
-        let starts = |name: &&str| {
-            let mut command = Command::new(name);
-            command.arg("--version").stdin(Stdio::null()).stdout(Stdio::null());
-            command.stderr(Stdio::null()).status().is_ok_and(|status| status.success())
+        let mut behind = Vec::new();
+        let mut add = |option: &str, value: &OsStr| {
+            behind.push(OsString::from_iter([OsStr::new(option), value]));
         };
-        let found = self.compilers().into_iter().find(starts);
-        found.map(Command::new).ok_or_else(|| {
-            let [first, second, third] = self.compilers();
-            format!(
-                "no {} compiler is found: neither {first} nor {second} nor {third}. Install gcc or clang, or \
-                 name a compiler in {}",
-                self.name(),
-                self.variable()
-            )
-            .into()
-        })
+        options.include_folders.iter().for_each(|folder| add("-I", folder.as_os_str()));
+        options.definitions.iter().for_each(|definition| add("-D", definition));
+        behind.extend(words_of(flags));
+        let standards = options.standards.iter().filter(|named| language.has_standard(named));
+        behind.extend(standards.map(|named| format!("-std={named}").into()));
+        let identity = format!("{words:?} {version}");
+        Ok(Self { language, words, identity, before, behind })
     }
 
-    fn own_options(self) -> Vec<OsString> {
-        let variable = match self {
-            Self::C => "CFLAGS",
-            Self::Cpp => "CXXFLAGS",
-        };
-        env::var(variable).unwrap_or_default().split_whitespace().map(Into::into).collect()
-    }
-}
-
-/// Compiles and links a program in the build folder.
-pub(crate) fn compile(sources: &[PathBuf], build: &Path) -> Result<Program, Sentence> {
-    let languages =
-        sources.iter().map(|source| Language::of(source)).collect::<Result<Vec<_>, _>>()?;
-    let library = library()?;
-    let work = Work::new(sources, build)?;
-    let mut compiled = Vec::new();
-    for (source, language) in sources.iter().zip(&languages) {
-        compiled.push((source.clone(), work.compile(source, *language, compiled.len())?));
-    }
-    let entry = symbols::entry(&compiled)?;
-    let mut objects: Vec<PathBuf> = compiled.into_iter().map(|(_, object)| object).collect();
-    if entry == Entry::PrgTic {
-        let main = build.join("tx_main.c");
-        fs::write(&main, TX_MAIN)?;
-        objects.push(work.compile(&main, Language::C, objects.len())?);
-    }
-    let linker = if languages.contains(&Language::Cpp) { Language::Cpp } else { Language::C };
-    let name = sources[0].file_stem().unwrap_or(OsStr::new("program"));
-    let folder = build.join("program");
-    fs::create_dir(&folder)?;
-    let path = folder.join(name).with_extension(env::consts::EXE_EXTENSION);
-    link(linker, &objects, &library, &path)?;
-    let kind = match (entry, work.kind) {
-        (Entry::PrgTic, _) => Kind::Downloaded.to_string(),
-        (Entry::Main, Some(kind)) => kind.to_string(),
-        (Entry::Main, None) => "a program that includes no header of TX or TXT".into(),
-    };
-    let library_folder = library.parent().map(Path::to_owned).unwrap_or_default();
-    Ok(Program { path, kind, entry, library_folder })
-}
-
-/// What the compilation of each source needs.
-struct Work<'a> {
-    build: &'a Path,
-    kind: Option<Kind>,
-    headers: Headers,
-    /// Where sources are copied to, because old headers lie beside them.
-    copies: std::collections::BTreeMap<PathBuf, PathBuf>,
-}
-
-impl<'a> Work<'a> {
-    fn new(sources: &[PathBuf], build: &'a Path) -> Result<Self, Sentence> {
-        let included = Included::by(sources)
-            .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
-        let names: Vec<String> =
-            included.includes.iter().map(|include| include.name().to_lowercase()).collect();
-        let kind = Kind::of(names.iter().map(String::as_str));
-        let headers = Headers::write(kind.unwrap_or(Kind::Downloaded), build)?;
-        headers.spell(&included)?;
-        let replaced = headers.replaced(&included);
-        let copies = if replaced.is_empty() {
-            Default::default()
-        } else {
-            headers::copy_without(&replaced, &included, &build.join("own"))?
-        };
-        Ok(Self { build, kind, headers, copies })
+    /// What the program has chosen, for the key of a cache.
+    pub(crate) fn options(&self) -> impl Iterator<Item = &OsString> {
+        self.before.iter().chain(&self.behind)
     }
 
-    /// Compiles one source; returns the compiled file.
-    fn compile(
-        &self,
-        source: &Path,
-        language: Language,
-        number: usize,
-    ) -> Result<PathBuf, Sentence> {
-        let object = self.build.join(format!("{number}.o"));
-        let copy = self.copies.get(source);
-        let mut command = language.command()?;
-        command.args(language.options());
-        if matches!(self.kind, Some(Kind::Downloaded | Kind::KeLib)) {
-            // As on the controllers.
-            command.arg("-funsigned-char");
-        }
-        command.args(language.own_options());
-        for folder in &self.headers.folders {
+    pub(crate) fn command(&self) -> Command {
+        let mut command = Command::new(&self.words[0]);
+        command.args(&self.words[1..]);
+        command
+    }
+
+    /// A command that compiles a source, still without its headers' folders behind those of the program.
+    pub(crate) fn compile(&self, folders: &[PathBuf]) -> Command {
+        let mut command = self.command();
+        command.args(&self.before);
+        for folder in folders {
             command.arg("-I").arg(folder);
         }
-        if copy.is_some() {
-            // What is included in ways that the text does not tell.
-            command
-                .arg("-I")
-                .arg(source.parent().filter(|it| *it != Path::new("")).unwrap_or(Path::new(".")));
+        command.args(&self.behind);
+        command
+    }
+
+    /// Has the command compile this source to this file.
+    pub(crate) fn add_source(&self, command: &mut Command, source: &Path, object: &Path) {
+        command.args(["-x", self.language.option(), "-c"]).arg(source).arg("-o").arg(object);
+    }
+
+    /// The folders in which the compiler itself has headers.
+    pub(crate) fn system_folders(&self) -> Vec<PathBuf> {
+        let mut command = self.command();
+        // The heading of the list is in English then.
+        command.env("LC_ALL", "C").args(["-E", "-v", "-x", self.language.option(), "-"]);
+        let Ok(output) = command.stdin(Stdio::null()).output() else { return Vec::new() };
+        let text = String::from_utf8_lossy(&output.stderr);
+        let list = text.lines().skip_while(|line| !line.contains("<...> search starts here"));
+        let folders = list.skip(1).take_while(|line| line.starts_with(' '));
+        folders.map(|folder| folder.trim().into()).collect()
+    }
+}
+
+/// The folders in which compilers look for the program's headers.
+pub(crate) fn include_folders(options: &Options) -> Vec<PathBuf> {
+    let mut folders = options.include_folders.clone();
+    for language in [Language::C, Language::Cpp] {
+        let words = words_of(language.variables()[1]);
+        for (index, word) in words.iter().enumerate() {
+            let word = word.to_string_lossy();
+            for option in ["-I", "-iquote", "-isystem"] {
+                match word.strip_prefix(option) {
+                    Some("") => folders.extend(words.get(index + 1).map(Into::into)),
+                    Some(folder) => folders.push(folder.into()),
+                    None => {}
+                }
+            }
         }
-        command.args(["-x", language.option()]);
-        command.arg("-c").arg(copy.map_or(source, PathBuf::as_path)).arg("-o").arg(&object);
-        run(&mut command, &format!("{} does not compile", source.display()))?;
-        Ok(object)
     }
+    folders
 }
 
-fn link(
-    language: Language,
-    objects: &[PathBuf],
-    library: &Path,
-    path: &Path,
-) -> Result<(), Sentence> {
-    let mut command = language.command()?;
-    command.args(objects).arg(library);
-    if !cfg!(windows) {
-        let mut search = OsString::from("-Wl,-rpath,");
-        search.push(library.parent().unwrap_or(Path::new("")));
-        command.arg(search);
-    }
-    command.args(["-lm", "-lpthread", "-o"]).arg(path);
-    run(&mut command, "the program can't be linked")
+/// What a compiler says about itself; `None` when it does not like to be asked.
+fn version_of(words: &[OsString]) -> std::io::Result<Option<String>> {
+    let Some((program, rest)) = words.split_first() else { return Ok(None) };
+    let mut command = Command::new(program);
+    let output = command.args(rest).arg("--version").stdin(Stdio::null()).output()?;
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    Ok(output.status.success().then_some(text))
 }
 
-fn run(command: &mut Command, otherwise: &str) -> Result<(), Sentence> {
-    match command.stdin(Stdio::null()).status() {
-        Ok(status) if status.success() => Ok(()),
-        Ok(_) => Err(otherwise.into()),
-        Err(error) => {
-            let name = command.get_program().to_string_lossy();
-            Err(format!("the compiler {name} can't be started: {error}").into())
+fn first_found(language: Language) -> Result<(Vec<OsString>, String), Sentence> {
+    for name in language.compilers() {
+        let words = vec![OsString::from(name)];
+        if let Ok(Some(version)) = version_of(&words) {
+            return Ok((words, version));
         }
     }
-}
-
-/// The library: beside this program, or where it was built. If there are two, the newer one.
-fn library() -> Result<PathBuf, Sentence> {
-    let program = env::current_exe()?;
-    let folder = program.parent().unwrap_or(Path::new(""));
-    let places = [
-        folder.join(LIBRARY),
-        folder.join("deps").join(LIBRARY),
-        folder.join("../lib").join(LIBRARY),
-    ];
-    let changed = |place: &PathBuf| fs::metadata(place).and_then(|data| data.modified()).ok();
-    let newest = places.into_iter().filter_map(|place| Some((changed(&place)?, place))).max();
-    newest.map(|(_, place)| place).ok_or_else(|| {
-        format!("{LIBRARY} is not there: it belongs into {}", folder.display()).into()
-    })
+    let [first, second, third] = language.compilers();
+    Err(format!(
+        "no {} compiler is found: neither {first} nor {second} nor {third}. Install gcc or clang, or name a \
+         compiler in {}",
+        language.name(),
+        language.variables()[0]
+    )
+    .into())
 }

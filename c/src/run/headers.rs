@@ -1,27 +1,48 @@
 //! The headers, which are part of this program, and where the compiler finds them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use include_dir::{include_dir, Dir, File};
+use include_dir::{include_dir, Dir};
 
 use crate::kind::Kind;
-use crate::sources::{Include, Included};
+use crate::sources::{Include, Own, OwnFiles};
 
 static HEADERS: Dir = include_dir!("$CARGO_MANIFEST_DIR/include");
 
-/// The folder from which includes with a folder before the name are looked for: `../../Common/ROBO_TX_FW.h`.
-const DEEP: &str = "spelled/1/2/3/4/5/6/7/8";
+/// The folders with the headers of the kits; the first has those that lie in no folder.
+const KITS: [&str; 5] = ["", "txt", "kit", "kit466", "fttxtlib"];
+/// The folder with what programs use of Windows.
+const WINDOWS: &str = "posix";
+/// A header with this name may also be something of the program's own.
+const COMMON: &str = "common.h";
+
+/// Whether a kit has a header with this name, which is in lower case. `common.h` does not tell.
+pub(crate) fn is_of_a_kit(name: &str) -> bool {
+    name != COMMON && KITS.iter().any(|folder| names_in(folder).any(|(of_kit, _)| of_kit == name))
+}
+
+/// The names of the headers in a folder in lower case, and where they lie among all headers.
+fn names_in(folder: &str) -> impl Iterator<Item = (String, &'static Path)> {
+    let folder = if folder.is_empty() { Some(&HEADERS) } else { HEADERS.get_dir(folder) };
+    folder.into_iter().flat_map(Dir::files).map(|file| {
+        let name = file.path().file_name().unwrap_or_default();
+        (name.to_string_lossy().to_lowercase(), file.path())
+    })
+}
 
 /// The headers as files, for one program.
 pub(crate) struct Headers {
-    /// Folders for the compiler, in this order.
+    /// Folders for the compiler that come before those of the program.
     pub(crate) folders: Vec<PathBuf>,
-    /// Where our headers lie, by their names in lower case.
-    known: BTreeMap<String, PathBuf>,
-    deep: PathBuf,
+    /// The folder that comes last: a program may have headers with such names of its own.
+    pub(crate) windows: Option<PathBuf>,
+    /// Where headers lie, by their names in lower case.
+    of_kit: BTreeMap<String, PathBuf>,
+    of_windows: BTreeMap<String, PathBuf>,
+    kind: Kind,
 }
 
 impl Headers {
@@ -30,158 +51,289 @@ impl Headers {
         let include = build.join("include");
         fs::create_dir(&include)?;
         HEADERS.extract(&include)?;
-        let deep = build.join(DEEP);
-        fs::create_dir_all(&deep)?;
-        let mut headers = Self { folders: vec![deep.clone()], known: BTreeMap::new(), deep };
-        for folder in kind.folders() {
-            let files = match *folder {
-                "" => HEADERS.files().collect(),
-                _ => HEADERS.get_dir(folder).map_or_else(Vec::new, |dir| dir.files().collect()),
-            };
-            headers.add(&include, files);
-            headers.folders.push(include.join(folder));
+        let placed = |folder: &str| names_in(folder).map(|(name, at)| (name, include.join(at)));
+        let mut of_kit = BTreeMap::new();
+        for (name, place) in kind.folders().iter().flat_map(|folder| placed(folder)) {
+            of_kit.entry(name).or_insert(place);
         }
-        Ok(headers)
+        let windows = (!cfg!(windows)).then(|| include.join(WINDOWS));
+        let of_windows = if cfg!(windows) { BTreeMap::new() } else { placed(WINDOWS).collect() };
+        let folders = kind.folders().iter().map(|folder| include.join(folder)).collect();
+        Ok(Self { folders, windows, of_kit, of_windows, kind })
     }
 
-    fn add(&mut self, include: &Path, files: Vec<&File>) {
-        for file in files {
-            let name = file.path().file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-            self.known.entry(name).or_insert_with(|| include.join(file.path()));
+    /// What tells these headers from others: the kind, and the texts of all.
+    pub(crate) fn identity(&self) -> impl std::hash::Hash {
+        let folders = KITS.into_iter().chain(["detail", WINDOWS]);
+        let files = folders.flat_map(|folder| match folder {
+            "" => HEADERS.files(),
+            _ => HEADERS.get_dir(folder).unwrap_or(&HEADERS).files(),
+        });
+        (self.kind.folders(), files.map(include_dir::File::contents).collect::<Vec<_>>())
+    }
+
+    /// Our header with this name.
+    fn ours(&self, name: &str) -> Option<&Path> {
+        self.of_kit.get(name).or_else(|| self.of_windows.get(name)).map(PathBuf::as_path)
+    }
+
+    /// Whether our header takes the place of the program's own file: the headers of that time were for other
+    /// compilers, with integers that are longer today.
+    fn replaces(&self, own: &Own, name: &str) -> bool {
+        if !self.of_kit.contains_key(name) {
+            return false;
         }
-    }
-
-    /// Our header in place of the one that is included, if there is one.
-    fn ours(&self, include: &Include) -> Option<&Path> {
-        self.known.get(&include.name().to_lowercase()).map(PathBuf::as_path)
-    }
-
-    /// Whether the program's own file is to be replaced by our header: the headers of that time were for other
-    /// compilers, with integers that are longer today. `common.h` may also be something of the program's own.
-    fn replaces(&self, include: &Include) -> bool {
-        let (Some(file), Some(_)) = (&include.file, self.ours(include)) else { return false };
-        if !include.name().eq_ignore_ascii_case("common.h") {
+        if name != COMMON {
             return true;
         }
-        let text = fs::read(file).unwrap_or_default();
+        let text = fs::read(&own.file).unwrap_or_default();
         let text = String::from_utf8_lossy(&text);
         text.contains("typedef") && text.contains("UINT16")
     }
 
-    /// The program's own files that are to be replaced.
-    pub(crate) fn replaced<'a>(&self, included: &'a Included) -> Vec<&'a Path> {
-        let includes = included.includes.iter().filter(|include| self.replaces(include));
-        includes.filter_map(|include| include.file.as_deref()).collect()
-    }
-
-    /// Makes headers available as the sources spell them: ours with other cases and with folders before them,
-    /// and all of them with the `\` of Windows.
-    pub(crate) fn spell(&self, included: &Included) -> io::Result<()> {
-        for include in &included.includes {
-            if let Some(header) = self.to_spell(include)? {
-                let spelled = self.deep.join(&include.written);
-                if let Some(folder) = spelled.parent() {
-                    fs::create_dir_all(folder)?;
+    /// What an include means.
+    fn meaning(&self, include: &Include, system: &impl Fn(&str) -> bool) -> Meaning {
+        let name = include.name();
+        let ours = self.ours(&name).map(Path::to_owned);
+        let is_literal =
+            |ours: &Path| ours.file_name().is_some_and(|file| *include.written == *file);
+        match (&include.own, ours) {
+            (Some(own), Some(ours)) if self.replaces(own, &name) => {
+                let passed_over = Some(own.file.clone());
+                Meaning::Ours { is_found: !own.is_beside && is_literal(&ours), ours, passed_over }
+            }
+            (Some(own), _) => {
+                let is_hidden = !own.is_beside && self.of_kit.contains_key(&name);
+                if !own.is_exact && system(&include.written) {
+                    return Meaning::Elsewhere;
                 }
-                fs::write(spelled, format!("#include {:?}\n", header.display().to_string()))?;
+                Meaning::Own { own: own.clone(), is_found: own.is_exact && !is_hidden }
             }
-        }
-        Ok(())
-    }
-
-    /// The header that is meant by a spelling that the compiler does not understand by itself.
-    fn to_spell(&self, include: &Include) -> io::Result<Option<PathBuf>> {
-        let written = &include.written;
-        if written.contains(':') || written.starts_with('/') {
-            return Ok(None);
-        }
-        let for_windows = written.contains('\\') && !cfg!(windows);
-        match (&include.file, self.ours(include)) {
-            (Some(file), _) if !self.replaces(include) => {
-                for_windows.then(|| fs::canonicalize(file)).transpose()
+            (None, Some(ours)) => {
+                let is_found = is_literal(&ours);
+                if !is_found && system(&include.written) {
+                    return Meaning::Elsewhere;
+                }
+                Meaning::Ours { ours, is_found, passed_over: None }
             }
-            (_, Some(ours)) => {
-                let is_known = ours.file_name().is_some_and(|name| **written == *name);
-                Ok((!is_known).then(|| ours.to_owned()))
-            }
-            (_, None) => Ok(None),
+            (None, None) => Meaning::Elsewhere,
         }
     }
 }
 
-/// Copies the program's own files into a folder, without those that our headers replace, so the compiler does
-/// not find them beside the source. Messages name the files where they were. Returns where a file is now.
-pub(crate) fn copy_without(
-    replaced: &[&Path],
-    included: &Included,
-    to: &Path,
-) -> io::Result<BTreeMap<PathBuf, PathBuf>> {
-    let absolute = |file: &Path| fs::canonicalize(file);
-    let replaced = replaced.iter().map(|file| absolute(file)).collect::<io::Result<Vec<_>>>()?;
-    let mut copies = BTreeMap::new();
-    for file in &included.files {
-        let absolute = absolute(file)?;
-        let copy = to.join(absolute.components().filter(is_normal).collect::<PathBuf>());
-        copies.insert(file.clone(), copy.clone());
-        if let Some(folder) = copy.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        if replaced.contains(&absolute) {
-            continue;
-        }
-        let text = fs::read(file)?;
-        let text = text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&text);
-        let mut marked = format!("#line 1 {:?}\n", file.display().to_string()).into_bytes();
-        marked.extend_from_slice(text);
-        fs::write(copy, marked)?;
-    }
-    Ok(copies)
+/// What an include means, and whether a compiler finds it without our help.
+enum Meaning {
+    Ours { ours: PathBuf, is_found: bool, passed_over: Option<PathBuf> },
+    Own { own: Own, is_found: bool },
+    Elsewhere,
 }
 
-fn is_normal(component: &std::path::Component) -> bool {
-    matches!(component, std::path::Component::Normal(_))
+/// The files of a program in which includes say what they mean.
+#[derive(Default)]
+pub(crate) struct Copies {
+    /// Where the copy of a file is.
+    pub(crate) of: BTreeMap<PathBuf, PathBuf>,
+    /// Files of the program in place of which our headers are used.
+    pub(crate) passed_over: BTreeSet<PathBuf>,
+}
+
+impl Copies {
+    /// Copies the files in which an include would not be found, or not as it is meant, and those that include
+    /// them. Messages name the files where they were. `system` says whether the compiler itself has a header.
+    pub(crate) fn write(
+        own: &OwnFiles,
+        headers: &Headers,
+        to: &Path,
+        system: &impl Fn(&str) -> bool,
+    ) -> io::Result<Self> {
+        let meanings: BTreeMap<&Path, Vec<Meaning>> = own
+            .files
+            .iter()
+            .map(|(path, file)| {
+                let all = file.includes.iter().map(|include| headers.meaning(include, system));
+                (path.as_path(), all.collect())
+            })
+            .collect();
+        let mut copies = Self::default();
+        copies.choose(&meanings, to);
+        for (path, copy) in &copies.of {
+            let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);
+            fs::create_dir_all(copy.parent().unwrap_or(to))?;
+            fs::write(copy, text)?;
+        }
+        Ok(copies)
+    }
+
+    fn choose(&mut self, meanings: &BTreeMap<&Path, Vec<Meaning>>, to: &Path) {
+        let needs_copy = |meaning: &Meaning, copied: &BTreeMap<PathBuf, PathBuf>| match meaning {
+            Meaning::Ours { is_found, .. } => !is_found,
+            Meaning::Own { own, is_found } => !is_found || copied.contains_key(&own.file),
+            Meaning::Elsewhere => false,
+        };
+        loop {
+            let before = self.of.len();
+            for (path, all) in meanings {
+                if !self.of.contains_key(*path) && all.iter().any(|it| needs_copy(it, &self.of)) {
+                    let copy = to.join(self.of.len().to_string());
+                    let name = path.file_name().unwrap_or_default();
+                    self.of.insert(path.to_path_buf(), copy.join(name));
+                }
+            }
+            if self.of.len() == before {
+                break;
+            }
+        }
+        for meaning in meanings.values().flatten() {
+            if let Meaning::Ours { passed_over, .. } = meaning {
+                self.passed_over.extend(passed_over.clone());
+            }
+        }
+    }
+
+    /// The text of a copy: its includes name what they mean, because nothing lies beside it any more.
+    fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
+        let mut copy = format!("#line 1 {}\n", quoted(path)).into_bytes();
+        let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
+        for (include, meaning) in own.files[path].includes.iter().zip(meanings) {
+            let named = match meaning {
+                Meaning::Ours { ours, is_found: false, .. } => ours.clone(),
+                Meaning::Own { own, .. } => match self.of.get(&own.file) {
+                    Some(copy) => copy.clone(),
+                    None => std::path::absolute(&own.file).unwrap_or_else(|_| own.file.clone()),
+                },
+                Meaning::Ours { is_found: true, .. } | Meaning::Elsewhere => continue,
+            };
+            copy.extend_from_slice(&text[end..include.place.start]);
+            copy.extend_from_slice(quoted(&named).as_bytes());
+            end = include.place.end;
+        }
+        copy.extend_from_slice(&text[end..]);
+        copy
+    }
+}
+
+/// A path as C has it in quotes.
+fn quoted(path: &Path) -> String {
+    // Compilers for Windows know `/`, too, and `\` may mean something else.
+    let path = path.display().to_string();
+    format!("\"{}\"", if cfg!(windows) { path.replace('\\', "/") } else { path })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    struct Made {
+        folder: tempfile::TempDir,
+        build: tempfile::TempDir,
+        copies: Copies,
+    }
+
+    /// What becomes of files with these texts, of which those that end with `.c` are the sources, with the
+    /// include folder `inc`.
+    fn made(kind: Kind, files: &[(&str, &str)]) -> Made {
+        let (folder, build) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        let sources = files.iter().filter(|(name, _)| name.ends_with(".c"));
+        let sources: Vec<PathBuf> = sources.map(|(name, _)| folder.path().join(name)).collect();
+        let include = [folder.path().join("inc")];
+        let own = OwnFiles::read(sources.iter().map(PathBuf::as_path), &include).unwrap();
+        let headers = Headers::write(kind, build.path()).unwrap();
+        assert!(headers.folders.iter().all(|folder| folder.is_dir()), "{:?}", headers.folders);
+        let system = |name: &str| name == "math.h" || name == "lib/common.h";
+        let copies = Copies::write(&own, &headers, &build.path().join("own"), &system).unwrap();
+        Made { folder, build, copies }
+    }
+
+    impl Made {
+        /// The include lines of a copy, with OURS and PROGRAM for the two folders; `None` without a copy.
+        fn copy(&self, name: &str) -> Option<Vec<String>> {
+            let copy = self.copies.of.get(&self.folder.path().join(name))?;
+            let text = fs::read_to_string(copy).unwrap();
+            let text =
+                text.replace(&self.build.path().join("include").display().to_string(), "OURS");
+            let text = text.replace(&self.folder.path().display().to_string(), "PROGRAM");
+            assert!(text.starts_with(&format!("#line 1 \"PROGRAM/{name}\"\n")), "{text}");
+            Some(text.lines().filter(|line| line.contains("include")).map(str::to_owned).collect())
+        }
+
+        fn passed_over(&self) -> Vec<&Path> {
+            let folder = self.folder.path();
+            self.copies.passed_over.iter().map(|file| file.strip_prefix(folder).unwrap()).collect()
+        }
+    }
+
     #[test]
     fn headers_are_found_as_programs_spell_them() {
-        let folder = tempfile::tempdir().unwrap();
-        let source = folder.path().join("a.c");
-        let includes = "#include \"ROBO_TX_PRG.H\"\n#include \"../../Common/robo_tx_fw.h\"\n";
-        fs::write(&source, includes).unwrap();
-        let included = Included::by(&[source]).unwrap();
-        let build = tempfile::tempdir().unwrap();
-        let headers = Headers::write(Kind::Downloaded, build.path()).unwrap();
-        headers.spell(&included).unwrap();
-        for include in &included.includes {
-            assert!(headers.folders[0].join(&include.written).is_file(), "{include:?}");
-        }
-        assert!(headers.folders.iter().all(|folder| folder.is_dir()), "{:?}", headers.folders);
+        let a = "#include \"ROBO_TX_PRG.H\"\n#include \"../../Common/robo_tx_fw.h\"\n#include <Math.h>\n";
+        let b = "#include \"ROBO_TX_PRG.h\"\n#include <math.h>\n#include <lib/common.h>\n";
+        let made = made(Kind::Downloaded, &[("a.c", a), ("b.c", b)]);
+        let expected = [
+            "#include \"OURS/ROBO_TX_PRG.h\"",
+            "#include \"OURS/ROBO_TX_FW.h\"",
+            "#include <Math.h>",
+        ];
+        assert_eq!(made.copy("a.c").unwrap(), expected);
+        assert_eq!(made.copy("b.c"), None);
     }
 
     #[test]
     fn old_headers_of_the_program_are_replaced_and_its_own_are_not() {
-        let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| {
-            let path = folder.path().join(name);
-            fs::write(&path, text).unwrap();
-            path
-        };
-        let source = write("a.c", "#include \"ROBO_TX_FW.h\"\n#include \"common.h\"\nint a;\n");
-        let old = write("ROBO_TX_FW.h", "typedef unsigned long UINT32;\n");
-        write("common.h", "int b;\n");
-        let included = Included::by(std::slice::from_ref(&source)).unwrap();
-        let build = tempfile::tempdir().unwrap();
-        let headers = Headers::write(Kind::Downloaded, build.path()).unwrap();
-        let replaced = headers.replaced(&included);
-        assert_eq!(replaced, [old.as_path()]);
-        let copies = copy_without(&replaced, &included, &build.path().join("own")).unwrap();
-        let copy = fs::read_to_string(&copies[&source]).unwrap();
-        assert!(copy.starts_with("#line 1 ") && copy.ends_with("int a;\n"), "{copy}");
-        assert!(!copies[&old].exists());
-        assert!(copies[&source].with_file_name("common.h").is_file());
+        let made = made(
+            Kind::Downloaded,
+            &[
+                ("a.c", "#include \"ROBO_TX_FW.h\"\n#include \"common.h\"\n#include \"own.h\"\n"),
+                ("b.c", "#include \"inc.h\"\n"),
+                ("ROBO_TX_FW.h", "typedef unsigned long UINT32;\n"),
+                ("common.h", "int b;\n"),
+                ("own.h", "int c;\n"),
+                ("inc/inc.h", "#include \"other.h\"\n"),
+                ("inc/other.h", "#include \"ROBO_TX_FW.h\"\n#include <conio.h>\n"),
+                ("inc/ROBO_TX_FW.h", "typedef unsigned long UINT32;\n"),
+                ("inc/conio.h", "int d;\n"),
+            ],
+        );
+        let expected = [
+            "#include \"OURS/ROBO_TX_FW.h\"",
+            "#include \"PROGRAM/common.h\"",
+            "#include \"PROGRAM/own.h\"",
+        ];
+        assert_eq!(made.copy("a.c").unwrap(), expected);
+        // What includes a copy is a copy, too.
+        let other = &made.copies.of[&made.folder.path().join("inc/other.h")];
+        let inc =
+            fs::read_to_string(&made.copies.of[&made.folder.path().join("inc/inc.h")]).unwrap();
+        assert!(inc.contains(&other.display().to_string()), "{inc}");
+        assert_eq!(made.copy("own.h"), None);
+        assert_eq!(made.copy("common.h"), None);
+        let over = [Path::new("ROBO_TX_FW.h"), Path::new("inc/ROBO_TX_FW.h")];
+        assert_eq!(made.passed_over(), over);
+    }
+
+    #[test]
+    fn copies_in_include_folders_are_passed_over_and_own_files_there_are_not_hidden() {
+        let made = made(
+            Kind::KeLib,
+            &[
+                ("a.c", "#include <KeLibTxtDl.h>\n#include \"common.h\"\n#include \"Own.h\"\n"),
+                ("b.c", "#include \"FtShmem.h\"\n"),
+                ("inc/KeLibTxtDl.h", "typedef unsigned long UINT32;\n"),
+                ("inc/FtShmem.h", "typedef unsigned long UINT32;\n"),
+                ("inc/common.h", "int own;\n"),
+                ("inc/own.h", ""),
+            ],
+        );
+        let expected = [
+            "#include <KeLibTxtDl.h>",
+            "#include \"PROGRAM/inc/common.h\"",
+            "#include \"PROGRAM/inc/own.h\"",
+        ];
+        assert_eq!(made.copy("a.c").unwrap(), expected);
+        assert_eq!(made.copy("b.c"), None);
+        assert_eq!(made.passed_over(), [Path::new("inc/FtShmem.h"), Path::new("inc/KeLibTxtDl.h")]);
     }
 }

@@ -13,6 +13,8 @@ pub(crate) enum Kind {
     KeLib,
     /// The class of the TXT's kit 4.1.6.
     Kit,
+    /// The classes of the TXT's kit 4.6.6, which has its header under the same name.
+    Kit466,
     /// FtTxtLib, the TXT's kit 4.6.6.
     FtTxtLib,
 }
@@ -29,32 +31,42 @@ const HEADERS: &[(&str, Kind)] = &[
     ("robo_tx_prg.h", Kind::Downloaded),
     ("fterrcode.h", Kind::MscLib),
     ("robo_tx_fw.h", Kind::Downloaded),
+    ("ftshmemtxt.h", Kind::Kit466),
     ("ftshmem.h", Kind::KeLib),
 ];
 
+/// What programs use of kit 4.6.6 that kit 4.1.6 has not got.
+const OF_KIT_4_6_6: &[&str] = &["IF_TXT_MAX", "ShmIfId_TXT", "AreaComHandlerEx", "DoTransfer("];
+
 impl Kind {
-    /// The kind of a program whose sources include these names, in lower case and without folders.
-    pub(crate) fn of<'a>(included: impl Iterator<Item = &'a str> + Clone) -> Option<Self> {
-        HEADERS
-            .iter()
-            .find(|(header, _)| included.clone().any(|name| name == *header))
-            .map(|(_, kind)| *kind)
+    /// The kind of a program: by the names that its sources include, in lower case and without folders, and by the
+    /// text of its files where two kits have the same names.
+    pub(crate) fn of<'a>(
+        included: impl Iterator<Item = &'a str> + Clone,
+        mut texts: impl Iterator<Item = &'a [u8]>,
+    ) -> Option<Self> {
+        let told = HEADERS.iter().find(|(header, _)| included.clone().any(|name| name == *header));
+        match told?.1 {
+            Self::Kit if texts.any(is_of_kit_4_6_6) => Some(Self::Kit466),
+            kind => Some(kind),
+        }
     }
 
     /// The folders of its headers, in the folder of all headers.
     pub(crate) fn folders(self) -> &'static [&'static str] {
-        const OWN: &[&[&str]] = if cfg!(windows) {
-            &[&[""], &["txt"], &["kit"], &["fttxtlib"]]
-        } else {
-            &[&["", "posix"], &["txt", "posix"], &["kit", "posix"], &["fttxtlib", "posix"]]
-        };
         match self {
-            Self::Downloaded | Self::MscLib => OWN[0],
-            Self::KeLib => OWN[1],
-            Self::Kit => OWN[2],
-            Self::FtTxtLib => OWN[3],
+            Self::Downloaded | Self::MscLib => &[""],
+            Self::KeLib => &["txt"],
+            Self::Kit => &["kit"],
+            Self::Kit466 => &["kit466", "kit"],
+            Self::FtTxtLib => &["fttxtlib"],
         }
     }
+}
+
+fn is_of_kit_4_6_6(text: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(text).replace(' ', "");
+    OF_KIT_4_6_6.iter().any(|name| text.contains(name))
 }
 
 impl fmt::Display for Kind {
@@ -64,6 +76,7 @@ impl fmt::Display for Kind {
             Self::MscLib => "a PC program for ftMscLib",
             Self::KeLib => "a program for the TXT itself",
             Self::Kit => "a program for the TXT's kit 4.1.6",
+            Self::Kit466 => "a program for the TXT's kit 4.6.6",
             Self::FtTxtLib => "a program for FtTxtLib",
         })
     }
@@ -75,12 +88,24 @@ mod tests {
 
     #[test]
     fn the_header_that_brings_others_along_tells_the_kind() {
-        let of = |names: &[&str]| Kind::of(names.iter().copied());
+        let of = |names: &[&str]| Kind::of(names.iter().copied(), std::iter::empty());
         assert_eq!(of(&["stdio.h", "robo_tx_fw.h", "ftmsclib.h"]), Some(Kind::MscLib));
         assert_eq!(of(&["robo_tx_prg.h"]), Some(Kind::Downloaded));
         assert_eq!(of(&["ftshmem.h", "kelibtxtdl.h"]), Some(Kind::KeLib));
         let ex2 = ["ftprointerface2013transferareacom.h", "ftprointerface2013transferareacomex2.h"];
         assert_eq!((of(&ex2[..1]), of(&ex2)), (Some(Kind::Kit), Some(Kind::FtTxtLib)));
         assert_eq!(of(&["stdio.h"]), None);
+    }
+    #[test]
+    fn the_two_kits_with_one_header_are_told_apart_by_what_is_used() {
+        let of = |text: &str| {
+            let names = ["ftprointerface2013transferareacom.h"];
+            Kind::of(names.into_iter(), std::iter::once(text.as_bytes()))
+        };
+        assert_eq!(of("com.DoTransferCompressed(); com.DoTransferSimple();"), Some(Kind::Kit));
+        for text in ["new X[IF_TXT_MAX]", "ShmIfId_TXT::LOCAL_IO", "com -> DoTransfer ()"] {
+            assert_eq!(of(text), Some(Kind::Kit466), "{text}");
+        }
+        assert_eq!(of("ftIF2013TransferAreaComHandlerEx *com;"), Some(Kind::Kit466));
     }
 }

@@ -5,17 +5,24 @@
 //! tx_run StopGo.c bt.c --world slide          # with another world
 //! tx_run StopGo.c --host 192.168.7.2          # on a TXT
 //! tx_run main.cpp --host auto -- an argument  # a program with a main, and its arguments
+//! tx_run lib main.cpp -I inc -l jsoncpp       # all sources of a folder, own headers, a library
 //! ```
 
+mod cache;
 mod child;
 mod compiler;
 mod headers;
+mod inputs;
 mod kind;
+mod link;
 mod options;
+mod packages;
+mod program;
 mod signals;
 mod sources;
 mod symbols;
 mod target;
+mod work;
 
 use std::env;
 use std::error::Error;
@@ -46,7 +53,7 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<ExitCode, Sentence> {
     signals::take_up()?;
     let build = tempfile::Builder::new().prefix("tx_run").tempdir()?;
-    let program = compiler::compile(&options.sources, build.path())?;
+    let program = program::build(options, build.path())?;
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     eprintln!("tx_run: {name}, {}, runs on {}", program.kind, target.describe());

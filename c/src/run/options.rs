@@ -1,22 +1,32 @@
 //! The command line.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
 
 use lexopt::prelude::{Long, Short, Value};
+use lexopt::ValueExt;
 
 pub(crate) const HELP: &str = "\
 Compiles and runs C and C++ programs that were written for the ROBO TX or the TXT, as they are.
 
-usage: tx_run SOURCE.c [MORE.c|MORE.cpp ...] [--host HOST[:PORT]|auto] [--world WORLD] [-- ARGUMENTS]
+usage: tx_run FILE|FOLDER ... [OPTIONS] [-- ARGUMENTS]
+
+FILE is a source (.c, .cpp, .cc, .cxx), or something that is linked to the program (.o, .a, .so). FOLDER means all
+sources that lie directly in it, without those in the folders below it.
 
   --host HOST    the TXT: its name or address, with or without a port, or auto for the only one that is found
   --world WORLD  without a host: what is plugged into the simulated TXT. none, a world that comes with it
                  (default, car, everything, kit, slide), or the path of a .toml file
+  -I FOLDER      look for headers in this folder, too
+  -D NAME[=TEXT] define a name in all sources
+  -std=STANDARD  such as c++17 for the sources in C++, or c11 for those in C
+  -L FOLDER      look for libraries in this folder, too
+  -l NAME        link the program to this library
   -h, --help     this text
 
 After -- come arguments for the program. Without a host it runs on a simulated TXT. It is compiled by cc, gcc or
-clang, for C++ by c++, g++ or clang++, or by what CC and CXX name, with the options in CFLAGS and CXXFLAGS.
+clang, for C++ by c++, g++ or clang++, or by what CC and CXX name. Further options for the compilers are taken from
+CFLAGS and CXXFLAGS, for the linker from LDFLAGS and LDLIBS. What has not changed is not compiled again.
 
 On a terminal the arrow keys left and right are the buttons of the display of programs with PrgTic.
 ";
@@ -24,7 +34,16 @@ On a terminal the arrow keys left and right are the buttons of the display of pr
 /// What the command line says.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Options {
-    pub(crate) sources: Vec<PathBuf>,
+    /// Sources, folders with sources, and what is linked to them.
+    pub(crate) files: Vec<PathBuf>,
+    pub(crate) include_folders: Vec<PathBuf>,
+    /// What follows `-D`.
+    pub(crate) definitions: Vec<OsString>,
+    /// Standards of C and of C++.
+    pub(crate) standards: Vec<String>,
+    pub(crate) library_folders: Vec<PathBuf>,
+    /// What follows `-l`.
+    pub(crate) libraries: Vec<OsString>,
     pub(crate) host: Option<String>,
     pub(crate) world: Option<OsString>,
     pub(crate) arguments: Vec<OsString>,
@@ -46,11 +65,20 @@ impl Options {
                 Short('h') | Long("help") => return Ok(None),
                 Long("host") => options.host = Some(parser.value()?.string()?),
                 Long("world") => options.world = Some(parser.value()?),
-                Value(source) => options.sources.push(source.into()),
-                other => return Err(other.unexpected()),
+                Short('I') => options.include_folders.push(parser.value()?.into()),
+                Short('D') => options.definitions.push(parser.value()?),
+                Short('L') => options.library_folders.push(parser.value()?.into()),
+                Short('l') => options.libraries.push(parser.value()?),
+                Short('s') => options.standards.push(standard(parser.optional_value())?),
+                Short(other) => {
+                    let rest = parser.optional_value().unwrap_or_default();
+                    return Err(unknown(other, &rest));
+                }
+                Value(file) => options.files.push(file.into()),
+                other @ Long(_) => return Err(other.unexpected()),
             }
         }
-        if options.sources.is_empty() {
+        if options.files.is_empty() {
             return Err("there is no source to compile".into());
         }
         if options.host.is_some() && options.world.is_some() {
@@ -60,7 +88,24 @@ impl Options {
     }
 }
 
-use lexopt::ValueExt;
+/// The standard in `-std=c++17`, of which the beginning was read.
+fn standard(rest: Option<OsString>) -> Result<String, lexopt::Error> {
+    let rest = rest.unwrap_or_default();
+    let named = rest.to_str().and_then(|rest| rest.strip_prefix("td=")).unwrap_or_default();
+    if named.is_empty() {
+        return Err(unknown('s', &rest));
+    }
+    Ok(named.to_owned())
+}
+
+fn unknown(option: char, rest: &OsStr) -> lexopt::Error {
+    let option = format!("-{option}{}", rest.to_string_lossy());
+    format!(
+        "the option {option} is not known. Options that are for the compiler alone belong into CFLAGS and \
+         CXXFLAGS, those for the linker into LDFLAGS"
+    )
+    .into()
+}
 
 #[cfg(test)]
 mod tests {
@@ -72,16 +117,32 @@ mod tests {
     }
 
     #[test]
-    fn sources_options_and_arguments_are_told_apart() {
+    fn files_options_and_arguments_are_told_apart() {
         let options = parse(&["a.c", "--world", "car", "b.cpp", "--", "--host", "c.c"]);
         let expected = Options {
-            sources: vec!["a.c".into(), "b.cpp".into()],
-            host: None,
+            files: vec!["a.c".into(), "b.cpp".into()],
             world: Some("car".into()),
             arguments: vec!["--host".into(), "c.c".into()],
+            ..Options::default()
         };
         assert_eq!(options, Ok(Some(expected)));
         assert_eq!(parse(&["--help"]), Ok(None));
+    }
+
+    #[test]
+    fn options_of_compilers_are_taken_as_compilers_take_them() {
+        let line = "-Iinc -I more -DA=1 -D B -std=c++17 -std=c11 -Llibs -L far -lone -l two a.c";
+        let options = parse(&line.split(' ').collect::<Vec<_>>());
+        let expected = Options {
+            files: vec!["a.c".into()],
+            include_folders: vec!["inc".into(), "more".into()],
+            definitions: vec!["A=1".into(), "B".into()],
+            standards: vec!["c++17".into(), "c11".into()],
+            library_folders: vec!["libs".into(), "far".into()],
+            libraries: vec!["one".into(), "two".into()],
+            ..Options::default()
+        };
+        assert_eq!(options, Ok(Some(expected)));
     }
 
     #[test]
@@ -89,5 +150,10 @@ mod tests {
         assert!(parse(&[]).unwrap_err().contains("no source"));
         assert!(parse(&["a.c", "--wrld", "car"]).unwrap_err().contains("--wrld"));
         assert!(parse(&["a.c", "--host", "h", "--world", "car"]).unwrap_err().contains("world"));
+        for option in ["-O2", "-Wall", "-s", "-std", "-std=", "-static"] {
+            let sentence = parse(&["a.c", option]).unwrap_err();
+            assert!(sentence.contains(option) && sentence.contains("CFLAGS"), "{sentence}");
+        }
+        assert!(parse(&["a.c", "-I"]).unwrap_err().contains("-I"));
     }
 }

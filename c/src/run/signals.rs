@@ -1,34 +1,61 @@
-//! Signals to this process, which the program gets too.
+//! Signals to this process, which compilers and the program get too.
+
+use std::io;
+use std::process::{Command, Output, Stdio};
+
+use crate::Sentence;
 
 #[cfg(unix)]
-pub(crate) use unix::{name_in, pass_on_to, stop_passing_on, take_up};
+pub(crate) use unix::{came, name_in, pass_on_to, stop_passing_on, take_up};
 #[cfg(not(unix))]
-pub(crate) use windows::{name_in, pass_on_to, stop_passing_on, take_up};
+pub(crate) use windows::{came, name_in, pass_on_to, stop_passing_on, take_up};
+
+/// Runs a compiler, and returns what it has said.
+pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut run = || -> io::Result<Output> {
+        let child = command.spawn()?;
+        let id = pass_on_to(&child);
+        let output = child.wait_with_output();
+        stop_passing_on(id);
+        output
+    };
+    let output = run();
+    let name = command.get_program().to_string_lossy();
+    output.map_err(|error| format!("the compiler {name} can't be started: {error}").into())
+}
 
 #[cfg(unix)]
 mod unix {
     use std::os::unix::process::ExitStatusExt;
     use std::process::{Child, ExitStatus};
-    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
     use std::{io, thread};
 
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::flag;
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::signal_name;
 
-    /// The child, and a signal that came before it.
-    static CHILD: Mutex<(Option<libc::pid_t>, Option<i32>)> = Mutex::new((None, None));
+    /// The children that run.
+    static CHILDREN: Mutex<Vec<libc::pid_t>> = Mutex::new(Vec::new());
+    /// The last signal; 0 for none. It is known at once, before a child that got it has ended.
+    static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
+
+    fn children() -> MutexGuard<'static, Vec<libc::pid_t>> {
+        CHILDREN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
 
     /// From now on signals do not end this process.
     pub(crate) fn take_up() -> io::Result<()> {
+        for signal in [SIGINT, SIGTERM, SIGHUP] {
+            flag::register_usize(signal, Arc::clone(&LAST), signal as usize)?;
+        }
         let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP])?;
         thread::Builder::new().name("signals".into()).spawn(move || {
             for signal in signals.forever() {
-                let mut child = CHILD.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-                match child.0 {
-                    Some(process) => send(process, signal),
-                    None => child.1 = Some(signal),
-                }
+                children().iter().for_each(|process| send(*process, signal));
             }
         })?;
         Ok(())
@@ -40,18 +67,29 @@ mod unix {
         unsafe { libc::kill(process, signal) };
     }
 
-    /// Passes signals on to this process, also one that has come already.
-    pub(crate) fn pass_on_to(process: &Child) {
-        let mut child = CHILD.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let id = process.id() as libc::pid_t;
-        child.0 = Some(id);
-        if let Some(signal) = child.1.take() {
-            send(id, signal);
+    /// The name of the last signal that has come.
+    pub(crate) fn came() -> Option<&'static str> {
+        match LAST.load(Ordering::SeqCst) as i32 {
+            0 => None,
+            SIGINT => Some("Ctrl-C"),
+            signal => Some(signal_name(signal).unwrap_or("a signal")),
         }
     }
 
-    pub(crate) fn stop_passing_on() {
-        CHILD.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).0 = None;
+    /// Passes signals on to this process, also one that has come already. Returns a name for it.
+    pub(crate) fn pass_on_to(process: &Child) -> u32 {
+        let mut children = children();
+        let id = process.id() as libc::pid_t;
+        children.push(id);
+        let before = LAST.load(Ordering::SeqCst) as i32;
+        if before != 0 {
+            send(id, before);
+        }
+        process.id()
+    }
+
+    pub(crate) fn stop_passing_on(process: u32) {
+        children().retain(|child| *child != process as libc::pid_t);
     }
 
     /// The signal that has ended a process.
@@ -77,16 +115,25 @@ mod unix {
 mod windows {
     use std::io;
     use std::process::{Child, ExitStatus};
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    static CAME: AtomicBool = AtomicBool::new(false);
 
     /// A console tells all of its processes of Ctrl-C, so the program needs nothing from this one, which
     /// goes on until the program has ended.
     pub(crate) fn take_up() -> io::Result<()> {
-        ctrlc::set_handler(|| {}).map_err(io::Error::other)
+        ctrlc::set_handler(|| CAME.store(true, Ordering::SeqCst)).map_err(io::Error::other)
     }
 
-    pub(crate) fn pass_on_to(_: &Child) {}
+    pub(crate) fn came() -> Option<&'static str> {
+        CAME.load(Ordering::SeqCst).then_some("Ctrl-C")
+    }
 
-    pub(crate) fn stop_passing_on() {}
+    pub(crate) fn pass_on_to(process: &Child) -> u32 {
+        process.id()
+    }
+
+    pub(crate) fn stop_passing_on(_: u32) {}
 
     pub(crate) fn name_in(status: ExitStatus) -> String {
         status.to_string()

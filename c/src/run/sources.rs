@@ -1,102 +1,267 @@
-//! What sources include, as far as their text tells it.
+//! What sources include, as far as their text tells it, and which of the program's own files that is.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::ops::Range;
+use std::path::{Component, Path, PathBuf};
 
-/// An include in a source.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+use crate::headers;
+
+/// An include in a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Include {
     /// As it is written, such as `../Common/ROBO_TX_PRG.H`.
     pub(crate) written: String,
-    /// The program's own file that is meant, when there is one.
-    pub(crate) file: Option<PathBuf>,
+    /// Where that is in the file, with its quotes.
+    pub(crate) place: Range<usize>,
+    pub(crate) own: Option<Own>,
+}
+
+/// A file of the program that an include means.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Own {
+    pub(crate) file: PathBuf,
+    /// Whether a compiler finds it under the written name. On Windows `Common.h` and `..\common.h` mean the file
+    /// `common.h`, too.
+    pub(crate) is_exact: bool,
+    /// Whether it was found from the folder of the including file, and not in an include folder.
+    pub(crate) is_beside: bool,
 }
 
 impl Include {
-    /// The header's name, without folders.
-    pub(crate) fn name(&self) -> &str {
-        self.written.rsplit(['/', '\\']).next().unwrap_or_default()
+    /// The header's name in lower case, without folders.
+    pub(crate) fn name(&self) -> String {
+        self.written.rsplit(['/', '\\']).next().unwrap_or_default().to_lowercase()
     }
 }
 
-/// Everything that these sources include, also by files of the program that they include.
+/// A file of the program.
 #[derive(Debug, Default)]
-pub(crate) struct Included {
-    pub(crate) includes: BTreeSet<Include>,
-    /// The program's own files, the sources too.
-    pub(crate) files: BTreeSet<PathBuf>,
+pub(crate) struct OwnFile {
+    pub(crate) text: Vec<u8>,
+    pub(crate) includes: Vec<Include>,
 }
 
-impl Included {
-    pub(crate) fn by(sources: &[PathBuf]) -> Result<Self, (PathBuf, io::Error)> {
-        let mut included = Self::default();
+/// The files of a program: its sources, and what they include directly or not.
+#[derive(Debug, Default)]
+pub(crate) struct OwnFiles {
+    pub(crate) files: BTreeMap<PathBuf, OwnFile>,
+    listings: Listings,
+}
+
+impl OwnFiles {
+    /// Reads sources, and what of their includes is found beside them or in these folders. The error is the
+    /// source that can't be read.
+    pub(crate) fn read<'a>(
+        sources: impl Iterator<Item = &'a Path>,
+        folders: &[PathBuf],
+    ) -> Result<Self, (PathBuf, io::Error)> {
+        let mut own = Self::default();
         for source in sources {
-            included.add(source).map_err(|error| (source.clone(), error))?;
+            let text = fs::read(source).map_err(|error| (source.to_owned(), error))?;
+            own.add(source, text, folders);
         }
-        Ok(included)
+        Ok(own)
     }
 
-    fn add(&mut self, file: &Path) -> io::Result<()> {
-        if !self.files.insert(file.to_owned()) {
-            return Ok(());
+    fn add(&mut self, file: &Path, text: Vec<u8>, folders: &[PathBuf]) {
+        if self.files.contains_key(file) {
+            return;
         }
-        let text = fs::read(file)?;
-        for (written, quoted) in includes(&String::from_utf8_lossy(&text)) {
-            let beside = file.parent().unwrap_or(Path::new("")).join(written.replace('\\', "/"));
-            let found = (quoted && beside.is_file()).then_some(beside);
-            if let Some(own) = &found {
-                // A header that can't be read is the compiler's to complain about.
-                let _ = self.add(own);
+        // So a header that includes itself is read once.
+        self.files.insert(file.to_owned(), OwnFile::default());
+        let mut includes = Vec::new();
+        for (written, place, is_quoted) in includes_of(&text) {
+            let beside = if is_quoted { file.parent() } else { None };
+            let own = self.listings.find(&written, beside, folders);
+            let include = Include { written, place, own };
+            // A kit's header means the same whatever the copy beside the program says.
+            let followed = include.own.as_ref().filter(|_| !headers::is_of_a_kit(&include.name()));
+            // A header that can't be read is the compiler's to complain about.
+            if let Some((own, Ok(text))) = followed.map(|own| (own, fs::read(&own.file))) {
+                self.add(&own.file, text, folders);
             }
-            self.includes.insert(Include { written, file: found });
+            includes.push(include);
         }
-        Ok(())
+        self.files.insert(file.to_owned(), OwnFile { text, includes });
+    }
+
+    /// All includes of all files.
+    pub(crate) fn includes(&self) -> impl Iterator<Item = &Include> {
+        self.files.values().flat_map(|file| &file.includes)
     }
 }
 
-/// The names in `#include` lines, and whether they are quoted. A line in a comment counts too: it does no harm.
-fn includes(text: &str) -> Vec<(String, bool)> {
-    let name = |line: &str| {
-        let rest = line.trim_start().strip_prefix('#')?.trim_start().strip_prefix("include")?;
-        let rest = rest.trim_start();
-        let quoted = rest.starts_with('"');
-        let rest = rest.strip_prefix(['"', '<'])?;
-        let end = rest.find(if quoted { '"' } else { '>' })?;
-        Some((rest[..end].trim().to_owned(), quoted))
+/// The names in folders, by their spelling in lower case.
+#[derive(Debug, Default)]
+struct Listings {
+    read: HashMap<PathBuf, HashMap<String, String>>,
+}
+
+impl Listings {
+    /// The file that is meant: first as it is written, in the order in which a compiler looks, then in other
+    /// cases.
+    fn find(&mut self, written: &str, beside: Option<&Path>, folders: &[PathBuf]) -> Option<Own> {
+        let is_absolute = Path::new(written).is_absolute() || written.contains(':');
+        if written.is_empty() || is_absolute {
+            return None;
+        }
+        let path = written.replace('\\', "/");
+        let places = || {
+            let beside = beside.map(|folder| (folder, true)).into_iter();
+            beside.chain(folders.iter().map(|folder| (folder.as_path(), false)))
+        };
+        let exact = places().map(|(folder, is_beside)| (folder.join(&path), is_beside));
+        if let Some((file, is_beside)) = exact.into_iter().find(|(file, _)| file.is_file()) {
+            let is_exact = cfg!(windows) || path == written;
+            return Some(Own { file: without_detours(file), is_exact, is_beside });
+        }
+        places().find_map(|(folder, is_beside)| {
+            let file = without_detours(self.in_other_case(folder, &path)?);
+            Some(Own { file, is_exact: false, is_beside })
+        })
+    }
+
+    fn in_other_case(&mut self, folder: &Path, path: &str) -> Option<PathBuf> {
+        let mut place = folder.to_owned();
+        for part in path.split('/') {
+            match part {
+                "" | "." => {}
+                ".." => place.push(part),
+                _ => {
+                    let name = self.names_in(&place).get(&part.to_lowercase())?.clone();
+                    place.push(name);
+                }
+            }
+        }
+        place.is_file().then_some(place)
+    }
+
+    fn names_in(&mut self, folder: &Path) -> &HashMap<String, String> {
+        self.read.entry(folder.to_owned()).or_insert_with(|| {
+            // The current folder has no name.
+            let named = if folder == Path::new("") { Path::new(".") } else { folder };
+            let entries = fs::read_dir(named).into_iter().flatten().flatten();
+            let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+            names.map(|name| (name.to_lowercase(), name)).collect()
+        })
+    }
+}
+
+/// `inc/a.h` for `src/../inc/a.h`, so that a file has one name.
+fn without_detours(file: PathBuf) -> PathBuf {
+    let mut short = PathBuf::new();
+    for part in file.components() {
+        let is_after_name = matches!(short.components().next_back(), Some(Component::Normal(_)));
+        if part == Component::ParentDir && is_after_name {
+            short.pop();
+        } else {
+            short.push(part);
+        }
+    }
+    // Where a folder is a link, `..` leads elsewhere.
+    let is_same = fs::canonicalize(&short).ok() == fs::canonicalize(&file).ok();
+    if is_same {
+        short
+    } else {
+        file
+    }
+}
+
+/// The names in `#include` lines, where they are, and whether they are quoted. A line in a comment counts, too:
+/// it does no harm.
+fn includes_of(text: &[u8]) -> Vec<(String, Range<usize>, bool)> {
+    let mut begin = 0;
+    let mut found = Vec::new();
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        found.extend(include_in(line).map(|(name, place, is_quoted)| {
+            (name, place.start + begin..place.end + begin, is_quoted)
+        }));
+        begin += line.len();
+    }
+    found
+}
+
+fn include_in(line: &[u8]) -> Option<(String, Range<usize>, bool)> {
+    let line = line.strip_prefix(b"\xEF\xBB\xBF").map_or((line, 0), |rest| (rest, 3));
+    let (line, mark) = line;
+    let rest = line.trim_ascii_start().strip_prefix(b"#")?.trim_ascii_start();
+    let rest = rest.strip_prefix(b"include")?.trim_ascii_start();
+    let close = match rest.first()? {
+        b'"' => b'"',
+        b'<' => b'>',
+        _ => return None,
     };
-    text.lines().filter_map(name).collect()
+    let length = rest[1..].iter().position(|byte| *byte == close)?;
+    let start = line.len() - rest.len() + mark;
+    let name = String::from_utf8_lossy(&rest[1..=length]).trim().to_owned();
+    Some((name, start..start + length + 2, close == b'"'))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(&path, text).unwrap();
+        path
+    }
+
     #[test]
     fn all_ways_to_write_an_include_are_read() {
-        let text = "#include \"a.h\"\n  # include <b/c.h> /* why */\r\n#include\"..\\D.H\"\n\
-                    #include MACRO\n#define X \"x.h\"\n";
-        let expected = [("a.h", true), ("b/c.h", false), ("..\\D.H", true)];
-        assert_eq!(includes(text), expected.map(|(name, quoted)| (name.to_owned(), quoted)));
+        let text =
+            "\u{feff}#include \"a.h\"\n  # include <b/c.h> /* why */\r\n#include\"..\\D.H\"\n\
+                    #include MACRO\n#define X \"x.h\"\n#include_next <n.h>\n";
+        let expected = [
+            ("a.h", "\"a.h\"", true),
+            ("b/c.h", "<b/c.h>", false),
+            ("..\\D.H", "\"..\\D.H\"", true),
+        ];
+        let found = includes_of(text.as_bytes());
+        let found: Vec<_> = found
+            .iter()
+            .map(|(name, place, quoted)| (name.as_str(), &text[place.clone()], *quoted))
+            .collect();
+        assert_eq!(found, expected);
     }
 
     #[test]
     fn files_of_the_program_are_followed_once() {
         let folder = tempfile::tempdir().unwrap();
-        let write = |name: &str, text: &str| {
-            let path = folder.path().join(name);
-            fs::write(&path, text).unwrap();
-            path
+        let folder = folder.path();
+        let source = write(folder, "a.c", "#include \"a.h\"\n#include \"ROBO_TX_PRG.H\"\n");
+        let header = write(folder, "a.h", "#include \"a.h\"\n#include <math.h>\n");
+        let own = OwnFiles::read([&*source].into_iter(), &[]).unwrap();
+        assert!(own.files.keys().eq([&source, &header]), "{:?}", own.files.keys());
+        let names: Vec<String> = own.includes().map(Include::name).collect();
+        assert_eq!(names, ["a.h", "robo_tx_prg.h", "a.h", "math.h"]);
+        let missing = folder.join("b.c");
+        assert_eq!(OwnFiles::read([&*missing].into_iter(), &[]).unwrap_err().0, missing);
+    }
+
+    #[test]
+    fn headers_are_found_in_include_folders_and_in_other_cases() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let source =
+            write(folder, "src/a.c", "#include \"One.h\"\n#include <two.h>\n#include <three.h>\n");
+        let one = write(folder, "src/one.h", "");
+        let two = write(folder, "inc/two.h", "#include \"..\\Inc2\\FOUR.H\"\n");
+        write(folder, "inc2/TWO.h", "");
+        let four = write(folder, "inc2/four.h", "");
+        let folders = [folder.join("inc2"), folder.join("inc")];
+        let own = OwnFiles::read([&*source].into_iter(), &folders).unwrap();
+        let found = |file: &Path| {
+            own.files[file].includes.iter().map(|it| it.own.clone()).collect::<Vec<_>>()
         };
-        let source = write("a.c", "#include \"a.h\"\n#include \"ROBO_TX_PRG.H\"\n");
-        let header = write("a.h", "#include \"a.h\"\n#include <math.h>\n");
-        let included = Included::by(std::slice::from_ref(&source)).unwrap();
-        assert_eq!(included.files, BTreeSet::from([source, header.clone()]));
-        let names: Vec<&str> = included.includes.iter().map(Include::name).collect();
-        assert_eq!(names, ["ROBO_TX_PRG.H", "a.h", "math.h"]);
-        assert_eq!(included.includes.iter().find_map(|it| it.file.clone()), Some(header));
-        let missing = folder.path().join("b.c");
-        assert_eq!(Included::by(std::slice::from_ref(&missing)).unwrap_err().0, missing);
+        let own_file = |file, is_exact, is_beside| Some(Own { file, is_exact, is_beside });
+        assert_eq!(
+            found(&source),
+            [own_file(one, false, true), own_file(two.clone(), true, false), None]
+        );
+        assert_eq!(found(&two), [own_file(four, false, true)]);
     }
 }

@@ -22,13 +22,17 @@ struct Found {
     init: Vec<PathBuf>,
 }
 
-/// How the program of these compiled files begins. The paths beside them are the sources, for sentences.
-pub(crate) fn entry(compiled: &[(PathBuf, PathBuf)]) -> Result<Entry, Sentence> {
+/// How the program of these compiled files begins. The paths beside them are the sources, for sentences. With
+/// archives `main` may be in one of them.
+pub(crate) fn entry(
+    compiled: &[(PathBuf, PathBuf)],
+    has_archives: bool,
+) -> Result<Entry, Sentence> {
     let mut found = Found::default();
     for (source, object) in compiled {
         found.add(source, object)?;
     }
-    found.entry().map_err(Into::into)
+    found.entry(has_archives).map_err(Into::into)
 }
 
 impl Found {
@@ -49,13 +53,14 @@ impl Found {
         Ok(())
     }
 
-    fn entry(&self) -> Result<Entry, String> {
+    fn entry(&self, has_archives: bool) -> Result<Entry, String> {
         let names = |files: &[PathBuf]| {
             let names: Vec<String> = files.iter().map(|file| file.display().to_string()).collect();
             names.join(" and ")
         };
         let Self { main, tic, init } = self;
         match (main.len(), tic.len(), init.len()) {
+            (0, 0, 0) if has_archives => Ok(Entry::Main),
             (0, 0, 0) => Err("there is neither PrgTic nor main in the program".into()),
             (0, 0, _) => Err(format!("{} has PrgInit, but there is no PrgTic", names(init))),
             (0, 2.., _) => Err(format!("there is more than one PrgTic: in {}", names(tic))),
@@ -79,7 +84,7 @@ mod tests {
 
     fn entry_of(main: usize, tic: usize, init: usize) -> Result<Entry, String> {
         let files = |number| (0..number).map(|index| PathBuf::from(format!("{index}.c"))).collect();
-        Found { main: files(main), tic: files(tic), init: files(init) }.entry()
+        Found { main: files(main), tic: files(tic), init: files(init) }.entry(false)
     }
 
     #[test]

@@ -65,6 +65,8 @@ pub(crate) fn tx_run(arguments: &[String]) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_tx_run"))
         .args(arguments)
         .current_dir(root())
+        // Not with what this machine's user has compiled.
+        .env("XDG_CACHE_HOME", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"))
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

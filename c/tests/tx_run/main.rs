@@ -5,6 +5,7 @@
 mod bad_input;
 mod ends;
 mod hooks;
+mod large;
 mod machine;
 mod sources;
 mod support;

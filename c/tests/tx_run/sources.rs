@@ -1,15 +1,6 @@
 //! Programs as they are found: with old headers, other spellings, in several files, in C++.
 
-use std::fs;
-use std::path::Path;
-
-use crate::support::{has_compiler, tx_run, txt, wait_for, Ended, Run};
-
-fn write(folder: &Path, name: &str, text: &str) {
-    let path = folder.join(name);
-    fs::create_dir_all(path.parent().unwrap()).unwrap();
-    fs::write(path, text).unwrap();
-}
+use crate::support::{has_compiler, tx_run, txt, wait_for, write, Ended, Run};
 
 /// Runs these files, the names of which are relative to the folder in which `tx_run` is started.
 fn run(files: &[(&str, &str)], arguments: &[&str]) -> Ended {
@@ -128,6 +119,77 @@ fn a_program_of_kit_4_1_6_runs() {
          if (!com.DoTransferCompressed()) return 2; } while (!area[LOCAL_IO].ftX1in.uni[0]);\n\
          com.EndTransfer();\ndelete[] area;\nreturn 0;\n}\n",
     );
+}
+
+#[test]
+fn programs_of_kit_4_6_6_run() {
+    let begin = "#include <conio.h>\n#include <chrono>\n\
+         #include \"../Common/ftProInterface2013TransferAreaCom.h\"\n\
+         int main() {\nFISH_X1_TRANSFER *area = new FISH_X1_TRANSFER[IF_TXT_MAX];\n";
+    let thread = "ftIF2013TransferAreaComHandlerEx com(area, IF_TXT_MAX, \"192.168.7.2\");\n\
+         if (com.TaComThreadStart() != 0) return 1;\n\
+         area[ShmIfId_TXT::LOCAL_IO].ftX1out.duty[0] = 300;\n\
+         while (!area[LOCAL_IO].ftX1in.uni[0]) this_thread::sleep_for(chrono::milliseconds(4));\n\
+         cout << \"end\" << endl;\nreturn 0;\n}\n";
+    drives("thread.cpp", &format!("{begin}{thread}"));
+    let in_a_loop =
+        "ftIF2013TransferAreaComHandler com(area);\nif (!com.BeginTransfer()) return 1;\n\
+         do area[0].ftX1out.duty[0] = 300;\n while (com.DoTransfer() && !area[0].ftX1in.uni[0]);\n\
+         com.EndTransfer();\nreturn 0;\n}\n";
+    drives("loop.cpp", &format!("{begin}{in_a_loop}"));
+}
+
+/// Kit 4.1.6 opens no namespace, so its programs have names that the standard library has, too.
+#[test]
+fn names_of_a_program_of_kit_4_1_6_do_not_clash_with_the_standard_library() {
+    drives(
+        "main.cpp",
+        "#include <iostream>\n#include \"ftProInterface2013TransferAreaCom.h\"\n\
+         int distance = 300, left = 0, move = 1;\n\
+         int main() {\nFISH_X1_TRANSFER area[1];\nftIF2013TransferAreaComHandler com(area);\n\
+         if (!com.BeginTransfer()) return 1;\n\
+         do area[left].ftX1out.duty[0] = distance * move;\n\
+         while (com.DoTransferCompressed() && !area[0].ftX1in.uni[0]);\n\
+         com.EndTransfer();\nreturn 0;\n}\n",
+    );
+}
+
+#[test]
+fn the_kind_is_seen_through_an_include_folder() {
+    if !has_compiler() {
+        return;
+    }
+    let files = [
+        (
+            "src/a.cpp",
+            "#include \"Utils.h\"\nint main() { return sizeof(FISH_X1_TRANSFER) - 1024; }\n",
+        ),
+        ("inc/utils.h", "#include \"deep/txt.h\"\n"),
+        ("inc/deep/txt.h", "#include <KeLibTxtDl.h>\n"),
+    ];
+    let ended = run(&files, &["src/a.cpp", "-I", "inc"]);
+    ended.well();
+    assert!(ended.err.contains("a program for the TXT itself"), "{}", ended.err);
+}
+
+/// A header of a library is not ours because it has the name of one of ours.
+#[test]
+fn headers_of_libraries_are_left_alone() {
+    if !has_compiler() {
+        return;
+    }
+    let files = [
+        (
+            "a.cpp",
+            "#include <x/common.h>\n#include \"KeLibTxtDl.h\"\nint main() { return of_x - 7; }\n",
+        ),
+        ("sys/x/common.h", "static const int of_x = 7;\n"),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    files.iter().for_each(|(name, text)| write(folder.path(), name, text));
+    let mut command = tx_run(&["a.cpp"]);
+    command.env("CPLUS_INCLUDE_PATH", folder.path().join("sys"));
+    Run::start(command.current_dir(folder.path())).end().well();
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Runs `tx_run`, and reads what it says.
 
+use std::fs;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::thread::{self, JoinHandle};
@@ -34,6 +35,23 @@ pub(crate) fn txt() -> SimulatedTxtBuilder {
 #[track_caller]
 pub(crate) fn wait_for(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
     assert!(txt.wait_until(LIMIT, condition), "never: {what}");
+}
+
+/// Waits for something that no machine tells.
+#[track_caller]
+pub(crate) fn wait_until(what: &str, condition: impl Fn() -> bool) {
+    let deadline = Instant::now() + LIMIT;
+    while !condition() {
+        assert!(Instant::now() < deadline, "never: {what}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Writes a file, and makes the folders for it.
+pub(crate) fn write(folder: &Path, name: &str, text: &str) {
+    let path = folder.join(name);
+    fs::create_dir_all(path.parent().unwrap()).unwrap();
+    fs::write(path, text).unwrap();
 }
 
 /// A program of the folder `programs`.
@@ -75,7 +93,14 @@ pub(crate) struct Run {
 pub(crate) fn tx_run(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_tx_run"));
     command.args(arguments).env_remove("FT_TXT_HOST");
+    // What tests compile is not kept with what this machine's user has compiled.
+    command.env("XDG_CACHE_HOME", cache()).env("HOME", cache());
     command
+}
+
+/// The folder for what `tx_run` keeps, which all tests share.
+pub(crate) fn cache() -> PathBuf {
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache")
 }
 
 /// `tx_run` with a program of the folder, on this simulated TXT.

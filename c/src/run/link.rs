@@ -1,0 +1,94 @@
+//! Links compiled files to a program.
+
+use std::env;
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use crate::compiler::{words_of, Compiler};
+use crate::inputs::Inputs;
+use crate::options::Options;
+use crate::packages;
+use crate::signals;
+use crate::Sentence;
+
+/// The library that all programs are linked with.
+const LIBRARY: &str = if cfg!(windows) {
+    "ftMscLib.dll"
+} else if cfg!(target_os = "macos") {
+    "libftMscLib.dylib"
+} else {
+    "libftMscLib.so"
+};
+
+/// Links these compiled files, and what the command line and the environment name.
+pub(crate) fn link(
+    compiler: &Compiler,
+    objects: &[PathBuf],
+    inputs: &Inputs,
+    options: &Options,
+    library: &Path,
+    path: &Path,
+) -> Result<(), Sentence> {
+    let mut command = compiler.command();
+    let own = folder_of(library);
+    command.args(words_of("LDFLAGS")).args(objects).args(&inputs.objects).args(&inputs.archives);
+    for folder in &options.library_folders {
+        command.arg("-L").arg(folder);
+    }
+    let named = options.libraries.iter().map(|name| joined("-l", name)).chain(words_of("LDLIBS"));
+    let libraries: Vec<OsString> = named
+        .filter(|word| !library_name(word).is_some_and(|name| packages::is_replaced(&name)))
+        .collect();
+    command.args(&libraries).arg(library);
+    if !cfg!(windows) {
+        let beside = inputs.archives.iter().map(|archive| folder_of(archive));
+        let folders = options.library_folders.iter().map(PathBuf::as_path).chain(beside);
+        for folder in [own].into_iter().chain(folders) {
+            let folder = std::path::absolute(folder)?;
+            command.arg(joined("-Wl,-rpath,", folder.as_os_str()));
+        }
+    }
+    command.args(["-lm", "-lpthread", "-o"]).arg(path);
+    let output = signals::output_of(&mut command)?;
+    // There is nobody left to be told when the terminal is gone.
+    let _ = std::io::stderr().write_all(&output.stderr);
+    if output.status.success() {
+        return Ok(());
+    }
+    let said = String::from_utf8_lossy(&output.stderr);
+    let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();
+    let advice = packages::advice_for_libraries(&said, names.iter().map(String::as_str));
+    Err(format!("the program can't be linked{advice}").into())
+}
+
+fn joined(option: &str, value: &OsStr) -> OsString {
+    OsString::from_iter([OsStr::new(option), value])
+}
+
+/// The library in `-lname`.
+fn library_name(word: &OsStr) -> Option<String> {
+    word.to_str()?.strip_prefix("-l").map(str::to_owned)
+}
+
+/// The folder of a file.
+pub(crate) fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|it| *it != Path::new("")).unwrap_or(Path::new("."))
+}
+
+/// The library: beside this program, or where it was built. If there are two, the newer one.
+pub(crate) fn library() -> Result<PathBuf, Sentence> {
+    let program = env::current_exe()?;
+    let folder = program.parent().unwrap_or(Path::new(""));
+    let places = [
+        folder.join(LIBRARY),
+        folder.join("deps").join(LIBRARY),
+        folder.join("../lib").join(LIBRARY),
+    ];
+    let changed = |place: &PathBuf| fs::metadata(place).and_then(|data| data.modified()).ok();
+    let newest = places.into_iter().filter_map(|place| Some((changed(&place)?, place))).max();
+    newest.map(|(_, place)| place).ok_or_else(|| {
+        format!("{LIBRARY} is not there: it belongs into {}", folder.display()).into()
+    })
+}

@@ -1,0 +1,134 @@
+//! Where libraries come from that programs use.
+
+/// A library, the beginning of the names of its headers, and its package in Debian. A name that ends with `*` is
+/// the beginning of several. The first that fits counts.
+const PACKAGES: &[(&str, &str, &str)] = &[
+    ("jsoncpp", "json/", "libjsoncpp-dev"),
+    ("spdlog", "spdlog/", "libspdlog-dev"),
+    ("fmt", "fmt/", "libfmt-dev"),
+    ("paho-mqttpp3", "mqtt/", "libpaho-mqttpp-dev"),
+    ("paho-mqtt3*", "MQTT", "libpaho-mqtt-dev"),
+    ("opencv_*", "opencv", "libopencv-dev"),
+    ("nfc", "nfc/", "libnfc-dev"),
+    ("freefare", "freefare.h", "libfreefare-dev"),
+    ("mosquittopp", "mosquittopp.h", "libmosquittopp-dev"),
+    ("mosquitto", "mosquitto.h", "libmosquitto-dev"),
+    ("ssl", "openssl/", "libssl-dev"),
+    ("crypto", "openssl/", "libssl-dev"),
+    ("curl", "curl/", "libcurl4-openssl-dev"),
+    ("yaml-cpp", "yaml-cpp/", "libyaml-cpp-dev"),
+    ("sqlite3", "sqlite3.h", "libsqlite3-dev"),
+    ("usb-1.0", "libusb-1.0/", "libusb-1.0-0-dev"),
+    ("bluetooth", "bluetooth/", "libbluetooth-dev"),
+    ("jpeg", "jpeglib.h", "libjpeg-dev"),
+    ("ncurses", "ncurses.h", "libncurses-dev"),
+    ("z", "zlib.h", "zlib1g-dev"),
+    ("boost_*", "boost/", "libboost-all-dev"),
+];
+
+/// Libraries of the kits and of Windows in place of which programs are linked to ftMscLib.
+const REPLACED: &[&str] =
+    &["KeLibTxt", "MotorIOLib", "ROBOProLib", "ftMscLib", "ftMscLibEx", "winmm", "ws2_32"];
+
+/// Whether our library has what this one has.
+pub(crate) fn is_replaced(library: &str) -> bool {
+    REPLACED.contains(&library) && !(cfg!(windows) && matches!(library, "winmm" | "ws2_32"))
+}
+
+/// The package of a library.
+fn of_library(name: &str) -> Option<&'static str> {
+    let fits = |library: &str| match library.strip_suffix('*') {
+        Some(beginning) => name.starts_with(beginning),
+        None => library == name,
+    };
+    PACKAGES.iter().find(|(library, ..)| fits(library)).map(|(.., package)| *package)
+}
+
+/// The package of a header.
+fn of_header(name: &str) -> Option<&'static str> {
+    PACKAGES.iter().find(|(_, header, _)| name.starts_with(header)).map(|(.., package)| *package)
+}
+
+/// What to do about libraries that a linker has not found, as far as it has said so; empty when that was none.
+pub(crate) fn advice_for_libraries<'a>(
+    said: &str,
+    libraries: impl Iterator<Item = &'a str>,
+) -> String {
+    let mut advice = String::new();
+    for name in libraries.filter(|name| is_missed(said, name)) {
+        let package =
+            of_library(name).map(|package| format!(", which is in Debian's package {package}"));
+        let sentence = format!("; the library {name} is missing{}", package.unwrap_or_default());
+        if !advice.contains(&sentence) {
+            advice += &sentence;
+        }
+    }
+    advice
+}
+
+/// Whether a linker says that it has not found a library. All of them name it as it was given, or in quotes.
+fn is_missed(said: &str, name: &str) -> bool {
+    let is_end = |rest: &str| {
+        !rest.starts_with(|next: char| next.is_alphanumeric() || "_-.+".contains(next))
+    };
+    let option = format!("-l{name}");
+    let quoted = format!("library '{name}' not found");
+    said.contains(&quoted)
+        || said.match_indices(&option).any(|(at, _)| is_end(&said[at + option.len()..]))
+}
+
+/// What to do about a header that a compiler has not found; empty when it is unknown.
+pub(crate) fn advice_for_header(said: &str) -> String {
+    let header = said.lines().find_map(|line| {
+        let (before, _) = line.split_once(": No such file")?;
+        before.rsplit_once(' ').map(|(_, header)| header)
+    });
+    let header = header.or_else(|| {
+        let (before, _) = said.split_once("' file not found")?;
+        before.rsplit_once('\'').map(|(_, header)| header)
+    });
+    // Colours come between the words.
+    let header =
+        header.map(|header| header.trim_start_matches(|first: char| !first.is_alphanumeric()));
+    match header.and_then(|header| Some((header, of_header(header)?))) {
+        Some((header, package)) => format!("; {header} is in Debian's package {package}"),
+        None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_package_of_a_library_that_is_missing_is_named() {
+        let said =
+            "/usr/bin/ld: cannot find -ljsoncpp: No such file\n/usr/bin/ld: cannot find -lown\n";
+        let advice = advice_for_libraries(said, ["jsoncpp", "json", "own", "own", "m"].into_iter());
+        let expected =
+            "; the library jsoncpp is missing, which is in Debian's package libjsoncpp-dev; the \
+                        library own is missing";
+        assert_eq!(advice, expected);
+        let said = "ld: library 'opencv_core' not found\n";
+        let advice = advice_for_libraries(said, ["opencv_core", "opencv"].into_iter());
+        assert!(advice.ends_with("libopencv-dev"), "{advice}");
+        for (library, package) in
+            [("paho-mqtt3as", "libpaho-mqtt-dev"), ("paho-mqttpp3", "libpaho-mqttpp-dev")]
+        {
+            assert_eq!(of_library(library), Some(package));
+        }
+    }
+
+    #[test]
+    fn the_package_of_a_header_that_is_missing_is_named() {
+        let gcc = "a.cpp:3:10: fatal error: json/json.h: No such file or directory\n";
+        assert_eq!(advice_for_header(gcc), "; json/json.h is in Debian's package libjsoncpp-dev");
+        let clang = "a.cpp:1:10: fatal error: 'MQTTClient.h' file not found\n";
+        assert_eq!(
+            advice_for_header(clang),
+            "; MQTTClient.h is in Debian's package libpaho-mqtt-dev"
+        );
+        assert_eq!(advice_for_header("a.cpp:1:10: fatal error: own.h: No such file\n"), "");
+        assert_eq!(advice_for_header("a.cpp:1:1: error: 'json' was not declared\n"), "");
+    }
+}

@@ -1,0 +1,153 @@
+//! Compiles sources, several at the same time, as far as the cache does not have them.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::Mutex;
+use std::thread;
+
+use crate::cache::{self, Cache, Compiled, Key};
+use crate::compiler::Compiler;
+use crate::inputs::Source;
+use crate::link::folder_of;
+use crate::packages;
+use crate::program::{Compilers, Plan};
+use crate::signals;
+use crate::Sentence;
+
+/// What else compilers take from the environment.
+const VARIABLES: [&str; 3] = ["CPATH", "C_INCLUDE_PATH", "CPLUS_INCLUDE_PATH"];
+
+/// Compiles sources; returns the compiled files in their order. After one that does not compile no other is begun.
+pub(crate) fn compile_all(
+    sources: &[Source],
+    compilers: &Compilers,
+    plan: &Plan,
+    cache: &Cache,
+) -> Result<Vec<PathBuf>, Sentence> {
+    let objects: Vec<PathBuf> = sources
+        .iter()
+        .enumerate()
+        .map(|(number, source)| {
+            let name = source.path.file_stem().unwrap_or_default().to_string_lossy();
+            plan.build.join(format!("{number}_{name}.o"))
+        })
+        .collect();
+    let (next, has_failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let failures = Mutex::new(Vec::new());
+    let work = || {
+        while !has_failed.load(Ordering::Relaxed) {
+            let number = next.fetch_add(1, Ordering::Relaxed);
+            let Some(source) = sources.get(number) else { return };
+            let compiled = compilers.of(source.language).and_then(|compiler| {
+                Unit { source, compiler, plan, cache }.compile(&objects[number])
+            });
+            if let Err(error) = compiled {
+                has_failed.store(true, Ordering::Relaxed);
+                let mut failures = failures.lock().unwrap_or_else(|it| it.into_inner());
+                failures.push((number, error.to_string()));
+            }
+        }
+    };
+    let most = thread::available_parallelism().map_or(1, usize::from);
+    thread::scope(|scope| {
+        for _ in 1..most.min(sources.len()) {
+            scope.spawn(work);
+        }
+        work();
+    });
+    if let Some(signal) = signals::came() {
+        return Err(format!("ended by {signal} while the program was compiled").into());
+    }
+    let mut failures = failures.into_inner().unwrap_or_else(|it| it.into_inner());
+    failures.sort();
+    let sentences: Vec<String> = failures.into_iter().map(|(_, sentence)| sentence).collect();
+    if sentences.is_empty() {
+        Ok(objects)
+    } else {
+        Err(sentences.join("\n").into())
+    }
+}
+
+/// A source, and what its compilation needs.
+struct Unit<'a> {
+    source: &'a Source,
+    compiler: &'a Compiler,
+    plan: &'a Plan,
+    cache: &'a Cache,
+}
+
+impl Unit<'_> {
+    fn compile(&self, object: &Path) -> Result<(), Sentence> {
+        let key = self.key();
+        if let Some(messages) = self.cache.take(key, object) {
+            tell(&messages);
+            return Ok(());
+        }
+        let read = object.with_extension("d");
+        let output = signals::output_of(&mut self.command(object, &read)?)?;
+        tell(&output.stderr);
+        if !output.status.success() {
+            let advice = packages::advice_for_header(&String::from_utf8_lossy(&output.stderr));
+            return Err(format!("{} does not compile{advice}", self.path().display()).into());
+        }
+        if let Some(read) = self.read_by_compiler(&read) {
+            self.cache.add(key, &Compiled { object, read: &read, messages: &output.stderr });
+        }
+        Ok(())
+    }
+
+    fn path(&self) -> &Path {
+        &self.source.path
+    }
+
+    fn command(&self, object: &Path, read: &Path) -> Result<std::process::Command, Sentence> {
+        let headers = &self.plan.headers;
+        let mut command = self.compiler.compile(&headers.folders);
+        if self.plan.has_unsigned_char() {
+            command.arg("-funsigned-char");
+        }
+        if let Some(windows) = &headers.windows {
+            command.arg("-I").arg(windows);
+        }
+        // What is included in ways that the text does not tell.
+        let folders: BTreeSet<&Path> = self.plan.copies.of.keys().map(|it| folder_of(it)).collect();
+        for folder in folders {
+            command.arg("-idirafter").arg(folder);
+        }
+        command.arg("-MD").arg("-MF").arg(read);
+        let copy = self.plan.copies.of.get(self.path());
+        self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path), object);
+        Ok(command)
+    }
+
+    /// Everything that is known before the source is compiled.
+    fn key(&self) -> Key {
+        let variables: Vec<_> = VARIABLES.iter().map(env::var_os).collect();
+        let folder = env::current_dir().unwrap_or_default();
+        let options: Vec<_> = self.compiler.options().collect();
+        let language = self.compiler.language.name();
+        let plan = self.plan;
+        let ours = (plan.headers.identity(), plan.has_unsigned_char());
+        let program = (self.path(), plan.parts_of(self.path()));
+        Key::of(&(&self.compiler.identity, options, language, variables, folder, ours, program))
+    }
+
+    /// The files that the compiler has read, without our headers and copies, which the key knows. `None` when it
+    /// has not said so.
+    fn read_by_compiler(&self, said: &Path) -> Option<Vec<PathBuf>> {
+        let text = fs::read_to_string(said).ok()?;
+        let mut files = cache::dependencies(&text);
+        files.retain(|file| !file.starts_with(&self.plan.build));
+        Some(files)
+    }
+}
+
+/// Passes on what a compiler has said, without that of another one between it.
+fn tell(messages: &[u8]) {
+    // There is nobody left to be told when the terminal is gone.
+    let _ = std::io::stderr().lock().write_all(messages);
+}

@@ -1,0 +1,29 @@
+#include <stdio.h>
+
+#include <iostream>
+
+#include "KeLibTxtDl.h"
+#include "FtShmem.h"
+#include "line/axis.h"
+#include "line/lamp.h"
+
+unsigned int DebugFlags;
+FILE *DebugFile;
+
+static_assert(sizeof(uint32_t) == 4 && sizeof(BOOL32) == 4 && sizeof(FISH_X1_TRANSFER) == 1024, "today's integers");
+
+int main()
+{
+    if (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;
+    FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
+    area->ftX1config.motor[3] = 0;
+    area->ftX1out.duty[7] = lamp_duty(1);
+    line::Axis one("one", area, 0, 0, 40), two("two", area, 1, 1, 60);
+    one.start();
+    two.start();
+    one.wait();
+    two.wait();
+    std::cout << one.name << " " << two.name << " done" << std::endl;
+    StopTxtDownloadProg();
+    return 0;
+}
