@@ -6,4 +6,5 @@ mod headers;
 mod kelib;
 mod kit;
 mod kit466;
+mod projects;
 mod support;

@@ -32,7 +32,7 @@ pub(crate) fn include(folder: &str) -> PathBuf {
 }
 
 /// The folder with the library that belongs to this test.
-fn library() -> PathBuf {
+pub(crate) fn library() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     test.parent().unwrap().to_owned()
 }
