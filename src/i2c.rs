@@ -148,9 +148,10 @@ impl I2cClient {
     /// Writes bytes to a device, then reads. For devices without registers, or with register numbers
     /// longer than a byte. Blocks until the response.
     ///
-    /// `device` is the address of 7 bits, 0..=127. `write` has 1 to 255 bytes, because no client is
-    /// known that reads without writing first. `read` has 0 to 65535 bytes. It is filled, or after an
-    /// error unchanged.
+    /// `device` is the address of 7 bits, 0..=127. `write` has 0 to 255 bytes. With none the device reads
+    /// on where it is, in most devices from the register after the last one; no other client is known that
+    /// asks a controller for this. `read` has 0 to 65535 bytes, and at least 1 when nothing is written. It
+    /// is filled, or after an error unchanged.
     ///
     /// # Errors
     ///
@@ -160,8 +161,9 @@ impl I2cClient {
     #[doc(alias = "KeLibI2cTransfer")]
     #[doc(alias = "i2c_write_buffer")]
     pub fn write_read(&mut self, device: u8, write: &[u8], read: &mut [u8]) -> Result<(), Error> {
-        Error::check_range("number of bytes to write", write.len(), 1..=WRITE_MAX)?;
-        Error::check_range("number of bytes to read", read.len(), 0..=READ_MAX)?;
+        Error::check_range("number of bytes to write", write.len(), 0..=WRITE_MAX)?;
+        let least = i64::from(write.is_empty());
+        Error::check_range("number of bytes to read", read.len(), least..=READ_MAX)?;
         self.transact(device, write, &[], read)
     }
 

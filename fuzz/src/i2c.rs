@@ -40,11 +40,9 @@ fn ask(input: &mut Unstructured) -> Result<()> {
     let mut before = 0;
     while !input.is_empty() {
         let device = input.int_in_range(0..=127)?;
-        let write = match take(input, 255)? {
-            [] => &[0],
-            bytes => bytes,
-        };
-        let untouched = vec![0xA5; input.int_in_range(0..=300)?];
+        let write = take(input, 255)?;
+        let least = usize::from(write.is_empty());
+        let untouched = vec![0xA5; input.int_in_range(least..=300)?];
         let mut buffer = untouched.clone();
         let result = client.write_read(device, write, &mut buffer);
 

@@ -106,6 +106,24 @@ fn registers_are_read_and_written_while_a_transfer_runs() {
     check_client(&txt);
 }
 
+/// As on the I2C bus: a device knows the register that comes next.
+#[test]
+fn a_read_that_writes_nothing_goes_on_where_the_device_is() {
+    let txt = unpaced().start().unwrap();
+    txt.with_machine(|machine| {
+        machine.i2c_device(DEVICE)[0x3F..0x43].copy_from_slice(&[7, 8, 9, 10])
+    });
+    let mut i2c = client_of(&txt);
+    let mut values = [0; 2];
+    i2c.write_read(DEVICE, &[0x3F], &mut values[..1]).unwrap();
+    i2c.write_read(DEVICE, &[], &mut values).unwrap();
+    assert_eq!(values, [8, 9]);
+    i2c.write_read(DEVICE, &[], &mut values[..1]).unwrap();
+    assert_eq!(values[0], 10);
+    let none = Err(Error::I2cNoDevice { device: DEVICE + 1 });
+    assert_eq!(i2c.write_read(DEVICE + 1, &[], &mut values), none);
+}
+
 #[test]
 fn i2c_has_the_second_port_after_the_main_one_or_its_own_and_needs_no_transfer() {
     for own_port in [false, true] {
@@ -201,9 +219,10 @@ fn what_no_request_can_hold_is_refused_and_nothing_is_sent() {
     assert_eq!(i2c.read(DEVICE, 0, &mut long), out_of_range(read, 65_536, 1, 65_535));
     assert_eq!(i2c.write(DEVICE, 0, &[]), out_of_range(write, 0, 1, 254));
     assert_eq!(i2c.write(DEVICE, 0, &long[..255]), out_of_range(write, 255, 1, 254));
-    assert_eq!(i2c.write_read(DEVICE, &[], &mut [0]), out_of_range(write, 0, 1, 255));
+    assert_eq!(i2c.write_read(DEVICE, &[], &mut []), out_of_range(read, 0, 1, 65_535));
+    assert_eq!(i2c.write_read(DEVICE, &[], &mut long), out_of_range(read, 65_536, 1, 65_535));
     let refused = i2c.write_read(DEVICE, &[0; 256], &mut [0]);
-    assert_eq!(refused, out_of_range(write, 256, 1, 255));
+    assert_eq!(refused, out_of_range(write, 256, 0, 255));
     let refused = i2c.write_read(DEVICE, &[0], &mut long);
     assert_eq!(refused, out_of_range(read, 65_536, 0, 65_535));
     assert!(long.iter().all(|value| *value == 7));

@@ -75,6 +75,17 @@ fn values_are_written_and_read() {
 }
 
 #[test]
+fn a_read_without_an_address_goes_on_where_the_device_is() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[5..8].copy_from_slice(&[0x12, 0x34, 0x56]));
+    let thread = thread_for(&txt);
+    for (protocol, value) in [(BYTES, 0x12), (0b10_00, 0x3456)] {
+        let request = Request::new(0x18, 5, protocol, Access::Read).unwrap();
+        assert_eq!(ask(&thread, request).recv_timeout(LIMIT), Ok((value, I2C_SUCCESS)));
+    }
+}
+
+#[test]
 fn an_error_is_reported_or_the_request_repeated_until_it_works() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let thread = thread_for(&txt);
