@@ -73,7 +73,8 @@ fn duties_out_of_place_are_odd() {
         configured(&txt).exchange(&with_duty([0, 0, 0, duty, 0, 0, 0, 0]));
         assert_odd(&txt, part);
     }
-    let txt = unpaced().start().unwrap();
+    let world = World::from_toml("[master.motors]\nM2 = {}\n").unwrap();
+    let txt = unpaced().world(world).start().unwrap();
     let mut client = configured(&txt);
     let both = with_duty([0, 0, 512, 1, 0, 0, 0, 0]);
     client.update_config(2, 0, Config { motor: [1, 0, 1, 1], ..Config::default() });
@@ -82,6 +83,17 @@ fn duties_out_of_place_are_odd() {
     client.update_config(3, 0, Config::default());
     client.exchange(&both);
     assert_odd(&txt, "M2 of the master got duty 512 and 1");
+}
+
+/// Programs switch lamps and valves so, and leave the configuration of motors.
+#[test]
+fn both_outputs_of_a_pair_without_a_motor_are_not_odd() {
+    let world = World::from_toml("[master.motors]\nM2 = {}\n").unwrap();
+    for builder in [unpaced().world(world), unpaced()] {
+        let txt = builder.start().unwrap();
+        configured(&txt).exchange(&with_duty([0, 0, 0, 0, 512, 512, 0, 0]));
+        assert_eq!(oddities(&txt), [""; 0]);
+    }
 }
 
 #[test]

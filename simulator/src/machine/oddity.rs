@@ -22,7 +22,8 @@ pub(crate) enum Oddity {
     NotOffered { mask: u16, offered: u16 },
     /// A duty that no output can have.
     Duty { controller: usize, output: usize, duty: i16 },
-    /// A motor got a duty for both directions.
+    /// A motor of the world got a duty for both directions. Where none is plugged in, these are two lamps or
+    /// valves: not all programs configure them as single outputs.
     BothWays { controller: usize, motor: usize, duty: [i16; 2] },
     /// Compressed data went on after the last word.
     SurplusData,
@@ -176,12 +177,14 @@ impl Oddities {
         }
     }
 
-    /// Checks the outputs for a controller; without `config` there is no such controller.
+    /// Checks the outputs for a controller; without `config` there is no such controller. `has_motor` tells
+    /// whether a motor of the world is plugged in at a pair of outputs.
     pub(crate) fn check_outputs(
         &mut self,
         controller: usize,
         outputs: &ExchangeData,
         config: Option<&Config>,
+        has_motor: impl Fn(usize) -> bool,
     ) {
         for (output, &duty) in outputs.duty.iter().enumerate() {
             if !(0..=DUTY_MAX).contains(&duty) {
@@ -191,7 +194,7 @@ impl Oddities {
         let Some(config) = config else { return };
         for (motor, pair) in outputs.duty.chunks_exact(2).enumerate() {
             let duty = [pair[0], pair[1]];
-            if config.motor[motor] == 1 && !duty.contains(&0) {
+            if config.motor[motor] == 1 && !duty.contains(&0) && has_motor(motor) {
                 self.note(&Oddity::BothWays { controller, motor, duty });
             }
         }
@@ -280,20 +283,26 @@ mod tests {
             (513, "O2 of extension 3 got duty 513, which is not 0..=512"),
         ] {
             let mut oddities = session(9);
-            oddities.check_outputs(3, &duty([0, 512, 1, 0, 0, 0, 0, 0]), Some(&Config::default()));
+            let (config, motor) = (Config::default(), |_| true);
+            oddities.check_outputs(3, &duty([0, 512, 1, 0, 0, 0, 0, 0]), Some(&config), motor);
             assert_eq!(oddities.sentences().count(), 0);
-            oddities.check_outputs(3, &duty([0, odd, 0, 0, 0, 0, 0, 0]), None);
+            oddities.check_outputs(3, &duty([0, odd, 0, 0, 0, 0, 0, 0]), None, motor);
             assert_eq!(sentences(&oddities), [sentence]);
         }
     }
 
     #[test]
-    fn only_single_outputs_are_on_both_at_the_same_time() {
+    fn a_motor_that_is_plugged_in_is_not_turned_both_ways() {
         let mut oddities = session(9);
         let config = Config { motor: [1, 0, 1, 1], ..Config::default() };
-        oddities.check_outputs(0, &duty([1, 0, 2, 3, 0, 4, 0, 0]), Some(&config));
+        let plugged_in = |motor| motor != 2;
+        let mut check = |of| oddities.check_outputs(0, &duty(of), Some(&config), plugged_in);
+        check([1, 0, 2, 3, 0, 4, 0, 0]);
+        // Two lamps, though the configuration says a motor.
+        check([0, 0, 0, 0, 512, 512, 0, 0]);
         assert_eq!(oddities.sentences().count(), 0);
-        oddities.check_outputs(0, &duty([0, 0, 0, 0, 0, 0, 5, 6]), Some(&config));
+        let mut check = |of| oddities.check_outputs(0, &duty(of), Some(&config), plugged_in);
+        check([0, 0, 0, 0, 0, 0, 5, 6]);
         assert_eq!(sentences(&oddities), ["M4 of the master got duty 5 and 6 at the same time"]);
     }
 

@@ -9,7 +9,7 @@ use crate::fault::FaultKind;
 use crate::i2c::I2cBus;
 use crate::machine::controller::Controller;
 use crate::machine::journal;
-use crate::machine::oddity::Oddity;
+use crate::machine::oddity::{Encoder, Oddity};
 use crate::server::command::is_exchange;
 
 /// How many commands are remembered.
@@ -140,7 +140,11 @@ impl Machine {
     /// Gives outputs to the controller with this index (0 the master), if it can be reached.
     pub(crate) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
         let config = self.controllers.get(index).map(|controller| &controller.config);
-        self.oddities.check_outputs(index, &outputs, config);
+        let has_motor = |motor| {
+            let encoder = self.world.as_ref().map(|world| world.encoder(index, motor));
+            encoder.is_some_and(|encoder| encoder != Encoder::NoMotor)
+        };
+        self.oddities.check_outputs(index, &outputs, config, has_motor);
         if self.reaches(index) {
             journal::log_changes(index, &self.controllers[index].outputs, &outputs);
         }
