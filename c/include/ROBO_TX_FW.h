@@ -343,6 +343,9 @@ typedef struct ta_hook_table_s {
     char *(*strupr)(char *s);
     char *(*strlwr)(char *s);
     INT32 (*atoi)(const char *nptr);
+
+    /* Of later firmware: the address of the Bluetooth device that was registered with the controller. */
+    void (*GetExtBtDevAddr)(UCHAR8 *btaddr);
 } TA_HOOK_TABLE;
 
 /* The transfer area of one controller. */
@@ -358,7 +361,7 @@ typedef struct ta_s {
     TA_TIMER timer;
     char reserved_1[28];
     TA_HOOK_TABLE hook_table;
-    char reserved_2[360];
+    char reserved_2[356];
 } TA;
 
 #ifdef __cplusplus

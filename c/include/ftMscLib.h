@@ -158,6 +158,16 @@ DWORD ftxI2cRead(HANDLE device, BYTE address, DWORD offset, BYTE protocol, void 
 DWORD ftxI2cWrite(HANDLE device, BYTE address, DWORD offset, WORD data, BYTE protocol,
                   void (__stdcall *callback)(I2C_CB *));
 
+/* Names of the first library, of 2009: StartCounterReset, StartMotorExCmd, StopMotorExCmd (two names),
+   GetTransferAreaStatusAddr and GetTransferAreasArrayAddr. */
+DWORD SetOutCounterReset(HANDLE device, int controller, int counter);
+DWORD SetMotorExConfig(HANDLE device, int controller, int motor, int duty, int direction, int slave,
+                       int slave_direction, int pulses);
+DWORD ResetMotorExConfig(HANDLE device, int controller, int motor);
+DWORD StopMotorExConfig(HANDLE device, int controller, int motor);
+TA_STATUS *GetFtX1TransferStatusAddr(HANDLE device, int controller);
+volatile TA_ARRAY *GetIF08TransferAddress(HANDLE device);
+
 #ifdef __cplusplus
 }
 #endif

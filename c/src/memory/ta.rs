@@ -25,7 +25,7 @@ pub(crate) struct Ta {
     pub(crate) txt_inputs: TxtInputs,
     pub(crate) txt_outputs: TxtOutputs,
     pub(crate) txt_inputs2: TxtInputs2,
-    pub(crate) reserved_2: [u8; 158],
+    pub(crate) reserved_2: [u8; 154],
 }
 
 /// `TA_STATE`.
@@ -66,9 +66,9 @@ pub(crate) struct DisplayFrame {
     pub(crate) is_pgm_master_of_display: u16,
 }
 
-/// `TA_HOOK_TABLE`: 35 functions, in the order of the table.
+/// `TA_HOOK_TABLE`: 36 functions, in the order of the table.
 #[repr(C)]
-pub(crate) struct HookTable(pub(crate) [*const c_void; 35]);
+pub(crate) struct HookTable(pub(crate) [*const c_void; 36]);
 
 #[cfg(target_pointer_width = "32")]
 const _: () = assert!(size_of::<Ta>() == 1024);

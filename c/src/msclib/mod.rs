@@ -1,6 +1,6 @@
 //! ftMscLib: the library by which PC programs control a ROBO TX, for a TXT.
 //!
-//! All 76 functions are exported under their names, as `extern "C"`; the callbacks that a program gives are
+//! All 82 functions are exported under their names, as `extern "C"`; the callbacks that a program gives are
 //! `extern "system"`. What is exported does not read memory of the program itself: [`arguments`] does.
 //!
 //! | file | what it has |
@@ -33,6 +33,7 @@ mod i2c;
 mod information;
 mod inputs;
 mod library;
+mod older;
 mod outputs;
 mod ports;
 

@@ -1,4 +1,4 @@
-//! The 35 functions of `TA.hook_table`.
+//! The 36 functions of `TA.hook_table`.
 
 use std::ffi::{c_char, c_void};
 use std::sync::OnceLock;
@@ -52,6 +52,7 @@ pub(super) fn table() -> HookTable {
         strings::strupr,
         strings::strlwr,
         strings::atoi,
+        get_ext_bt_dev_addr,
     ]
 }
 
@@ -151,6 +152,18 @@ unsafe extern "C" fn bt_addr_to_str(address: *const u8, text: *mut c_char) -> *m
     text
 }
 
+/// `GetExtBtDevAddr`: 00:00:00:00:00:00, because no device is registered.
+///
+/// # Safety
+///
+/// `address` is null or points to 6 bytes that the program gives to this call alone.
+unsafe extern "C" fn get_ext_bt_dev_addr(address: *mut u8) {
+    if !address.is_null() {
+        // SAFETY: as the caller promises.
+        unsafe { address.cast::<[u8; 6]>().write([0; 6]) };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,6 +193,17 @@ mod tests {
         assert_eq!(text.map(|c| c as u8), *b"00:13:7b:52:b1:fa\0");
         // SAFETY: null pointers are allowed.
         assert!(unsafe { bt_addr_to_str(std::ptr::null(), std::ptr::null_mut()) }.is_null());
+    }
+
+    #[test]
+    fn no_bluetooth_device_is_registered() {
+        let mut address = [0x7F; 7];
+        // SAFETY: there are 6 bytes; none is given to the second call.
+        unsafe {
+            get_ext_bt_dev_addr(address.as_mut_ptr());
+            get_ext_bt_dev_addr(std::ptr::null_mut());
+        }
+        assert_eq!(address, [0, 0, 0, 0, 0, 0, 0x7F]);
     }
 
     #[test]

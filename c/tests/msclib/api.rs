@@ -134,4 +134,10 @@ functions! {
     fn StatusBtConnection(a: u32, b: *mut BtStatus);
     fn ftxI2cRead(a: Handle, b: u8, c: u32, d: u8, e: ResultCallback<Pair>) -> u32;
     fn ftxI2cWrite(a: Handle, b: u8, c: u32, d: u16, e: u8, f: ResultCallback<Pair>) -> u32;
+    fn SetOutCounterReset(a: Handle, b: c_int, c: c_int) -> u32;
+    fn SetMotorExConfig(a: Handle, b: c_int, c: c_int, d: c_int, e: c_int, f: c_int, g: c_int, h: c_int) -> u32;
+    fn ResetMotorExConfig(a: Handle, b: c_int, c: c_int) -> u32;
+    fn StopMotorExConfig(a: Handle, b: c_int, c: c_int) -> u32;
+    fn GetFtX1TransferStatusAddr(a: Handle, b: c_int) -> *mut u8;
+    fn GetIF08TransferAddress(a: Handle) -> *mut c_void;
 }

@@ -187,8 +187,8 @@ pub(crate) struct Ta {
     pub(crate) change: Change,
     pub(crate) timer: Timer,
     reserved_1: [u8; 28],
-    hooks: [*const u8; 35],
-    reserved_2: [u8; 360],
+    hooks: [*const u8; 36],
+    reserved_2: [u8; 356],
 }
 
 #[repr(C)]

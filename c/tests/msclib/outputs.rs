@@ -53,6 +53,31 @@ fn without_pulses_a_motor_turns_until_it_is_stopped() {
     });
 }
 
+/// Finished programs of 2009 import them.
+#[test]
+fn the_functions_of_the_first_library_do_what_their_successors_do() {
+    let _library = initialized();
+    let txt = txt();
+    let device = Device::open(&txt);
+    device.start();
+    let h = device.0;
+    assert_eq!(GetIF08TransferAddress(h), GetTransferAreasArrayAddr(h));
+    assert_eq!(GetFtX1TransferStatusAddr(h, 3), GetTransferAreaStatusAddr(h, 3));
+    assert!(GetFtX1TransferStatusAddr(h, 9).is_null());
+    for stop in [ResetMotorExConfig, StopMotorExConfig] {
+        assert_eq!(SetMotorExConfig(h, 0, 2, 400, 1, 3, 0, 60_000), SUCCESS);
+        machine(&txt, "both motors", |it| it.controllers[0].outputs.duty[4..] == [0, 400, 400, 0]);
+        assert_eq!(device.output(0).master, [0, 0, 0, 3]);
+        assert_eq!([stop(h, 0, 2), stop(h, 0, 3)], [SUCCESS; 2]);
+        machine(&txt, "the stop", |it| it.controllers[0].outputs.duty == [0; 8]);
+        assert_eq!(stop(h, 0, 4), INVALID_PARAM);
+    }
+    txt.with_machine(|it| it.controllers[0].counter[1] = 7);
+    wait("the count", || device.input(0).counter[1] == 7);
+    assert_eq!(SetOutCounterReset(h, 0, 1), SUCCESS);
+    wait("the reset", || device.input(0).cnt_resetted[1] == 1 && device.input(0).counter[1] == 0);
+}
+
 #[test]
 fn configurations_are_sent() {
     let library = initialized();
