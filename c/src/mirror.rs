@@ -37,6 +37,8 @@ pub(crate) enum AreaEvent {
 /// and information about the controllers.
 pub(crate) struct Mirror<A: Area> {
     array: Arc<AreaArray<A>>,
+    /// One of `DEV_MODE_…`.
+    dev_mode: u8,
     known: [Known; AREAS],
     begun: Instant,
 }
@@ -103,14 +105,16 @@ impl ContinuedId {
 }
 
 impl<A: Area> Mirror<A> {
-    pub(crate) fn new(array: Arc<AreaArray<A>>) -> Self {
-        Self { array, known: [Known::default(); AREAS], begun: Instant::now() }
+    /// For a program that runs where `dev_mode` says, one of `DEV_MODE_…`.
+    pub(crate) fn new(array: Arc<AreaArray<A>>, dev_mode: u8) -> Self {
+        Self { array, dev_mode, known: [Known::default(); AREAS], begun: Instant::now() }
     }
 
     /// For the same areas and a handler that has not sent their configuration.
     pub(crate) fn for_other_handler(&self) -> Self {
         let known = self.known.map(|known| Known { config_id: None, ..known });
-        Self { array: Arc::clone(&self.array), known, begun: self.begun }
+        let Self { dev_mode, begun, .. } = *self;
+        Self { array: Arc::clone(&self.array), dev_mode, known, begun }
     }
 
     /// Takes the configurations into the areas that go out, also those whose id is not new.
@@ -124,9 +128,9 @@ impl<A: Area> Mirror<A> {
         }
     }
 
-    /// Writes what stays as it is while a controller is online: its name, its firmware, and one of
-    /// `DEV_MODE_…`.
-    pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion, dev_mode: u8) {
+    /// Writes what stays as it is while a controller is online: its name, its firmware, and where the program
+    /// runs.
+    pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion) {
         for index in 0..AREAS {
             let places = self.array.places(index);
             let mut info = self.array.load(places.info);
@@ -142,7 +146,7 @@ impl<A: Area> Mirror<A> {
             }
             info.btaddr = *b"00:00:00:00:00:00\0";
             self.array.store(places.info, info);
-            self.array.store(places.dev_mode, dev_mode);
+            self.array.store(places.dev_mode, self.dev_mode);
             self.array.store(places.id, index as u8);
         }
     }
@@ -280,8 +284,13 @@ impl<A: Area> Mirror<A> {
                 to.motor_ex_cmd_id[i] = motor.send(motor_id).unwrap_or(to.motor_ex_cmd_id[i]);
             }
             let mut txt_outputs = array.load(places.txt_outputs);
-            let id = known.sound.send(txt_outputs.sound_cmd_id);
-            txt_outputs.sound_cmd_id = id.unwrap_or(area.txt_outputs.sound_cmd_id);
+            match known.sound.send(txt_outputs.sound_cmd_id) {
+                Some(id) => {
+                    txt_outputs.sound_cmd_id = id;
+                    txt_outputs.sound_repeat = repeats(self.dev_mode, txt_outputs.sound_repeat);
+                }
+                None => txt_outputs.sound_cmd_id = area.txt_outputs.sound_cmd_id,
+            }
             area.txt_outputs = txt_outputs;
         }
     }
@@ -353,6 +362,15 @@ fn sent<A: Area>(mut config: Config) -> Config {
     config
 }
 
+/// How often a sound is played. A program on the controller waits for the end of a sound with repeat 0, which
+/// is played once; online 0 means without an end.
+fn repeats(dev_mode: u8, repeat: u16) -> u16 {
+    match (dev_mode, repeat) {
+        (DEV_MODE_LOCAL, 0) => 1,
+        (_, repeat) => repeat,
+    }
+}
+
 /// What differs between two responses.
 fn change(before: &InputValues, now: &InputValues) -> Change {
     let bits = |differ: &mut dyn Iterator<Item = bool>| {
@@ -382,53 +400,4 @@ pub(crate) fn settled(read: impl Fn() -> OutputValues) -> OutputValues {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
-        let mut command = ContinuedId::default();
-        command.begin(7); // What the controller remembers of the program before.
-        assert_eq!(command.send(0), None);
-        assert_eq!(command.send(1), Some(8));
-        assert_eq!(command.receive(7, 1), (0, false));
-        assert_eq!(command.receive(8, 1), (1, true));
-        assert_eq!(command.receive(8, 1), (1, false), "told once");
-        assert_eq!(command.send(2), Some(9));
-        assert_eq!(command.receive(9, 3), (2, false), "the program waits for 3");
-        assert_eq!(command.send(3), Some(10));
-        assert_eq!(command.receive(10, 3), (3, true));
-    }
-
-    fn outputs_go_out_and_inputs_come_in<A: Area>() {
-        let array = Arc::new(AreaArray::<A>::new());
-        let mut mirror = Mirror::new(Arc::clone(&array));
-        let mut areas = vec![FishX1Transfer::default(); AREAS];
-        mirror.introduce("TX2013", FirmwareVersion::OLDEST_SUPPORTED, 0);
-        mirror.begin(&areas);
-        let places = array.places(AREAS - 1);
-        let mut output = array.load(places.output);
-        (output.duty[7], output.motor_ex_cmd_id[3], output.distance[3]) = (512, 1, 40);
-        array.store(places.output, output);
-        mirror.put_out(&mut areas);
-        assert_eq!(areas[AREAS - 1].output, output);
-
-        areas[AREAS - 1].input.uni[2] = 77;
-        areas[AREAS - 1].input.motor_ex_cmd_id[3] = 1;
-        areas[0].state.io_slave_alive[7] = 1;
-        let mut happened = Vec::new();
-        mirror.take_in(&areas, |it| happened.push(it));
-        let (online, area) = (true, AREAS - 1);
-        let expected =
-            [AreaEvent::Extension { area, online }, AreaEvent::MotorReached { area, motor: 3 }];
-        assert_eq!(happened, expected);
-        assert_eq!(array.load(places.input).uni[2], 77);
-        assert_eq!(array.load(places.change).change_uni, 1 << 2);
-    }
-
-    #[test]
-    fn outputs_go_out_and_inputs_come_in_for_both_kinds_of_areas() {
-        outputs_go_out_and_inputs_come_in::<crate::memory::Ta>();
-        outputs_go_out_and_inputs_come_in::<FishX1Transfer>();
-    }
-}
+mod tests;

@@ -65,7 +65,6 @@ pub(crate) struct SessionSettings {
 pub(crate) struct ProgramSession<A: Area> {
     shared: Arc<SessionParts<A>>,
     thread: Mutex<Option<JoinHandle<()>>>,
-    dev_mode: u8,
 }
 
 struct SessionParts<A: Area> {
@@ -87,7 +86,8 @@ impl<A: Area> ProgramSession<A> {
         listener: Option<Listener>,
     ) -> Result<Self, Error> {
         let array = Arc::new(AreaArray::new());
-        Self::over(Mirror::new(Arc::clone(&array)), array, settings, listener)
+        let mirror = Mirror::new(Arc::clone(&array), settings.dev_mode);
+        Self::over(mirror, array, settings, listener)
     }
 
     /// The same areas with other settings, after a transfer with the old ones.
@@ -117,8 +117,7 @@ impl<A: Area> ProgramSession<A> {
             listener: Mutex::new(listener),
             status: AtomicU8::new(STATUS_STOP),
         };
-        let (shared, thread, dev_mode) = (Arc::new(shared), Mutex::new(None), settings.dev_mode);
-        Ok(Self { shared, thread, dev_mode })
+        Ok(Self { shared: Arc::new(shared), thread: Mutex::new(None) })
     }
 
     /// The areas that the program reads and writes.
@@ -133,7 +132,7 @@ impl<A: Area> ProgramSession<A> {
 
     /// Writes what is known of the controller into the areas, before a transfer does.
     pub(crate) fn introduce(&self, name: &str, firmware: FirmwareVersion) {
-        self.shared.mirror.lock().introduce(name, firmware, self.dev_mode);
+        self.shared.mirror.lock().introduce(name, firmware);
     }
 
     /// The handler, for what does not go through the areas.
@@ -331,95 +330,4 @@ impl<A: Area> SessionParts<A> {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::time::Duration;
-
-    use ft_transfer_area::wire::CommandId;
-    use ft_transfer_area::TransferMode;
-    use ft_transfer_area_simulator::{Machine, SimulatedTxt};
-
-    use super::*;
-    use crate::memory::Ta;
-
-    fn session<A: Area>(txt: &SimulatedTxt) -> ProgramSession<A> {
-        let host = txt.address().to_string();
-        let settings =
-            SessionSettings { host, dev_mode: 1, areas: 1, mode: TransferMode::Compressed };
-        ProgramSession::new(&settings, None).expect("valid settings")
-    }
-
-    fn duty<A: Area>(session: &ProgramSession<A>) -> *mut i16 {
-        session.array().places(0).output.cast::<u8>().wrapping_add(12).cast()
-    }
-
-    fn drives_a_motor_and_stops<A: Area>() {
-        let txt = SimulatedTxt::builder().start().expect("a free port");
-        let session = session::<A>(&txt);
-        session.start().expect("it answers");
-        assert!(session.is_running());
-        session.array().store(duty(&session), 300);
-        let limit = Duration::from_secs(10);
-        assert!(txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == 300));
-        session.stop().expect("it runs");
-        assert!(txt.wait_until(limit, |machine| !machine.online()));
-        assert_eq!(session.array().load(duty(&session)), 0);
-    }
-
-    #[test]
-    fn the_areas_of_a_tx_and_of_a_txt_drive_a_motor_and_stop() {
-        drives_a_motor_and_stops::<Ta>();
-        drives_a_motor_and_stops::<FishX1Transfer>();
-    }
-
-    #[test]
-    fn the_first_inputs_are_those_of_the_programs_configuration() {
-        let txt = SimulatedTxt::builder().start().expect("a free port");
-        let session = session::<Ta>(&txt);
-        let uni = session.array().places(0).config.cast::<u8>().wrapping_add(8);
-        session.array().store(uni, 3);
-        session.start().expect("it answers");
-        session.stop().expect("it runs");
-        let configurations = |machine: &Machine| {
-            let all = machine.commands();
-            all.filter(|command| *command == CommandId::UpdateConfig).count()
-        };
-        assert_eq!(txt.with_machine(|machine| configurations(machine)), 1);
-        assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.uni[0].mode), 3);
-    }
-
-    #[test]
-    fn what_is_written_whole_goes_out_whole() {
-        let txt = SimulatedTxt::builder().start().expect("a free port");
-        let session = session::<Ta>(&txt);
-        session.start().expect("it answers");
-        let limit = Duration::from_secs(10);
-        session.write_whole(|array| {
-            array.store(duty(&session), 300);
-            let now = txt.with_machine(|machine| machine.exchanges());
-            assert!(txt.wait_until(limit, |machine| machine.exchanges() > now + 5));
-            assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
-            array.store(duty(&session).wrapping_add(2), 200);
-        });
-        assert!(txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == 300));
-        assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[2]), 200);
-    }
-
-    #[test]
-    fn a_callback_that_takes_too_long_ends_the_transfer_which_can_begin_again() {
-        let txt = SimulatedTxt::builder().start().expect("a free port");
-        let session = session::<FishX1Transfer>(&txt);
-        session.set_cycle_call(Some(Box::new(|| {
-            thread::sleep(2 * CALLBACK_LIMIT);
-            ControlFlow::Continue(())
-        })));
-        session.start().expect("it answers");
-        let limit = Duration::from_secs(10);
-        assert!(txt.wait_until(limit, |machine| machine.connections() == 1 && !machine.online()));
-        session.set_cycle_call(None);
-        while session.is_running() {
-            thread::sleep(Duration::from_millis(1));
-        }
-        session.start().expect("it answers again");
-        session.stop().expect("it runs");
-    }
-}
+mod tests;

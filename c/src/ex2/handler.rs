@@ -125,7 +125,7 @@ impl Ex2 {
                 before.again(&settings)?
             }
             None => {
-                let mirror = Mirror::new(Arc::clone(&self.array));
+                let mirror = Mirror::new(Arc::clone(&self.array), settings.dev_mode);
                 ProgramSession::over(mirror, Arc::clone(&self.array), &settings, None)?
             }
         };

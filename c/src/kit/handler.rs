@@ -16,7 +16,7 @@ use super::areas::ProgramAreas;
 use crate::host;
 use crate::jpeg::{self, Buffer};
 use crate::memory::AreaArray;
-use crate::mirror::Mirror;
+use crate::mirror::{Mirror, DEV_MODE_ONLINE};
 use crate::report;
 
 const NO_TRANSFER: &str = "no transfer is running; call BeginTransfer first";
@@ -70,7 +70,7 @@ impl Kit {
     pub(super) fn new(areas: ProgramAreas, name: Option<&str>, port: Option<&str>) -> Self {
         areas.clear();
         let array = Arc::new(AreaArray::new());
-        let mirror = Mirror::new(Arc::clone(&array));
+        let mirror = Mirror::new(Arc::clone(&array), DEV_MODE_ONLINE);
         let replaced = host::from_environment();
         let is_replaced = replaced.is_some();
         let host = replaced.unwrap_or_else(|| host::of_kit(name, port));

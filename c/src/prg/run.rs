@@ -93,12 +93,8 @@ impl Program {
         system::set(Some(Arc::clone(&system)));
         let watch = Watch::new(Arc::clone(&handler))?;
         signals::take_up()?;
-        let mirror = Mirror::new(array);
-        mirror.introduce(
-            &name,
-            handler.version().unwrap_or(FirmwareVersion::OLDEST_SUPPORTED),
-            DEV_MODE_LOCAL,
-        );
+        let mirror = Mirror::new(array, DEV_MODE_LOCAL);
+        mirror.introduce(&name, handler.version().unwrap_or(FirmwareVersion::OLDEST_SUPPORTED));
         let area = handler.transfer_area();
         let pace = Pace::new(Instant::now());
         let shown = Default::default();

@@ -1,0 +1,74 @@
+use super::*;
+
+#[test]
+fn a_command_is_done_when_its_id_comes_back_and_no_newer_one_was_given() {
+    let mut command = ContinuedId::default();
+    command.begin(7); // What the controller remembers of the program before.
+    assert_eq!(command.send(0), None);
+    assert_eq!(command.send(1), Some(8));
+    assert_eq!(command.receive(7, 1), (0, false));
+    assert_eq!(command.receive(8, 1), (1, true));
+    assert_eq!(command.receive(8, 1), (1, false), "told once");
+    assert_eq!(command.send(2), Some(9));
+    assert_eq!(command.receive(9, 3), (2, false), "the program waits for 3");
+    assert_eq!(command.send(3), Some(10));
+    assert_eq!(command.receive(10, 3), (3, true));
+}
+
+fn outputs_go_out_and_inputs_come_in<A: Area>() {
+    let array = Arc::new(AreaArray::<A>::new());
+    let mut mirror = Mirror::new(Arc::clone(&array), DEV_MODE_LOCAL);
+    let mut areas = vec![FishX1Transfer::default(); AREAS];
+    mirror.introduce("TX2013", FirmwareVersion::OLDEST_SUPPORTED);
+    mirror.begin(&areas);
+    let places = array.places(AREAS - 1);
+    let mut output = array.load(places.output);
+    (output.duty[7], output.motor_ex_cmd_id[3], output.distance[3]) = (512, 1, 40);
+    array.store(places.output, output);
+    mirror.put_out(&mut areas);
+    assert_eq!(areas[AREAS - 1].output, output);
+
+    areas[AREAS - 1].input.uni[2] = 77;
+    areas[AREAS - 1].input.motor_ex_cmd_id[3] = 1;
+    areas[0].state.io_slave_alive[7] = 1;
+    let mut happened = Vec::new();
+    mirror.take_in(&areas, |it| happened.push(it));
+    let (online, area) = (true, AREAS - 1);
+    let expected =
+        [AreaEvent::Extension { area, online }, AreaEvent::MotorReached { area, motor: 3 }];
+    assert_eq!(happened, expected);
+    assert_eq!(array.load(places.input).uni[2], 77);
+    assert_eq!(array.load(places.change).change_uni, 1 << 2);
+}
+
+#[test]
+fn a_sound_with_repeat_0_ends_for_programs_on_the_controller_only() {
+    for (dev_mode, sent) in [(DEV_MODE_LOCAL, 1), (DEV_MODE_ONLINE, 0)] {
+        let array = Arc::new(AreaArray::<FishX1Transfer>::new());
+        let mut mirror = Mirror::new(Arc::clone(&array), dev_mode);
+        let mut areas = vec![FishX1Transfer::default(); AREAS];
+        mirror.begin(&areas);
+        mirror.put_out(&mut areas);
+        assert_eq!(areas[0].txt_outputs.sound_repeat, 0, "no sound is asked for");
+        let places = array.places(0);
+        let sound = |repeat| {
+            let mut outputs = array.load(places.txt_outputs);
+            outputs.sound_cmd_id += 1;
+            (outputs.sound_index, outputs.sound_repeat) = (3, repeat);
+            array.store(places.txt_outputs, outputs);
+        };
+        sound(0);
+        mirror.put_out(&mut areas);
+        assert_eq!(areas[0].txt_outputs.sound_repeat, sent);
+        assert_eq!(array.load(places.txt_outputs).sound_repeat, 0, "the program's own");
+        sound(2);
+        mirror.put_out(&mut areas);
+        assert_eq!(areas[0].txt_outputs.sound_repeat, 2);
+    }
+}
+
+#[test]
+fn outputs_go_out_and_inputs_come_in_for_both_kinds_of_areas() {
+    outputs_go_out_and_inputs_come_in::<crate::memory::Ta>();
+    outputs_go_out_and_inputs_come_in::<FishX1Transfer>();
+}
