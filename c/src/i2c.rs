@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::{Error, I2cClient};
 
@@ -16,6 +16,7 @@ use crate::errors::{
     FTLIB_I2C_C_INVALID_FLAGS_DATAMODE, FTLIB_I2C_C_INVALID_FLAGS_ERRMODE,
     FTLIB_I2C_INVALID_DEV_ADDR,
 };
+use crate::report::Repeated;
 
 /// `I2C_SUCCESS`.
 pub(crate) const I2C_SUCCESS: u16 = 0;
@@ -206,8 +207,13 @@ impl I2cThread {
         let (requests, waiting) = mpsc::sync_channel(WAITING);
         let (alive, ended) = mpsc::channel();
         let ending = Arc::new(AtomicBool::new(false));
-        let mut worker =
-            Worker { connect, client: None, ending: Arc::clone(&ending), _alive: alive };
+        let mut worker = Worker {
+            connect,
+            client: None,
+            told: Repeated::default(),
+            ending: Arc::clone(&ending),
+            _alive: alive,
+        };
         let thread = thread::Builder::new().name("I2C of C".into());
         let thread = thread.spawn(move || worker.run(&waiting)).map_err(|error| {
             log::error!("no thread for I2C could be started: {error}");
@@ -251,6 +257,7 @@ impl Drop for I2cThread {
 struct Worker<C> {
     connect: C,
     client: Option<I2cClient>,
+    told: Repeated,
     ending: Arc<AtomicBool>,
     _alive: mpsc::Sender<()>,
 }
@@ -263,7 +270,9 @@ impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
                 return;
             }
             if let Err(error) = &result {
-                log::warn!("I2C: {error}");
+                if let Some(line) = self.told.line(&error.to_string(), Instant::now()) {
+                    log::warn!("I2C: {line}");
+                }
             }
             done(*result.as_ref().unwrap_or(&0), request.status(result.is_ok()));
         }

@@ -4,8 +4,8 @@
 use std::ops::ControlFlow;
 use std::ptr;
 use std::slice;
-use std::sync::Arc;
-use std::time::Duration;
+use std::sync::{Arc, LazyLock};
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::FishX1Transfer;
 use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler, TransferMode};
@@ -17,7 +17,7 @@ use crate::host;
 use crate::i2c::DEVICE_MAX as I2C_DEVICE_MAX;
 use crate::memory::AREAS;
 use crate::mirror::DEV_MODE_LOCAL;
-use crate::report;
+use crate::report::{self, Repeated};
 use crate::session::{beside_threads, ProgramSession, SessionSettings};
 
 const NONE: u32 = 0;
@@ -44,6 +44,8 @@ static CALLBACK: Mutex<Option<Callback>> = Mutex::new(None);
 /// Held while the callback runs. The callback itself may set another one.
 static CALLED: ReentrantMutex<()> = ReentrantMutex::new(());
 static I2C: Mutex<Option<I2cClient>> = Mutex::new(None);
+/// What was said of I2C.
+static TOLD: LazyLock<Mutex<Repeated>> = LazyLock::new(Mutex::default);
 
 /// Declares a function under its name in C, and under the one that g++ and clang make of it in C++.
 macro_rules! with_both_linkages {
@@ -174,7 +176,7 @@ pub extern "C" fn InitI2C() -> u32 {
             NONE
         }
         Err(error) => {
-            report::failure(error);
+            tell(&error);
             I2C_OPEN
         }
     })
@@ -232,13 +234,20 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
     let mut client = I2C.lock();
     if client.is_none() {
         let connected = connect_i2c().map_err(|error| {
-            report::failure(error);
+            tell(&error);
             I2C_OPEN
         })?;
         *client = Some(connected);
     }
     let Some(client) = &mut *client else { return Err(I2C_OPEN) };
     client.write_read(device, write, read).map_err(|error| code_of(&error, device, write, read))
+}
+
+/// Says what went wrong. A program may read a device in a loop.
+fn tell(error: &Error) {
+    if let Some(line) = TOLD.lock().line(&error.to_string(), Instant::now()) {
+        report::failure(line);
+    }
 }
 
 fn code_of(error: &Error, device: u8, write: &[u8], read: &[u8]) -> u32 {
@@ -251,7 +260,7 @@ fn code_of(error: &Error, device: u8, write: &[u8], read: &[u8]) -> u32 {
         // Programs look for devices in this way.
         Error::I2cNoDevice { .. } => what_was_done,
         Error::OutOfRange { .. } => {
-            report::failure(error);
+            tell(error);
             if device > I2C_DEVICE_MAX {
                 I2C_ADDRESS
             } else {
@@ -259,7 +268,7 @@ fn code_of(error: &Error, device: u8, write: &[u8], read: &[u8]) -> u32 {
             }
         }
         _ => {
-            report::failure(error);
+            tell(error);
             I2C_COMMUNICATION
         }
     }

@@ -1,8 +1,11 @@
 //! What the library has to say, on the standard error output: programs in C have no logger of their own, and
 //! most print only that something failed.
 
+use std::collections::HashMap;
 use std::env;
 use std::fmt::Display;
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::Error;
 use log::{LevelFilter, Log, Metadata, Record};
@@ -19,11 +22,16 @@ impl Log for Stderr {
 
     fn log(&self, record: &Record<'_>) {
         if self.enabled(record.metadata()) {
-            eprintln!("ft-transfer-area: {}", record.args());
+            write_line(&format!("ft-transfer-area: {}", record.args()));
         }
     }
 
     fn flush(&self) {}
+}
+
+/// Writes a line to the error output. A program goes on without one that nobody can read.
+pub(crate) fn write_line(line: &str) {
+    let _ = io::stderr().write_all(format!("{line}\n").as_bytes());
 }
 
 /// Shows warnings and errors from now on, or what the variable says. Does nothing the second time, and when
@@ -44,4 +52,70 @@ pub(crate) fn failure(what: impl Display) {
 /// Whether the code that the program gets says it all: a program may start twice, or stop what has ended.
 pub(crate) fn is_told_by_code(error: &Error) -> bool {
     matches!(error, Error::AlreadyStarted | Error::NotStarted)
+}
+
+/// Sentences of calls that a program makes again and again: each is said at once, and after that once a minute
+/// with how often it was true.
+#[derive(Default)]
+pub(crate) struct Repeated(HashMap<String, Said>);
+
+/// When a sentence was said last, and how often it was true since then.
+struct Said {
+    at: Instant,
+    since: u32,
+}
+
+impl Repeated {
+    /// How long a sentence is only counted.
+    const PAUSE: Duration = Duration::from_secs(60);
+    /// More different sentences are not remembered: one for each device of an I2C bus, read and written.
+    const MOST: usize = 256;
+
+    /// The line to write now, if there is one.
+    pub(crate) fn line(&mut self, sentence: &str, now: Instant) -> Option<String> {
+        let Some(said) = self.0.get_mut(sentence) else {
+            if self.0.len() == Self::MOST {
+                self.0.clear();
+            }
+            self.0.insert(sentence.to_owned(), Said { at: now, since: 0 });
+            return Some(sentence.to_owned());
+        };
+        said.since += 1;
+        let pause = now.saturating_duration_since(said.at);
+        if pause < Self::PAUSE {
+            return None;
+        }
+        let (since, seconds) = (said.since, pause.as_secs());
+        *said = Said { at: now, since: 0 };
+        Some(format!("{sentence} ({since} times in {seconds} s)"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sentence_is_said_once_and_then_with_how_often_it_was_true() {
+        let (mut repeated, begun) = (Repeated::default(), Instant::now());
+        let mut line =
+            |sentence, seconds| repeated.line(sentence, begun + Duration::from_secs(seconds));
+        assert_eq!(line("no device", 0).as_deref(), Some("no device"));
+        assert_eq!(line("another", 1).as_deref(), Some("another"));
+        for second in 1..60 {
+            assert_eq!(line("no device", second), None);
+        }
+        assert_eq!(line("no device", 90).as_deref(), Some("no device (60 times in 90 s)"));
+        assert_eq!(line("no device", 91), None);
+        assert_eq!(line("another", 91).as_deref(), Some("another (1 times in 90 s)"));
+    }
+
+    #[test]
+    fn what_is_remembered_has_a_limit() {
+        let (mut repeated, now) = (Repeated::default(), Instant::now());
+        for number in 0..10_000 {
+            assert!(repeated.line(&number.to_string(), now).is_some());
+            assert!(repeated.0.len() <= Repeated::MOST);
+        }
+    }
 }

@@ -1,19 +1,24 @@
 //! The controllers' displays: messages, frames, and the two buttons below.
 
-use std::sync::mpsc::{self, Sender};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
+use crossbeam_channel::{Receiver, Sender, TrySendError};
 use parking_lot::Mutex;
 
 use super::draw::Frame;
 use super::screen::{Screen, Show, ShowState};
 use crate::memory::AREAS;
 
+/// How much may wait for a terminal that takes nothing. More replaces the oldest.
+const WAITING: usize = 256;
+
 /// Shows what programs want to be shown, by a thread of its own: the next tic does not wait for a terminal.
 pub(super) struct Display {
     state: Arc<ShowState>,
     sender: Mutex<Option<Sender<Show>>>,
+    /// What waits, to take the oldest away.
+    waiting: Receiver<Show>,
     thread: Mutex<Option<JoinHandle<()>>>,
 }
 
@@ -27,20 +32,20 @@ impl Display {
             })
             .collect();
         let state = Arc::new(ShowState::new(names));
-        let (sender, shows) = mpsc::channel();
+        let (sender, shows) = crossbeam_channel::bounded(WAITING);
+        let waiting = shows.clone();
         let screen = Screen::new(Arc::clone(&state));
         let thread =
             thread::Builder::new().name("display".into()).spawn(move || screen.run(&shows))?;
-        Ok(Self { state, sender: Mutex::new(Some(sender)), thread: Mutex::new(Some(thread)) })
+        let (sender, thread) = (Mutex::new(Some(sender)), Mutex::new(Some(thread)));
+        Ok(Self { state, sender, waiting, thread })
     }
 
     fn show(&self, show: Show) {
-        if let Some(sender) = &*self.sender.lock() {
-            self.state.add_show();
-            if sender.send(show).is_err() {
-                self.state.show_is_done();
-            }
-        }
+        let sender = self.sender.lock();
+        let Some(sender) = &*sender else { return };
+        self.state.add_show();
+        push(sender, &self.waiting, show, || self.state.leave_out());
     }
 
     /// Shows a message; `None` takes all messages away.
@@ -70,6 +75,18 @@ impl Display {
     }
 }
 
+/// Adds to a queue; `left_out` is called for each that has to make room.
+fn push<T>(sender: &Sender<T>, waiting: &Receiver<T>, what: T, left_out: impl Fn()) {
+    let mut result = sender.try_send(what);
+    while let Err(TrySendError::Full(what)) = result {
+        // Another thread may have taken it meanwhile, and there is room.
+        if waiting.try_recv().is_ok() {
+            left_out();
+        }
+        result = sender.try_send(what);
+    }
+}
+
 /// Shows what is left, and leaves the terminal as it was.
 impl Drop for Display {
     fn drop(&mut self) {
@@ -78,5 +95,24 @@ impl Drop for Display {
             // A panic of it is in the log, and the program is over.
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    #[test]
+    fn what_waits_has_a_limit_and_the_oldest_makes_room() {
+        let (sender, waiting) = crossbeam_channel::bounded(WAITING);
+        let left_out = Cell::new(0);
+        for number in 0..1000 {
+            push(&sender, &waiting, number, || left_out.set(left_out.get() + 1));
+        }
+        assert_eq!(left_out.get(), 1000 - WAITING);
+        let kept: Vec<_> = waiting.try_iter().collect();
+        assert_eq!((kept.len(), kept[0], kept[WAITING - 1]), (WAITING, 1000 - WAITING, 999));
     }
 }

@@ -2,9 +2,10 @@
 
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, TryRecvError};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, TryRecvError};
 
 use super::draw::{self, Frame};
 use super::terminal::{Key, Terminal};
@@ -31,12 +32,15 @@ pub(super) struct ShowState {
     names: Vec<String>,
     /// How much is still to be shown.
     waiting: AtomicUsize,
+    /// What is not shown, because too much was waiting.
+    left_out: AtomicUsize,
     pub(super) buttons: Buttons,
 }
 
 impl ShowState {
     pub(super) fn new(names: Vec<String>) -> Self {
-        Self { names, waiting: AtomicUsize::new(0), buttons: Buttons::new() }
+        let (waiting, left_out) = Default::default();
+        Self { names, waiting, left_out, buttons: Buttons::new() }
     }
 
     /// Something is to be shown.
@@ -47,6 +51,12 @@ impl ShowState {
     /// Whether something is still to be shown.
     pub(super) fn is_busy(&self) -> bool {
         self.waiting.load(Ordering::Acquire) > 0
+    }
+
+    /// Something that was waiting is not shown.
+    pub(super) fn leave_out(&self) {
+        self.left_out.fetch_add(1, Ordering::AcqRel);
+        self.show_is_done();
     }
 
     /// Something is shown.
@@ -139,6 +149,10 @@ impl Screen {
     }
 
     fn show(&mut self, show: &Show) {
+        let left_out = self.state.left_out.swap(0, Ordering::AcqRel);
+        if left_out > 0 {
+            log::warn!("{left_out} messages and frames are not shown: the output takes too long");
+        }
         let shown = match show {
             Show::Message { of, text } => self.show_message(*of, text),
             Show::Frame { of, frame } => self.show_frame(*of, frame),

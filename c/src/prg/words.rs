@@ -4,6 +4,8 @@ use std::env;
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use crate::report::write_line;
+
 /// The program's name, for sentences and for the program itself.
 pub(super) fn program_name() -> &'static str {
     static NAME: OnceLock<String> = OnceLock::new();
@@ -16,5 +18,5 @@ pub(super) fn program_name() -> &'static str {
 
 /// Says a sentence.
 pub(super) fn say(sentence: &str) {
-    eprintln!("{}: {sentence}", program_name());
+    write_line(&format!("{}: {sentence}", program_name()));
 }

@@ -8,7 +8,7 @@ use crate::program::Program;
 use crate::signals;
 use crate::symbols::Entry;
 use crate::target::Target;
-use crate::Sentence;
+use crate::{say, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
@@ -60,13 +60,13 @@ fn tell(name: &str, entry: Entry, status: ExitStatus) -> ExitCode {
         Some(code) => {
             // The runtime ends a program with PrgTic with 1, and has said why. Other codes are from _exit.
             if entry == Entry::Main || code != 1 {
-                eprintln!("tx_run: {name} has ended with the exit status {code}");
+                say(&format!("{name} {}", signals::words_of(code)));
             }
             // A status may have more bits, but is not 0.
             ExitCode::from(u8::try_from(code).ok().filter(|code| *code != 0).unwrap_or(1))
         }
         None => {
-            eprintln!("tx_run: {name} was ended by {}", signals::name_in(status));
+            say(&format!("{name} was ended by {}", signals::name_in(status)));
             ExitCode::FAILURE
         }
     }

@@ -26,25 +26,38 @@ mod work;
 
 use std::env;
 use std::error::Error;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
+use env_logger::Env;
 use options::{Options, HELP};
 
 /// An error that is a sentence.
 type Sentence = Box<dyn Error>;
 
+/// Says a sentence on the error output.
+fn say(sentence: &str) {
+    // The program goes on also when nobody reads it.
+    let _ = io::stderr().write_all(format!("tx_run: {sentence}\n").as_bytes());
+}
+
+/// What is logged unless `RUST_LOG` says more: what a program does that a TXT accepts, but no correct program does.
+const LOG: &str = "warn";
+
 fn main() -> ExitCode {
+    env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
     match Options::parse(env::args_os()) {
         Ok(None) => {
-            print!("{HELP}");
+            // Nobody misses what can't be written.
+            let _ = io::stdout().write_all(HELP.as_bytes());
             ExitCode::SUCCESS
         }
         Ok(Some(options)) => run(&options).unwrap_or_else(|error| {
-            eprintln!("tx_run: {error}");
+            say(&error.to_string());
             ExitCode::FAILURE
         }),
         Err(error) => {
-            eprintln!("tx_run: {error}; --help tells how it is used");
+            say(&format!("{error}; --help tells how it is used"));
             ExitCode::from(2)
         }
     }
@@ -56,6 +69,6 @@ fn run(options: &Options) -> Result<ExitCode, Sentence> {
     let program = program::build(options, build.path())?;
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    eprintln!("tx_run: {name}, {}, runs on {}", program.kind, target.describe());
+    say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
     child::run(&program, &target, &options.arguments)
 }

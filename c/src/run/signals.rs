@@ -6,9 +6,9 @@ use std::process::{Command, Output, Stdio};
 use crate::Sentence;
 
 #[cfg(unix)]
-pub(crate) use unix::{came, name_in, pass_on_to, stop_passing_on, take_up};
+pub(crate) use unix::{came, name_in, pass_on_to, stop_passing_on, take_up, words_of};
 #[cfg(not(unix))]
-pub(crate) use windows::{came, name_in, pass_on_to, stop_passing_on, take_up};
+pub(crate) use windows::{came, name_in, pass_on_to, stop_passing_on, take_up, words_of};
 
 /// Runs a compiler, and returns what it has said.
 pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
@@ -23,6 +23,25 @@ pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
     let output = run();
     let name = command.get_program().to_string_lossy();
     output.map_err(|error| format!("the compiler {name} can't be started: {error}").into())
+}
+
+/// What a program on Windows has crashed with, or was ended by. There it is the exit status: an NTSTATUS.
+#[cfg(any(not(unix), test))]
+fn name_of_status(code: i32) -> Option<&'static str> {
+    Some(match code as u32 {
+        0xC000_0005 => "an access violation (memory that is not the program's)",
+        0xC000_0006 => "an error of a page (memory that could not be read)",
+        0xC000_001D => "an instruction that the processor does not know",
+        0xC000_008E | 0xC000_0094 => "a division by zero",
+        0xC000_0095 => "an overflow in a division",
+        0xC000_00FD => "a stack overflow (no room left on the stack)",
+        0xC000_0135 => "Windows (a DLL is missing)",
+        0xC000_0139 => "Windows (a DLL has not all functions)",
+        0xC000_013A => "Ctrl-C",
+        0xC000_0374 => "Windows (memory of malloc was destroyed)",
+        0xC000_0409 => "abort (or a stack that was destroyed)",
+        _ => return None,
+    })
 }
 
 #[cfg(unix)]
@@ -92,6 +111,11 @@ mod unix {
         children().retain(|child| *child != process as libc::pid_t);
     }
 
+    /// How a program has ended with this exit status.
+    pub(crate) fn words_of(code: i32) -> String {
+        format!("has ended with the exit status {code}")
+    }
+
     /// The signal that has ended a process.
     pub(crate) fn name_in(status: ExitStatus) -> String {
         let what = |signal| match signal {
@@ -135,7 +159,29 @@ mod windows {
 
     pub(crate) fn stop_passing_on(_: u32) {}
 
+    /// How a program has ended with this exit status.
+    pub(crate) fn words_of(code: i32) -> String {
+        match super::name_of_status(code) {
+            Some(name) => format!("was ended by {name}"),
+            None => format!("has ended with the exit status {code}"),
+        }
+    }
+
     pub(crate) fn name_in(status: ExitStatus) -> String {
         status.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_crash_on_windows_has_words() {
+        let name = |status: u32| name_of_status(status as i32);
+        assert!(name(0xC000_0005).unwrap().contains("access violation"));
+        assert!(name(0xC000_00FD).unwrap().contains("stack overflow"));
+        assert!(name(0xC000_0094).unwrap().contains("division by zero"));
+        assert_eq!([0, 1, 3, 0xC000_0001].map(name), [None; 4]);
     }
 }

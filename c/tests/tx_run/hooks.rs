@@ -39,6 +39,17 @@ fn i2c_answers_between_two_tics() {
 }
 
 #[test]
+fn an_error_of_i2c_is_not_said_again_and_again() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let ended = run_on(&txt, "i2c_missing.c", "").end();
+    ended.well();
+    assert_eq!(ended.err.matches("I2C: ").count(), 1, "{}", ended.err);
+}
+
+#[test]
 fn bluetooth_is_off() {
     if !has_compiler() {
         return;

@@ -82,6 +82,24 @@ fn the_variable_chooses_the_simple_exchange() {
 }
 
 #[test]
+fn the_simulated_txt_says_what_it_sees() {
+    if !has_compiler() {
+        return;
+    }
+    let run = |log: Option<&str>| {
+        let mut command = tx_run(&["--world", "none"]);
+        command.arg(program("distance.c")).env_remove("RUST_LOG");
+        Run::start(command.envs(log.map(|log| ("RUST_LOG", log)))).end()
+    };
+    let ended = run(Some("info"));
+    ended.well();
+    assert!(ended.err.contains("connects to the main port"), "{}", ended.err);
+    let ended = run(None);
+    ended.well();
+    assert!(!ended.err.contains("connects to the main port"), "{}", ended.err);
+}
+
+#[test]
 fn an_extension_comes_and_goes() {
     if !has_compiler() {
         return;
