@@ -1,39 +1,89 @@
 //! What happens when a program ends without ending its transfers.
 
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Once, Weak};
+use std::thread;
+use std::time::Duration;
 
-use ft_transfer_area::transfer_area::FishX1Transfer;
+use ft_transfer_area::Error;
 use parking_lot::Mutex;
 
 use crate::ffi::guarded;
-use crate::session::ProgramSession;
+use crate::process;
 
-type Watched = ProgramSession<FishX1Transfer>;
+#[cfg(unix)]
+#[path = "exit/unix.rs"]
+mod system;
+#[cfg(not(unix))]
+#[path = "exit/windows.rs"]
+mod system;
 
-static WATCHED: Mutex<Vec<Weak<Watched>>> = Mutex::new(Vec::new());
+pub(crate) use system::{at_exit, threads_are_gone};
 
-/// Ends this session when the program returns from `main` or calls `exit`: before what the program destroys
-/// then, such as what its callbacks use. A program that ends otherwise closes the connection, so the
-/// controller stops its motors, too.
-pub(crate) fn watch(session: &Arc<Watched>) {
-    static REGISTER: Once = Once::new();
-    REGISTER.call_once(|| {
-        // SAFETY: the function lives as long as this library, and does not unwind.
-        unsafe { libc::atexit(end_all) };
-    });
-    let mut watched = WATCHED.lock();
-    watched.retain(|other| other.strong_count() > 0);
-    watched.push(Arc::downgrade(session));
+/// How long the end of a program waits for a lock that another thread has.
+pub(crate) const LOCK_LIMIT: Duration = Duration::from_secs(1);
+
+/// A transfer that ends with the program.
+pub(crate) trait Transfer: Send + Sync {
+    /// Ends it with all outputs off, if it runs.
+    fn end(&self);
 }
 
-extern "C" fn end_all() {
-    guarded((), || {
-        let watched = std::mem::take(&mut *WATCHED.lock());
-        for session in watched.iter().filter_map(Weak::upgrade) {
-            if session.is_running() {
-                // There is nobody left to be told.
-                let _ = session.stop();
+/// The transfers that were begun, each with the process that has begun it: a child after `fork` has the list,
+/// but the connections are its parent's.
+static WATCHED: Mutex<Vec<(u32, Weak<dyn Transfer>)>> = Mutex::new(Vec::new());
+
+/// Set from when all transfers end: a thread of the program that goes on meanwhile must not begin one again.
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// An error when the program is ending.
+pub(crate) fn check_goes_on() -> Result<(), Error> {
+    if ENDING.load(Ordering::Acquire) {
+        return Err(Error::NotStarted);
+    }
+    Ok(())
+}
+
+/// Ends this transfer when the program returns from `main` or calls `exit`: before what the program destroys
+/// then, such as what its callbacks use. So it does when the program is asked to end, as by Ctrl-C, unless the
+/// program itself does something then. A program that ends otherwise closes the connection, so the controller
+/// stops its motors, too.
+pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
+    static REGISTER: Once = Once::new();
+    REGISTER.call_once(|| at_exit(end_at_exit));
+    system::watch();
+    let own = std::process::id();
+    let transfer: Weak<dyn Transfer> = Arc::<T>::downgrade(transfer);
+    let mut watched = WATCHED.lock();
+    watched.retain(|(_, other)| other.strong_count() > 0 && !other.ptr_eq(&transfer));
+    watched.push((own, transfer));
+}
+
+extern "C" fn end_at_exit() {
+    if !process::is_forked() && !threads_are_gone() {
+        guarded((), end_all);
+        system::end_as_asked();
+    }
+}
+
+/// Ends all transfers of this process, side by side: one that does not answer does not keep the others moving.
+fn end_all() {
+    ENDING.store(true, Ordering::Release);
+    let own = std::process::id();
+    let Some(watched) = WATCHED.try_lock_for(LOCK_LIMIT) else { return };
+    let own = watched.iter().filter(|(process, _)| *process == own);
+    let transfers: Vec<_> = own.filter_map(|(_, transfer)| transfer.upgrade()).collect();
+    drop(watched);
+    thread::scope(|scope| {
+        let (last, others) = match transfers.split_last() {
+            Some(split) => split,
+            None => return,
+        };
+        for transfer in others {
+            if thread::Builder::new().spawn_scoped(scope, || transfer.end()).is_err() {
+                transfer.end();
             }
         }
+        last.end();
     });
 }

@@ -1,10 +1,20 @@
 //! What every call from C needs.
 
 use std::ffi::{c_char, CStr};
+use std::mem;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 
-/// Runs a call from C. A panic does not cross into C: it is logged, and the program gets `otherwise`.
+use crate::process;
+
+/// Runs a call from C. A panic does not cross into C: it is logged, and the program gets `otherwise`. So does a
+/// child process after `fork`: there nobody would ever open the locks that a call waits for.
 pub(crate) fn guarded<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
+    if process::is_forked() {
+        process::tell_forked();
+        // What it has taken is the parent's.
+        mem::forget(call);
+        return otherwise;
+    }
     // What a panic leaves half done is behind locks that stay usable, as in the library below.
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|_| {
         log::error!("a call from C panicked, which is a mistake of this library");

@@ -16,6 +16,7 @@ use crate::errors::{
     FTLIB_I2C_C_INVALID_FLAGS_DATAMODE, FTLIB_I2C_C_INVALID_FLAGS_ERRMODE,
     FTLIB_I2C_INVALID_DEV_ADDR,
 };
+use crate::process;
 use crate::report::Repeated;
 
 /// `I2C_SUCCESS`.
@@ -214,6 +215,7 @@ impl I2cThread {
             ending: Arc::clone(&ending),
             _alive: alive,
         };
+        process::begin();
         let thread = thread::Builder::new().name("I2C of C".into());
         let thread = thread.spawn(move || worker.run(&waiting)).map_err(|error| {
             log::error!("no thread for I2C could be started: {error}");

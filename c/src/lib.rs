@@ -17,6 +17,7 @@ mod ports;
 #[cfg(unix)]
 mod posix;
 mod prg;
+mod process;
 mod report;
 mod results;
 mod session;

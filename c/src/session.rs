@@ -11,8 +11,10 @@ use ft_transfer_area::{
 };
 use parking_lot::Mutex;
 
+use crate::exit;
 use crate::memory::{Area, AreaArray, AREAS};
 use crate::mirror::{AreaEvent, Mirror};
+use crate::process;
 use crate::report;
 
 /// How long after a response the program's outputs are taken. A program that polls every millisecond so
@@ -162,6 +164,8 @@ impl<A: Area> ProgramSession<A> {
             join(ended);
         }
         report::start();
+        exit::check_goes_on()?;
+        process::begin();
         self.shared.set_status(STATUS_SYNC);
         let handler = &self.shared.handler;
         // The controller has the program's configurations from the first response on.
@@ -243,6 +247,15 @@ fn join(thread: JoinHandle<()>) {
     }
     if thread.join().is_err() {
         report::failure("the thread of a transfer area panicked");
+    }
+}
+
+impl<A: Area> exit::Transfer for ProgramSession<A> {
+    fn end(&self) {
+        if self.is_running() {
+            // There is nobody left to be told.
+            let _ = self.stop();
+        }
     }
 }
 

@@ -13,6 +13,7 @@ use ft_transfer_area::{
 use parking_lot::Mutex;
 
 use super::areas::ProgramAreas;
+use crate::exit;
 use crate::host;
 use crate::jpeg::{self, Buffer};
 use crate::memory::AreaArray;
@@ -27,7 +28,7 @@ pub struct Kit {
     host: String,
     /// Whether the host is the one of the environment, not that of the program.
     is_replaced: bool,
-    transfer: Mutex<Transfer>,
+    transfer: Arc<Mutex<Transfer>>,
     camera: Mutex<Option<Camera>>,
     picture: Mutex<Buffer>,
     /// What was reported last, so that a loop that ignores errors does not fill the terminal.
@@ -78,7 +79,7 @@ impl Kit {
             areas,
             host,
             is_replaced,
-            transfer: Mutex::new(Transfer { array, mirror, link: None }),
+            transfer: Arc::new(Mutex::new(Transfer { array, mirror, link: None })),
             camera: Mutex::new(None),
             picture: Mutex::new(Buffer::default()),
             reported: Mutex::new(None),
@@ -111,6 +112,7 @@ impl Kit {
 
     pub(super) fn begin(&self) -> Result<(), Failure> {
         self.end()?;
+        exit::check_goes_on()?;
         let mut client = self.connect()?;
         let firmware = client.query_status()?.version;
         client.start_online()?;
@@ -129,6 +131,8 @@ impl Kit {
         link.client.do_transfer(&mut link.compressed, &mut link.areas)?;
         mirror.begin(&link.areas);
         *place = Some(link);
+        drop(transfer);
+        exit::watch(&self.transfer);
         Ok(())
     }
 
@@ -172,11 +176,7 @@ impl Kit {
         let link = self.transfer.lock().link.take();
         // A connection that is lost has ended already.
         let _ = stopped;
-        if let Some(mut link) = link {
-            if let Err(error) = link.client.stop_online() {
-                log::debug!("while a transfer is ended: {error}");
-            }
-        }
+        stop_online(link);
         Ok(())
     }
 
@@ -220,6 +220,24 @@ impl Kit {
                 None => "the camera has ended: it was stopped".into(),
             }
         })
+    }
+}
+
+/// The controller stops its motors.
+fn stop_online(link: Option<Link>) {
+    if let Some(mut link) = link {
+        if let Err(error) = link.client.stop_online() {
+            log::debug!("while a transfer is ended: {error}");
+        }
+    }
+}
+
+impl exit::Transfer for Mutex<Transfer> {
+    fn end(&self) {
+        // The program may end in the middle of an exchange, which is short, or of one that gets no answer.
+        let transfer = self.try_lock_for(exit::LOCK_LIMIT);
+        let link = transfer.and_then(|mut transfer| transfer.link.take());
+        stop_online(link);
     }
 }
 

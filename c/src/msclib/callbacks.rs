@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
+use crate::process;
+
 /// How long is waited for a running callback when it is taken away, or its device closed.
 const WAIT_LIMIT: Duration = Duration::from_secs(1);
 /// How many calls may wait for a callback that does not return.
@@ -87,6 +89,7 @@ struct Running {
 impl Callbacks {
     /// Starts the thread.
     pub(super) fn start() -> std::io::Result<Arc<Self>> {
+        process::begin();
         let callbacks = Arc::new(Self {
             queue: Mutex::default(),
             wake: Condvar::new(),

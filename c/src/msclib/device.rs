@@ -8,6 +8,7 @@ use parking_lot::Mutex;
 
 use super::callbacks::{Callbacks, Event, Owner};
 use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
+use crate::exit;
 use crate::host;
 use crate::i2c::{Done, I2cThread, Request};
 use crate::memory::{AreaArray, Ta, AREAS};
@@ -84,8 +85,9 @@ impl Device {
     }
 
     /// Begins the transfer, and returns after the first response.
-    pub(super) fn start(&self) -> Result<(), u32> {
+    pub(super) fn start(self: &Arc<Self>) -> Result<(), u32> {
         let started = self.session.start();
+        exit::watch(self);
         if !self.is_open() {
             // Closed meanwhile, perhaps before the transfer began.
             let _ = self.session.stop();
@@ -170,6 +172,12 @@ impl Device {
     /// What callbacks belong to. It does not keep the device.
     pub(super) fn as_owner(self: &Arc<Self>) -> Weak<dyn Owner> {
         Arc::<Self>::downgrade(self)
+    }
+}
+
+impl exit::Transfer for Device {
+    fn end(&self) {
+        self.session.end();
     }
 }
 

@@ -162,7 +162,7 @@ impl Library {
     }
 
     /// Begins a device's transfer.
-    pub(super) fn start(&self, device: &Device) -> Result<(), u32> {
+    pub(super) fn start(&self, device: &Arc<Device>) -> Result<(), u32> {
         device.start()?;
         let mut state = self.state.lock();
         state.sessions = state.sessions.wrapping_add(1);

@@ -22,6 +22,7 @@ use crate::host;
 use crate::i2c::I2cThread;
 use crate::memory::{AreaArray, Ta, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_LOCAL};
+use crate::process;
 use crate::session::STATUS_RUN;
 
 /// What `PrgTic` returns to be called again.
@@ -57,6 +58,7 @@ pub(super) fn run(init: PrgInit, tic: PrgTic) -> c_int {
 fn connect(host: &str) -> Result<Arc<TransferAreaComHandler>, Error> {
     let builder = TransferAreaComHandler::builder(host).areas(AREAS);
     let handler = builder.mode(host::mode_for(TransferMode::Compressed)).build()?;
+    process::begin();
     handler.begin_transfer()?;
     Ok(Arc::new(handler))
 }

@@ -1,12 +1,13 @@
 //! Signals: those that ask the program to end, and those of a crash.
 
-use std::ffi::{c_int, c_void};
+use std::ffi::c_int;
 use std::io;
 use std::mem::zeroed;
 use std::ptr;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
 use super::system;
+use crate::process::write_error;
 
 /// The signals of a crash, with what they say.
 const CRASHES: &[(c_int, &str)] = &[
@@ -88,9 +89,9 @@ extern "C" fn on_crash(signal: c_int) {
             libc::sleep(2);
         }
     }
-    write_last_word("the program has crashed with ");
-    write_last_word(crash().unwrap_or("a signal"));
-    write_last_word("; the connection is closed, which switches all outputs off\n");
+    write_error("the program has crashed with ");
+    write_error(crash().unwrap_or("a signal"));
+    write_error("; the connection is closed, which switches all outputs off\n");
     exit(1)
 }
 
@@ -104,12 +105,6 @@ pub(super) fn crash() -> Option<&'static str> {
 pub(super) fn end_name(reason: u32) -> &'static str {
     let end = ENDS.iter().find(|(signal, _)| *signal as u32 == reason);
     end.map_or("a signal", |(_, name)| name)
-}
-
-/// Writes a part of the last word. Does not allocate and takes no lock.
-pub(super) fn write_last_word(part: &str) {
-    // SAFETY: the bytes are there; what can't be written is lost, because the process ends.
-    unsafe { libc::write(libc::STDERR_FILENO, part.as_ptr().cast::<c_void>(), part.len()) };
 }
 
 /// Ends the process, without what the program has ordered for its end.

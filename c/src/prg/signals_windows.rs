@@ -1,7 +1,7 @@
 //! What Windows has in place of signals: those that ask the program to end, and those of a crash.
 
 use std::ffi::c_int;
-use std::io::{self, Write};
+use std::io;
 use std::sync::atomic::{AtomicI32, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -79,12 +79,6 @@ pub(super) fn crash() -> Option<&'static str> {
 /// What has asked the program to end.
 pub(super) fn end_name(_: u32) -> &'static str {
     "Ctrl-C"
-}
-
-/// Writes a part of the last word.
-pub(super) fn write_last_word(part: &str) {
-    // What can't be written is lost, because the process ends.
-    let _ = io::stderr().write_all(part.as_bytes());
 }
 
 /// Ends the process, without what the program has ordered for its end.

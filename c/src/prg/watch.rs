@@ -10,6 +10,8 @@ use std::time::Duration;
 use ft_transfer_area::TransferAreaComHandler;
 
 use super::{keyboard, signals, system, words, FAILED};
+use crate::exit;
+use crate::process::{self, write_error};
 
 /// How often the program is looked at.
 const LOOK: Duration = Duration::from_millis(2);
@@ -28,7 +30,9 @@ static EXITS: AtomicBool = AtomicBool::new(false);
 /// The program has called `exit`, or has ended well. What is to be done at its end runs in its thread, which
 /// may be in the middle of a call, so the watcher does the rest.
 extern "C" fn on_exit() {
-    if WATCHES.load(Ordering::Acquire) {
+    // Not in a child after `fork`, nor when the watcher is gone.
+    let is_watched = !process::is_forked() && !exit::threads_are_gone();
+    if is_watched && WATCHES.load(Ordering::Acquire) {
         // SAFETY: a null pointer means all files.
         unsafe { libc::fflush(std::ptr::null_mut()) };
         EXITS.store(true, Ordering::Release);
@@ -124,8 +128,7 @@ impl Watch {
         let watcher =
             thread::Builder::new().name("watcher".into()).spawn(move || watch(&to_wake))?;
         if !WATCHES.swap(true, Ordering::AcqRel) {
-            // SAFETY: the function lives as long as this library, and does not unwind.
-            unsafe { libc::atexit(on_exit) };
+            exit::at_exit(on_exit);
         }
         Ok(Self { ender, watcher })
     }
@@ -196,9 +199,9 @@ fn end(ender: &Thread, what: &[&str]) -> ! {
     } else {
         "; the connection is closed, which switches all outputs off\n"
     };
-    signals::write_last_word(words::program_name());
-    signals::write_last_word(": ");
-    what.iter().for_each(|part| signals::write_last_word(part));
-    signals::write_last_word(outputs);
+    write_error(words::program_name());
+    write_error(": ");
+    what.iter().for_each(|part| write_error(part));
+    write_error(outputs);
     signals::exit(FAILED)
 }

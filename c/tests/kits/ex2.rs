@@ -6,7 +6,10 @@ use std::sync::OnceLock;
 use ft_transfer_area::wire::IrRemote;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{compile, set_input, simulated, wait_duty, wait_offline, wait_until, Running};
+use crate::support::{
+    compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
+    SIGNALS,
+};
 
 fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
@@ -42,6 +45,17 @@ fn callbacks_of_each_form_are_called_once_per_change_and_write_outputs() {
         running.end().well();
         wait_offline(&txt);
     }
+}
+
+#[test]
+fn a_signal_ends_the_transfer_and_then_the_program() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "") else { return };
+    set_input(&txt, 0, 1);
+    wait_duty(&txt, 6, 100);
+    running.signal(SIGNALS[1]);
+    assert_eq!(running.end().signal, Some(SIGNALS[1]));
+    wait_stopped(&txt);
 }
 
 #[test]

@@ -3,9 +3,13 @@
 use std::path::PathBuf;
 use std::sync::OnceLock;
 
+use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{compile, set_input, simulated, wait_duty, wait_offline, Running};
+use crate::support::{
+    compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
+    SIGNALS,
+};
 
 fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
@@ -75,6 +79,82 @@ fn however_a_program_ends_its_motors_stop() {
 }
 
 #[test]
+fn a_signal_ends_the_transfer_and_then_the_program() {
+    for signal in SIGNALS {
+        let txt = simulated().start().unwrap();
+        let Some(running) = started(&txt, "wait") else { return };
+        wait_duty(&txt, 0, 300);
+        running.signal(signal);
+        // A terminal and the one that has started the program both send it.
+        running.signal(signal);
+        let ended = running.end();
+        assert_eq!(ended.signal, Some(signal), "{}", ended.err);
+        wait_stopped(&txt);
+    }
+}
+
+#[test]
+fn a_signal_that_the_program_handles_is_the_programs() {
+    for what in ["handler first", "handler later"] {
+        let txt = simulated().start().unwrap();
+        let Some(mut running) = started(&txt, what) else { return };
+        wait_duty(&txt, 0, 300);
+        running.signal(SIGNALS[0]);
+        running.expect("asked");
+        wait_duty(&txt, 0, 200);
+        set_input(&txt, 0, 1);
+        assert_eq!(running.end().code, Some(5));
+        wait_stopped(&txt);
+    }
+}
+
+#[test]
+fn a_child_gets_errors_and_its_end_changes_nothing() {
+    for (what, child) in [("fork", "7 1 300"), ("fork and signal", "15 1 300")] {
+        let txt = simulated().start().unwrap();
+        let Some(mut running) = started(&txt, what) else { return };
+        running.expect(child);
+        let ended = running.end();
+        ended.well();
+        assert_eq!(ended.err.matches("after fork").count(), 1, "{}", ended.err);
+        wait_stopped(&txt);
+        let commands = txt.with_machine(|machine| {
+            machine.commands().filter(|command| *command == CommandId::StopOnline).count()
+        });
+        assert_eq!((commands, txt.with_machine(|machine| machine.connections())), (1, 1));
+    }
+}
+
+/// Only Linux tells which threads are left.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_main_the_transfer_ends_with_the_programs_last_thread() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "leave") else { return };
+    running.end().well();
+    wait_stopped(&txt);
+
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "leave a thread") else { return };
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_until(&txt, "exchanges", |machine| machine.exchanges() > before + 150);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 300);
+    set_input(&txt, 0, 1);
+    running.expect("worked");
+    running.end().well();
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_sound_with_repeat_0_is_played_once() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &["sound"]);
+    running.expect("0");
+    running.end().well();
+}
+
+#[test]
 fn a_callback_ends_the_transfer_by_false_and_by_the_call() {
     for what in ["stop", "end"] {
         let txt = simulated().start().unwrap();
@@ -121,7 +201,9 @@ fn i2c_devices_are_read_and_written() {
     let ended = running.end();
     ended.well();
     let lines: Vec<_> = ended.out.lines().collect();
-    assert_eq!(lines, ["0", "0", "0 55", "1704", "1705", "170E", "1050", "1702"], "{}", ended.err);
+    let expected = ["0", "0", "0 55", "1704", "1705", "0 0 0 55 66", "170E", "1050", "1702"];
+    assert_eq!(lines, expected, "{}", ended.err);
+    assert_eq!(ended.err.lines().count(), 1, "the same sentence again and again: {}", ended.err);
 }
 
 #[test]
@@ -133,6 +215,17 @@ fn a_controller_that_is_not_there_is_an_error() {
         assert_eq!(ended.out, "1C04\n");
         assert!(ended.err.starts_with("ft-transfer-area: "), "{}", ended.err);
     }
+}
+
+/// What can't be written is lost, and nothing else.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_error_output_that_takes_nothing_changes_nothing() {
+    let Some(program) = program() else { return };
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut command = std::process::Command::new(program);
+    let output = command.env("FT_TXT_HOST", "127.0.0.1:1").stderr(full).output().unwrap();
+    assert_eq!((output.status.code(), &*output.stdout), (Some(0), &b"1C04\n"[..]));
 }
 
 #[test]

@@ -6,7 +6,10 @@ use std::sync::OnceLock;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{compile, set_input, simulated, wait_duty, wait_offline, wait_until, Running};
+use crate::support::{
+    compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
+    SIGNALS,
+};
 
 fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
@@ -54,6 +57,17 @@ fn the_simple_exchange_does_the_same_for_the_master() {
     set_input(&txt, 7, 1);
     running.end().well();
     wait_offline(&txt);
+}
+
+#[test]
+fn a_signal_ends_the_transfer_and_then_the_program() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = begun(&txt, "") else { return };
+    set_input(&txt, 0, 1);
+    wait_duty(&txt, 0, 512);
+    running.signal(SIGNALS[0]);
+    assert_eq!(running.end().signal, Some(SIGNALS[0]));
+    wait_stopped(&txt);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Compilers, and programs that run.
 
 use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{channel, Receiver};
@@ -8,6 +9,7 @@ use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 /// Longer than any wait on a busy machine; only a test that fails waits this long.
@@ -64,10 +66,15 @@ pub(crate) struct Running {
     lines: Receiver<String>,
 }
 
+/// The signals that ask a program to end.
+pub(crate) const SIGNALS: [i32; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP];
+
 /// How a program has ended.
 pub(crate) struct Ended {
     /// `None` when a signal ended it.
     pub(crate) code: Option<i32>,
+    /// The one that ended it.
+    pub(crate) signal: Option<i32>,
     pub(crate) out: String,
     pub(crate) err: String,
 }
@@ -127,6 +134,12 @@ impl Running {
         text
     }
 
+    /// Sends it a signal.
+    pub(crate) fn signal(&self, signal: i32) {
+        // SAFETY: a call without pointers, for a child that was not waited for.
+        assert_eq!(unsafe { libc::kill(self.child.id() as libc::pid_t, signal) }, 0);
+    }
+
     pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
     }
@@ -145,7 +158,7 @@ impl Running {
         };
         let out = self.lines.iter().map(|line| line + "\n").collect();
         let err = self.errors();
-        Ended { code: status.code(), out, err }
+        Ended { code: status.code(), signal: status.signal(), out, err }
     }
 }
 
@@ -181,6 +194,14 @@ pub(crate) fn wait_duty(txt: &SimulatedTxt, output: usize, duty: i16) {
 pub(crate) fn wait_offline(txt: &SimulatedTxt) {
     wait_until(txt, "the end of online mode", |machine| {
         !machine.online() && machine.controllers[0].outputs.duty == [0; 8]
+    });
+}
+
+/// Waits for the end of a client that has sent the last command.
+pub(crate) fn wait_stopped(txt: &SimulatedTxt) {
+    wait_offline(txt);
+    wait_until(txt, "StopOnline", |machine| {
+        machine.commands().last() == Some(CommandId::StopOnline)
     });
 }
 

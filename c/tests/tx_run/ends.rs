@@ -1,6 +1,7 @@
 //! How programs end, and what they leave behind.
 
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::support::{has_compiler, run_on, txt, wait_for, Ended, Run};
 
@@ -154,6 +155,36 @@ fn the_program_sees_that_it_is_to_end() {
         run.signal(libc::SIGINT);
     });
     ended.badly("ended by Ctrl-C");
+}
+
+/// The last command is the one of a client that has ended well.
+fn wait_stopped(txt: &SimulatedTxt) {
+    wait_for(txt, "StopOnline", |machine| {
+        machine.commands().last() == Some(CommandId::StopOnline) && !machine.connected()
+    });
+}
+
+#[test]
+fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_returns() {
+    if !has_compiler() {
+        return;
+    }
+    let turns = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
+    for (signal, name) in [(libc::SIGINT, "SIGINT"), (libc::SIGTERM, "SIGTERM")] {
+        let txt = txt().start().unwrap();
+        let run = run_on(&txt, "pc.c", "");
+        wait_for(&txt, "the motor turns", turns);
+        run.signal(signal);
+        let ended = run.end();
+        ended.badly(&format!("pc was ended by {name}"));
+        wait_stopped(&txt);
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "");
+    wait_for(&txt, "the motor turns", turns);
+    press(&txt, &run);
+    assert_eq!(run.end().status, Some(3));
+    wait_stopped(&txt);
 }
 
 #[test]

@@ -2,7 +2,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <pthread.h>
+#include <signal.h>
+#include <sys/wait.h>
 #include <unistd.h>
+
+#include <thread>
 
 #include "KeLibTxtDl.h"
 #include "FtShmem.h"
@@ -42,6 +47,79 @@ static void say(const char *line)
     fflush(stdout);
 }
 
+static volatile sig_atomic_t asked;
+
+static void ask(int)
+{
+    asked = 1;
+}
+
+// Goes on until its own handler is called.
+static int handle_signals()
+{
+    FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
+    area->ftX1out.duty[0] = 300;
+    say("started");
+    while (!asked) {
+        usleep(2000);
+    }
+    area->ftX1out.duty[0] = 200;
+    say("asked");
+    while (!area->ftX1in.uni[0]) {
+        usleep(2000);
+    }
+    StopTxtDownloadProg();
+    return 5;
+}
+
+// A child that tries everything, and ends in its own way.
+static int with_a_child(bool by_exit)
+{
+    pid_t child = fork();
+    if (child == 0) {
+        uint8_t byte = 0;
+        SetTransferAreaCompleteCallback(NULL);
+        bool refused = StartTxtDownloadProg() != KELIB_ERROR_NONE
+            && StopTxtDownloadProg() != KELIB_ERROR_NONE && !MotorIOLib_ThreadIsRunning()
+            && InitI2C() != KELIB_ERROR_NONE
+            && KeLibI2cTransfer(0x18, 1, &byte, 1, &byte, 0) != KELIB_ERROR_NONE
+            && GetKeLibTransferAreaMainAddress() == NULL;
+        if (!by_exit) {
+            raise(SIGTERM);
+        }
+        exit(refused ? 7 : 8);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    printf("%d %d %d\n", WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status),
+           MotorIOLib_ThreadIsRunning(), GetKeLibTransferAreaMainAddress()->ftX1out.duty[0]);
+    fflush(stdout);
+    return 0;
+}
+
+static void work()
+{
+    FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
+    while (!area->ftX1in.uni[0]) {
+        usleep(2000);
+    }
+    say("worked");
+}
+
+// Waits for the id of a sound that is to be played without a number of repeats.
+static int play_sound(FISH_X1_TRANSFER *area)
+{
+    area->sTxtOutputs.u16SoundIndex = 5;
+    area->sTxtOutputs.u16SoundRepeat = 0;
+    uint16_t before = area->sTxtInputs.u16SoundCmdId;
+    area->sTxtOutputs.u16SoundCmdId++;
+    while (area->sTxtInputs.u16SoundCmdId == before) {
+        usleep(1000);
+    }
+    printf("%d\n", area->sTxtOutputs.u16SoundRepeat);
+    return 0;
+}
+
 static int transfer_i2c()
 {
     uint8_t write[2] = {0x10, 0x55}, read[2] = {0, 0};
@@ -51,8 +129,18 @@ static int transfer_i2c()
     printf(" %X\n", read[0]);
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x19, 1, write, 0, NULL, 0));
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x19, 1, write, 1, read, 0));
+    write[0] = 0x11;
+    write[1] = 0x66;
+    printf("%X", (unsigned)KeLibI2cTransfer(0x18, 2, write, 0, NULL, 0));
+    write[0] = 0x10;
+    printf(" %X", (unsigned)KeLibI2cTransfer(0x18, 1, write, 0, NULL, 0));
+    printf(" %X", (unsigned)KeLibI2cTransfer(0x18, 0, NULL, 2, read, 0));
+    printf(" %X %X\n", read[0], read[1]);
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 0, NULL, 0, NULL, 0));
     printf("%X\n", (unsigned)KeLibI2cTransfer(0x18, 1, NULL, 0, NULL, 0));
+    for (int i = 0; i < 50; i++) {
+        KeLibI2cTransfer(0xF0, 1, write, 0, NULL, 0);
+    }
     printf("%X\n", (unsigned)KeLibI2cTransfer(0xF0, 1, write, 0, NULL, 0));
     return 0;
 }
@@ -62,6 +150,9 @@ int main(int argc, char *argv[])
     const char *what = argc > 1 ? argv[1] : "";
     if (GetKeLibTransferAreaMainAddress() != NULL || MotorIOLib_ThreadIsRunning()) {
         return 2;
+    }
+    if (strcmp(what, "handler first") == 0) {
+        signal(SIGINT, ask);
     }
     uint32_t error = StartTxtDownloadProg();
     if (error != KELIB_ERROR_NONE) {
@@ -74,6 +165,15 @@ int main(int argc, char *argv[])
     }
     if (strcmp(what, "i2c") == 0) {
         return transfer_i2c();
+    }
+    if (strcmp(what, "sound") == 0) {
+        return play_sound(area);
+    }
+    if (strcmp(what, "handler later") == 0) {
+        signal(SIGINT, ask);
+    }
+    if (strncmp(what, "handler", 7) == 0) {
+        return handle_signals();
     }
     if (strcmp(what, "motor") == 0) {
         area->ftX1config.uni[0].mode = MODE_R;
@@ -98,6 +198,19 @@ int main(int argc, char *argv[])
     }
     area->ftX1out.duty[0] = 300;
     say("started");
+    if (strcmp(what, "fork") == 0) {
+        return with_a_child(true);
+    }
+    if (strcmp(what, "fork and signal") == 0) {
+        return with_a_child(false);
+    }
+    if (strcmp(what, "leave") == 0) {
+        pthread_exit(NULL);
+    }
+    if (strcmp(what, "leave a thread") == 0) {
+        std::thread(work).detach();
+        pthread_exit(NULL);
+    }
     if (strcmp(what, "follow") == 0) {
         SetTransferAreaCompleteCallback(Follow);
         while (!area->ftX1in.uni[7]) {

@@ -1,0 +1,199 @@
+//! What ends a program on systems with signals.
+
+use std::ffi::{c_int, c_void};
+use std::io;
+use std::mem::zeroed;
+use std::process;
+use std::ptr;
+use std::sync::atomic::{AtomicI32, AtomicU32, Ordering};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
+
+use parking_lot::Mutex;
+
+use super::end_all;
+
+/// The signals that ask a program to end.
+const ENDS: [c_int; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP];
+
+/// How often the thread looks for a signal.
+const LOOK: Duration = Duration::from_millis(20);
+/// How long a program that is asked to end goes on at most.
+const END_LIMIT: Duration = Duration::from_secs(1);
+
+/// The thread that ends the transfers.
+const THREAD: &str = "ends of C";
+
+/// The process that has the thread; 0 for none. A child after `fork` has this value, but not the thread.
+static WATCHED_BY: AtomicU32 = AtomicU32::new(0);
+/// The first signal that has asked the program to end; 0 for none.
+static CAME: AtomicI32 = AtomicI32::new(0);
+
+/// Has this called when the program returns from `main` or calls `exit`.
+pub(crate) fn at_exit(function: extern "C" fn()) {
+    // SAFETY: the callers' functions live as long as this library, and do not unwind.
+    unsafe { libc::atexit(function) };
+}
+
+/// Threads are there until the process ends.
+pub(crate) fn threads_are_gone() -> bool {
+    false
+}
+
+/// Ends the transfers when a signal asks the program to end, and then the program by that signal. A signal that
+/// the program handles or ignores stays the program's.
+pub(super) fn watch() {
+    static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    let _one = ONE_AT_A_TIME.lock();
+    let own = process::id();
+    if WATCHED_BY.load(Ordering::Acquire) != own {
+        stay_loaded();
+        CAME.store(0, Ordering::Release);
+        let started = thread::Builder::new().name(THREAD.into()).spawn(look);
+        if let Err(error) = started {
+            log::warn!("Ctrl-C will end the program without a last exchange: {error}");
+            return;
+        }
+        WATCHED_BY.store(own, Ordering::Release);
+    }
+    for signal in ENDS {
+        if let Err(error) = take_up(signal) {
+            log::warn!("signal {signal} will end the program without a last exchange: {error}");
+        }
+    }
+}
+
+/// Keeps this library where it is when the program closes it: its handlers and a thread are there until the end.
+fn stay_loaded() {
+    // SAFETY: pointers, for which all bits 0 are valid.
+    let mut found: libc::Dl_info = unsafe { zeroed() };
+    // SAFETY: the address is that of a function here, and the place for what is found is this function's. The
+    // name is a text that ends with 0. A program that has the library within itself has nothing to close.
+    unsafe {
+        if libc::dladdr(stay_loaded as *const c_void, &raw mut found) != 0 {
+            let how = libc::RTLD_NOW | libc::RTLD_NOLOAD | libc::RTLD_NODELETE;
+            libc::dlopen(found.dli_fname, how);
+        }
+    }
+}
+
+/// Takes up a signal that ends the program by default.
+fn take_up(signal: c_int) -> io::Result<()> {
+    // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
+    let mut action: libc::sigaction = unsafe { zeroed() };
+    // SAFETY: the place for the action is this function's.
+    if unsafe { libc::sigaction(signal, ptr::null(), &raw mut action) } != 0 {
+        return Err(io::Error::last_os_error());
+    }
+    if action.sa_sigaction != libc::SIG_DFL {
+        return Ok(());
+    }
+    set(signal, on_end as extern "C" fn(c_int) as usize)
+}
+
+fn set(signal: c_int, handler: usize) -> io::Result<()> {
+    // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
+    let mut action: libc::sigaction = unsafe { zeroed() };
+    action.sa_sigaction = handler;
+    action.sa_flags = libc::SA_RESTART;
+    // SAFETY: the action is a valid value, and its handler is async-signal-safe.
+    match unsafe { libc::sigaction(signal, &raw const action, ptr::null_mut()) } {
+        0 => Ok(()),
+        _ => Err(io::Error::last_os_error()),
+    }
+}
+
+extern "C" fn on_end(signal: c_int) {
+    if process::id() == WATCHED_BY.load(Ordering::Acquire) {
+        // One that follows says nothing new: a terminal and `tx_run` both send Ctrl-C.
+        let _ = CAME.compare_exchange(0, signal, Ordering::AcqRel, Ordering::Acquire);
+    } else {
+        end_by(signal);
+    }
+}
+
+/// Does what the signal does without this library, which ends the process. Async-signal-safe.
+fn end_by(signal: c_int) {
+    // It can't fail: the signal had this action.
+    let _ = set(signal, libc::SIG_DFL);
+    // SAFETY: a set, for which all bits 0 are valid.
+    let mut only: libc::sigset_t = unsafe { zeroed() };
+    // SAFETY: the set is this function's.
+    unsafe {
+        libc::sigemptyset(&raw mut only);
+        libc::sigaddset(&raw mut only, signal);
+        libc::pthread_sigmask(libc::SIG_UNBLOCK, &raw const only, ptr::null_mut());
+        libc::raise(signal);
+    }
+}
+
+/// A program that was asked to end, and ends because its transfer does, still ends by the signal.
+pub(super) fn end_as_asked() {
+    let signal = CAME.load(Ordering::Acquire);
+    if signal != 0 {
+        end_by(signal);
+    }
+}
+
+/// The thread.
+fn look() {
+    // A transfer of a tenth of a second more or less does not matter after the program's end.
+    const LOOKS_FOR_MAIN: u32 = 25;
+    for looks in 1_u32.. {
+        thread::sleep(LOOK);
+        if CAME.load(Ordering::Acquire) != 0 {
+            end_within_limit();
+            end_as_asked();
+        }
+        if looks % LOOKS_FOR_MAIN == 0 && program_has_left() {
+            end_within_limit();
+            // As when the last thread of a program ends.
+            process::exit(0);
+        }
+    }
+}
+
+fn end_within_limit() {
+    let (alive, ended) = mpsc::channel::<()>();
+    let ender = thread::Builder::new().spawn(move || {
+        let _alive = alive;
+        end_all();
+    });
+    if ender.is_ok() {
+        // Closed at its end.
+        let _ = ended.recv_timeout(END_LIMIT);
+    }
+}
+
+/// Whether `main` has ended by `pthread_exit`, and of all threads only this library's are left: they would
+/// keep the motors turning for ever.
+#[cfg(target_os = "linux")]
+fn program_has_left() -> bool {
+    use std::fs;
+
+    /// The names of threads that go on by themselves, cut by Linux to 15 bytes.
+    const OWN: [&str; 6] =
+        [THREAD, "transfer area o", "transfer-area", "transfer-log", "I2C of C", "callbacks of C"];
+
+    let main = process::id().to_string();
+    let state = fs::read_to_string(format!("/proc/self/task/{main}/stat"));
+    // The name before it may have any characters.
+    let is_gone =
+        |stat: &str| stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with('Z'));
+    if !state.is_ok_and(|stat| is_gone(&stat)) {
+        return false;
+    }
+    let Ok(threads) = fs::read_dir("/proc/self/task") else { return false };
+    threads.flatten().filter(|thread| *thread.file_name() != *main).all(|thread| {
+        // One that has ended meanwhile is not left.
+        fs::read_to_string(thread.path().join("comm"))
+            .map_or(true, |name| OWN.contains(&name.trim_end()))
+    })
+}
+
+/// Other systems do not tell.
+#[cfg(not(target_os = "linux"))]
+fn program_has_left() -> bool {
+    false
+}

@@ -1,0 +1,24 @@
+/* A PC program: turns M1 until I1 is pressed, and ends without a call for it. */
+#include <windows.h>
+#include "ROBO_TX_FW.h"
+#include "ftMscLib.h"
+#include "ftErrCode.h"
+
+int main(int argc, char *argv[])
+{
+    DWORD error = 0;
+    HANDLE device;
+    INT16 value = 0;
+    BOOL32 overrun = 0;
+
+    ftxInitLib();
+    device = ftxOpenComDevice("COM4", 38400, &error);
+    if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
+        return 1;
+    SetOutMotorValues(device, 0, 0, 300, 0);
+    while (value == 0) {
+        GetInIOValue(device, 0, 0, &value, &overrun);
+        Sleep(2);
+    }
+    return 3;
+}
