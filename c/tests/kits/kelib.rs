@@ -82,7 +82,7 @@ fn however_a_program_ends_its_motors_stop() {
 fn a_signal_ends_the_transfer_and_then_the_program() {
     for signal in SIGNALS {
         let txt = simulated().start().unwrap();
-        let Some(running) = started(&txt, "wait") else { return };
+        let Some(running) = started(&txt, "turn") else { return };
         wait_duty(&txt, 0, 300);
         running.signal(signal);
         // A terminal and the one that has started the program both send it.

@@ -204,6 +204,9 @@ int main(int argc, char *argv[])
     if (strcmp(what, "fork and signal") == 0) {
         return with_a_child(false);
     }
+    while (strcmp(what, "turn") == 0) {
+        usleep(2000);
+    }
     if (strcmp(what, "leave") == 0) {
         pthread_exit(NULL);
     }
