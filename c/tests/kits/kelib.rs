@@ -7,8 +7,8 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{
-    compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
-    SIGNALS,
+    command, compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until,
+    Running, SIGNALS,
 };
 
 fn program() -> Option<&'static PathBuf> {
@@ -223,8 +223,7 @@ fn a_controller_that_is_not_there_is_an_error() {
 fn an_error_output_that_takes_nothing_changes_nothing() {
     let Some(program) = program() else { return };
     let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
-    let mut command = std::process::Command::new(program);
-    let output = command.env("FT_TXT_HOST", "127.0.0.1:1").stderr(full).output().unwrap();
+    let output = command(program, "127.0.0.1:1").stderr(full).output().unwrap();
     assert_eq!((output.status.code(), &*output.stdout), (Some(0), &b"1C04\n"[..]));
 }
 

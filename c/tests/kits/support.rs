@@ -79,10 +79,18 @@ pub(crate) struct Ended {
     pub(crate) err: String,
 }
 
+/// A program that was compiled, and its controller.
+pub(crate) fn command(program: &Path, host: &str) -> Command {
+    let mut command = Command::new(program);
+    // Where tests run the second one leads to a library that may be older.
+    command.env("FT_TXT_HOST", host).env_remove("FT_TXT_LOG").env_remove("LD_LIBRARY_PATH");
+    command
+}
+
 impl Running {
     pub(crate) fn start(program: &Path, host: &str, arguments: &[&str]) -> Self {
-        let mut command = Command::new(program);
-        command.args(arguments).env("FT_TXT_HOST", host).env_remove("FT_TXT_LOG");
+        let mut command = command(program, host);
+        command.args(arguments);
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let stdout = BufReader::new(child.stdout.take().unwrap());
