@@ -56,20 +56,12 @@ impl Line {
         command
     }
 
-    /// Runs it until its two axes have moved.
+    /// Runs it with these sources, so that it only says what it is made of.
     fn run(&self, sources: &[&str]) -> Ended {
-        let txt = txt().start().unwrap();
-        let host = txt.address().to_string();
-        let arguments = [sources, &OPTIONS, &["--host", &host]].concat();
-        let run = Run::start(&mut self.command(&arguments));
-        wait_for(&txt, "both axes look for their switches", |machine| {
-            let duty = machine.controllers[0].outputs.duty;
-            (duty[0], duty[2], duty[7]) == (512, 512, 77)
-        });
-        txt.with_machine(|machine| machine.controllers[0].uni[..2].fill(1));
-        let ended = run.end();
+        let mut command = self.command(&[sources, &OPTIONS, &["--", "say"]].concat());
+        let ended = Run::start(&mut command).end();
         ended.well();
-        assert_eq!(ended.out, "one two done\n");
+        assert_eq!(ended.out, "lamp 77\n");
         ended
     }
 
@@ -108,7 +100,23 @@ const ALL: [&str; 3] = ["axis.cpp", "lamp.c", "main.cpp"];
 const SOURCES: [&str; 3] = ["src/main.cpp", "lib", "lib/io"];
 
 #[test]
-fn a_program_of_several_folders_runs_and_is_compiled_once() {
+fn a_program_of_several_folders_drives_its_axes() {
+    let Some(line) = Line::new() else { return };
+    let txt = txt().start().unwrap();
+    let host = txt.address().to_string();
+    let run = Run::start(&mut line.command(&[&SOURCES, &OPTIONS[..], &["--host", &host]].concat()));
+    wait_for(&txt, "both axes look for their switches", |machine| {
+        let duty = machine.controllers[0].outputs.duty;
+        (duty[0], duty[2], duty[7]) == (512, 512, 77)
+    });
+    txt.with_machine(|machine| machine.controllers[0].uni[..2].fill(1));
+    let ended = run.end();
+    ended.well();
+    assert_eq!(ended.out, "one two done\n");
+}
+
+#[test]
+fn a_program_of_several_folders_is_compiled_once() {
     let Some(line) = Line::new() else { return };
     let ended = line.run(&SOURCES);
     assert_eq!(line.compiled(), ALL);
@@ -212,14 +220,14 @@ fn compiled_files_archives_and_libraries_are_linked() {
     // It is also found when the program runs.
     line.run(&["src/main.cpp", "lib", "so/liblamp.so"]);
     line.run(&["src/main.cpp", "lib", "-Lso", "-llamp"]);
-    let txt = txt().start().unwrap();
-    let host = txt.address().to_string();
     let mut command =
-        line.command(&[&["src/main.cpp", "lib"], &OPTIONS[..], &["--host", &host]].concat());
-    let run = Run::start(command.env("LDFLAGS", "-Lso").env("LDLIBS", "-llamp -lROBOProLib"));
-    txt.with_machine(|machine| machine.controllers[0].uni[..2].fill(1));
-    // Only the folder for the running program is missing.
-    assert!(run.end().err.contains("liblamp.so"), "it is linked");
+        line.command(&[&["src/main.cpp", "lib"], &OPTIONS[..], &["--", "say"]].concat());
+    let ended = Run::start(
+        command.env("LDFLAGS", "-Lso -Wl,-rpath,so").env("LDLIBS", "-llamp -lROBOProLib"),
+    )
+    .end();
+    ended.well();
+    assert_eq!(ended.out, "lamp 77\n");
     assert_eq!(line.compiled().into_iter().filter(|name| name == "main.cpp").count(), 1);
 }
 

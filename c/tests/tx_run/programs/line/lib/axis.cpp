@@ -13,6 +13,8 @@ Axis::Axis(const char *name, FISH_X1_TRANSFER *area, int motor, int reference, i
     area->ftX1state.config_id++;
 }
 
+bool Axis::goes_on() const { return !ends && MotorIOLib_ThreadIsRunning(); }
+
 void Axis::move(int output, int distance)
 {
     area->ftX1out.distance[motor] = distance;
@@ -24,11 +26,11 @@ void Axis::move(int output, int distance)
 void Axis::run()
 {
     move(0, 0);
-    while (!pressed(area, reference) && !ends) usleep(10000);
+    while (!pressed(area, reference) && goes_on()) usleep(10000);
     area->ftX1out.duty[2 * motor] = 0;
     area->ftX1in.cnt_resetted[motor] = 0;
     area->ftX1out.cnt_reset_cmd_id[motor]++;
-    while (area->ftX1in.cnt_reset_cmd_id[motor] < area->ftX1out.cnt_reset_cmd_id[motor] && !ends) usleep(10000);
+    while (area->ftX1in.cnt_reset_cmd_id[motor] < area->ftX1out.cnt_reset_cmd_id[motor] && goes_on()) usleep(10000);
     move(1, distance);
-    while (area->ftX1in.motor_ex_cmd_id[motor] < area->ftX1out.motor_ex_cmd_id[motor] && !ends) usleep(10000);
+    while (area->ftX1in.motor_ex_cmd_id[motor] < area->ftX1out.motor_ex_cmd_id[motor] && goes_on()) usleep(10000);
 }

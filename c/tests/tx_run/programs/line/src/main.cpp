@@ -12,8 +12,13 @@ FILE *DebugFile;
 
 static_assert(sizeof(uint32_t) == 4 && sizeof(BOOL32) == 4 && sizeof(FISH_X1_TRANSFER) == 1024, "today's integers");
 
-int main()
+/* With an argument it only says what it is made of, without a controller. */
+int main(int argc, char **)
 {
+    if (argc > 1) {
+        std::cout << "lamp " << lamp_duty(1) << std::endl;
+        return 0;
+    }
     if (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;
     FISH_X1_TRANSFER *area = GetKeLibTransferAreaMainAddress();
     area->ftX1config.motor[3] = 0;
@@ -23,6 +28,7 @@ int main()
     two.start();
     one.wait();
     two.wait();
+    if (!MotorIOLib_ThreadIsRunning()) return 2;
     std::cout << one.name << " " << two.name << " done" << std::endl;
     StopTxtDownloadProg();
     return 0;

@@ -14,6 +14,7 @@ public:
 private:
     void run() override;
     void move(int output, int distance);
+    bool goes_on() const;
     int motor, reference, distance;
 };
 
