@@ -36,6 +36,11 @@ impl Key {
     }
 }
 
+/// A number for a text, another one for each other text.
+pub(crate) fn content_of(text: &[u8]) -> u128 {
+    XxHash3_128::oneshot(text)
+}
+
 /// Takes in whatever can be hashed.
 struct Hasher(XxHash3_128);
 
@@ -127,7 +132,7 @@ impl Cache {
         let mut rest = head.into_bytes();
         rest.extend_from_slice(compiled.messages);
         rest.extend(fs::read(compiled.object).ok()?);
-        let check = format!("{:032x}\n", XxHash3_128::oneshot(&rest));
+        let check = format!("{:032x}\n", content_of(&rest));
         Some([BEGINNING, check.as_bytes(), &rest].concat())
     }
 
@@ -135,7 +140,7 @@ impl Cache {
     fn content(&self, path: &Path) -> Option<u128> {
         let known = self.contents.lock().unwrap_or_else(|it| it.into_inner()).get(path).copied();
         known.unwrap_or_else(|| {
-            let content = fs::read(path).ok().map(|bytes| XxHash3_128::oneshot(&bytes));
+            let content = fs::read(path).ok().map(|bytes| content_of(&bytes));
             let mut contents = self.contents.lock().unwrap_or_else(|it| it.into_inner());
             contents.insert(path.to_owned(), content);
             content
@@ -198,7 +203,7 @@ struct Entry<'a> {
 impl<'a> Entry<'a> {
     fn parse(bytes: &'a [u8]) -> Option<Self> {
         let (check, mut rest) = line_of(bytes.strip_prefix(BEGINNING)?)?;
-        if u128::from_str_radix(check, 16).ok()? != XxHash3_128::oneshot(rest) {
+        if u128::from_str_radix(check, 16).ok()? != content_of(rest) {
             return None;
         }
         let mut next = || {

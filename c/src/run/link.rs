@@ -52,6 +52,7 @@ pub(crate) fn link(
     }
     command.args(["-lm", "-lpthread", "-o"]).arg(path);
     let output = signals::output_of(&mut command)?;
+    signals::check()?;
     // There is nobody left to be told when the terminal is gone.
     let _ = std::io::stderr().write_all(&output.stderr);
     if output.status.success() {

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 use std::env;
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -19,7 +18,7 @@ use crate::work;
 use crate::Sentence;
 
 /// The main function of programs with PrgTic.
-const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
+pub(crate) const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
 
 /// A program that can be run.
 pub(crate) struct Program {
@@ -168,24 +167,21 @@ impl Plan {
     }
 
     /// What of the program's files a source consists of, for the key of a cache: the source and what it
-    /// includes directly or not, with what each include means.
-    pub(crate) fn parts_of<'a>(
-        &'a self,
-        source: &'a Path,
-    ) -> Vec<(&'a Path, &'a [u8], Vec<&'a OsStr>)> {
+    /// includes directly or not, with what each include means. It is the same in each run.
+    pub(crate) fn parts_of<'a>(&'a self, source: &'a Path) -> Vec<(&'a Path, u128, Vec<&'a Path>)> {
         let mut known = BTreeSet::new();
         let mut open = vec![source];
+        let mut parts = Vec::new();
         while let Some(path) = open.pop() {
-            if known.insert(path) {
-                let own = self.own.files.get(path).into_iter().flat_map(|file| &file.includes);
-                open.extend(own.filter_map(|include| Some(include.own.as_ref()?.file.as_path())));
+            if !known.insert(path) {
+                continue;
             }
+            let Some(file) = self.own.files.get(path) else { continue };
+            let own = file.includes.iter().filter_map(|include| include.own.as_ref());
+            let means: Vec<&Path> = own.map(|own| own.file.as_path()).collect();
+            open.extend(&means);
+            parts.push((path, file.content, means));
         }
-        let parts = known.into_iter().filter_map(|path| {
-            let file = self.own.files.get(path)?;
-            let means = file.includes.iter().filter_map(|include| include.own.as_ref());
-            Some((path, file.text.as_slice(), means.map(|own| own.file.as_os_str()).collect()))
-        });
-        parts.collect()
+        parts
     }
 }

@@ -6,9 +6,22 @@ use std::process::{Command, Output, Stdio};
 use crate::Sentence;
 
 #[cfg(unix)]
-pub(crate) use unix::{came, name_in, pass_on_to, stop_passing_on, take_up, words_of};
+use unix::came;
 #[cfg(not(unix))]
-pub(crate) use windows::{came, name_in, pass_on_to, stop_passing_on, take_up, words_of};
+use windows::came;
+
+#[cfg(unix)]
+pub(crate) use unix::{name_in, pass_on_to, stop_passing_on, take_up, words_of};
+#[cfg(not(unix))]
+pub(crate) use windows::{name_in, pass_on_to, stop_passing_on, take_up, words_of};
+
+/// An error when a signal has come: then what a compiler says is not about the program.
+pub(crate) fn check() -> Result<(), Sentence> {
+    match came() {
+        Some(signal) => Err(format!("ended by {signal} while the program was compiled").into()),
+        None => Ok(()),
+    }
+}
 
 /// Runs a compiler, and returns what it has said.
 pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {

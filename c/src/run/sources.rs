@@ -6,6 +6,7 @@ use std::io;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
+use crate::cache;
 use crate::headers;
 
 /// An include in a file.
@@ -40,6 +41,8 @@ impl Include {
 #[derive(Debug, Default)]
 pub(crate) struct OwnFile {
     pub(crate) text: Vec<u8>,
+    /// What tells its text from another one.
+    pub(crate) content: u128,
     pub(crate) includes: Vec<Include>,
 }
 
@@ -84,7 +87,8 @@ impl OwnFiles {
             }
             includes.push(include);
         }
-        self.files.insert(file.to_owned(), OwnFile { text, includes });
+        let content = cache::content_of(&text);
+        self.files.insert(file.to_owned(), OwnFile { text, content, includes });
     }
 
     /// All includes of all files.
@@ -161,7 +165,7 @@ fn without_detours(file: PathBuf) -> PathBuf {
         }
     }
     // Where a folder is a link, `..` leads elsewhere.
-    let is_same = fs::canonicalize(&short).ok() == fs::canonicalize(&file).ok();
+    let is_same = short == file || fs::canonicalize(&short).ok() == fs::canonicalize(&file).ok();
     if is_same {
         short
     } else {

@@ -14,7 +14,7 @@ use crate::compiler::Compiler;
 use crate::inputs::Source;
 use crate::link::folder_of;
 use crate::packages;
-use crate::program::{Compilers, Plan};
+use crate::program::{Compilers, Plan, TX_MAIN};
 use crate::signals;
 use crate::Sentence;
 
@@ -59,9 +59,7 @@ pub(crate) fn compile_all(
         }
         work();
     });
-    if let Some(signal) = signals::came() {
-        return Err(format!("ended by {signal} while the program was compiled").into());
-    }
+    signals::check()?;
     let mut failures = failures.into_inner().unwrap_or_else(|it| it.into_inner());
     failures.sort();
     let sentences: Vec<String> = failures.into_iter().map(|(_, sentence)| sentence).collect();
@@ -131,8 +129,10 @@ impl Unit<'_> {
         let options: Vec<_> = self.compiler.options().collect();
         let language = self.compiler.language.name();
         let plan = self.plan;
-        let ours = (plan.headers.identity(), plan.has_unsigned_char());
-        let program = (self.path(), plan.parts_of(self.path()));
+        let ours = (plan.headers.identity(), TX_MAIN, plan.has_unsigned_char());
+        // Our own main function lies in another folder each time.
+        let name = self.path().strip_prefix(&plan.build).unwrap_or(self.path());
+        let program = (name, plan.parts_of(self.path()));
         Key::of(&(&self.compiler.identity, options, language, variables, folder, ours, program))
     }
 

@@ -157,6 +157,19 @@ fn other_options_and_a_header_that_comes_before_compile_again() {
     assert_eq!(line.compiled(), ["lamp.c"]);
 }
 
+/// Its main function is in C and comes from `tx_run`.
+#[test]
+fn a_downloaded_program_is_compiled_once() {
+    let Some(line) = Line::new() else { return };
+    let text = "#include \"ROBO_TX_PRG.h\"\nextern \"C\" void PrgInit(TA *, int) {}\n\
+                extern \"C\" int PrgTic(TA *, int) { return 0; }\n";
+    write(line.path(), "tic.cpp", text);
+    for compiled in [&["tic.cpp", "tx_main.c"][..], &[]] {
+        Run::start(&mut line.command(&["tic.cpp"])).end().well();
+        assert_eq!(line.compiled(), compiled);
+    }
+}
+
 #[test]
 fn a_broken_cache_is_made_again() {
     let Some(line) = Line::new() else { return };
