@@ -55,7 +55,7 @@ pub(crate) fn is_told_by_code(error: &Error) -> bool {
 }
 
 /// Sentences of calls that a program makes again and again: each is said at once, and after that once a minute
-/// with how often it was true.
+/// with how often it was true meanwhile.
 #[derive(Default)]
 pub(crate) struct Repeated(HashMap<String, Said>);
 
@@ -87,7 +87,7 @@ impl Repeated {
         }
         let (since, seconds) = (said.since, pause.as_secs());
         *said = Said { at: now, since: 0 };
-        Some(format!("{sentence} ({since} times in {seconds} s)"))
+        Some(format!("{sentence} ({since} more in {seconds} s)"))
     }
 }
 
@@ -105,9 +105,9 @@ mod tests {
         for second in 1..60 {
             assert_eq!(line("no device", second), None);
         }
-        assert_eq!(line("no device", 90).as_deref(), Some("no device (60 times in 90 s)"));
+        assert_eq!(line("no device", 90).as_deref(), Some("no device (60 more in 90 s)"));
         assert_eq!(line("no device", 91), None);
-        assert_eq!(line("another", 91).as_deref(), Some("another (1 times in 90 s)"));
+        assert_eq!(line("another", 91).as_deref(), Some("another (1 more in 90 s)"));
     }
 
     #[test]

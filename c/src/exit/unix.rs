@@ -138,7 +138,7 @@ pub(super) fn end_as_asked() {
 
 /// The thread.
 fn look() {
-    // A transfer of a tenth of a second more or less does not matter after the program's end.
+    // Half a second: after `pthread_exit` nobody is in a hurry.
     const LOOKS_FOR_MAIN: u32 = 25;
     for looks in 1_u32.. {
         thread::sleep(LOOK);
