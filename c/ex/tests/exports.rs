@@ -5,7 +5,7 @@ use std::env;
 use libloading::{library_filename, Library};
 
 /// The functions of ftMscLib, one from each of its files, and those that all programs call.
-const SOME: [&str; 13] = [
+const SOME: [&str; 14] = [
     "ftxInitLib",
     "ftxCloseLib",
     "ftxOpenComDevice",
@@ -19,6 +19,7 @@ const SOME: [&str; 13] = [
     "StartScanBtDevice",
     "GetRoboTxFwStr",
     "FtRemoteCmd",
+    "SetMotorExConfig",
 ];
 
 #[test]
