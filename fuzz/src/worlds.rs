@@ -7,8 +7,8 @@ use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::world::{
-    Board, Contact, I2cDevice, MotorModel, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide,
-    Travel, World,
+    AxisSwitch, Belt, Board, Contact, Ejector, Factory, Grip, Gripper, I2cDevice, MotorModel,
+    Piece, Place, Plug, Remote, Script, ScriptEvent, SeenBy, Sensor, Slide, Travel, World,
 };
 use ft_transfer_area_simulator::Error;
 use ft_transfer_area_simulator::Machine;
@@ -16,9 +16,20 @@ use ft_transfer_area_simulator::Machine;
 /// How many times a world is stepped.
 const STEPS: u32 = 100;
 
-/// Reads a text as a world. An accepted world can be stepped.
+/// Reads a text as a world, and as a factory. What is accepted can be stepped.
 pub fn worlds(data: &[u8]) {
     let Ok(text) = std::str::from_utf8(data) else { return };
+    match Factory::from_toml(text) {
+        Ok(factory) => {
+            for (_, machine) in factory.machines().expect("it was accepted") {
+                step(machine, data);
+            }
+        }
+        Err(Error::World { line, .. }) => {
+            assert!((1..=text.lines().count() + 1).contains(&line), "line {line}");
+        }
+        Err(error) => panic!("{error}"),
+    }
     match World::from_toml(text) {
         Ok(world) => {
             let extensions = world.extensions.len();
@@ -63,6 +74,8 @@ fn step(mut machine: Machine, bytes: &[u8]) {
         machine.step(Duration::from_millis(if number == STEPS / 2 { 1000 } else { 10 }));
         for controller in 0..controllers {
             assert!(machine.report(controller).is_some());
+            let world = machine.world().expect("it has one");
+            assert!(world.places().len() >= usize::from(!world.pieces().is_empty()));
             for motor in Motor::ALL {
                 check_motor(&machine, controller, motor);
             }
@@ -91,7 +104,84 @@ fn world(input: &mut Unstructured) -> Result<(usize, World)> {
     (script.period, script.events) = (period, events);
     let mut world = World::new().with_master(master).with_script(script);
     (world.extensions, world.remotes, world.i2c) = (extensions, remotes, devices);
+    add_carriers(&mut world, input)?;
     Ok((machine, world))
+}
+
+/// Names of places and grippers. Two parts may have the same.
+const NAMES: [&str; 5] = ["a", "b", "c", "d", ""];
+
+/// Adds what carries workpieces.
+fn add_carriers(world: &mut World, input: &mut Unstructured) -> Result<()> {
+    for model in world.master.motors.values_mut() {
+        model.reversed = input.arbitrary()?;
+        match input.int_in_range(0..=2)? {
+            0 => {}
+            1 => {
+                let mut belt = Belt::new(number(input)?, number(input)?);
+                (belt.start, belt.end) = (option(input, name)?, option(input, name)?);
+                model.belt = Some(belt);
+            }
+            _ => {
+                let mut switch = AxisSwitch::new(socket(input)?, number(input)?);
+                switch.width = option(input, number)?;
+                switch.controller = option(input, |input| input.int_in_range(0..=2))?;
+                model.slide = model.slide.take().map(|slide| slide.with_switch(switch));
+            }
+        }
+    }
+    for _ in 0..input.int_in_range(0..=4)? {
+        let mut place = Place::new(&name(input)?);
+        (place.on, place.at) = (option(input, |input| plug(input, &Motor::ALL))?, number(input)?);
+        place.reach = option(input, number)?;
+        place.colour = option(input, |input| plug(input, &Input::ALL))?;
+        (place.piece, place.content) = (option(input, piece)?, option(input, piece)?);
+        let barrier = option(input, |input| plug(input, &Input::ALL))?;
+        world.places.push(match barrier {
+            Some(barrier) => place.with_barrier(barrier),
+            None => place,
+        });
+    }
+    for _ in 0..input.int_in_range(0..=2)? {
+        let mut ejector = Ejector::new(plug(input, &Output::ALL)?, &name(input)?, &name(input)?);
+        ejector.compressor = option(input, |input| plug(input, &Output::ALL))?;
+        world.ejectors.push(ejector);
+    }
+    for _ in 0..input.int_in_range(0..=2)? {
+        let gripper = gripper(input)?;
+        world.grippers.push(gripper);
+    }
+    Ok(())
+}
+
+fn gripper(input: &mut Unstructured) -> Result<Gripper> {
+    let output = |input: &mut Unstructured| plug(input, &Output::ALL);
+    let grip = if input.arbitrary()? {
+        let (compressor, lower) = (option(input, output)?, option(input, output)?);
+        Grip::Vacuum { valve: output(input)?, compressor, lower }
+    } else {
+        Grip::Fork { motor: plug(input, &Motor::ALL)?, lift: number(input)? }
+    };
+    let axes = (0..input.int_in_range(0..=3)?).map(|_| plug(input, &Motor::ALL));
+    let axes = axes.collect::<Result<Vec<_>>>()?;
+    let mut gripper = Gripper::new(&name(input)?, &axes, grip).with_tolerance(number(input)?);
+    for _ in 0..input.int_in_range(0..=3)? {
+        let at = axes.iter().map(|_| number(input)).collect::<Result<Vec<_>>>()?;
+        gripper = gripper.with_position(&name(input)?, &at);
+    }
+    Ok(gripper)
+}
+
+fn name(input: &mut Unstructured) -> Result<String> {
+    Ok(String::from(*input.choose(&NAMES)?))
+}
+
+fn piece(input: &mut Unstructured) -> Result<Piece> {
+    Ok(*input.choose(&Piece::ALL)?)
+}
+
+fn plug<T: Copy>(input: &mut Unstructured, all: &[T]) -> Result<Plug<T>> {
+    Ok(Plug { controller: input.int_in_range(0..=2)?, terminal: *input.choose(all)? })
 }
 
 fn board(input: &mut Unstructured) -> Result<Board> {

@@ -21,6 +21,7 @@ use crate::server::ports::Ports;
 use crate::server::protocol::{Script, Settings};
 use crate::server::shared::Shared;
 use crate::server::Server;
+use crate::world::floor::OwnFloor;
 use crate::world::World;
 use crate::SimulatedTxt;
 
@@ -50,6 +51,8 @@ pub struct SimulatedTxtBuilder {
     camera: CameraSettings,
     camera_connection: CameraConnection,
     world: Option<World>,
+    /// For a controller of a factory: what it has in common with the others. Its world was checked.
+    floor: Option<Option<OwnFloor>>,
 }
 
 impl SimulatedTxtBuilder {
@@ -76,7 +79,14 @@ impl SimulatedTxtBuilder {
             },
             camera_connection: CameraConnection::default(),
             world: None,
+            floor: None,
         }
+    }
+
+    /// Makes it a controller of a factory, with this main port and this checked world.
+    pub(super) fn in_factory(mut self, port: u16, world: World, floor: Option<OwnFloor>) -> Self {
+        (self.port, self.world, self.floor) = (port, Some(world), Some(floor));
+        self
     }
 
     /// The number of extensions, 0..=8, all alive at the start. The default is as many as the
@@ -280,9 +290,10 @@ impl SimulatedTxtBuilder {
             let first = extensions + 1;
             log::warn!("the world's extensions from {first} on are left out");
         }
-        match world {
-            Some(world) => Machine::with_world(extensions, world),
-            None => Ok(Machine::new(extensions)),
+        match (world, self.floor.take()) {
+            (Some(world), Some(floor)) => Ok(Machine::on_floor(extensions, &world, floor)),
+            (Some(world), None) => Machine::with_world(extensions, world),
+            (None, _) => Ok(Machine::new(extensions)),
         }
     }
 

@@ -124,6 +124,7 @@
 mod builder;
 mod camera;
 mod error;
+mod factory;
 mod fault;
 #[cfg(feature = "__fuzzing")]
 #[doc(hidden)]
@@ -142,6 +143,7 @@ use std::time::Duration;
 pub use builder::SimulatedTxtBuilder;
 pub use camera::CameraConnection;
 pub use error::Error;
+pub use factory::SimulatedFactory;
 pub use fault::{Fault, FaultKind, FaultPlace, ParseFaultError};
 pub use i2c::I2C_REGISTERS;
 pub use machine::controller::Controller;

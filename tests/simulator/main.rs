@@ -8,6 +8,7 @@ mod camera_client;
 mod camera_endings;
 mod endings;
 mod exchange;
+mod factory;
 mod faults;
 mod i2c;
 mod idle;

@@ -113,20 +113,46 @@ impl Program {
         self.turn(motor, Turn::Off);
         self.step();
     }
+}
 
-    /// Turns motors by these numbers of pulses from where they are.
-    pub(crate) fn travel(&mut self, ways: &[(Motor, i32)]) {
-        for (motor, pulses) in ways.iter().filter(|(_, pulses)| *pulses != 0) {
-            let direction = if *pulses < 0 { Turn::Left } else { Turn::Right };
-            self.turn(*motor, direction);
-            self.outputs[0].distance[motor.index()] = pulses.unsigned_abs() as u16;
-            self.outputs[0].motor_command_id[motor.index()] += 1;
+/// Axes with encoders, and the positions that a program counts.
+pub(crate) struct Axes<const N: usize> {
+    motors: [Motor; N],
+    position: [i32; N],
+}
+
+impl<const N: usize> Axes<N> {
+    /// Turns these motors left until their switches are pressed, one after the other.
+    pub(crate) fn reference_run(program: &mut Program, axes: [(Motor, Input); N]) -> Self {
+        for (motor, switch) in axes {
+            program.drive(motor, Turn::Left, switch);
         }
-        let ids = self.outputs[0].motor_command_id;
-        let is_done = |program: &Self| program.machine.report(0).unwrap().motor_command_id == ids;
-        self.wait_until("the axes are there", is_done);
-        ways.iter().for_each(|(motor, _)| self.turn(*motor, Turn::Off));
-        self.wait(200);
+        program.wait(200);
+        Self { motors: axes.map(|(motor, _)| motor), position: [0; N] }
+    }
+
+    /// Turns all motors until they have come to this position.
+    pub(crate) fn go(&mut self, program: &mut Program, position: [i32; N]) {
+        let ways: [i32; N] = std::array::from_fn(|axis| position[axis] - self.position[axis]);
+        let outputs = &mut program.outputs[0];
+        for (motor, way) in self.motors.iter().zip(ways).filter(|(_, way)| *way != 0) {
+            outputs.distance[motor.index()] = way.unsigned_abs() as u16;
+            outputs.motor_command_id[motor.index()] += 1;
+        }
+        let ids = outputs.motor_command_id;
+        for (motor, way) in self.motors.iter().zip(ways) {
+            let turn = [Turn::Left, Turn::Off, Turn::Right][(way.signum() + 1) as usize];
+            program.turn(*motor, turn);
+        }
+        program.wait_until("the axes are there", |program| {
+            program.machine.report(0).unwrap().motor_command_id == ids
+        });
+        self.motors.iter().for_each(|motor| program.turn(*motor, Turn::Off));
+        program.wait(200);
+        let counter = program.machine.report(0).unwrap().counter;
+        for ((position, motor), way) in self.position.iter_mut().zip(self.motors).zip(ways) {
+            *position += way.signum() * i32::from(counter[motor.index()]);
+        }
     }
 }
 

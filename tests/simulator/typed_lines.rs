@@ -165,6 +165,17 @@ fn wrong_lines_are_answered_and_change_nothing() {
 }
 
 #[test]
+fn lines_for_several_controllers_begin_with_a_name() {
+    let several = [(String::from("robot"), 1), (String::from("sorting"), 2)];
+    assert_eq!(typed::addressed("sorting I1 1", &several), Ok((&2, "I1 1")));
+    assert_eq!(typed::addressed(" robot\tE1.I2 0", &several), Ok((&1, "E1.I2 0")));
+    let sentence = "there is no controller \"I1\"; a line begins with robot, sorting";
+    assert_eq!(typed::addressed("I1 1", &several), Err(String::from(sentence)));
+    let single = [(String::new(), 3)];
+    assert_eq!(typed::addressed("I1 1", &single), Ok((&3, "I1 1")));
+}
+
+#[test]
 fn the_help_lists_lines_that_work() {
     let mut machine = everything();
     let lines = ["E1.I2 0", "E1.C1 1", "E1 0", "E1 1", "C1 1", "IR1 0 0 0 0 1", "I2C 24 63 7"];

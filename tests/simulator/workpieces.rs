@@ -3,7 +3,7 @@
 use ft_transfer_area::tx::{Input, Motor, Output};
 use ft_transfer_area_simulator::world::{Piece, Plug, Whereabouts};
 
-use crate::program::{Program, Turn};
+use crate::program::{Axes, Program, Turn};
 
 /// Sorts what comes to the entry. Returns the lowest voltage of the colour sensor and the storage that it
 /// came to.
@@ -201,31 +201,23 @@ fn a_workpiece_that_is_let_go_elsewhere_falls_and_it_is_told() {
     assert_eq!((station.world().fallen(), station.world().pieces()), (1, Vec::new()));
 }
 
-/// A cantilever's moves, with the position that a program counts.
+/// A program for the warehouse.
 struct Warehouse {
     program: Program,
-    position: [i32; 2],
+    axes: Axes<2>,
 }
 
 impl Warehouse {
     fn new() -> Self {
         let mut program = Program::shipped("high_bay_warehouse");
         program.drive(Motor::M3, Turn::Left, Input::I6);
-        program.drive(Motor::M2, Turn::Left, Input::I5);
-        program.drive(Motor::M4, Turn::Left, Input::I8);
-        program.wait(200);
-        Self { program, position: [0, 0] }
+        let axes = [(Motor::M2, Input::I5), (Motor::M4, Input::I8)];
+        let axes = Axes::reference_run(&mut program, axes);
+        Self { program, axes }
     }
 
     fn go(&mut self, column: i32, row: i32) {
-        let ways = [(Motor::M2, column - self.position[0]), (Motor::M4, row - self.position[1])];
-        self.program.travel(&ways);
-        let driven = self.program.machine.report(0).unwrap().counter;
-        for (position, (motor, way)) in self.position.iter_mut().zip(ways) {
-            if way != 0 {
-                *position += way.signum() * i32::from(driven[motor.index()]);
-            }
-        }
+        self.axes.go(&mut self.program, [column, row]);
     }
 
     fn fork(&mut self, is_out: bool) {
@@ -279,10 +271,9 @@ fn a_cantilever_fetches_a_container_and_stores_it_with_a_workpiece() {
     warehouse.go(780, 895);
     warehouse.fork(false);
     assert_eq!(warehouse.program.at("C1"), Some(Piece::Container));
-    let container = match warehouse.program.whereabouts(Piece::Red) {
-        Whereabouts::Container(container) => container,
-        other => panic!("{other:?}"),
-    };
-    let (_, shelf) = &warehouse.program.world().pieces()[container];
-    assert_eq!(*shelf, Whereabouts::Place(String::from("C1")));
+    // Two red workpieces were there before.
+    let pieces = warehouse.program.world().pieces();
+    let stored = pieces.iter().rfind(|(piece, _)| *piece == Piece::Red).unwrap();
+    let Whereabouts::Container(container) = stored.1 else { panic!("{stored:?}") };
+    assert_eq!(pieces[container].1, Whereabouts::Place(String::from("C1")));
 }

@@ -5,18 +5,33 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{anyhow, Context};
-use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::world::{Factory, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 /// The world with this name, or in this file if it is a path or has an extension.
 pub(crate) fn world(given: impl AsRef<OsStr>) -> anyhow::Result<World> {
-    let path = Path::new(given.as_ref());
-    let is_file = path.extension().is_some() || path.components().count() > 1;
-    match path.to_str().filter(|_| !is_file) {
-        Some(name) => World::shipped(name)
-            .map_err(|error| anyhow!("{error}; or write the path of a .toml file")),
-        None => World::load(path).with_context(|| path.display().to_string()),
+    match name_or_file(given.as_ref()) {
+        Ok(name) => shipped(World::shipped(name)),
+        Err(path) => World::load(path).with_context(|| path.display().to_string()),
     }
+}
+
+/// The same with one or several controllers.
+pub(crate) fn factory(given: impl AsRef<OsStr>) -> anyhow::Result<Factory> {
+    match name_or_file(given.as_ref()) {
+        Ok(name) => shipped(Factory::shipped(name)),
+        Err(path) => Factory::load(path).with_context(|| path.display().to_string()),
+    }
+}
+
+fn name_or_file(given: &OsStr) -> Result<&str, &Path> {
+    let path = Path::new(given);
+    let is_file = path.extension().is_some() || path.components().count() > 1;
+    path.to_str().filter(|_| !is_file).ok_or(path)
+}
+
+fn shipped<T>(world: Result<T, ft_transfer_area_simulator::Error>) -> anyhow::Result<T> {
+    world.map_err(|error| anyhow!("{error}; or write the path of a .toml file"))
 }
 
 /// A simulated TXT with this world.

@@ -16,7 +16,8 @@ sources that lie directly in it, without those in the folders below it.
 
   --host HOST    the TXT: its name or address, with or without a port, or auto for the only one that is found
   --world WORLD  without a host: what is plugged into the simulated TXT. none, a world that comes with it
-                 (default, car, everything, kit, slide), or the path of a .toml file
+                 (car, default, everything, high_bay_warehouse, kit, processing_station, slide, sorting_line),
+                 or the path of a .toml file
   -I FOLDER      look for headers in this folder, too
   -D NAME[=TEXT] define a name in all sources
   -std=STANDARD  such as c++17 for the sources in C++, or c11 for those in C

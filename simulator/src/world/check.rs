@@ -10,7 +10,7 @@ use super::i2c_device;
 use super::mistake::{at, each, expect, in_range, positive, Checked, Mistake};
 use super::remote;
 use super::slide::{SEEN_BY, SWITCHES};
-use super::{Barrier, Board, Grip, Gripper, I2cDevice, Place, Plug, Remote, Sensor, World};
+use super::{Barrier, Board, Grip, Gripper, I2cDevice, Piece, Place, Plug, Remote, Sensor, World};
 
 /// An input that a slide sets.
 struct Moved {
@@ -68,7 +68,7 @@ impl World {
     /// Checks the world together with its places: what names a place has to find it.
     pub(super) fn find_mistake_alone(&self) -> Checked {
         self.find_mistake()?;
-        Plan::of(&[("", self)]).map(|_| ()).map_err(|(_, mistake)| mistake)
+        Plan::of(&[("", self)], &[]).map(|_| ()).map_err(|(_, mistake)| mistake)
     }
 
     /// What else in the world sets what is plugged in here, such as "pressed by a slide".
@@ -166,6 +166,11 @@ impl World {
     fn check_place(&self, place: &Place) -> Checked {
         if let Some(reach) = place.reach {
             positive("reach", reach, f64::MAX)?;
+        }
+        if let Some(content) = place.content {
+            let fits = place.piece == Some(Piece::Container) && content != Piece::Container;
+            let reason = || String::from("expected a workpiece in a container");
+            at("content", expect(fits, reason))?;
         }
         let Some(motor) = place.on else { return in_range("at", place.at, f64::MIN..=f64::MAX) };
         let model = self.motor(motor);

@@ -7,6 +7,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml::Spanned;
 
+use super::read::Read;
 use super::World;
 use crate::error::Error;
 
@@ -18,12 +19,9 @@ impl World {
     ///
     /// [`Error::World`] with the line that is wrong and what was expected there.
     pub fn from_toml(text: &str) -> Result<Self, Error> {
-        let table = DeTable::parse(text).map_err(|error| misread(text, &error))?;
-        let world = World::read(table.get_ref());
-        let checked = world.and_then(|world| world.find_mistake_alone().map(|()| world));
-        checked.map_err(|mistake| Error::World {
-            line: line_at(text.as_bytes(), start_of(table, &mistake.place)),
-            reason: mistake.sentence(),
+        parse(text, |table| {
+            let world = Self::read(table)?;
+            world.find_mistake_alone().map(|()| world)
         })
     }
 
@@ -34,14 +32,7 @@ impl World {
     /// [`Error::WorldNotRead`] when the file can't be read, and [`Error::World`] with the line that is
     /// wrong and what was expected there.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let bytes = fs::read(path)
-            .map_err(|error| Error::WorldNotRead { path: path.to_owned(), cause: error.into() })?;
-        let text = std::str::from_utf8(&bytes).map_err(|error| Error::World {
-            line: line_at(&bytes, error.valid_up_to()),
-            reason: String::from("text in UTF-8 is expected; save the file with that encoding"),
-        })?;
-        Self::from_toml(text)
+        Self::from_toml(&read(path.as_ref())?)
     }
 
     /// Checks a world that was built in code, and so has no lines.
@@ -49,6 +40,25 @@ impl World {
         self.find_mistake_alone()
             .map_err(|mistake| Error::World { line: 0, reason: mistake.sentence() })
     }
+}
+
+/// Reads a text with this function. A mistake gets its line.
+pub(super) fn parse<T>(text: &str, read: impl FnOnce(&DeTable<'_>) -> Read<T>) -> Result<T, Error> {
+    let table = DeTable::parse(text).map_err(|error| misread(text, &error))?;
+    read(table.get_ref()).map_err(|mistake| Error::World {
+        line: line_at(text.as_bytes(), start_of(table, &mistake.place)),
+        reason: mistake.sentence(),
+    })
+}
+
+/// The text of a file.
+pub(super) fn read(path: &Path) -> Result<String, Error> {
+    let bytes = fs::read(path)
+        .map_err(|error| Error::WorldNotRead { path: path.to_owned(), cause: error.into() })?;
+    String::from_utf8(bytes).map_err(|error| Error::World {
+        line: line_at(error.as_bytes(), error.utf8_error().valid_up_to()),
+        reason: String::from("text in UTF-8 is expected; save the file with that encoding"),
+    })
 }
 
 /// The error for a text that is not TOML: the parser's message on one line.
@@ -127,6 +137,7 @@ mod tests {
         for (text, line, expected) in [
             // For a text that is not TOML the words are the parser's.
             ("[master\n", 1, ""),
+            ("\n[[controllers]]\nname = \"a\"", 2, "controllers: there are several controllers, and only"),
             ("\n\n[boss]\n", 3, "boss: there is no such key here; there are master, extensions"),
             ("[master.inputs]\n\nI9 = { resistor = { ohms = 1 } }", 3, "there is no \"I9\" here; there are I1, I2"),
             ("[master.inputs]\nI1 = { resistor = { ohm = 1 } }", 2, "master.inputs.I1.resistor.ohm: there is no such key here; there are ohms"),
@@ -236,6 +247,9 @@ mod tests {
             ("[[places]]\nname = \"a\"\nbarrier = \"C1\"\n[master.motors.M1]\npulses_per_turn = 3", 3, "C1 is used twice"),
             ("[[places]]\nname = \"a\"\ncolour = \"I1\"", 3, "expected a colour on I1"),
             ("[[places]]\nname = \"a\"\npiece = \"green\"", 3, "expected one of \"white\", \"red\""),
+            ("[[places]]\nname = \"a\"\npiece = \"red\"\ncontent = \"blue\"", 4, "expected a workpiece in a container"),
+            ("[[places]]\nname = \"a\"\non = \"M1\"\nat = 10\npiece = \"red\"\n[[places]]\nname = \"b\"\non = \"M1\"\nat = 20\npiece = \"red\"\n[master.motors.M1]\nbelt = { length = 40, per_turn = 9 }", 10, "another piece is in the way"),
+            ("[[places]]\nname = \"a\"\non = \"M1\"\nat = 90\npiece = \"red\"\n[master.motors.M1.slide]\ntravel = { mm = { length = 100, per_turn = 9 } }", 5, "the slide is elsewhere"),
             ("[[places]]\nname = \"a\"\nreach = 0", 3, "more than 0"),
             ("[[ejectors]]\nvalve = \"O1\"\nfrom = \"a\"", 1, "the key to is missing"),
             ("[[ejectors]]\nvalve = \"O1\"\nfrom = \"a\"\nto = \"b\"", 3, "there is no place \"a\"; this world has none"),

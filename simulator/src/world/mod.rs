@@ -54,6 +54,7 @@
 mod belt;
 mod board;
 mod check;
+mod factory;
 mod file;
 pub(crate) mod floor;
 mod gripper;
@@ -75,10 +76,12 @@ mod state;
 
 pub use belt::{Belt, Ejector};
 pub use board::Board;
+pub use factory::Factory;
 pub use floor::Whereabouts;
 use ft_transfer_area::tx::{Input, Motor};
 pub use gripper::{Grip, Gripper, GripperPosition};
 pub use i2c_device::I2cDevice;
+use mistake::Mistake;
 pub use motor_model::MotorModel;
 pub use piece::Piece;
 pub use place::{Barrier, Place};
@@ -126,6 +129,9 @@ impl Default for World {
         Self::shipped("default").expect("the shipped worlds are right")
     }
 }
+
+/// What takes worlds with several controllers.
+const FACTORY_ONLY: &str = "only the command txt simulate and a Factory take them";
 
 const EXTENSIONS: &str = "expected double brackets, as in [[extensions]]";
 const REMOTES: &str = "expected double brackets, as in [[remotes]]";
@@ -230,6 +236,10 @@ impl World {
     }
 
     fn read(table: &DeTable<'_>) -> Read<Self> {
+        if table.contains_key("controllers") {
+            let reason = format!("there are several controllers, and {FACTORY_ONLY}");
+            return Err(Mistake::new(reason).within("controllers"));
+        }
         Self::read_keys(&Keys::of_table(table, &Self::KEYS)?)
     }
 

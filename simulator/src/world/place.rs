@@ -42,6 +42,8 @@ pub struct Place {
     pub colour: Option<Plug<Input>>,
     /// What is here at the start.
     pub piece: Option<Piece>,
+    /// The workpiece in the container that is here at the start.
+    pub content: Option<Piece>,
 }
 
 /// Where the photo transistor of a light barrier is plugged in.
@@ -65,6 +67,7 @@ impl Place {
             barrier: None,
             colour: None,
             piece: None,
+            content: None,
         }
     }
 
@@ -104,6 +107,12 @@ impl Place {
         self
     }
 
+    /// Puts a workpiece into the container that is here at the start.
+    pub fn with_content(mut self, piece: Piece) -> Self {
+        self.content = Some(piece);
+        self
+    }
+
     /// The inputs of its sensors, each with its key and the kind of sensor that has to be there.
     pub(super) fn inputs(&self) -> impl Iterator<Item = (&'static str, Plug<Input>, &'static str)> {
         let barrier = match self.barrier {
@@ -115,7 +124,7 @@ impl Place {
     }
 
     pub(super) fn read(value: &DeValue<'_>) -> Read<Self> {
-        let known = ["name", "on", "at", "reach", "barrier", "colour", "piece"];
+        let known = ["name", "on", "at", "reach", "barrier", "colour", "piece", "content"];
         let keys = Keys::of(value, PLACE, &known)?;
         let on = keys.optional("on", plug(&Motor::ALL))?;
         Ok(Self {
@@ -130,6 +139,7 @@ impl Place {
             barrier: keys.optional("barrier", Barrier::read)?,
             colour: keys.optional("colour", plug(&Input::ALL))?,
             piece: keys.optional("piece", Piece::read)?,
+            content: keys.optional("content", Piece::read)?,
         })
     }
 }

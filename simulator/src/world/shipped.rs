@@ -1,6 +1,6 @@
 //! The worlds that come with the library.
 
-use super::World;
+use super::{Factory, World, FACTORY_ONLY};
 use crate::error::Error;
 
 /// Name and text of each.
@@ -14,6 +14,9 @@ const FILES: [(&str, &str); 8] = [
     ("slide", include_str!("../../worlds/slide.toml")),
     ("sorting_line", include_str!("../../worlds/sorting_line.toml")),
 ];
+
+/// Name and text of the one with several controllers.
+const FACTORY: (&str, &str) = ("factory", include_str!("../../worlds/factory.toml"));
 
 const NAMES: [&str; FILES.len()] = {
     let mut names = [""; FILES.len()];
@@ -46,16 +49,22 @@ impl World {
     ///
     /// [`Error::World`] with a list of the names, when there is no world with this name.
     pub fn shipped(name: &str) -> Result<Self, Error> {
-        match FILES.iter().find(|(shipped, _)| *shipped == name) {
-            Some((_, text)) => Self::from_toml(text),
-            None => Err(Error::World {
-                line: 0,
-                reason: format!(
-                    "there is no shipped world {name:?}; there are {}",
-                    Self::SHIPPED.join(", ")
-                ),
-            }),
+        if Factory::SHIPPED.contains(&name) {
+            let reason = format!("{name} has several controllers, and {FACTORY_ONLY}");
+            return Err(Error::World { line: 0, reason });
         }
+        Self::shipped_text(name).and_then(Self::from_toml)
+    }
+
+    /// The text of the shipped world with this name, also of one with several controllers.
+    pub(super) fn shipped_text(name: &str) -> Result<&'static str, Error> {
+        let mut all = FILES.iter().chain([&FACTORY]);
+        let found = all.find(|(shipped, _)| *shipped == name);
+        found.map(|(_, text)| *text).ok_or_else(|| {
+            let names = [Self::SHIPPED, Factory::SHIPPED].concat().join(", ");
+            let reason = format!("there is no shipped world {name:?}; there are {names}");
+            Error::World { line: 0, reason }
+        })
     }
 }
 
@@ -69,6 +78,11 @@ mod tests {
             World::shipped(name).unwrap();
         }
         assert!(World::SHIPPED.is_sorted(), "{:?}", World::SHIPPED);
+        for name in Factory::SHIPPED {
+            Factory::shipped(name).unwrap();
+            let sentence = World::shipped(name).unwrap_err().to_string();
+            assert!(sentence.contains("several controllers"), "{sentence}");
+        }
     }
 
     #[test]

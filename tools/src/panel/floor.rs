@@ -52,25 +52,30 @@ struct CarriedReport {
 }
 
 /// What is to be seen of the workpieces; `None` in a world without places.
-pub(super) fn report(state: &WorldState, world: &World) -> Option<FloorReport> {
+/// Of the controller with this name, if there are several.
+pub(super) fn report(state: &WorldState, world: &World, name: Option<&str>) -> Option<FloorReport> {
     if world.places.is_empty() {
         return None;
     }
+    let prefix = name.map(|name| format!("{name}.")).unwrap_or_default();
+    let own = |name: &str| name.strip_prefix(&prefix).map(str::to_owned);
     let pieces = state.pieces();
     let carried = pieces.iter().filter_map(|(piece, whereabouts)| {
         let by = match whereabouts {
-            Whereabouts::Slide(name) | Whereabouts::Gripper(name) => name.clone(),
+            Whereabouts::Slide(name) | Whereabouts::Gripper(name) => own(name)?,
             // Places and belts show what is there.
             _ => return None,
         };
         Some(CarriedReport { piece: piece.name(), by })
     });
     Some(FloorReport {
-        belts: belts(world, &pieces),
+        belts: belts(world, &prefix, &pieces),
         places: state
             .places()
             .into_iter()
-            .map(|(name, piece)| PlaceReport { name, piece: piece.map(Piece::name) })
+            .filter_map(|(name, piece)| {
+                Some(PlaceReport { name: own(&name)?, piece: piece.map(Piece::name) })
+            })
             .collect(),
         carried: carried.collect(),
         fallen: state.fallen(),
@@ -78,7 +83,7 @@ pub(super) fn report(state: &WorldState, world: &World) -> Option<FloorReport> {
     })
 }
 
-fn belts(world: &World, pieces: &[(Piece, Whereabouts)]) -> Vec<BeltReport> {
+fn belts(world: &World, prefix: &str, pieces: &[(Piece, Whereabouts)]) -> Vec<BeltReport> {
     let boards = std::iter::once(&world.master).chain(&world.extensions).enumerate();
     let motors = boards.flat_map(|(controller, board): (usize, &Board)| {
         let belts = board.motors.iter();
@@ -86,19 +91,21 @@ fn belts(world: &World, pieces: &[(Piece, Whereabouts)]) -> Vec<BeltReport> {
             Some((Plug { controller, terminal: *terminal }, motor.belt.as_ref()?.length))
         })
     });
-    motors.map(|(motor, length)| belt(world, motor, length, pieces)).collect()
+    motors.map(|(motor, length)| belt(world, motor, length, prefix, pieces)).collect()
 }
 
 fn belt(
     world: &World,
     motor: Plug<Motor>,
     length: f64,
+    prefix: &str,
     pieces: &[(Piece, Whereabouts)],
 ) -> BeltReport {
     let name = motor.to_string();
+    let full_name = format!("{prefix}{name}");
     let places = world.places.iter().filter(|place| place.on == Some(motor));
     let on_it = pieces.iter().filter_map(|(piece, whereabouts)| match whereabouts {
-        Whereabouts::Belt { motor, mm } if *motor == name => {
+        Whereabouts::Belt { motor, mm } if *motor == full_name => {
             Some(BeltPiece { piece: piece.name(), mm: *mm })
         }
         _ => None,

@@ -85,11 +85,12 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     end(&panel)
 }
 
-/// A page that shows a simulated TXT which another program drives. It is served until the program ends.
-pub(crate) fn show(simulated: Simulated, opens_browser: bool) -> anyhow::Result<String> {
+/// A page that shows simulated TXTs which other programs drive. It is served until the program ends.
+pub(crate) fn show(simulated: Vec<Simulated>, opens_browser: bool) -> anyhow::Result<String> {
     let site = Site::listen(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0))?;
     let common = Arc::new(Common::new());
-    let hosts = vec![Host::shown(simulated, &common)?];
+    let shown = simulated.into_iter().map(|one| Host::shown(one, &common));
+    let hosts = shown.collect::<Result<_, _>>()?;
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let url = site.url(Ipv4Addr::LOCALHOST.into());
     site.serve(server::router(panel), opens_browser.then(|| url.clone()))?;

@@ -16,7 +16,9 @@ use crate::values::RemoteValue;
 
 /// A simulated TXT that the panel shows.
 pub(crate) struct Simulated {
-    txt: Arc<SimulatedTxt>,
+    /// All controllers of its world, with their names, and which of them it is.
+    txts: Arc<Vec<(String, SimulatedTxt)>>,
+    index: usize,
     /// As it was at the start: how long the slides are.
     world: Option<World>,
 }
@@ -76,21 +78,35 @@ impl Simulated {
         if let Some(world) = &world {
             builder = builder.world(world.clone());
         }
-        Ok(Self::new(Arc::new(builder.start()?), world))
+        let txts = Arc::new(vec![(String::new(), builder.start()?)]);
+        Ok(Self { txts, index: 0, world })
     }
 
-    /// A simulated TXT that runs already, with the world that was plugged in at its start.
-    pub(crate) fn new(txt: Arc<SimulatedTxt>, world: Option<World>) -> Self {
-        Self { txt, world }
+    /// Simulated TXTs that run already, with the worlds that were plugged in at their start.
+    pub(crate) fn all(
+        txts: &Arc<Vec<(String, SimulatedTxt)>>,
+        worlds: Vec<Option<World>>,
+    ) -> Vec<Self> {
+        let numbered = worlds.into_iter().enumerate();
+        numbered.map(|(index, world)| Self { txts: Arc::clone(txts), index, world }).collect()
+    }
+
+    fn txt(&self) -> &SimulatedTxt {
+        &self.txts[self.index].1
+    }
+
+    /// Its name in a world with several controllers.
+    pub(super) fn name(&self) -> Option<&str> {
+        Some(self.txts[self.index].0.as_str()).filter(|name| !name.is_empty())
     }
 
     pub(super) fn address(&self) -> String {
-        self.txt.address().to_string()
+        self.txt().address().to_string()
     }
 
     /// What its client sees and sends: whether one is online, how many exchanges there were, and the areas.
     pub(super) fn look(&self) -> (bool, u64, Vec<FishX1Transfer>) {
-        self.txt.with_machine(|machine| {
+        self.txt().with_machine(|machine| {
             let areas = (0..machine.controllers.len()).map(|index| machine.area(index));
             (machine.online(), machine.exchanges(), areas.collect())
         })
@@ -98,17 +114,17 @@ impl Simulated {
 
     /// How many extensions there are, plugged in or not.
     pub(super) fn extensions(&self) -> usize {
-        self.txt.with_machine(|machine| machine.controllers.len() - 1)
+        self.txt().with_machine(|machine| machine.controllers.len() - 1)
     }
 
     pub(super) fn report(&self) -> Option<WorldReport> {
         let world = self.world.as_ref()?;
-        self.txt.with_machine(|machine| report(machine, world))
+        self.txt().with_machine(|machine| report(machine, world, self.name()))
     }
 
     /// Configures the areas for what is plugged in, so that the first look shows it.
     pub(super) fn configure(&self, areas: &mut [FishX1Transfer]) {
-        self.txt.with_machine(|machine| {
+        self.txt().with_machine(|machine| {
             let Some(world) = machine.world() else { return };
             for (index, area) in areas.iter_mut().enumerate() {
                 configure(world, index, area);
@@ -118,7 +134,7 @@ impl Simulated {
 
     /// Changes the world as the page asks for.
     pub(super) fn change(&self, area: usize, request: &WorldRequest) -> Result<(), Problem> {
-        self.txt.with_machine(|machine| match request {
+        self.txt().with_machine(|machine| match request {
             WorldRequest::Plug { alive } => plug(machine, area, *alive),
             WorldRequest::Press { input, pressed } => {
                 press(world_of(machine)?, area, Input::try_from(*input)?, *pressed)
@@ -196,7 +212,7 @@ fn set_remote(world: &mut WorldState, request: &RemoteRequest) -> Result<(), Pro
     Ok(())
 }
 
-fn report(machine: &Machine, world: &World) -> Option<WorldReport> {
+fn report(machine: &Machine, world: &World, name: Option<&str>) -> Option<WorldReport> {
     let state = machine.world()?;
     let nothing = Board::default();
     let board = |controller: usize| match controller.checked_sub(1) {
@@ -211,7 +227,7 @@ fn report(machine: &Machine, world: &World) -> Option<WorldReport> {
         .map(|index| board_report(state, index, board(index), alive(index)))
         .collect();
     let remotes = state.remotes().iter().map(RemoteValue::from).collect();
-    Some(WorldReport { boards, remotes, floor: floor::report(state, world) })
+    Some(WorldReport { boards, remotes, floor: floor::report(state, world, name) })
 }
 
 fn board_report(state: &WorldState, index: usize, board: &Board, alive: bool) -> BoardReport {

@@ -17,17 +17,20 @@ pub(crate) use options::Args;
 /// Serves clients until Ctrl-C.
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
-    let (world, show, opens_browser) = (args.world(), args.show, !args.no_browser);
-    let txt = Arc::new(args.builder().start()?);
-    print::line(format_args!("main 127.0.0.1:{}", txt.port()))?;
-    print::line(format_args!("camera 127.0.0.1:{}", txt.camera_port()))?;
-    print::line(format_args!("i2c 127.0.0.1:{}", txt.i2c_port()))?;
+    let (worlds, show, opens_browser) = (args.worlds(), args.show, !args.no_browser);
+    let txts = Arc::new(args.start()?);
+    for (name, txt) in txts.iter() {
+        let name = if name.is_empty() { String::new() } else { format!("{name} ") };
+        print::line(format_args!("{name}main 127.0.0.1:{}", txt.port()))?;
+        print::line(format_args!("{name}camera 127.0.0.1:{}", txt.camera_port()))?;
+        print::line(format_args!("{name}i2c 127.0.0.1:{}", txt.i2c_port()))?;
+    }
     if show {
-        let url = panel::show(Simulated::new(Arc::clone(&txt), world), opens_browser)?;
+        let url = panel::show(Simulated::all(&txts, worlds), opens_browser)?;
         print::line(format_args!("page {url}"))?;
     }
 
-    let typed = Arc::downgrade(&txt);
+    let typed = Arc::downgrade(&txts);
     thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;
     // Clients are served while this waits. The sender lives as long as the program.
     let _ = interrupted.recv();
@@ -35,13 +38,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 }
 
 /// Carries out typed lines. Without a keyboard, or at the end of the input, the program just goes on.
-fn read_lines(txt: &Weak<SimulatedTxt>) {
+fn read_lines(txts: &Weak<Vec<(String, SimulatedTxt)>>) {
     for line in io::stdin().lines() {
-        let (Ok(line), Some(txt)) = (line, txt.upgrade()) else { return };
+        let (Ok(line), Some(txts)) = (line, txts.upgrade()) else { return };
         if line.trim().is_empty() {
             continue;
         }
-        if let Err(sentence) = txt.with_machine(|machine| typed::carry_out(&line, machine)) {
+        let done = typed::addressed(&line, &txts)
+            .and_then(|(txt, line)| txt.with_machine(|machine| typed::carry_out(line, machine)));
+        if let Err(sentence) = done {
             eprintln!("{sentence}\n{}", typed::HELP);
         }
     }

@@ -4,12 +4,15 @@ use std::ffi::OsString;
 use std::str::FromStr;
 use std::time::Duration;
 
+use anyhow::bail;
 use clap::builder::{OsStringValueParser, TypedValueParser};
 use clap::ValueEnum;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{FirmwareVersion, PORT};
-use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::{CameraConnection, Fault, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area_simulator::world::{Factory, World};
+use ft_transfer_area_simulator::{
+    CameraConnection, Fault, SimulatedFactory, SimulatedTxt, SimulatedTxtBuilder,
+};
 
 use crate::{arguments, print};
 
@@ -24,6 +27,9 @@ a client that was there before its start (txt40).
 It listens on 127.0.0.1, prints each port on its own line, and ends on Ctrl-C. With RUST_LOG=info it
 tells who connects and what clients do. Lines that you type while it runs press buttons and change
 sensors, such as I3 1 or E1.I2 0; after a wrong line it lists all of them.
+
+A world may have several controllers, such as factory. Each gets three ports, from the main port on; the
+lines with the ports and lines that you type begin with its name.
 
 Example: txt simulate --world slide --fault silence@exchange:300";
 
@@ -89,7 +95,7 @@ pub(crate) struct Args {
 
 /// What is plugged in; `None` is nothing.
 #[derive(Clone)]
-struct Plugged(Option<Box<World>>);
+struct Plugged(Option<Factory>);
 
 #[derive(Clone, Copy, ValueEnum)]
 enum CameraAccepts {
@@ -99,15 +105,42 @@ enum CameraAccepts {
 }
 
 impl Args {
-    /// What is plugged in.
-    pub(super) fn world(&self) -> Option<World> {
-        self.world.0.as_deref().cloned()
+    /// What is plugged in, for each controller.
+    pub(super) fn worlds(&self) -> Vec<Option<World>> {
+        match &self.world.0 {
+            Some(factory) => {
+                factory.controllers.iter().map(|(_, world)| Some(world.clone())).collect()
+            }
+            None => vec![None],
+        }
     }
 
-    /// The simulated TXT that these options describe.
-    pub(super) fn builder(self) -> SimulatedTxtBuilder {
-        let builder = SimulatedTxt::builder()
-            .port(self.port)
+    /// Starts a simulated TXT for each controller of the world, with their names.
+    pub(super) fn start(mut self) -> anyhow::Result<Vec<(String, SimulatedTxt)>> {
+        let port = self.port;
+        let Some(factory) = self.world.0.take() else {
+            let txt = self.set_up(SimulatedTxt::builder().port(port)).start()?;
+            return Ok(vec![(String::new(), txt)]);
+        };
+        if factory.controllers.len() > 1 {
+            let options = [
+                ("--camera-port", self.camera_port.is_some()),
+                ("--i2c-port", self.i2c_port.is_some()),
+                ("--extensions", self.extensions.is_some()),
+                ("--name", self.name.is_some()),
+            ];
+            if let Some((option, _)) = options.into_iter().find(|(_, given)| *given) {
+                let count = factory.controllers.len();
+                bail!("{option} is for one controller, and this world has {count}");
+            }
+        }
+        let factory = SimulatedFactory::start(factory, port, |_, builder| self.set_up(builder))?;
+        Ok(factory.into_txts())
+    }
+
+    /// Sets what these options describe, without the main port and the world.
+    fn set_up(&self, builder: SimulatedTxtBuilder) -> SimulatedTxtBuilder {
+        let builder = builder
             .camera_connection(match self.camera_connection {
                 CameraAccepts::Waits => CameraConnection::Waits,
                 CameraAccepts::Txt => CameraConnection::Txt,
@@ -121,12 +154,11 @@ impl Args {
         let builder = with(builder, self.extensions, SimulatedTxtBuilder::extensions);
         let builder = with(builder, self.firmware, SimulatedTxtBuilder::firmware);
         let builder = with(builder, self.name.as_deref(), SimulatedTxtBuilder::device_name);
-        let builder = with(builder, self.world.0, |builder, world| builder.world(*world));
         let builder = with(builder, self.pace, SimulatedTxtBuilder::pace);
         let builder = with(builder, self.idle_limit, SimulatedTxtBuilder::idle_limit);
         let builder = with(builder, self.camera_start_up, SimulatedTxtBuilder::camera_start_up);
         let builder = with(builder, self.camera_stall, SimulatedTxtBuilder::camera_stall_after);
-        self.faults.into_iter().fold(builder, SimulatedTxtBuilder::fault)
+        self.faults.iter().cloned().fold(builder, SimulatedTxtBuilder::fault)
     }
 }
 
@@ -147,8 +179,8 @@ fn plugged(name: OsString) -> Result<Plugged, String> {
     if name == "none" {
         return Ok(Plugged(None));
     }
-    let world = arguments::world(&name).map_err(|error| print::sentence(&error))?;
-    Ok(Plugged(Some(Box::new(world))))
+    let factory = arguments::factory(&name).map_err(|error| print::sentence(&error))?;
+    Ok(Plugged(Some(factory)))
 }
 
 fn port(text: &str) -> Result<u16, &'static str> {

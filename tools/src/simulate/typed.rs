@@ -28,6 +28,25 @@ PUT blue seat                    puts a workpiece at a place: white, red, blue o
 const DIP1: u8 = 4;
 const DIP2: u8 = 8;
 
+/// The controller that a line is for, and the rest of the line. The name of the controller, if it has one, is the
+/// first word.
+pub(crate) fn addressed<'a, T>(
+    line: &'a str,
+    controllers: &'a [(String, T)],
+) -> Result<(&'a T, &'a str), String> {
+    if let [(name, single)] = controllers {
+        if name.is_empty() {
+            return Ok((single, line));
+        }
+    }
+    let (first, rest) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+    let found = controllers.iter().find(|(name, _)| name == first);
+    found.map(|(_, controller)| (controller, rest)).ok_or_else(|| {
+        let names: Vec<_> = controllers.iter().map(|(name, _)| name.as_str()).collect();
+        format!("there is no controller {first:?}; a line begins with {}", names.join(", "))
+    })
+}
+
 /// Carries out a line. The error is a sentence that says what is wrong with it.
 pub(crate) fn carry_out(line: &str, machine: &mut Machine) -> Result<(), String> {
     let mut words = line.split_whitespace();

@@ -32,15 +32,15 @@ pub(in crate::world) struct LockedFloor<'a> {
 impl OwnFloor {
     /// The floor of a checked world that shares it with no other; `None` for a world without places.
     pub(crate) fn alone(world: &World) -> Option<Self> {
-        Self::of(&[("", world)])?.pop()
+        Self::of(&[("", world)], &[])?.pop()
     }
 
     /// The floor of these checked worlds, for the machine of each; `None` if they have no places.
-    pub(crate) fn of(worlds: &[(&str, &World)]) -> Option<Vec<Self>> {
+    pub(crate) fn of(worlds: &[(&str, &World)], same: &[[String; 2]]) -> Option<Vec<Self>> {
         if worlds.iter().all(|(_, world)| world.places.is_empty()) {
             return None;
         }
-        let Plan { floor, parts } = Plan::of(worlds).ok()?;
+        let Plan { floor, parts } = Plan::of(worlds, same).ok()?;
         let shared = SharedFloor::new(floor);
         let prefix = |name: &str| match worlds.len() {
             1 => String::new(),

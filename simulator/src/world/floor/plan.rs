@@ -21,12 +21,16 @@ pub(in crate::world) struct Plan {
     pub(super) parts: Vec<Part>,
 }
 
-/// A mistake, and the index of the world that has it.
-type Mistaken = (usize, Mistake);
+/// A mistake, and the index of the world that has it, if it is in one.
+type Mistaken = (Option<usize>, Mistake);
 
 impl Plan {
-    /// The floor of these worlds, each with its name. Their own values are right.
-    pub(in crate::world) fn of(worlds: &[(&str, &World)]) -> Result<Self, Mistaken> {
+    /// The floor of these worlds, each with its name, with pairs of names for the same place. The worlds' own
+    /// values are right.
+    pub(in crate::world) fn of(
+        worlds: &[(&str, &World)],
+        same: &[[String; 2]],
+    ) -> Result<Self, Mistaken> {
         let names = Names { worlds };
         let mut plan = Self {
             floor: Floor {
@@ -47,19 +51,51 @@ impl Plan {
                 plan.floor.spots.push(Spot { name, kind });
             }
         }
+        plan.join(worlds, names, same).map_err(|mistake| (None, mistake))?;
         for (index, (_, world)) in worlds.iter().enumerate() {
-            plan.connect(index, world, names).map_err(|mistake| (index, mistake))?;
+            plan.connect(index, world, names).map_err(|mistake| (Some(index), mistake))?;
         }
         let mut place = 0;
         for (index, (_, world)) in worlds.iter().enumerate() {
             for (number, declared) in world.places.iter().enumerate() {
-                let added = declared.piece.map_or(Ok(()), |piece| plan.floor.add(piece, place));
-                let added = at("piece", added.map_err(|refusal| Mistake::new(refusal.at_start())));
-                at("places", at(number, added)).map_err(|mistake| (index, mistake))?;
+                for piece in [declared.piece, declared.content].into_iter().flatten() {
+                    let added = plan.floor.add(piece, place);
+                    let added = added.map_err(|refusal| Mistake::new(refusal.at_start()));
+                    at("places", at(number, at("piece", added)))
+                        .map_err(|mistake| (Some(index), mistake))?;
+                }
                 place += 1;
             }
         }
         Ok(plan)
+    }
+
+    /// Makes places the same.
+    fn join(
+        &mut self,
+        worlds: &[(&str, &World)],
+        names: Names<'_>,
+        same: &[[String; 2]],
+    ) -> Result<(), Mistake> {
+        let pieces = worlds.iter().flat_map(|(_, world)| &world.places);
+        let is_empty: Vec<bool> = pieces.map(|place| place.piece.is_none()).collect();
+        let mut replaced = Vec::new();
+        for (number, pair) in same.iter().enumerate() {
+            let find = |which: usize| {
+                at("same_places", at(number, at(which, names.find(0, &pair[which]))))
+            };
+            let (first, second) = (find(0)?, find(1)?);
+            let is_free = matches!(self.floor.spots[first].kind, SpotKind::Fixed(place) if place == first)
+                && is_empty[first]
+                && first != second
+                && !replaced.contains(&second);
+            let reason = "expected first a place that does not move and has nothing at the start";
+            let checked = if is_free { Ok(()) } else { Err(Mistake::new(reason)) };
+            at("same_places", at(number, checked))?;
+            self.floor.spots[first].kind = self.floor.spots[second].kind;
+            replaced.push(first);
+        }
+        Ok(())
     }
 
     /// What a place of this world is on. Belts and seats are noted when their first place comes.
