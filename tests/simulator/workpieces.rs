@@ -92,6 +92,42 @@ fn a_workpiece_jams_where_there_is_no_room_and_it_is_told_once() {
 }
 
 #[test]
+fn an_ejector_needs_its_valve_and_its_compressor() {
+    let mut line = Program::shipped("sorting_line");
+    assert!(line.put(Piece::Red, "red_ejector"));
+    for (valve, compressor, is_ejected) in
+        [(true, false, false), (false, true, false), (true, true, true)]
+    {
+        line.set(Output::O6, valve);
+        line.set(Output::O8, compressor);
+        line.wait(100);
+        assert_eq!(line.at("red_storage").is_some(), is_ejected, "{valve} {compressor}");
+    }
+    assert_eq!(line.at("red_ejector"), None);
+}
+
+#[test]
+fn a_script_that_puts_a_workpiece_where_there_is_no_room_is_told() {
+    let mut line = Program::shipped("sorting_line");
+    assert!(line.put(Piece::Blue, "entry"));
+    line.wait(2010);
+    let told = "the white workpiece can't be put in: entry can't take it";
+    assert_eq!(line.world().mishaps(), [told]);
+    assert_eq!(line.machine.world_mut().unwrap().take("entry"), Some(Piece::Blue));
+    assert_eq!((line.at("entry"), line.world().fallen()), (None, 0));
+}
+
+#[test]
+fn what_a_place_has_at_the_start_and_who_looks_at_it_can_be_asked_for() {
+    let warehouse = Program::shipped("high_bay_warehouse");
+    let world = warehouse.world();
+    assert_eq!(world.places().len(), 11);
+    assert_eq!(world.pieces().len(), 9 + 6);
+    assert_eq!(world.place_seen(0, Input::I4).as_deref(), Some("belt_inside"));
+    assert_eq!((world.place_seen(0, Input::I5), world.place_seen(1, Input::I4)), (None, None));
+}
+
+#[test]
 fn workpieces_on_a_belt_keep_their_distance() {
     let mut line = Program::shipped("sorting_line");
     line.turn(Motor::M1, Turn::Right);

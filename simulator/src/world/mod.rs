@@ -48,6 +48,15 @@
 //!   synchronised with it stops after a few pulses. The machine's
 //!   [oddities](super::Machine::oddities) report a command that needs its count.
 //!
+//! # Workpieces
+//!
+//! A world may have [places](Place), and [belts](Belt), [ejectors](Ejector) and [grippers](Gripper) that
+//! carry [workpieces](Piece) between them. Light barriers and colour sensors see them. A [`Factory`] has
+//! several controllers that share the workpieces.
+//! [`docs/worlds.md`](https://docs.rs/ft-transfer-area/latest/ft_transfer_area/guide/worlds/) describes these parts.
+//!
+//! # What is assumed
+//!
 //! How the real controller brakes, and how strongly it slows a motor down, is not described anywhere;
 //! the figures are assumed.
 
