@@ -271,11 +271,12 @@ mod tests {
     fn headers_are_found_as_programs_spell_them() {
         let a = "#include \"ROBO_TX_PRG.H\"\n#include \"../../Common/robo_tx_fw.h\"\n#include <Math.h>\n";
         let b = "#include \"ROBO_TX_PRG.h\"\n#include <math.h>\n#include <lib/common.h>\n";
-        let made = made(Kind::Downloaded, &[("a.c", a), ("b.c", b)]);
+        // `math.h` is not the program's own header, though Windows would take that.
+        let made = made(Kind::Downloaded, &[("a.c", a), ("b.c", b), ("inc/Math.h", "")]);
         let expected = [
             "#include \"OURS/ROBO_TX_PRG.h\"",
             "#include \"OURS/ROBO_TX_FW.h\"",
-            "#include <Math.h>",
+            "#include \"PROGRAM/inc/Math.h\"",
         ];
         assert_eq!(made.copy("a.c").unwrap(), expected);
         assert_eq!(made.copy("b.c"), None);

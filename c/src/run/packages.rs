@@ -1,5 +1,7 @@
 //! Where libraries come from that programs use.
 
+use std::path::Path;
+
 /// A library, the beginning of the names of its headers, and its package in Debian. A name that ends with `*` is
 /// the beginning of several. The first that fits counts.
 const PACKAGES: &[(&str, &str, &str)] = &[
@@ -49,6 +51,9 @@ fn of_header(name: &str) -> Option<&'static str> {
     PACKAGES.iter().find(|(_, header, _)| name.starts_with(header)).map(|(.., package)| *package)
 }
 
+/// Folders in which Debian puts headers, and in which no compiler looks by itself.
+const FOLDERS: [&str; 2] = ["/usr/include/jsoncpp", "/usr/include/opencv4"];
+
 /// What to do about libraries that a linker has not found, as far as it has said so; empty when that was none.
 pub(crate) fn advice_for_libraries<'a>(
     said: &str,
@@ -90,9 +95,12 @@ pub(crate) fn advice_for_header(said: &str) -> String {
     // Colours come between the words.
     let header =
         header.map(|header| header.trim_start_matches(|first: char| !first.is_alphanumeric()));
-    match header.and_then(|header| Some((header, of_header(header)?))) {
-        Some((header, package)) => format!("; {header} is in Debian's package {package}"),
-        None => String::new(),
+    let Some(header) = header else { return String::new() };
+    let is_there = |folder: &&str| Path::new(folder).join(header).is_file();
+    match (FOLDERS.into_iter().find(is_there), of_header(header)) {
+        (Some(folder), _) => format!("; {header} is found with -I {folder}"),
+        (None, Some(package)) => format!("; {header} is in Debian's package {package}"),
+        (None, None) => String::new(),
     }
 }
 
@@ -121,8 +129,8 @@ mod tests {
 
     #[test]
     fn the_package_of_a_header_that_is_missing_is_named() {
-        let gcc = "a.cpp:3:10: fatal error: json/json.h: No such file or directory\n";
-        assert_eq!(advice_for_header(gcc), "; json/json.h is in Debian's package libjsoncpp-dev");
+        let gcc = "a.cpp:3:10: fatal error: json/no.h: No such file or directory\n";
+        assert_eq!(advice_for_header(gcc), "; json/no.h is in Debian's package libjsoncpp-dev");
         let clang = "a.cpp:1:10: fatal error: 'MQTTClient.h' file not found\n";
         assert_eq!(
             advice_for_header(clang),
