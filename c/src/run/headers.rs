@@ -99,7 +99,9 @@ impl Headers {
             |ours: &Path| ours.file_name().is_some_and(|file| *include.written == *file);
         match (&include.own, ours) {
             (Some(own), Some(ours)) if self.replaces(own, &name) => {
-                let passed_over = Some(own.file.clone());
+                // A program may name our own folders.
+                let is_same = fs::read(&own.file).ok() == fs::read(&ours).ok();
+                let passed_over = (!is_same).then(|| own.file.clone());
                 Meaning::Ours { is_found: !own.is_beside && is_literal(&ours), ours, passed_over }
             }
             (Some(own), _) => {
