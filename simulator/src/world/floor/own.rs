@@ -110,7 +110,7 @@ impl Floor {
     }
 }
 
-/// Where a workpiece is. Names are those of the world; in a [`Factory`](super::Factory) the name of the
+/// Where a workpiece is. Names are those of the world; in a [`Factory`](crate::world::Factory) the name of the
 /// controller and a dot come before them.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -136,7 +136,7 @@ pub enum Whereabouts {
 
 impl WorldState {
     /// The workpieces and containers, with where they are. Those that have fallen are left out. In a
-    /// [`Factory`](super::Factory) these are the pieces of all controllers.
+    /// [`Factory`](crate::world::Factory) these are the pieces of all controllers.
     ///
     /// ```
     /// use ft_transfer_area_simulator::world::{Piece, Place, Whereabouts, World};

@@ -181,3 +181,22 @@ impl Floor {
         free
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::floor::Plan;
+    use crate::world::{Place, World};
+
+    #[test]
+    fn fallen_pieces_need_no_memory() {
+        let world = World::new().with_place(Place::new("table"));
+        let mut floor = Plan::of(&[("", &world)], &[]).unwrap().floor;
+        for fallen in 1..=100 {
+            floor.add(Piece::Red, 0).unwrap();
+            assert_eq!(floor.add(Piece::Blue, 0), Err(Refusal::Taken));
+            floor.fall(0);
+            assert_eq!((floor.pieces.len(), floor.fallen), (1, fallen));
+        }
+    }
+}
