@@ -134,8 +134,9 @@ impl WorldState {
         self.boards.get(controller)?.inputs.get(&input)
     }
 
-    /// The motor whose slide presses the switch that is plugged in here, or is seen by the sensor.
-    /// The next step replaces what a program sets there.
+    /// The motor whose slide presses the switch that is plugged in here, or is seen by the sensor. A
+    /// switch along a travel may be pressed by a motor of another controller of the same TXT. The next
+    /// step replaces what a program sets there.
     ///
     /// ```
     /// use ft_transfer_area_simulator::world::World;
