@@ -39,7 +39,7 @@ pub(crate) fn run(
 /// Has the program ended when nobody is left who would: `tx_run` was killed. Other systems than Linux have
 /// no such request.
 #[cfg(target_os = "linux")]
-fn end_with_this_process(command: &mut Command) {
+pub(crate) fn end_with_this_process(command: &mut Command) {
     use std::os::unix::process::CommandExt;
     // SAFETY: between fork and exec it makes one system call, which takes no pointers.
     unsafe {
@@ -51,7 +51,7 @@ fn end_with_this_process(command: &mut Command) {
 }
 
 #[cfg(not(target_os = "linux"))]
-fn end_with_this_process(_: &mut Command) {}
+pub(crate) fn end_with_this_process(_: &mut Command) {}
 
 /// Says how the program has ended, unless it has said so itself.
 fn tell(name: &str, entry: Entry, status: ExitStatus) -> ExitCode {

@@ -18,6 +18,7 @@ mod link;
 mod options;
 mod packages;
 mod program;
+mod show;
 mod signals;
 mod sources;
 mod symbols;

@@ -18,6 +18,7 @@ sources that lie directly in it, without those in the folders below it.
   --world WORLD  without a host: what is plugged into the simulated TXT. none, a world that comes with it
                  (car, default, everything, high_bay_warehouse, kit, processing_station, slide, sorting_line),
                  or the path of a .toml file
+  --show         without a host: show the world on a page in the browser, and press its buttons there
   -I FOLDER      look for headers in this folder, too
   -D NAME[=TEXT] define a name in all sources
   -std=STANDARD  such as c++17 for the sources in C++, or c11 for those in C
@@ -47,6 +48,7 @@ pub(crate) struct Options {
     pub(crate) libraries: Vec<OsString>,
     pub(crate) host: Option<String>,
     pub(crate) world: Option<OsString>,
+    pub(crate) show: bool,
     pub(crate) arguments: Vec<OsString>,
 }
 
@@ -65,6 +67,7 @@ impl Options {
             match argument {
                 Short('h') | Long("help") => return Ok(None),
                 Long("host") => options.host = Some(parser.value()?.string()?),
+                Long("show") => options.show = true,
                 Long("world") => options.world = Some(parser.value()?),
                 Short('I') => options.include_folders.push(parser.value()?.into()),
                 Short('D') => options.definitions.push(parser.value()?),
@@ -84,6 +87,12 @@ impl Options {
         }
         if options.host.is_some() && options.world.is_some() {
             return Err("a world is for the simulated TXT, and a host is another one".into());
+        }
+        if options.host.is_some() && options.show {
+            return Err(
+                "only the world of the simulated TXT can be shown, and a host is another one"
+                    .into(),
+            );
         }
         Ok(Some(options))
     }
@@ -127,6 +136,7 @@ mod tests {
             ..Options::default()
         };
         assert_eq!(options, Ok(Some(expected)));
+        assert!(parse(&["a.c", "--show"]).unwrap().unwrap().show);
         assert_eq!(parse(&["--help"]), Ok(None));
     }
 
@@ -151,6 +161,7 @@ mod tests {
         assert!(parse(&[]).unwrap_err().contains("no source"));
         assert!(parse(&["a.c", "--wrld", "car"]).unwrap_err().contains("--wrld"));
         assert!(parse(&["a.c", "--host", "h", "--world", "car"]).unwrap_err().contains("world"));
+        assert!(parse(&["a.c", "--host", "h", "--show"]).unwrap_err().contains("shown"));
         for option in ["-O2", "-Wall", "-s", "-std", "-std=", "-static"] {
             let sentence = parse(&["a.c", option]).unwrap_err();
             assert!(sentence.contains(option) && sentence.contains("CFLAGS"), "{sentence}");

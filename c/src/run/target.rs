@@ -7,12 +7,21 @@ use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::options::Options;
+use crate::show::Shown;
 use crate::Sentence;
 
 /// Where the program runs.
 pub(crate) enum Target {
     Host(String),
-    Simulated { txt: SimulatedTxt, world: String },
+    Simulated {
+        txt: SimulatedTxt,
+        world: String,
+    },
+    /// The same in another process, with a page.
+    Shown {
+        txt: Shown,
+        world: String,
+    },
 }
 
 impl Target {
@@ -21,6 +30,10 @@ impl Target {
             return Ok(Self::Host(host.clone()));
         }
         let name = options.world.as_deref().unwrap_or(OsStr::new("default"));
+        if options.show {
+            let txt = Shown::start(name)?;
+            return Ok(Self::Shown { txt, world: name.to_string_lossy().into_owned() });
+        }
         let builder = SimulatedTxt::builder();
         let builder = match read_world(name)? {
             Some(world) => builder.world(world),
@@ -34,6 +47,7 @@ impl Target {
         match self {
             Self::Host(host) => host.clone(),
             Self::Simulated { txt, .. } => txt.address().to_string(),
+            Self::Shown { txt, .. } => txt.address.clone(),
         }
     }
 
@@ -44,6 +58,9 @@ impl Target {
             Self::Host(host) => format!("the TXT at {host}"),
             Self::Simulated { txt, world } => {
                 format!("a simulated TXT at {} with the world {world}", txt.address())
+            }
+            Self::Shown { txt, world } => {
+                format!("a simulated TXT at {} with the world {world}", txt.address)
             }
         }
     }

@@ -1,0 +1,69 @@
+//! A simulated TXT whose world is shown on a page: the program `txt`, beside this one or where the system finds it.
+
+use std::env;
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader, ErrorKind};
+use std::process::{Child, Command, Stdio};
+
+use crate::{say, Sentence};
+
+/// A running `txt simulate --show`. It ends with this value.
+pub(crate) struct Shown {
+    process: Child,
+    /// Of its main port.
+    pub(crate) address: String,
+}
+
+impl Shown {
+    pub(crate) fn start(world: &OsStr) -> Result<Self, Sentence> {
+        let beside =
+            env::current_exe()?.with_file_name("txt").with_extension(env::consts::EXE_EXTENSION);
+        let program = if beside.is_file() { beside } else { "txt".into() };
+        let mut command = Command::new(program);
+        command.args(["simulate", "--port", "0", "--show", "--world"]).arg(world);
+        command.stdin(Stdio::null()).stdout(Stdio::piped());
+        in_a_group_of_its_own(&mut command);
+        let process = command.spawn().map_err(|error| match error.kind() {
+            ErrorKind::NotFound => String::from(
+                "--show needs the program txt, and it is neither beside tx_run nor on the PATH; build it with \
+                 cargo build --release --package txt-tools",
+            ),
+            _ => format!("txt can't be started: {error}"),
+        })?;
+        let mut shown = Self { process, address: String::new() };
+        let out = shown.process.stdout.take().map(BufReader::new);
+        for line in out.into_iter().flat_map(BufRead::lines).map_while(Result::ok) {
+            if let Some(address) = line.strip_prefix("main ") {
+                shown.address = address.to_owned();
+            } else if let Some(page) = line.strip_prefix("page ") {
+                say(&format!("the world is shown at {page}"));
+                return Ok(shown);
+            }
+        }
+        // It has said why.
+        Err("txt shows no world".into())
+    }
+}
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Ctrl-C in the terminal is for the C program, which then still has to stop its motors.
+#[cfg(unix)]
+fn in_a_group_of_its_own(command: &mut Command) {
+    use std::os::unix::process::CommandExt;
+    command.process_group(0);
+    crate::child::end_with_this_process(command);
+}
+
+#[cfg(windows)]
+fn in_a_group_of_its_own(command: &mut Command) {
+    use std::os::windows::process::CommandExt;
+    const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
+    command.creation_flags(CREATE_NEW_PROCESS_GROUP);
+}
