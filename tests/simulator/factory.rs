@@ -142,7 +142,7 @@ fn a_workpiece_runs_from_the_belt_of_one_controller_onto_that_of_another() {
     let jam = "the blue workpiece jams on the belt of processing.M3: processing.exit can't take it";
     assert_eq!(processing.world().mishaps(), [jam]);
     sorting.turn(Motor::M1, Turn::Right);
-    sorting.wait(600);
+    sorting.wait(1000);
     processing.wait(100);
     assert_eq!(sorting.at("sorting.entry"), Some(Piece::Blue));
     assert_eq!(processing.world().mishaps(), [jam]);
