@@ -2,6 +2,7 @@
 #![cfg(unix)]
 
 mod checks;
+mod factory;
 mod picture;
 #[path = "../../ports/mod.rs"]
 mod ports;
@@ -220,6 +221,16 @@ fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
         (&["--name", "Schülerin Käthe"], 2, "at most 16 bytes are expected, and this has 17"),
         (&["--port", "65536"], 2, "a port from 0 to 65535"),
         (&["--port", "65535"], 1, "the main port is 65535, but has to be 0 to 65533"),
+        (
+            &["--world", "factory", "--name", "x"],
+            1,
+            "--name is for one controller, and this world has 4",
+        ),
+        (
+            &["--world", "factory", "--port", "65530"],
+            1,
+            "the main port of the first controller is 65530, but has to be 0 to 65524",
+        ),
     ] {
         let output = output_in_time(simulate().args(options));
         assert_eq!(output.status.code(), Some(status), "{options:?}");
