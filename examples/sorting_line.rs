@@ -25,7 +25,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::{FishX1Transfer, InputMode, DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output};
 use ft_transfer_area::{Error, TransferAreaComHandler};
-use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::world::{Piece, Script, ScriptEvent, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Without a disc the colour sensor measures more, in mV.
@@ -164,6 +164,10 @@ fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simul
         return Ok((address, None));
     }
     println!("No address is given, so this is a simulated sorting line. It gets three discs.");
-    let txt = SimulatedTxt::builder().world(World::shipped("sorting_line")?).start()?;
+    let discs = [(1.0, Piece::White), (6.0, Piece::Red), (12.0, Piece::Blue)];
+    let put = |script: Script, (at, disc)| script.with_event(ScriptEvent::put(at, disc, "entry"));
+    let script = discs.into_iter().fold(Script::default(), put);
+    let world = World::shipped("sorting_line")?.with_script(script);
+    let txt = SimulatedTxt::builder().world(world).start()?;
     Ok((txt.address().to_string(), Some(txt)))
 }

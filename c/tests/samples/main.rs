@@ -1,6 +1,7 @@
 //! The samples in `c/examples`: compiled and run with the commands in their first lines, and checked by what
 //! the simulated TXT saw. Without a compiler for C and C++ they are skipped.
 
+mod factory;
 mod run;
 
 use run::{arguments, compilers, run, text, tx_run, Run};

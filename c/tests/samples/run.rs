@@ -13,7 +13,7 @@ use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
-const DEADLINE: Duration = Duration::from_secs(120);
+pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
 
 /// What one controller got and answered in one exchange.
 #[derive(Clone)]
@@ -61,9 +61,15 @@ pub(crate) fn arguments(sample: &str) -> Vec<String> {
 
 /// `tx_run`, in the folder from which the commands are given.
 pub(crate) fn tx_run(arguments: &[String]) -> Output {
+    tx_run_with(arguments, &[])
+}
+
+/// The same with these environment variables.
+pub(crate) fn tx_run_with(arguments: &[String], variables: &[(&str, String)]) -> Output {
     let begin = Instant::now();
     let mut child = Command::new(env!("CARGO_BIN_EXE_tx_run"))
         .args(arguments)
+        .envs(variables.iter().map(|(name, value)| (name, value)))
         .current_dir(root())
         // Not with what this machine's user has compiled.
         .env("XDG_CACHE_HOME", Path::new(env!("CARGO_TARGET_TMPDIR")).join("cache"))

@@ -1,10 +1,12 @@
-//! The picture of the README: `UPDATE_PICTURE=1 cargo test -p txt-tools --test browser picture`.
+//! The pictures of the documents: `UPDATE_PICTURE=1 cargo test -p txt-tools --test browser picture`.
 
 use std::env;
 use std::fs;
 use std::path::Path;
 
 use anyhow::{ensure, Result};
+use fantoccini::Locator;
+use ft_transfer_area::TransferAreaComHandler;
 use serde_json::json;
 
 use crate::driver::browse;
@@ -24,11 +26,36 @@ fn the_picture_shows_a_machine_that_moves() -> Result<()> {
         page.resize(1440, 926).await?;
         page.wait_for_text("#role", "You drive").await?;
         move_the_machine(&page).await?;
-        let picture = client.screenshot().await?;
-        ensure!(picture.len() < BYTES_MAX, "the picture has {} bytes", picture.len());
-        fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/panel.png"), picture)?;
-        Ok(())
+        save("panel.png", &client.screenshot().await?)
     })
+}
+
+#[test]
+fn the_picture_shows_discs_on_a_belt() -> Result<()> {
+    if env::var_os("UPDATE_PICTURE").is_none() {
+        return Ok(());
+    }
+    browse(|client| async move {
+        let (panel, address) = Panel::shown("sorting_line")?;
+        let handler = TransferAreaComHandler::builder(&*address).build()?;
+        handler.begin_transfer()?;
+        let page = Page::open(&client, &panel).await?;
+        page.prefer("light").await?;
+        page.resize(1000, 1400).await?;
+        for (colour, place) in [(1, "white_storage"), (3, "blue_storage"), (2, "colour_sensor")] {
+            page.click(&format!(".floor .chip:nth-child({colour})")).await?;
+            page.click(&format!("[aria-label='{place}: empty']")).await?;
+            page.wait_for(&format!(".place:not([aria-label='{place}: empty'])")).await?;
+        }
+        let floor = client.find(Locator::Css(".floor")).await?;
+        save("sorting_line.png", &floor.screenshot().await?)
+    })
+}
+
+fn save(name: &str, picture: &[u8]) -> Result<()> {
+    ensure!(picture.len() < BYTES_MAX, "the picture has {} bytes", picture.len());
+    fs::write(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs").join(name), picture)?;
+    Ok(())
 }
 
 /// Something for each line to show, for ten seconds.
