@@ -109,6 +109,8 @@ int main(int argc, char **argv)
         messages.tell("ready");
         for (int workpiece = 0; workpiece < workpieces; workpiece++) {
             wait_for("a workpiece is put on the feeder", 600, [&] { return station.has_workpiece(); });
+            // Who puts it there needs a moment to let go of it.
+            pause(3000);
             messages.tell("burns");
             station.burn();
             station.carry_to_table();

@@ -59,8 +59,11 @@ fn has_library() -> bool {
     compiler.output().is_ok_and(|output| output.status.success())
 }
 
+/// All places, each with what lies there.
+type Places = Vec<(String, Option<Piece>)>;
+
 /// Runs a station with these arguments on its world: what it has said, and what lies where.
-fn drive(station: &str, arguments: &[&str]) -> Option<(String, Vec<(String, Option<Piece>)>)> {
+fn drive(station: &str, arguments: &[&str]) -> Option<(String, Places)> {
     let broker = Broker::start().filter(|_| compilers() && has_library());
     let Some(broker) = broker else {
         // A test's own print would only be shown if it fails.
