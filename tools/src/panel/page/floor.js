@@ -7,6 +7,8 @@ import { t } from "./words.js";
 const PIECES = ["white", "red", "blue", "container"];
 /** A disc's diameter in mm. */
 const DISC = 27;
+/** So many pixels for each mm of a belt. */
+const SCALE = 2.4;
 
 /** A belt from above, in mm. */
 class Belt {
@@ -15,7 +17,7 @@ class Belt {
     // Names in two rows, because places may be near each other.
     const marks = places.map(({ name, mm }, index) => svg("g", {}, svg("rect", { class: "mark", x: mm - 1, y: -3, width: 2, height: 46 }),
       svg("text", { x: mm, y: index % 2 ? 62 : 52, "text-anchor": "middle" }, name)));
-    this.drawing = svg("svg", { class: "belt", viewBox: `-6 -6 ${length + 12} 72`, role: "img", "aria-label": t("beltOf", { name: motor }) },
+    this.drawing = svg("svg", { class: "belt", viewBox: `-6 -6 ${length + 12} 72`, width: SCALE * (length + 12), role: "img", "aria-label": t("beltOf", { name: motor }) },
       svg("rect", { class: "bed", x: 0, y: 0, width: length, height: 40, rx: 8 }), marks, this.discs);
     this.element = h("li", {}, h("span", { class: "label" }, motor), this.drawing);
   }
