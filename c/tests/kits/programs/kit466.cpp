@@ -47,9 +47,11 @@ static int commands(ftIF2013TransferAreaComHandlerEx *com)
 {
     FISH_X1_TRANSFER &area = TransArea[LOCAL_IO];
     for (int i = 0; i < 6; i++) {
-        // A flag of the round before that comes back would end this one at once.
+        // A flag of the round before that comes back would end this one at once; 20 pulses take 0.1 s. The flag
+        // may come a moment before the id.
+        const auto begin = chrono::steady_clock::now();
         turn(0, 20, i % 2 != 0);
-        if (area.ftX1in.motor_ex_cmd_id[0] != area.ftX1out.motor_ex_cmd_id[0]) return 10;
+        if (chrono::steady_clock::now() - begin < chrono::milliseconds(50)) return 10;
         area.ftX1in.cnt_resetted[1] = 0;
         area.ftX1out.cnt_reset_cmd_id[1]++;
         while (!area.ftX1in.cnt_resetted[1]) pause_ms(10);
