@@ -52,7 +52,7 @@ pub(crate) fn link(
     }
     command.args(["-lm", "-lpthread", "-o"]).arg(path);
     let output = signals::output_of(&mut command)?;
-    signals::check()?;
+    signals::check("the program was compiled")?;
     // There is nobody left to be told when the terminal is gone.
     let _ = std::io::stderr().write_all(&output.stderr);
     if output.status.success() {

@@ -5,7 +5,7 @@ use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, ErrorKind};
 use std::process::{Child, Command, Stdio};
 
-use crate::{say, Sentence};
+use crate::{say, signals, Sentence};
 
 /// A running `txt simulate --show`. It ends with this value.
 pub(crate) struct Shown {
@@ -31,17 +31,27 @@ impl Shown {
             _ => format!("txt can't be started: {error}"),
         })?;
         let mut shown = Self { process, address: String::new() };
-        let out = shown.process.stdout.take().map(BufReader::new);
-        for line in out.into_iter().flat_map(BufRead::lines).map_while(Result::ok) {
+        // Without the program of the user there is nothing else to end.
+        let id = signals::pass_on_to(&shown.process);
+        let page = shown.wait_for_page();
+        signals::stop_passing_on(id);
+        signals::check("the world was opened")?;
+        // Without a page it has said why.
+        say(&format!("the world is shown at {}", page.ok_or("txt shows no world")?));
+        Ok(shown)
+    }
+
+    /// Reads the lines before the page's: with the address.
+    fn wait_for_page(&mut self) -> Option<String> {
+        let out = BufReader::new(self.process.stdout.take()?);
+        for line in out.lines().map_while(Result::ok) {
             if let Some(address) = line.strip_prefix("main ") {
-                shown.address = address.to_owned();
+                self.address = address.to_owned();
             } else if let Some(page) = line.strip_prefix("page ") {
-                say(&format!("the world is shown at {page}"));
-                return Ok(shown);
+                return Some(page.to_owned());
             }
         }
-        // It has said why.
-        Err("txt shows no world".into())
+        None
     }
 }
 

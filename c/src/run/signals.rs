@@ -15,10 +15,10 @@ pub(crate) use unix::{name_in, pass_on_to, stop_passing_on, take_up, words_of};
 #[cfg(not(unix))]
 pub(crate) use windows::{name_in, pass_on_to, stop_passing_on, take_up, words_of};
 
-/// An error when a signal has come: then what a compiler says is not about the program.
-pub(crate) fn check() -> Result<(), Sentence> {
+/// An error when a signal has come while this was done: then what a child says is not about the program.
+pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
     match came() {
-        Some(signal) => Err(format!("ended by {signal} while the program was compiled").into()),
+        Some(signal) => Err(format!("ended by {signal} while {what_was_done}").into()),
         None => Ok(()),
     }
 }

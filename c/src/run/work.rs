@@ -59,7 +59,7 @@ pub(crate) fn compile_all(
         }
         work();
     });
-    signals::check()?;
+    signals::check("the program was compiled")?;
     let mut failures = failures.into_inner().unwrap_or_else(|it| it.into_inner());
     failures.sort();
     let sentences: Vec<String> = failures.into_iter().map(|(_, sentence)| sentence).collect();

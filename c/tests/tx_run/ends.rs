@@ -1,9 +1,15 @@
 //! How programs end, and what they leave behind.
 
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::Command;
+
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use crate::support::{has_compiler, run_on, txt, wait_for, Ended, Run};
+use crate::support::{cache, has_compiler, program, run_on, txt, wait_for, wait_until, Ended, Run};
 
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
 fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {
@@ -197,4 +203,31 @@ fn a_controller_that_goes_away_ends_the_program() {
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     drop(txt);
     run.end().badly("the exchange has ended: ");
+}
+
+#[test]
+fn ctrl_c_ends_a_program_whose_world_is_still_being_opened() {
+    if !has_compiler() {
+        return;
+    }
+    // A program `txt` that opens its world for ever is found beside `tx_run`.
+    let tx_run = Path::new(env!("CARGO_BIN_EXE_tx_run"));
+    let name = format!("{DLL_PREFIX}ftMscLib{DLL_SUFFIX}");
+    let library = tx_run.with_file_name("deps").join(&name);
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    fs::hard_link(tx_run, folder.path().join("tx_run")).unwrap();
+    fs::hard_link(library, folder.path().join(&name)).unwrap();
+    let (txt, opens) = (folder.path().join("txt"), folder.path().join("opens"));
+    fs::write(&txt, format!("#!/bin/sh\n: > '{}'\nexec sleep 1000\n", opens.display())).unwrap();
+    fs::set_permissions(&txt, Permissions::from_mode(0o755)).unwrap();
+    let mut command = Command::new(folder.path().join("tx_run"));
+    command
+        .env("XDG_CACHE_HOME", cache())
+        .arg(program("pc.c"))
+        .args(["--world", "slide", "--show"]);
+    let run = Run::start(&mut command);
+    wait_until("the world is being opened", || opens.exists());
+    run.signal(libc::SIGINT);
+    let ended = run.end();
+    ended.badly("ended by Ctrl-C while the world was opened");
 }
