@@ -60,8 +60,9 @@ pub(crate) fn link(
     }
     let said = String::from_utf8_lossy(&output.stderr);
     let names: Vec<String> = libraries.iter().filter_map(|word| library_name(word)).collect();
-    let advice = packages::advice_for_libraries(&said, names.iter().map(String::as_str));
-    Err(format!("the program can't be linked{advice}").into())
+    let libraries = packages::advice_for_libraries(&said, names.iter().map(String::as_str));
+    let advice = packages::advice_for_names(&said, &names);
+    Err(format!("the program can't be linked{libraries}{advice}").into())
 }
 
 fn joined(option: &str, value: &OsStr) -> OsString {

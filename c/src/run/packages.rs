@@ -28,6 +28,23 @@ const PACKAGES: &[(&str, &str, &str)] = &[
     ("boost_*", "boost/", "libboost-all-dev"),
 ];
 
+/// How names begin that are in a library.
+const NAMES: &[(&str, &str)] = &[
+    ("Json::", "jsoncpp"),
+    ("spdlog::", "spdlog"),
+    ("fmt::", "fmt"),
+    ("mqtt::", "paho-mqttpp3"),
+    ("MQTTAsync_", "paho-mqtt3as"),
+    ("MQTTClient_", "paho-mqtt3cs"),
+    ("cv::", "opencv_core"),
+    ("nfc_", "nfc"),
+    ("freefare_", "freefare"),
+    ("mosquitto_", "mosquitto"),
+    ("sqlite3_", "sqlite3"),
+    ("curl_", "curl"),
+    ("libusb_", "usb-1.0"),
+];
+
 /// Libraries of the kits and of Windows in place of which programs are linked to ftMscLib.
 const REPLACED: &[&str] =
     &["KeLibTxt", "MotorIOLib", "ROBOProLib", "ftMscLib", "ftMscLibEx", "winmm", "ws2_32"];
@@ -69,6 +86,27 @@ pub(crate) fn advice_for_libraries<'a>(
         }
     }
     advice
+}
+
+/// Which libraries have names that a linker has not found, without those that it was given.
+pub(crate) fn advice_for_names(said: &str, given: &[String]) -> String {
+    let missing: Vec<&str> = said.lines().filter_map(missing_name).collect();
+    let is_missing = |beginning: &str| missing.iter().any(|name| name.starts_with(beginning));
+    let lacks = |library: &str| !given.iter().any(|name| name == library);
+    let found = NAMES.iter().filter(|(beginning, library)| lacks(library) && is_missing(beginning));
+    found
+        .map(|(beginning, library)| format!("; {beginning} is in a library: add -l {library}"))
+        .collect()
+}
+
+/// What is called but not there, in a line of a linker. Of `vtable for a::B` and of `int a::b<int>(c::D)` it is
+/// the part that begins with `a::`.
+fn missing_name(line: &str) -> Option<&str> {
+    let gnu = line.split_once("undefined reference to `").map(|(_, name)| name);
+    let lld = || line.split_once("undefined symbol: ").map(|(_, name)| name);
+    let apple = || line.strip_suffix(", referenced from:")?.trim_start().strip_prefix('"');
+    let whole = gnu.or_else(lld).or_else(apple)?;
+    whole.split(['(', '<', '\'', '"']).next()?.split(' ').next_back()
 }
 
 /// Whether a linker says that it has not found a library. All of them name it as it was given, or in quotes.
@@ -125,6 +163,20 @@ mod tests {
         {
             assert_eq!(of_library(library), Some(package));
         }
+    }
+
+    #[test]
+    fn the_library_of_names_that_are_missing_is_named() {
+        let gnu = "/usr/bin/ld: a.o: in function `cv::f()':\na.cpp:1: undefined reference to `vtable for fmt::v9::A'\n\
+                   a.cpp:2: undefined reference to `Json::Value::Value(int)'\n\
+                   a.cpp:3: undefined reference to `own::call(mqtt::client&)'\n";
+        let advice = advice_for_names(gnu, &[String::from("jsoncpp")]);
+        assert_eq!(advice, "; fmt:: is in a library: add -l fmt");
+        let lld = "ld.lld: error: undefined symbol: char fmt::v9::point<char>(int)\n";
+        assert_eq!(advice_for_names(lld, &[]), advice);
+        let apple =
+            "Undefined symbols:\n  \"fmt::v9::f()\", referenced from:\n      own::g() in a.o\n";
+        assert_eq!(advice_for_names(apple, &[]), advice);
     }
 
     #[test]

@@ -257,6 +257,8 @@ fn what_is_missing_is_named_with_its_package() {
     assert!(ended.err.contains("; the library of_nowhere is missing\n"), "{}", ended.err);
     write(line.path(), "b.cpp", "#include <spdlog/of_nowhere.h>\nint main() { return 0; }\n");
     run(&["b.cpp"]).badly("spdlog/of_nowhere.h is in Debian's package libspdlog-dev");
+    write(line.path(), "c.cpp", "namespace fmt { void f(); }\nint main() { fmt::f(); }\n");
+    run(&["c.cpp"]).badly("can't be linked; fmt:: is in a library: add -l fmt");
     run(&["lib/io", "nothing.o"]).badly("nothing.o can't be read");
     run(&["lib/io", "nothing"]).badly("there is no folder nothing");
     run(&["inc"]).badly("there is no source in inc");
