@@ -150,6 +150,9 @@ fn wrong_lines_are_answered_and_change_nothing() {
         ),
         ("PUT red exit", "there is no room for it at exit"),
         ("PUT red bin", "there is no place \"bin\"; there are exit, seat, table, storage"),
+        ("TAKE red exit", "TAKE wants a place, not \"red exit\""),
+        ("TAKE seat", "there is nothing at seat"),
+        ("TAKE bin", "there is no place \"bin\"; there are exit, seat, table, storage"),
     ] {
         let mut machine = everything();
         assert_eq!(carry_out(line, &mut machine), Err(String::from(answer)), "{line}");
@@ -186,5 +189,8 @@ fn the_help_lists_lines_that_work() {
     assert_eq!(machine.i2c_device(24)[63], 7);
     let seat = machine.world().unwrap().places().swap_remove(1);
     assert_eq!(seat, (String::from("seat"), Some(Piece::Blue)));
+    assert!(typed::HELP.contains("TAKE seat"));
+    carry_out("TAKE seat", &mut machine).unwrap();
+    assert_eq!(machine.world().unwrap().places().swap_remove(1), (String::from("seat"), None));
     assert!(typed::HELP.lines().all(|line| line.len() <= 100));
 }

@@ -22,7 +22,8 @@ IR1 0 0 0 0 1 to IR4 ...         sets what an infrared remote sends: left x and 
                                  of IR1 to IR4 are off off, on off, off on, on on; without a world
                                  4 and 8 in the last number are these switches, IR0 is any remote
 I2C 24 63 7                      sets a register of an I2C device: address, register, value
-PUT blue seat                    puts a workpiece at a place: white, red, blue or container";
+PUT blue seat                    puts a workpiece at a place: white, red, blue or container
+TAKE seat                        takes away what is at a place";
 
 /// The DIP switches of a remote, in the bits that it sends.
 const DIP1: u8 = 4;
@@ -57,6 +58,8 @@ pub(crate) fn carry_out(line: &str, machine: &mut Machine) -> Result<(), String>
         machine.i2c_device(address)[usize::from(register)] = value;
     } else if target == "PUT" {
         put(machine, &values)?;
+    } else if target == "TAKE" {
+        take(machine, &values)?;
     } else if let Some(remote) = target.strip_prefix("IR") {
         let remote: usize = remote.parse().map_err(|_| unknown(&target))?;
         set_remote(&target, machine, remote, &values)?;
@@ -148,9 +151,28 @@ fn put(machine: &mut Machine, values: &[&str]) -> Result<(), String> {
     if world.put(piece, place) {
         return Ok(());
     }
+    check_place(world, place)?;
+    Err(format!("there is no room for it at {place}"))
+}
+
+/// Takes away what is at a place.
+fn take(machine: &mut Machine, values: &[&str]) -> Result<(), String> {
+    let &[place] = values else {
+        return Err(format!("TAKE wants a place, not {:?}", values.join(" ")));
+    };
+    let world = machine.world_mut().ok_or("there is no world with places")?;
+    if world.take(place).is_some() {
+        return Ok(());
+    }
+    check_place(world, place)?;
+    Err(format!("there is nothing at {place}"))
+}
+
+/// Answers a name that no place has.
+fn check_place(world: &WorldState, place: &str) -> Result<(), String> {
     let names: Vec<_> = world.places().into_iter().map(|(name, _)| name).collect();
     match names.iter().any(|name| name == place) {
-        true => Err(format!("there is no room for it at {place}")),
+        true => Ok(()),
         false if names.is_empty() => Err(String::from("this world has no places")),
         false => Err(format!("there is no place {place:?}; there are {}", names.join(", "))),
     }
