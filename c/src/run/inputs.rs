@@ -38,7 +38,8 @@ pub(crate) struct Source {
 /// What the command line names.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Inputs {
-    /// The name of the program: that of the first source or folder.
+    /// The name of the program: that of the first source or folder. A folder `src` is called like the one that it is
+    /// in.
     pub(crate) name: String,
     pub(crate) sources: Vec<Source>,
     /// Compiled files.
@@ -53,7 +54,14 @@ impl Inputs {
         for file in files {
             if file.is_dir() {
                 let sources = sources_in(file)?;
-                inputs.call(|| fs::canonicalize(file).unwrap_or_else(|_| file.clone()));
+                inputs.call(|| {
+                    let folder = fs::canonicalize(file).unwrap_or_else(|_| file.clone());
+                    let above = folder.parent().filter(|it| it.file_name().is_some());
+                    match above {
+                        Some(above) if folder.ends_with("src") => above.to_owned(),
+                        _ => folder,
+                    }
+                });
                 inputs.sources.extend(sources);
             } else if let Some(language) = Language::of(file) {
                 inputs.call(|| file.clone());
@@ -171,6 +179,16 @@ mod tests {
         assert_eq!((all.objects, all.archives), (vec![at("x.o")], vec![at("y.a"), at("z.so")]));
         assert_eq!(all.name, folder.path().file_stem().unwrap().to_string_lossy());
         assert_eq!(inputs(&[at("lib.so.2"), at("b.cpp")]).unwrap().name, "b");
+    }
+
+    #[test]
+    fn a_folder_src_is_called_like_the_one_that_it_is_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let src = folder.path().join("gate/src");
+        fs::create_dir_all(&src).unwrap();
+        fs::write(src.join("main.cpp"), "").unwrap();
+        assert_eq!(inputs(&[src.clone()]).unwrap().name, "gate");
+        assert_eq!(inputs(&[src.join("main.cpp")]).unwrap().name, "main");
     }
 
     #[test]
