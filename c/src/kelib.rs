@@ -18,7 +18,7 @@ use crate::i2c::DEVICE_MAX as I2C_DEVICE_MAX;
 use crate::memory::AREAS;
 use crate::mirror::DEV_MODE_LOCAL;
 use crate::report::{self, Repeated};
-use crate::session::{beside_threads, ProgramSession, SessionSettings};
+use crate::session::{ProgramSession, SessionSettings};
 
 const NONE: u32 = 0;
 const UNDEFINED: u32 = 0x0001;
@@ -115,7 +115,7 @@ fn begin() -> Result<Arc<ProgramSession<FishX1Transfer>>, Error> {
     };
     let session = Arc::new(ProgramSession::new(&settings, None)?);
     let areas = session.array().as_ptr() as usize;
-    session.set_cycle_call(Some(beside_threads(move || call(areas as *mut FishX1Transfer))));
+    session.set_cycle_call(Some(Box::new(move || call(areas as *mut FishX1Transfer))));
     session.start()?;
     exit::watch(&session);
     Ok(session)

@@ -1,13 +1,14 @@
 //! A program's areas kept in step with one controller, by a thread of this library.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
-    Error, FirmwareVersion, FishX1Transfer, TransferArea, TransferAreaComHandler, TransferMode,
+    Error, FirmwareVersion, FishX1Transfer, TransferArea, TransferAreaComHandler,
+    TransferAreaGuard, TransferMode,
 };
 use parking_lot::Mutex;
 
@@ -35,19 +36,6 @@ pub(crate) const STATUS_SYNC: u8 = 2;
 /// What a program has done in the library's thread after each response. It may read and write its areas, and
 /// what it writes goes out in the same cycle. `Break` stops the transfer.
 pub(crate) type CycleCall = Box<dyn FnMut() -> ControlFlow<()> + Send>;
-/// A cycle call that leaves other threads of the program the time to answer a response, too.
-pub(crate) fn beside_threads(
-    mut call: impl FnMut() -> ControlFlow<()> + Send + 'static,
-) -> CycleCall {
-    Box::new(move || {
-        let begun = Instant::now();
-        let flow = call();
-        if flow.is_continue() {
-            thread::sleep((begun + TIME_TO_ANSWER).saturating_duration_since(Instant::now()));
-        }
-        flow
-    })
-}
 
 /// What is called when something has happened, in the library's thread: it must be quick.
 pub(crate) type Listener = Box<dyn FnMut(AreaEvent) + Send>;
@@ -76,6 +64,8 @@ struct SessionParts<A: Area> {
     /// Held while the outputs are taken, and by calls that write several of them.
     outputs: Mutex<()>,
     cycle_call: Mutex<Option<CycleCall>>,
+    /// Whether the newest cycle call took longer than it may.
+    took_long: AtomicBool,
     listener: Mutex<Option<Listener>>,
     /// One of `STATUS_…`; the program may overwrite the one in its areas.
     status: AtomicU8,
@@ -116,6 +106,7 @@ impl<A: Area> ProgramSession<A> {
             array,
             outputs: Mutex::new(()),
             cycle_call: Mutex::new(None),
+            took_long: AtomicBool::new(false),
             listener: Mutex::new(listener),
             status: AtomicU8::new(STATUS_STOP),
         };
@@ -298,19 +289,35 @@ impl<A: Area> SessionParts<A> {
     }
 
     fn cycle(&self, area: &TransferArea) -> Result<ControlFlow<()>, Error> {
-        let mut areas = area.wait_cycle()?;
+        let mut areas = self.wait_cycle(area)?;
         self.take_in(&areas);
-        let mut flow = ControlFlow::Continue(());
-        if let Some(call) = &mut *self.cycle_call.lock() {
-            flow = call();
-        } else {
-            // The program answers from threads of its own.
-            thread::sleep(
-                (areas.arrived() + TIME_TO_ANSWER).saturating_duration_since(Instant::now()),
-            );
+        let begun = Instant::now();
+        let (flow, since) = match &mut *self.cycle_call.lock() {
+            Some(call) => (call(), begun),
+            None => (ControlFlow::Continue(()), areas.arrived()),
+        };
+        self.took_long.store(begun.elapsed() >= CALLBACK_LIMIT, Ordering::Relaxed);
+        if flow.is_continue() {
+            // The program also answers from threads of its own.
+            thread::sleep((since + TIME_TO_ANSWER).saturating_duration_since(Instant::now()));
         }
         self.put_out(&mut areas);
         Ok(flow)
+    }
+
+    /// Waits for a response. If it was no call of the program that kept this thread from going on, its computer was
+    /// too busy: then the program knows nothing of the outputs that were off, and wants them on again.
+    fn wait_cycle<'a>(&self, area: &'a TransferArea) -> Result<TransferAreaGuard<'a>, Error> {
+        match area.wait_cycle() {
+            Err(Error::WatchdogExpired { limit }) if !self.took_long.load(Ordering::Relaxed) => {
+                log::warn!(
+                    "this computer was too busy to exchange with the controller for {limit:?}: \
+                     meanwhile all outputs were off, now the program goes on with them"
+                );
+                area.wait_cycle()
+            }
+            result => result,
+        }
     }
 
     fn take_in(&self, areas: &[FishX1Transfer]) {

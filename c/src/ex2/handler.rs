@@ -17,7 +17,7 @@ use crate::jpeg::{self, Buffer};
 use crate::memory::{AreaArray, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_ONLINE};
 use crate::report;
-use crate::session::{beside_threads, ProgramSession, SessionSettings};
+use crate::session::{ProgramSession, SessionSettings};
 
 /// The function that is called after each response; it returns 0 to end the transfer.
 #[derive(Clone)]
@@ -130,7 +130,7 @@ impl Ex2 {
             }
         };
         let cycle = self.cycle.clone();
-        new.set_cycle_call(Some(beside_threads(move || cycle.call())));
+        new.set_cycle_call(Some(Box::new(move || cycle.call())));
         let new = Arc::new(new);
         // Before it starts: its first cycle may ask for it.
         *session = Some(Arc::clone(&new));

@@ -70,6 +70,24 @@ fn what_is_written_whole_goes_out_whole() {
 }
 
 #[test]
+fn a_program_whose_callback_is_quick_goes_on_after_its_computer_was_too_busy() {
+    let txt = SimulatedTxt::builder().start().expect("a free port");
+    let session = session::<FishX1Transfer>(&txt);
+    session.set_cycle_call(Some(Box::new(|| ControlFlow::Continue(()))));
+    session.start().expect("it answers");
+    session.array().store(duty(&session), 300);
+    let limit = Duration::from_secs(10);
+    let has_duty =
+        |duty: i16| txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == duty);
+    assert!(has_duty(300));
+    // Meanwhile the thread that exchanges has to wait.
+    session.write_whole(|_| assert!(has_duty(0)));
+    assert!(has_duty(300));
+    assert!(session.is_running());
+    session.stop().expect("it runs");
+}
+
+#[test]
 fn a_callback_that_takes_too_long_ends_the_transfer_which_can_begin_again() {
     let txt = SimulatedTxt::builder().start().expect("a free port");
     let session = session::<FishX1Transfer>(&txt);
