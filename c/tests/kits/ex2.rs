@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use ft_transfer_area::wire::IrRemote;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{
+use super::support::{
     compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
     SIGNALS,
 };

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::Command;
 
-use crate::support::{compilers, include};
+use super::support::{compilers, include};
 
 const FIELDS: &str = include_str!("../../../tests/system/porting/transfer_area.csv");
 

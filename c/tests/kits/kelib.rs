@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{
+use super::support::{
     command, compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until,
     Running, SIGNALS,
 };
@@ -171,7 +171,7 @@ fn a_callback_takes_itself_away() {
     let Some(mut running) = started(&txt, "away") else { return };
     wait_duty(&txt, 2, 1);
     let before = txt.with_machine(|machine| machine.exchanges());
-    assert!(txt.wait_until(crate::support::DEADLINE, |machine| machine.exchanges() > before + 10));
+    assert!(txt.wait_until(super::support::DEADLINE, |machine| machine.exchanges() > before + 10));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[2]), 1);
     set_input(&txt, 0, 1);
     running.expect("input");

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{compile, set_input, simulated, wait_duty, wait_offline, wait_until, Running};
+use super::support::{compile, set_input, simulated, wait_duty, wait_offline, wait_until, Running};
 
 fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::{compilers, library, set_input, simulated, wait_duty, wait_offline, Running};
+use super::support::{compilers, library, set_input, simulated, wait_duty, wait_offline, Running};
 
 /// The files of a program for the TXT itself. A kit's header of that time lies in one of its include folders.
 const FILES: &[(&str, &str)] = &[

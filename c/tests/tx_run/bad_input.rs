@@ -2,14 +2,14 @@
 
 use std::fs;
 
-use crate::support::{has_compiler, program, tx_run, Run};
+use super::support::{has_compiler, program, tx_run, Run};
 
 const TIC: &str = "#include \"ROBO_TX_PRG.h\"\nint PrgTic(TA *p, int n) { return 0; }\n";
 const INIT: &str = "#include \"ROBO_TX_PRG.h\"\nvoid PrgInit(TA *p, int n) { }\n";
 const MAIN: &str = "int main(void) { return 3; }\n";
 
 /// Runs sources with these texts.
-fn run(texts: &[&str]) -> crate::support::Ended {
+fn run(texts: &[&str]) -> super::support::Ended {
     let folder = tempfile::tempdir().unwrap();
     let mut command = tx_run(&[]);
     for (index, text) in texts.iter().enumerate() {

@@ -9,7 +9,7 @@ use std::process::Command;
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use crate::support::{cache, has_compiler, program, run_on, txt, wait_for, wait_until, Ended, Run};
+use super::support::{cache, has_compiler, program, run_on, txt, wait_for, wait_until, Ended, Run};
 
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
 fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {

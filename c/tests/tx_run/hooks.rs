@@ -1,6 +1,6 @@
 //! What the hooks do.
 
-use crate::support::{has_compiler, run_on, txt};
+use super::support::{has_compiler, run_on, txt};
 
 #[test]
 fn the_c_library_is_there() {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::support::{has_compiler, program, tx_run, txt, wait_for, write, Ended, Run};
+use super::support::{has_compiler, program, tx_run, txt, wait_for, write, Ended, Run};
 
 /// The options that its makefile had.
 const OPTIONS: [&str; 8] = [
@@ -291,7 +291,7 @@ fn an_interruption_while_it_compiles_is_none_of_the_sources() {
     for (signal, name) in [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM")] {
         let _ = fs::remove_file(&begun);
         let run = Run::start(&mut line.command(&["a.c"]));
-        crate::support::wait_until("the compiler has begun", || begun.exists());
+        super::support::wait_until("the compiler has begun", || begun.exists());
         run.signal(signal);
         let ended = run.end();
         ended.badly(&format!("ended by {name} while the program was compiled"));

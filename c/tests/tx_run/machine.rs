@@ -1,6 +1,6 @@
 //! What a program does with the machine.
 
-use crate::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
+use super::support::{has_compiler, program, run_on, tx_run, txt, wait_for, Run};
 
 #[test]
 fn a_motor_turns_until_an_input_is_pressed() {

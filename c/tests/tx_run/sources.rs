@@ -1,6 +1,6 @@
 //! Programs as they are found: with old headers, other spellings, in several files, in C++.
 
-use crate::support::{has_compiler, tx_run, txt, wait_for, write, Ended, Run};
+use super::support::{has_compiler, tx_run, txt, wait_for, write, Ended, Run};
 
 /// Runs these files, the names of which are relative to the folder in which `tx_run` is started.
 fn run(files: &[(&str, &str)], arguments: &[&str]) -> Ended {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use ft_transfer_area_simulator::Machine;
 
-use crate::support::{has_compiler, run_on, txt, wait_for};
+use super::support::{has_compiler, run_on, txt, wait_for};
 
 #[test]
 fn there_is_a_tic_every_millisecond_and_the_program_sees_what_the_facts_say() {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area_simulator::world::{Piece, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::run::{compilers, text, tx_run_with, DEADLINE};
+use super::run::{compilers, text, tx_run_with, DEADLINE};
 
 /// A running Mosquitto.
 struct Broker {

@@ -4,6 +4,8 @@
 mod factory;
 mod run;
 
+use std::thread;
+
 use run::{arguments, compilers, run, text, tx_run, Run};
 
 /// The last exchange before this condition is no longer fulfilled.
@@ -102,9 +104,13 @@ fn samples_run_on_a_simulated_txt_of_tx_run() {
     if !compilers() {
         return;
     }
-    for sample in ["gate.c", "txt_button.cpp"] {
-        let output = tx_run(&arguments(sample));
-        let said = text(&output.stdout) + &text(&output.stderr);
-        assert!(output.status.success(), "{sample}: {}: {said}", output.status);
-    }
+    thread::scope(|scope| {
+        for sample in ["gate.c", "txt_button.cpp"] {
+            scope.spawn(move || {
+                let output = tx_run(&arguments(sample));
+                let said = text(&output.stdout) + &text(&output.stderr);
+                assert!(output.status.success(), "{sample}: {}: {said}", output.status);
+            });
+        }
+    });
 }
