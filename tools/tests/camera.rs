@@ -1,8 +1,6 @@
 //! `txt camera`: pictures in files and in the browser, and what may go wrong.
 #![cfg(unix)]
 
-mod running;
-
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -13,7 +11,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::CameraFrame;
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use running::Running;
+use crate::running::Running;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const DEADLINE: Duration = Duration::from_secs(60);

@@ -1,7 +1,5 @@
 //! `txt record`, `info`, `csv` and `replay`, as they are used.
 
-mod running;
-
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -17,7 +15,7 @@ use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use tempfile::TempDir;
 
-use running::Running;
+use crate::running::Running;
 
 const DEADLINE: Duration = Duration::from_secs(60);
 

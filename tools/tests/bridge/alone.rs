@@ -7,7 +7,7 @@ use std::thread;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::support::{wait_machine, Bridge};
+use super::support::{wait_machine, Bridge};
 
 /// What `txt bridge` with these arguments prints before it fails.
 fn refused(arguments: &[&str]) -> String {
@@ -79,8 +79,8 @@ fn a_broker_that_sends_garbage_is_left_and_tried_again() {
     let host = txt.address().to_string();
     let mut bridge = Bridge::start(port, [&*host, "--broker-limit", "2000"]);
     bridge.wait_for("sent what is not MQTT");
-    tries.recv_timeout(crate::support::PATIENCE).unwrap();
-    tries.recv_timeout(crate::support::PATIENCE).unwrap();
+    tries.recv_timeout(super::support::PATIENCE).unwrap();
+    tries.recv_timeout(super::support::PATIENCE).unwrap();
     wait_machine(&txt, "online", |machine| machine.online());
     bridge.interrupt();
     assert!(bridge.wait().success());

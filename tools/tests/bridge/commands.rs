@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use crate::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, PATIENCE};
+use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, PATIENCE};
 
 #[test]
 fn commands_move_motors_switch_outputs_and_play_sounds() {

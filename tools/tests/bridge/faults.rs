@@ -5,7 +5,7 @@ use std::process::Command;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener};
+use super::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener};
 
 /// A bridge whose M1 turns.
 fn turning(broker: &Broker, listener: &Listener) -> (SimulatedTxt, Bridge) {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use crate::support::{is_state, wait_machine, Bridge, Broker, Listener};
+use super::support::{is_state, wait_machine, Bridge, Broker, Listener};
 
 #[test]
 fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
@@ -85,12 +85,12 @@ fn one_program_serves_several_controllers_and_several_programs_one_broker() {
         listener.send(&format!("ft/{name}/M1/set"), format!(r#"{{"duty": {}}}"#, 100 + index));
     }
     for (txt, duty) in txts.iter().zip(100..) {
-        wait_machine(txt, "its own duty", |machine| crate::support::m1(machine) == duty);
+        wait_machine(txt, "its own duty", |machine| super::support::m1(machine) == duty);
     }
     // One command stops all.
     listener.send("ft/stop", "");
     for txt in &txts {
-        wait_machine(txt, "stopped", |machine| crate::support::m1(machine) == 0);
+        wait_machine(txt, "stopped", |machine| super::support::m1(machine) == 0);
     }
 }
 

@@ -5,9 +5,9 @@ use fantoccini::key::Key;
 use fantoccini::Client;
 use serde_json::json;
 
-use crate::driver::browse;
-use crate::page::{Page, Panel};
-use crate::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
+use super::driver::browse;
+use super::page::{Page, Panel};
+use super::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
 
 #[test]
 fn the_txt_gets_what_the_page_tells_it() -> Result<()> {

@@ -6,8 +6,8 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
 use serde_json::json;
 
-use crate::driver::browse;
-use crate::page::{Page, Panel, LIMIT};
+use super::driver::browse;
+use super::page::{Page, Panel, LIMIT};
 
 const I1: &str = ".input:nth-child(1)";
 const I3: &str = ".input:nth-child(3)";

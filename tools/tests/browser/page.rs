@@ -12,7 +12,7 @@ use fantoccini::key::Key;
 use fantoccini::Client;
 use serde_json::{json, Value};
 
-use crate::driver::Beyond;
+use super::driver::Beyond;
 use crate::running::Running;
 
 /// How long anything may take. Only a test that fails waits so long.

@@ -1,4 +1,4 @@
-//! The pictures of the documents: `UPDATE_PICTURE=1 cargo test -p txt-tools --test browser picture`.
+//! The pictures of the documents: `UPDATE_PICTURE=1 cargo test -p txt-tools --test tools browser::picture`.
 
 use std::env;
 use std::fs;
@@ -9,8 +9,8 @@ use fantoccini::Locator;
 use ft_transfer_area::TransferAreaComHandler;
 use serde_json::json;
 
-use crate::driver::browse;
-use crate::page::{Page, Panel};
+use super::driver::browse;
+use super::page::{Page, Panel};
 
 const BYTES_MAX: usize = 300_000;
 

@@ -9,9 +9,9 @@ use fantoccini::Client;
 use serde_json::json;
 use tungstenite::Message;
 
-use crate::driver::{browse, Beyond};
-use crate::page::{Page, Panel};
-use crate::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
+use super::driver::{browse, Beyond};
+use super::page::{Page, Panel};
+use super::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
 
 /// The request of the next stop waits until `letStopGo` is called. Its way by the WebSocket is free.
 const HOLD_STOP: &str = "const send = window.fetch;

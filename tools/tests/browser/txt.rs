@@ -5,7 +5,7 @@ use ft_transfer_area::tx::Motor;
 use ft_transfer_area_simulator::world::{Script, World};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use crate::page::LIMIT;
+use super::page::LIMIT;
 
 pub(crate) const FORWARD: &str = "[aria-label='M1 forward']";
 pub(crate) const STOPPED: &str = ".directions [aria-label='Stop M1'][aria-pressed=true]";

@@ -4,10 +4,10 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 use tungstenite::http::HeaderValue;
 
-use crate::http::{post_stop, request, status};
-use crate::page::{self, Page};
-use crate::program::Panel;
-use crate::LIMIT;
+use super::http::{post_stop, request, status};
+use super::page::{self, Page};
+use super::program::Panel;
+use super::LIMIT;
 
 #[test]
 fn without_the_token_nobody_reads_or_drives() {

@@ -6,10 +6,10 @@ use std::net::TcpStream;
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use crate::http::{connect, exchange, post_stop, request, status};
-use crate::page;
-use crate::program::Panel;
-use crate::LIMIT;
+use super::http::{connect, exchange, post_stop, request, status};
+use super::page;
+use super::program::Panel;
+use super::LIMIT;
 
 #[test]
 fn garbage_and_huge_requests_are_refused_and_the_motor_turns_on() {

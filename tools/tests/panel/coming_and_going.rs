@@ -5,9 +5,9 @@ use std::net::TcpListener;
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use crate::page::is_running;
-use crate::program::Panel;
-use crate::LIMIT;
+use super::page::is_running;
+use super::program::Panel;
+use super::LIMIT;
 
 /// A simulated TXT at the ports of one that was there before.
 fn at(port: u16) -> SimulatedTxt {

@@ -3,8 +3,8 @@
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
-use crate::program::Panel;
-use crate::LIMIT;
+use super::program::Panel;
+use super::LIMIT;
 
 #[test]
 fn terminals_change_their_mode_in_place() {

@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::{json, Value};
 
-use crate::page::is_running;
-use crate::program::Panel;
-use crate::LIMIT;
+use super::page::is_running;
+use super::program::Panel;
+use super::LIMIT;
 
 #[test]
 fn a_hundred_pages_look_and_one_drives() {
@@ -41,8 +41,8 @@ fn too_many_pages_are_refused() {
     let panel = Panel::start(&[]);
     let mut pages = Vec::new();
     let status = loop {
-        let request = crate::page::request(&panel.address, &panel.token);
-        match crate::page::Page::connect(&panel.address, request) {
+        let request = super::page::request(&panel.address, &panel.token);
+        match super::page::Page::connect(&panel.address, request) {
             Ok(page) => pages.push(page),
             Err(status) => break status,
         }
@@ -53,8 +53,8 @@ fn too_many_pages_are_refused() {
     pages.truncate(10);
     // Their places become free when their ends have been seen.
     let free = || {
-        let request = crate::page::request(&panel.address, &panel.token);
-        crate::page::Page::connect(&panel.address, request).is_ok()
+        let request = super::page::request(&panel.address, &panel.token);
+        super::page::Page::connect(&panel.address, request).is_ok()
     };
     let deadline = Instant::now() + LIMIT;
     while !free() {

@@ -3,10 +3,10 @@
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::json;
 
-use crate::http::post_stop;
-use crate::page::Page;
-use crate::program::Panel;
-use crate::LIMIT;
+use super::http::post_stop;
+use super::page::Page;
+use super::program::Panel;
+use super::LIMIT;
 
 /// Turns M1 ahead, and waits until the controller has got it.
 fn turn(page: &mut Page, txt: &SimulatedTxt) {
@@ -124,7 +124,7 @@ fn any_page_stops_all_controllers() {
     let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
     let panel = Panel::of(&[&txts[0], &txts[1]]);
     let (mut drives, mut looks) = (panel.driver(), panel.page());
-    drives.state(1, crate::page::is_running);
+    drives.state(1, super::page::is_running);
     let turn_all = |page: &mut Page| {
         for (host, txt) in txts.iter().enumerate() {
             page.done(json!({"do": "motor", "host": host, "motor": 0, "duty": 512}));
@@ -148,7 +148,7 @@ fn a_stop_reaches_the_others_while_one_controller_hangs() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let panel = Panel::of(&[&hangs, &txt]);
     let mut page = panel.driver();
-    page.state(1, crate::page::is_running);
+    page.state(1, super::page::is_running);
     page.done(json!({"do": "motor", "host": 1, "motor": 0, "duty": 512}));
     wait_for_duty(&txt, 512);
     assert!(hangs.wait_until(LIMIT, |machine| machine.exchanges() >= 150));

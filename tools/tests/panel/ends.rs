@@ -6,8 +6,8 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use crate::program::{command, Panel};
-use crate::LIMIT;
+use super::program::{command, Panel};
+use super::LIMIT;
 
 #[cfg(unix)]
 #[test]
@@ -16,7 +16,7 @@ fn the_end_of_the_program_stops_the_motors() {
         let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
         let panel = Panel::of(&[&txts[0], &txts[1]]);
         let mut page = panel.driver();
-        page.state(1, crate::page::is_running);
+        page.state(1, super::page::is_running);
         for (host, txt) in txts.iter().enumerate() {
             page.done(json!({"do": "motor", "host": host, "motor": 0, "duty": 512}));
             assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));

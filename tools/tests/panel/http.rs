@@ -3,8 +3,8 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-use crate::program::Panel;
-use crate::LIMIT;
+use super::program::Panel;
+use super::LIMIT;
 
 pub(crate) fn connect(panel: &Panel) -> TcpStream {
     let stream = TcpStream::connect(&panel.address).unwrap();

@@ -12,7 +12,7 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::http::Request;
 use tungstenite::{Error, HandshakeError, Message, WebSocket};
 
-use crate::LIMIT;
+use super::LIMIT;
 
 /// How often a page shows that it is there.
 const ALIVE_PERIOD: Duration = Duration::from_millis(100);

@@ -4,7 +4,7 @@ use std::process::{Command, Stdio};
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::page::Page;
+use super::page::Page;
 use crate::running::Running;
 
 /// A running panel.

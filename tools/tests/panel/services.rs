@@ -7,9 +7,9 @@ use std::time::{Duration, Instant};
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use crate::http::connect;
-use crate::program::Panel;
-use crate::LIMIT;
+use super::http::connect;
+use super::program::Panel;
+use super::LIMIT;
 
 #[test]
 fn i2c_devices_are_found_read_and_written() {

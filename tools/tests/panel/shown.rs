@@ -6,7 +6,7 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
 use serde_json::{json, Value};
 
-use crate::page::{is_running, Page};
+use super::page::{is_running, Page};
 use crate::running::Running;
 
 /// A simulated TXT with this world, its page, and the address of its main port.
@@ -39,7 +39,7 @@ fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
     assert_eq!(state["driver"], Value::Null);
 
     page.done(json!({"do": "press", "input": 2, "pressed": true}));
-    drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, crate::LIMIT).unwrap());
+    drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, super::LIMIT).unwrap());
     handler.end_transfer().unwrap();
     page.state(0, |state| !is_running(state) && state["areas"][0]["motors"][0]["duty"][0] == 0);
 }

@@ -2,8 +2,8 @@
 
 use serde_json::{json, Value};
 
-use crate::page::is_running;
-use crate::program::Panel;
+use super::page::is_running;
+use super::program::Panel;
 
 fn sensor(state: &Value, area: usize, input: usize) -> Value {
     let inputs = state["world"]["boards"][area]["inputs"].as_array().unwrap();

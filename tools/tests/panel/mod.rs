@@ -10,8 +10,6 @@ mod ends;
 mod http;
 mod page;
 mod program;
-#[path = "../running/mod.rs"]
-mod running;
 mod services;
 mod shown;
 mod world;

@@ -5,8 +5,5 @@ mod driving;
 mod machine;
 mod page;
 mod picture;
-#[allow(dead_code, reason = "other tests use all of it")]
-#[path = "../running/mod.rs"]
-mod running;
 mod stop;
 mod txt;

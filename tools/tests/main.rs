@@ -1,0 +1,11 @@
+//! The program `txt`, in one program of tests, so that they are linked once and wait beside each other.
+
+mod bridge;
+mod browser;
+mod camera;
+mod find;
+mod help;
+mod panel;
+mod plot;
+mod recording;
+mod running;
