@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::run::assert_in_order;
-use crate::wifi::GAP;
+use super::run::assert_in_order;
+use super::wifi::GAP;
 
 /// How many pulses a count may differ from its distance.
 const FEW: u16 = 3;

@@ -1,7 +1,7 @@
 //! The picture in the README: what the first sample prints, drawn as a terminal. This makes it again:
 //!
 //! ```sh
-//! UPDATE_PICTURE=1 cargo test --test examples picture
+//! UPDATE_PICTURE=1 cargo test --workspace --test system examples::picture
 //! ```
 
 use std::collections::BTreeSet;
@@ -10,7 +10,7 @@ use std::{env, fs};
 
 use anstyle_svg::Term;
 
-use crate::run::Run;
+use super::run::Run;
 
 /// How many lines of the sample are in the picture.
 const LINES: usize = 26;

@@ -9,9 +9,9 @@ use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area_simulator::world::{Remote, World};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use crate::checks;
+use super::checks;
+use super::run::{assert_in_order, Run};
 use crate::program::{example, Program, DEADLINE};
-use crate::run::{assert_in_order, Run};
 
 struct Sample {
     name: &'static str,

@@ -7,9 +7,9 @@ use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
+use super::run::{assert_in_order, Run};
 use crate::ports::unused_ports;
 use crate::program::DEADLINE;
-use crate::run::{assert_in_order, Run};
 
 /// What it says when the connection is lost and re-established.
 pub(crate) const GAP: [&str; 7] = [

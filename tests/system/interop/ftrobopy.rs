@@ -6,8 +6,8 @@ use std::sync::Once;
 
 use serde_json::Value;
 
+use super::Exchange;
 use crate::program::{read_all, Program};
-use crate::Exchange;
 
 /// A Python that has ftrobopy.
 pub(crate) struct Ftrobopy {

@@ -2,9 +2,9 @@
 
 use serde_json::{json, Value};
 
-use crate::ftrobopy::Ftrobopy;
-use crate::own::Own;
-use crate::{assert_alike, end_well, start, Exchange};
+use super::ftrobopy::Ftrobopy;
+use super::own::Own;
+use super::{assert_alike, end_well, start, Exchange};
 
 /// The modes as pairs of `mode` and `digital`, in the order of the script.
 const MODES: [(u8, u8); 8] = [(0, 1), (1, 1), (2, 1), (3, 1), (0, 0), (1, 0), (2, 0), (3, 0)];

@@ -5,9 +5,9 @@
 
 use serde_json::json;
 
-use crate::ftrobopy::Ftrobopy;
-use crate::own::Own;
-use crate::{start, Exchange};
+use super::ftrobopy::Ftrobopy;
+use super::own::Own;
+use super::{start, Exchange};
 
 #[test]
 fn ftrobopys_change_from_another_value_to_1_fails_its_own_checksum() {

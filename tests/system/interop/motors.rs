@@ -5,9 +5,9 @@ use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area::FishX1Transfer;
 use serde_json::{json, Value};
 
-use crate::ftrobopy::Ftrobopy;
-use crate::own::Own;
-use crate::{assert_alike, end_well, start, Exchange};
+use super::ftrobopy::Ftrobopy;
+use super::own::Own;
+use super::{assert_alike, end_well, start, Exchange};
 
 /// As fast as the clients go, and each exchange is 10 ms in the world.
 const UNPACED: [&str; 2] = ["--pace", "0"];

@@ -6,8 +6,8 @@ use ft_transfer_area::transfer_area::{UniConfig, LOCAL_IO};
 use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
 use serde_json::Value;
 
+use super::Exchange;
 use crate::program::{Program, DEADLINE};
-use crate::Exchange;
 
 /// A handler that is online.
 pub(crate) struct Own {

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::{CameraFrame, CameraOptions, Error};
 use serde_json::{json, Value};
 
-use crate::ftrobopy::Ftrobopy;
-use crate::own::Own;
+use super::ftrobopy::Ftrobopy;
+use super::own::Own;
+use super::{assert_alike, end_well, start, Exchange};
 use crate::program::{Program, DEADLINE};
-use crate::{assert_alike, end_well, start, Exchange};
 
 const OPTIONS: [&str; 4] = ["--name", "Scenario TXT", "--camera-start-up", "300"];
 

@@ -3,9 +3,9 @@
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
 use serde_json::json;
 
-use crate::ftrobopy::Ftrobopy;
-use crate::own::Own;
-use crate::{end_well, start, Exchange};
+use super::ftrobopy::Ftrobopy;
+use super::own::Own;
+use super::{end_well, start, Exchange};
 
 /// How often the log has this text.
 fn times(log: &str, told: &str) -> usize {

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use ft_transfer_area::transfer_area::*;
 
-use crate::source::{Item, Kind, Source};
+use super::source::{Item, Kind, Source};
 
 /// Every field of the TXT's header, where a C compiler places it.
 const TXT: &str = include_str!("transfer_area.csv");

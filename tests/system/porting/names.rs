@@ -1,6 +1,6 @@
 //! The types, constants and packets of the C headers.
 
-use crate::libraries::Library;
+use super::libraries::Library;
 
 pub(crate) const NAMES: &[Library] = &[
     Library {

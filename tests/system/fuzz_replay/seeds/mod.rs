@@ -7,7 +7,7 @@ use ft_transfer_area::wire::{
 };
 use serde_json::Value;
 
-use crate::folder;
+use super::folder;
 use vectors::{bytes, load, session_names};
 
 mod camera;
@@ -22,7 +22,7 @@ const EXCHANGES: usize = 12;
 const PACKET_MAX: usize = 1000;
 
 #[test]
-#[ignore = "writes the seeds: cargo test --test fuzz_replay -- --ignored"]
+#[ignore = "writes the seeds: cargo test --workspace --test system fuzz_replay -- --ignored"]
 fn write_seeds() {
     wire();
     expansion();

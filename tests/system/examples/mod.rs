@@ -4,10 +4,6 @@
 mod checks;
 mod factory;
 mod picture;
-#[path = "../../ports/mod.rs"]
-mod ports;
-#[path = "../program/mod.rs"]
-mod program;
 mod run;
 mod samples;
 mod wifi;
@@ -23,7 +19,7 @@ use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, StartOnline};
 use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
-use program::{simulate, Program, DEADLINE};
+use crate::program::{simulate, Program, DEADLINE};
 
 /// Without a pace, a step of the world is still one exchange of 10 ms.
 const UNPACED_SLIDE: [&str; 4] = ["--pace", "0", "--world", "slide"];

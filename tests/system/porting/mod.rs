@@ -1,7 +1,7 @@
 //! docs/names.md gives the Rust name of every field and every call of the C headers. Here its
 //! tables are made from the crate's source and compared with the document.
 //!
-//! `UPDATE_PORTING=1 cargo test --workspace --test porting` writes them again.
+//! `UPDATE_PORTING=1 cargo test --workspace --test system porting` writes them again.
 
 #[allow(dead_code, unused_mut, unused_variables, reason = "compiled and read as text, never run")]
 mod calls;
@@ -55,7 +55,7 @@ fn the_document_names_every_field_and_call() {
     assert!(
         difference.is_empty(),
         "docs/names.md does not agree with the crate's names:\n{difference}\
-         {UPDATE}=1 cargo test --workspace --test porting writes its tables again\n"
+         {UPDATE}=1 cargo test --workspace --test system porting writes its tables again\n"
     );
 }
 

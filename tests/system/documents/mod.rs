@@ -2,14 +2,11 @@
 //! with a simulated TXT, and is in its document without changes. `cargo test` builds them, too. For
 //! this test alone, `cargo build -p ft-transfer-area-tests --examples` does.
 //!
-//! `UPDATE_DOCUMENTS=1 cargo test --test documents` writes them into the documents again.
+//! `UPDATE_DOCUMENTS=1 cargo test --workspace --test system documents` writes them into the documents again.
 #![cfg(unix)]
 
 mod camera;
 mod links;
-#[path = "../program/mod.rs"]
-#[allow(dead_code, reason = "the simulated TXT is in this process")]
-mod program;
 
 use std::{env, fs};
 

@@ -12,10 +12,6 @@
 //! in `.ci/run`, and otherwise prints that it does not run.
 #![cfg(unix)]
 
-#[path = "../program/mod.rs"]
-#[allow(dead_code, reason = "no sample runs here")]
-mod program;
-
 mod ftrobopy;
 mod inputs;
 mod mistakes;
@@ -27,7 +23,7 @@ mod sessions;
 use ft_transfer_area::TransferMode;
 use serde_json::Value;
 
-use program::Program;
+use crate::program::Program;
 
 /// Which kind of exchange is used.
 #[derive(Clone, Copy)]

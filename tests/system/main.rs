@@ -1,0 +1,13 @@
+//! The tests of the whole in one program, so that they are linked once and wait beside each other.
+
+mod documents;
+mod examples;
+mod fuzz_replay;
+mod interop;
+mod porting;
+
+#[cfg(unix)]
+#[path = "../ports/mod.rs"]
+mod ports;
+#[cfg(unix)]
+mod program;
