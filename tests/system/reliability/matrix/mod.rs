@@ -4,7 +4,7 @@
 //! the row. To write the table again with the figures of a run:
 //!
 //! ```text
-//! WRITE_RELIABILITY=1 cargo test --test reliability
+//! WRITE_RELIABILITY=1 cargo test --workspace --test reliability
 //! ```
 
 mod beside;
@@ -39,7 +39,7 @@ use libtest_mimic::{Arguments, Completion, Trial};
 use row::{Promise, Row, Skipped, Turn, DEADLINE};
 
 /// How many rows run at the same time. Mostly they wait.
-const AT_A_TIME: usize = 16;
+const AT_A_TIME: usize = 32;
 
 /// The threads of handlers, and the one for the logger.
 const OURS: [&str; 4] = ["transfer-area", "camera", "cycle-hook", "transfer-log"];

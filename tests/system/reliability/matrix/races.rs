@@ -10,7 +10,7 @@ use ft_transfer_area::{Error, FishX1Transfer, TransferArea, TransferAreaComHandl
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::controller::{is_on, txt, DUTY};
-use super::row::{By, Outcome, Row, Seen, DEADLINE};
+use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE};
 
 const SECTION: &str = "Two threads and one transfer";
 
@@ -37,12 +37,14 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, "a command while another thread ends the transfer", place)
             .sees("`NotStarted`, or it was carried out", "two exchanges")
             .by(&[By::Exchange])
+            .turn(Turn::First)
             .test(move || Ok(order_beside_end(order, wait, check)))
     };
     vec![
         Row::new(SECTION, "`begin_transfer` and `end_transfer`", "at the same time, 200 times")
             .sees("nothing: after `end_transfer` has returned no duty is sent", "–")
             .by(&[By::Exchange])
+            .turn(Turn::First)
             .test(|| Ok(begin_beside_end())),
         row(
             "a distance, 200 times",
