@@ -1,7 +1,7 @@
 //! What the fuzzers do with their bytes. Each function panics when it finds a mistake.
 //!
-//! The programs in `fuzz_targets/` give them the bytes that libFuzzer makes up. The test program
-//! `tests/system/fuzz_replay` of the library gives them the files in `corpus/` and `findings/`.
+//! The programs in `fuzz_targets/` give them the bytes that libFuzzer makes up. The tests in
+//! `tests/system/fuzz_replay` give them the files in `corpus/` and `findings/`.
 
 mod camera;
 mod exchange;
