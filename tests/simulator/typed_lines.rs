@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::wire::IrRemote;
-use ft_transfer_area_simulator::world::{Piece, Remote, Sensor, World};
+use ft_transfer_area_simulator::world::{Factory, Piece, Remote, Sensor, World};
 use ft_transfer_area_simulator::Machine;
 
 use typed::carry_out;
@@ -164,6 +164,22 @@ fn wrong_lines_are_answered_and_change_nothing() {
         ("IR1 0 0 0 -16 1", "a joystick of IR1 goes from -15 to 15, not to -16"),
     ] {
         assert_eq!(carry_out(line, &mut machine), Err(String::from(answer)), "{line}");
+    }
+}
+
+#[test]
+fn places_of_a_controller_of_several_are_found_without_its_name() {
+    let machines = Factory::shipped("factory").unwrap().machines().unwrap();
+    let (_, mut sorting) = machines.into_iter().find(|(name, _)| name == "sorting").unwrap();
+    for place in ["red_storage", "sorting.blue_storage"] {
+        let (put, take) = (format!("PUT red {place}"), format!("TAKE {place}"));
+        carry_out(&put, &mut sorting).unwrap();
+        assert_eq!(
+            carry_out(&put, &mut sorting),
+            Err(format!("there is no room for it at {place}"))
+        );
+        carry_out(&take, &mut sorting).unwrap();
+        assert_eq!(carry_out(&take, &mut sorting), Err(format!("there is nothing at {place}")));
     }
 }
 

@@ -170,10 +170,12 @@ fn take(machine: &mut Machine, values: &[&str]) -> Result<(), String> {
 
 /// Answers a name that no place has.
 fn check_place(world: &WorldState, place: &str) -> Result<(), String> {
+    if world.has_place(place) {
+        return Ok(());
+    }
     let names: Vec<_> = world.places().into_iter().map(|(name, _)| name).collect();
-    match names.iter().any(|name| name == place) {
-        true => Ok(()),
-        false if names.is_empty() => Err(String::from("this world has no places")),
+    match names.is_empty() {
+        true => Err(String::from("this world has no places")),
         false => Err(format!("there is no place {place:?}; there are {}", names.join(", "))),
     }
 }

@@ -173,6 +173,12 @@ impl WorldState {
         places.collect()
     }
 
+    /// Whether there is a place with this name. Those of this controller are found without its name, too.
+    pub fn has_place(&self, name: &str) -> bool {
+        let Some(own) = &self.floor else { return false };
+        own.shared.lock().place(&own.prefix, name).is_some()
+    }
+
     /// Puts a new workpiece or container at the place with this name, or a workpiece into the container
     /// there.
     ///
