@@ -5,7 +5,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::SimulatedTxt;
-use serde_json::{json, Value};
+use serde_json::json;
 
 use super::page::is_running;
 use super::program::Panel;
@@ -24,12 +24,11 @@ fn a_hundred_pages_look_and_one_drives() {
         for _ in 0..PAGES {
             scope.spawn(|| {
                 let mut page = panel.page();
-                let turns =
-                    |state: &Value| state["areas"][0]["motors"][2]["duty"] == json!([321, 0]);
-                let state = page.state(0, turns);
+                let state = page.wait_for_text(|text| text.contains("[321,0]"));
+                assert_eq!(state["areas"][0]["motors"][2]["duty"], json!([321, 0]));
                 assert_eq!(state["driver"], number);
                 seen.fetch_add(1, Ordering::Relaxed);
-                page.state(0, |_| seen.load(Ordering::Relaxed) == PAGES);
+                page.wait_for_text(|_| seen.load(Ordering::Relaxed) == PAGES);
             });
         }
         drives.state(0, |_| seen.load(Ordering::Relaxed) == PAGES);

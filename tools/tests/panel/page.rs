@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use serde_json::{json, Value};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::Request;
-use tungstenite::{Error, HandshakeError, Message, WebSocket};
+use tungstenite::{Error, HandshakeError, Message, Utf8Bytes, WebSocket};
 
 use super::LIMIT;
 
@@ -155,11 +155,27 @@ impl Page {
         }
     }
 
+    /// Waits for a message whose text is as wanted. It costs far less time than to read each of them.
+    pub(crate) fn wait_for_text(&mut self, wanted: impl Fn(&str) -> bool) -> Value {
+        let deadline = Instant::now() + LIMIT;
+        loop {
+            let text = self.next_text();
+            if wanted(&text) {
+                return serde_json::from_str(&text).unwrap();
+            }
+            assert!(Instant::now() < deadline, "the last message is {text}");
+        }
+    }
+
     /// The next message.
     fn next(&mut self) -> Value {
+        serde_json::from_str(&self.next_text()).unwrap()
+    }
+
+    fn next_text(&mut self) -> Utf8Bytes {
         loop {
             match self.socket.read().expect("the connection goes on") {
-                Message::Text(text) => return serde_json::from_str(&text).unwrap(),
+                Message::Text(text) => return text,
                 other => assert!(other.is_ping(), "{other:?}"),
             }
         }
