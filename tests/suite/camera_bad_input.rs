@@ -182,6 +182,11 @@ fn a_frame_that_trickles_in_for_longer_than_the_limit() {
     assert!(matches!(error, Some(Error::NoAnswer { command: REQUEST, .. })), "{error:?}");
 }
 
+// In the library there is a test that fills the buffers at once.
+#[cfg_attr(
+    windows,
+    ignore = "Wine takes ten minutes until acknowledges of 4 bytes fill the buffers of Linux"
+)]
 #[test]
 fn a_server_that_never_reads_the_acknowledgements() {
     // Long enough for a busy machine to send the first frames.
