@@ -1,17 +1,17 @@
-//! The fault matrix of `docs/reliability_matrix.md`, on Linux. See [`matrix`].
+//! The fault matrix of `docs/reliability_matrix.md`, on Linux and Windows. See [`matrix`].
 
-#[cfg(target_os = "linux")]
+#[cfg(any(target_os = "linux", windows))]
 mod matrix;
-#[cfg(target_os = "linux")]
+#[cfg(any(target_os = "linux", windows))]
 #[path = "../proxy/mod.rs"]
 mod proxy;
 
-#[cfg(target_os = "linux")]
+#[cfg(any(target_os = "linux", windows))]
 fn main() -> std::process::ExitCode {
     matrix::main()
 }
 
-#[cfg(not(target_os = "linux"))]
+#[cfg(not(any(target_os = "linux", windows)))]
 fn main() {
-    println!("skipped: the fault matrix needs Linux");
+    println!("skipped: the fault matrix needs Linux or Windows");
 }

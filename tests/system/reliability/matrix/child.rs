@@ -11,18 +11,13 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_simulator::SimulatedTxt;
-use nix::sys::resource::{setrlimit, Resource};
-use nix::sys::signal::{SigSet, Signal};
-use nix::unistd::{setuid, Uid};
 
 use super::controller::{Controller, DUTY};
 use super::row::{name_of, By};
+use super::system::{leave_no_descriptor, leave_no_thread, take_interrupts};
 
 /// The role of a child process and its arguments, separated by spaces.
 const ROLE: &str = "RELIABILITY_ROLE";
-
-/// A user whose number of threads is limited, unlike that of root.
-const NOBODY: u32 = 65_534;
 
 /// A child process that prints a line for each thing it sees.
 pub(crate) struct Child {
@@ -182,17 +177,12 @@ fn begin(host: &str, port: u16) {
 /// Begins a transfer and waits, while it handles signals: in the thread that begins the transfer,
 /// and then in the transfer thread.
 fn signalled(port: u16) {
-    let mut signal = SigSet::empty();
-    signal.add(Signal::SIGINT);
-    // The thread that waits for Ctrl-C must not get the signal, so that the reading threads get it.
-    signal.thread_block().unwrap();
-    ctrlc::set_handler(|| {}).unwrap();
-    signal.thread_unblock().unwrap();
+    let take_no_more = take_interrupts();
     let limits = TimeLimits::default().with_read(Duration::from_secs(1));
     let handler = handler("127.0.0.1", port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
-    signal.thread_block().unwrap();
+    take_no_more();
     while result.is_ok() && handler.wait_cycle().is_ok() {}
     say_result("ended", &handler.end_transfer());
 }
@@ -249,18 +239,4 @@ fn in_transfer(port: u16, run_out: fn()) {
     say_result("i2c", &handler.i2c());
     say_result("goes-on", &handler.wait_cycle());
     say_result("ended", &handler.end_transfer());
-}
-
-/// From now on no file and no connection can be opened.
-fn leave_no_descriptor() {
-    // Standard input, output and error are open.
-    setrlimit(Resource::RLIMIT_NOFILE, 3, 3).unwrap();
-}
-
-/// From now on no thread can be started.
-fn leave_no_thread() {
-    if Uid::effective().is_root() {
-        setuid(Uid::from_raw(NOBODY)).unwrap();
-    }
-    setrlimit(Resource::RLIMIT_NPROC, 0, 0).unwrap();
 }

@@ -10,7 +10,8 @@ use ft_transfer_area::{FirmwareVersion, TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use super::controller::{is_on, txt, Controller, DUTY};
-use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE};
+use super::row::{By, Outcome, Row, Seen, Skipped, Turn, DEADLINE};
+use super::system::only_unix;
 use crate::proxy::fault::{Fault, Strike};
 use crate::proxy::packets::Place;
 use crate::proxy::Proxy;
@@ -45,7 +46,7 @@ pub(crate) fn rows() -> Vec<Row> {
             .sees("nothing: no thread and no descriptor is left over", "–")
             .by(&[By::Exchange])
             .turn(Turn::Alone)
-            .test(|| Ok(many_transfers())),
+            .test(many_transfers),
     ]
 }
 
@@ -164,7 +165,8 @@ fn fin_beside_busy_threads() -> Outcome {
     Outcome { seen: Seen::Error(error), soon: Some(soon), by, stopped }
 }
 
-fn many_transfers() -> Outcome {
+fn many_transfers() -> Result<Outcome, Skipped> {
+    only_unix("list of a program's threads and files")?;
     let before = left_open();
     thread::scope(|scope| {
         for _ in 0..PROGRAMS {
@@ -188,7 +190,7 @@ fn many_transfers() -> Outcome {
         assert!(begin.elapsed() < DEADLINE, "{before:?} before, {:?} after", left_open());
         thread::sleep(Duration::from_millis(1));
     }
-    Outcome { seen: Seen::Nothing, soon: None, by: By::Exchange, stopped: None }
+    Ok(Outcome { seen: Seen::Nothing, soon: None, by: By::Exchange, stopped: None })
 }
 
 /// How many threads and files this process has, if the system tells.

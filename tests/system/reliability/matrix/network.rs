@@ -7,10 +7,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-use nix::unistd::Uid;
-
 use super::child::Child;
 use super::row::{By, Outcome, Row, Seen, Skipped, Turn};
+use super::system;
 
 const SECTION: &str = "The network (in namespaces; default limits: read 2 s, idle 5 s)";
 
@@ -71,7 +70,8 @@ struct Network {
 impl Network {
     fn new() -> Result<Self, Skipped> {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
-        if !Uid::effective().is_root() {
+        system::only_unix("networks of their own for tests")?;
+        if !system::is_root() {
             return Err(Skipped("it needs root".to_owned()));
         }
         for tool in ["ip", "tc"] {

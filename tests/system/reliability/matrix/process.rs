@@ -4,12 +4,10 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use nix::sys::signal::{kill, Signal};
-use nix::unistd::Pid;
-
 use super::child::Child;
 use super::controller::{is_on, txt, Controller, IDLE_LIMIT};
-use super::row::{By, Outcome, Row, Seen, MARGIN};
+use super::row::{By, Outcome, Row, Seen, Skipped, MARGIN};
+use super::system::{only_unix, signal, Signal};
 use crate::proxy::fault::{Fault, Strike};
 use crate::proxy::packets::Place;
 use crate::proxy::Proxy;
@@ -21,7 +19,7 @@ pub(crate) fn rows() -> Vec<Row> {
         Row::new(SECTION, fault, "during the exchanges")
             .sees("nothing: the process has ended", "–")
             .by(&[By::Close])
-            .test(move || Ok(killed_by(signal)))
+            .test(move || killed_by(signal))
     };
     vec![
         killed("killed (SIGKILL)", Signal::SIGKILL),
@@ -30,7 +28,7 @@ pub(crate) fn rows() -> Vec<Row> {
         killed("aborted (SIGABRT)", Signal::SIGABRT),
         Row::new(SECTION, "stopped (SIGSTOP) and continued", "for 0.3 s")
             .sees("nothing", "–")
-            .test(|| Ok(stopped_for_a_moment())),
+            .test(stopped_for_a_moment),
         Row::new(
             SECTION,
             "stopped (SIGSTOP) and continued",
@@ -38,31 +36,29 @@ pub(crate) fn rows() -> Vec<Row> {
         )
         .sees("`ConnectionClosed` or `NoAnswer`", "when it continues")
         .by(&[By::IdleLimit])
-        .test(|| Ok(stopped_for_long())),
+        .test(stopped_for_long),
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "`begin_transfer`")
             .sees("`NoAnswer`", "the read limit (1 s)")
             .by(&[By::NeverOn])
-            .test(|| Ok(signalled(Place::QueryStatus))),
+            .test(|| signalled(Place::QueryStatus)),
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "during the exchanges")
             .sees("`NoAnswer`", "the read limit (1 s) and 0.5 s")
             .by(&[By::IdleLimit])
-            .test(|| Ok(signalled(Place::Exchange))),
+            .test(|| signalled(Place::Exchange)),
         Row::new(SECTION, "no descriptor left", "`begin_transfer`")
             .sees("`ConnectFailed`", "immediately")
             .by(&[By::NeverOn])
-            .test(|| Ok(cannot_begin("no-descriptor"))),
+            .test(|| cannot_begin("no-descriptor")),
         Row::new(SECTION, "no descriptor left", "`start_camera`, `i2c` during the exchanges")
             .sees("`ConnectFailed`", "the start limit")
-            .test(|| {
-                Ok(in_transfer("no-descriptor-in-transfer", ["ConnectFailed", "ConnectFailed"]))
-            }),
+            .test(|| in_transfer("no-descriptor-in-transfer", ["ConnectFailed", "ConnectFailed"])),
         Row::new(SECTION, "no thread left", "`begin_transfer`")
             .sees("`ThreadNotStarted`", "the end of the handshake")
             .by(&[By::NeverOn])
-            .test(|| Ok(cannot_begin("no-thread"))),
+            .test(|| cannot_begin("no-thread")),
         Row::new(SECTION, "no thread left", "`start_camera` during the exchanges")
             .sees("`ThreadNotStarted`", "immediately")
-            .test(|| Ok(in_transfer("no-thread-in-transfer", ["ThreadNotStarted", "Ok"]))),
+            .test(|| in_transfer("no-thread-in-transfer", ["ThreadNotStarted", "Ok"])),
     ]
 }
 
@@ -78,22 +74,26 @@ fn send(child: &Child, what: Signal) {
     signal(child.process.id(), what);
 }
 
-fn signal(process: u32, what: Signal) {
-    kill(Pid::from_raw(i32::try_from(process).unwrap()), what).unwrap();
-}
-
-fn killed_by(signal: Signal) -> Outcome {
+fn killed_by(signal: Signal) -> Result<Outcome, Skipped> {
+    if signal != Signal::SIGKILL {
+        only_unix("signals")?;
+    }
     let controller = Controller::start(txt());
     let mut child = start(&controller);
     let struck = Instant::now();
-    send(&child, signal);
+    match signal {
+        // Other systems can do this, too.
+        Signal::SIGKILL => child.process.kill().unwrap(),
+        signal => send(&child, signal),
+    }
     let status = child.process.wait().unwrap();
     assert!(!status.success(), "{status}");
     let (by, stopped) = controller.stopped_after(struck);
-    Outcome { seen: Seen::Nothing, soon: None, by, stopped }
+    Ok(Outcome { seen: Seen::Nothing, soon: None, by, stopped })
 }
 
-fn stopped_for_a_moment() -> Outcome {
+fn stopped_for_a_moment() -> Result<Outcome, Skipped> {
+    only_unix("signals")?;
     let controller = Controller::start(txt());
     let mut child = start(&controller);
     send(&child, Signal::SIGSTOP);
@@ -106,10 +106,11 @@ fn stopped_for_a_moment() -> Outcome {
     let (ended, _) = child.hear("ended");
     let seen = if ended == "Ok" { Seen::Nothing } else { Seen::Named(ended) };
     let by = if goes_on { By::GoesOn } else { By::Close };
-    Outcome { seen, soon: None, by, stopped: None }
+    Ok(Outcome { seen, soon: None, by, stopped: None })
 }
 
-fn stopped_for_long() -> Outcome {
+fn stopped_for_long() -> Result<Outcome, Skipped> {
+    only_unix("signals")?;
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let mut child = start(&controller);
     let struck = Instant::now();
@@ -120,11 +121,12 @@ fn stopped_for_long() -> Outcome {
     send(&child, Signal::SIGCONT);
     let (name, when) = child.hear("ended");
     let soon = when.duration_since(continued).unwrap_or_default();
-    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+    Ok(Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped })
 }
 
 /// The controller becomes silent, and signals come again and again.
-fn signalled(place: Place) -> Outcome {
+fn signalled(place: Place) -> Result<Outcome, Skipped> {
+    only_unix("signals")?;
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let strike = Strike { place, in_request: false, fault: Fault::Cut };
     let proxy = Proxy::start(controller.port(), [strike]);
@@ -144,21 +146,23 @@ fn signalled(place: Place) -> Outcome {
     let soon = proxy.struck().elapsed();
     hearing.join().unwrap().unwrap();
     let (by, stopped) = controller.stopped_after(proxy.struck());
-    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+    Ok(Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped })
 }
 
-fn cannot_begin(role: &str) -> Outcome {
+fn cannot_begin(role: &str) -> Result<Outcome, Skipped> {
+    only_unix("limits for a process that it sets itself")?;
     let controller = Controller::start(txt());
     let mut child = Child::start(&format!("{role} {}", controller.port()));
     let (_, begins) = child.hear("begins");
     let (name, begun) = child.hear("begun");
     let soon = begun.duration_since(begins).unwrap_or_default();
     let (by, stopped) = controller.stopped_after(Instant::now());
-    Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped }
+    Ok(Outcome { seen: Seen::Named(name), soon: Some(soon), by, stopped })
 }
 
 /// The camera and I2C fail like this, and the transfer goes on.
-fn in_transfer(role: &str, [camera, i2c]: [&str; 2]) -> Outcome {
+fn in_transfer(role: &str, [camera, i2c]: [&str; 2]) -> Result<Outcome, Skipped> {
+    only_unix("limits for a process that it sets itself")?;
     let controller = Controller::start(txt());
     let mut child = Child::start(&format!("{role} {}", controller.port()));
     let (_, begun) = child.hear("begun");
@@ -168,5 +172,5 @@ fn in_transfer(role: &str, [camera, i2c]: [&str; 2]) -> Outcome {
     assert_eq!(child.hear("goes-on").0, "Ok");
     assert_eq!(child.hear("ended").0, "Ok");
     let soon = failed.duration_since(begun).unwrap_or_default();
-    Outcome { seen: Seen::Named(name), soon: Some(soon), by: By::GoesOn, stopped: None }
+    Ok(Outcome { seen: Seen::Named(name), soon: Some(soon), by: By::GoesOn, stopped: None })
 }
