@@ -2,7 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::process::{Command, ExitCode, ExitStatus};
+use std::process::{Command, ExitStatus};
 
 use crate::program::Program;
 use crate::signals;
@@ -13,12 +13,12 @@ use crate::{say, Sentence};
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
 
-/// Runs the program, and returns with its exit status.
+/// Runs the program, and returns the exit status for `tx_run`.
 pub(crate) fn run(
     program: &Program,
     target: &Target,
     arguments: &[OsString],
-) -> Result<ExitCode, Sentence> {
+) -> Result<i32, Sentence> {
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host());
     if cfg!(windows) {
@@ -53,21 +53,47 @@ pub(crate) fn end_with_this_process(command: &mut Command) {
 #[cfg(not(target_os = "linux"))]
 pub(crate) fn end_with_this_process(_: &mut Command) {}
 
-/// Says how the program has ended, unless it has said so itself.
-fn tell(name: &str, entry: Entry, status: ExitStatus) -> ExitCode {
+/// Says how the program has ended, unless it has said so itself. Returns its exit status, 1 for a crash.
+fn tell(name: &str, entry: Entry, status: ExitStatus) -> i32 {
     match status.code() {
-        Some(0) => ExitCode::SUCCESS,
+        Some(0) => 0,
         Some(code) => {
             // The runtime ends a program with PrgTic with 1, and has said why. Other codes are from _exit.
             if entry == Entry::Main || code != 1 {
                 say(&format!("{name} {}", signals::words_of(code)));
             }
-            // A status may have more bits, but is not 0.
-            ExitCode::from(u8::try_from(code).ok().filter(|code| *code != 0).unwrap_or(1))
+            if signals::is_crash(code) {
+                1
+            } else {
+                code
+            }
         }
         None => {
             say(&format!("{name} was ended by {}", signals::name_in(status)));
-            ExitCode::FAILURE
+            1
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What `tx_run` ends with when its program has ended with this status.
+    fn after(status: i32) -> i32 {
+        let [shell, option] = if cfg!(windows) { ["cmd", "/c"] } else { ["sh", "-c"] };
+        let mut command = Command::new(shell);
+        tell("a", Entry::Main, command.args([option, &format!("exit {status}")]).status().unwrap())
+    }
+
+    #[test]
+    fn the_status_is_the_programs() {
+        assert_eq!([0, 1, 7, 255].map(after), [0, 1, 7, 255]);
+    }
+
+    #[cfg_attr(not(windows), ignore = "a status has 8 bits, and a crash is a signal")]
+    #[test]
+    fn a_crash_has_the_status_1_and_a_long_status_is_kept() {
+        assert_eq!([300, -1, -0x3FFF_FFFB].map(after), [300, -1, 1]);
     }
 }

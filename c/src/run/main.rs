@@ -28,7 +28,7 @@ mod work;
 use std::env;
 use std::error::Error;
 use std::io::{self, Write};
-use std::process::ExitCode;
+use std::process::{self, ExitCode};
 
 use env_logger::Env;
 use options::{Options, HELP};
@@ -53,10 +53,14 @@ fn main() -> ExitCode {
             let _ = io::stdout().write_all(HELP.as_bytes());
             ExitCode::SUCCESS
         }
-        Ok(Some(options)) => run(&options).unwrap_or_else(|error| {
-            say(&error.to_string());
-            ExitCode::FAILURE
-        }),
+        Ok(Some(options)) => match run(&options) {
+            // Programs on Windows have longer ones than an `ExitCode` can be.
+            Ok(status) => process::exit(status),
+            Err(error) => {
+                say(&error.to_string());
+                ExitCode::FAILURE
+            }
+        },
         Err(error) => {
             say(&format!("{error}; --help tells how it is used"));
             ExitCode::from(2)
@@ -64,7 +68,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(options: &Options) -> Result<ExitCode, Sentence> {
+fn run(options: &Options) -> Result<i32, Sentence> {
     signals::take_up()?;
     let build = tempfile::Builder::new().prefix("tx_run").tempdir()?;
     let program = program::build(options, build.path())?;

@@ -11,9 +11,9 @@ use unix::came;
 use windows::came;
 
 #[cfg(unix)]
-pub(crate) use unix::{name_in, pass_on_to, stop_passing_on, take_up, words_of};
+pub(crate) use unix::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
 #[cfg(not(unix))]
-pub(crate) use windows::{name_in, pass_on_to, stop_passing_on, take_up, words_of};
+pub(crate) use windows::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
 pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
@@ -129,6 +129,11 @@ mod unix {
         format!("has ended with the exit status {code}")
     }
 
+    /// A crash is a signal, and has no exit status.
+    pub(crate) fn is_crash(_: i32) -> bool {
+        false
+    }
+
     /// The signal that has ended a process.
     pub(crate) fn name_in(status: ExitStatus) -> String {
         let what = |signal| match signal {
@@ -178,6 +183,10 @@ mod windows {
             Some(name) => format!("was ended by {name}"),
             None => format!("has ended with the exit status {code}"),
         }
+    }
+
+    pub(crate) fn is_crash(code: i32) -> bool {
+        super::name_of_status(code).is_some()
     }
 
     pub(crate) fn name_in(status: ExitStatus) -> String {
