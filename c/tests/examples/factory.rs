@@ -92,6 +92,7 @@ fn piece(places: &[(String, Option<Piece>)], name: &str) -> Option<Piece> {
     places.iter().find(|(place, _)| place == name).expect("there is this place").1
 }
 
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn discs_end_in_the_storages_of_their_colours() {
     let Some((said, places)) = drive("sorting_line", &["3"]) else { return };
@@ -101,6 +102,7 @@ fn discs_end_in_the_storages_of_their_colours() {
     }
 }
 
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_disc_is_burnt_and_sawn_and_leaves_the_processing_station() {
     let Some((said, places)) = drive("processing_station", &["1"]) else { return };
@@ -108,6 +110,7 @@ fn a_disc_is_burnt_and_sawn_and_leaves_the_processing_station() {
     assert_eq!((piece(&places, "oven"), piece(&places, "exit")), (None, Some(Piece::White)));
 }
 
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_container_comes_out_of_the_warehouse_and_back_to_its_shelf() {
     let Some((said, places)) = drive("high_bay_warehouse", &["A1"]) else { return };

@@ -1,7 +1,6 @@
 //! A sample that is run with `tx_run`, on a simulated TXT that notes each exchange.
 
 use std::collections::HashMap;
-use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::{mpsc, LazyLock, Mutex};
@@ -43,8 +42,7 @@ pub(crate) fn compilers() -> bool {
         })
         .collect();
     if !missing.is_empty() {
-        // A test's own print would only be shown if it fails.
-        let _ = writeln!(io::stderr(), "skipped: there is no {} here", missing.join(" and no "));
+        crate::miss_compilers(&missing.join(" and no "));
     }
     missing.is_empty()
 }

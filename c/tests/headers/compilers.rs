@@ -52,7 +52,7 @@ pub(crate) fn all() -> &'static [Compiler] {
         let found = PROGRAMS.into_iter().filter_map(|(program, language)| find(program, language));
         let found: Vec<_> = found.collect();
         if found.is_empty() {
-            eprintln!("not checked: no C compiler is here");
+            crate::miss_compilers("C compiler");
         }
         found
     })

@@ -88,6 +88,7 @@ int main(void)
 }
 "#;
 
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_downloaded_program_compiles_unchanged() {
     for compiler in compilers::all() {
@@ -95,6 +96,7 @@ fn a_downloaded_program_compiles_unchanged() {
     }
 }
 
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_pc_program_compiles_unchanged() {
     for compiler in compilers::all() {
@@ -103,6 +105,7 @@ fn a_pc_program_compiles_unchanged() {
 }
 
 /// What calls `PrgInit` and `PrgTic` is in C, whatever the program is in.
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_program_in_cpp_has_functions_for_c() {
     for compiler in compilers::all().iter().filter(|one| one.language == Language::Cpp) {

@@ -21,7 +21,7 @@ pub(crate) fn has_compiler() -> bool {
         ["cc", "gcc", "clang"].into_iter().any(starts)
     });
     if !found {
-        eprintln!("SKIPPED: there is no C compiler");
+        crate::miss_compilers("C compiler");
     }
     found
 }
