@@ -254,3 +254,9 @@ fn an_abandoned_connection_that_takes_no_bytes_is_left_immediately() {
     let writes = at_once([Event::Error(ErrorKind::BrokenPipe)]);
     assert_eq!(abandon(vec![], writes), (vec![], false, NO_WAIT));
 }
+
+/// In place of the tests in `signals.rs`, and of the one for the camera.
+#[cfg(not(unix))]
+#[test]
+#[ignore = "only Unix has signals that interrupt a call"]
+fn limits_hold_in_a_storm_of_real_signals() {}

@@ -6,8 +6,6 @@ mod fuzz_replay;
 mod interop;
 mod porting;
 
-#[cfg(unix)]
 #[path = "../ports/mod.rs"]
 mod ports;
-#[cfg(unix)]
 mod program;

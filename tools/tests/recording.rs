@@ -336,7 +336,7 @@ fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
     assert!(sentence(&["record", "--simulate", "-o", &folder]).starts_with("can't write "));
 }
 
-#[cfg(target_os = "linux")]
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has a file that is always full")]
 #[test]
 fn an_output_that_takes_nothing_is_told_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
@@ -349,7 +349,7 @@ fn an_output_that_takes_nothing_is_told_in_a_sentence() {
     assert!(said(&output).starts_with(full), "{}", said(&output));
 }
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn ctrl_c_ends_a_recording_well() {
     let folder = tempfile::tempdir().unwrap();
@@ -373,7 +373,7 @@ fn ctrl_c_ends_a_recording_well() {
 }
 
 /// A limit for the size of a file is a full disk.
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "only Unix has a limit for the size of a file")]
 #[test]
 fn on_a_full_disk_it_ends_with_a_sentence_and_what_was_written_can_be_read() {
     let folder = tempfile::tempdir().unwrap();

@@ -301,11 +301,6 @@ fn two_gaps_in_a_row_end_with_the_last_server() {
     assert_eq!([receive(&frames), receive(&frames)], [(0, 1), (1, 2)]);
 }
 
-#[cfg(not(unix))]
-#[test]
-#[ignore = "only Unix has signals that interrupt a call"]
-fn the_limit_for_a_frame_holds_in_a_storm_of_signals() {}
-
 #[cfg(unix)]
 #[test]
 fn the_limit_for_a_frame_holds_in_a_storm_of_signals() {

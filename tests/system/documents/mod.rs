@@ -3,7 +3,6 @@
 //! this test alone, `cargo build -p ft-transfer-area-tests --examples` does.
 //!
 //! `UPDATE_DOCUMENTS=1 cargo test --workspace --test system documents` writes them into the documents again.
-#![cfg(unix)]
 
 mod camera;
 mod links;

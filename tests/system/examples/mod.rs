@@ -1,5 +1,4 @@
 //! The samples and the simulated TXT as a user runs them.
-#![cfg(unix)]
 
 mod checks;
 mod factory;
@@ -41,6 +40,7 @@ fn output_in_time(command: &mut Command) -> Output {
     child.wait_with_output().unwrap()
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     let mut program = Program::start(&[
@@ -77,6 +77,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     assert!(log.contains("there is no \"I9\" to set"), "{log}");
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&UNPACED_SLIDE);
@@ -118,6 +119,7 @@ fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transf
     }
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     let program = Program::start(&UNPACED_SLIDE);
@@ -148,6 +150,7 @@ fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     assert!(log.contains("the master: M1 gets command 1: distance 600"), "{log}");
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn there_is_a_warning_about_extensions_of_the_world_that_are_left_out() {
     let warning = "the world's extensions from 1 on are left out";
@@ -158,6 +161,7 @@ fn there_is_a_warning_about_extensions_of_the_world_that_are_left_out() {
     }
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn the_reason_why_a_client_is_cut_off_is_logged() {
     let program = Program::start(&["--pace", "0", "--idle-limit", "0.2"]);
@@ -180,6 +184,7 @@ fn the_reason_why_a_client_is_cut_off_is_logged() {
     assert!(log.contains("the client is cut off: it reads no responses"), "{log}");
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn the_simulated_txt_makes_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);

@@ -40,6 +40,7 @@ fn shape(line: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
+#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
 #[test]
 fn the_picture_in_the_readme_is_what_the_first_sample_prints() {
     let mut run = Run::start("motor_on_off_switch", &[]);

@@ -9,6 +9,7 @@ use super::ftrobopy::Ftrobopy;
 use super::own::Own;
 use super::{start, Exchange};
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn ftrobopys_change_from_another_value_to_1_fails_its_own_checksum() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
@@ -25,6 +26,7 @@ fn ftrobopys_change_from_another_value_to_1_fails_its_own_checksum() {
     assert!(matches!(cut_off[..], [line] if line.contains("checksum")), "{log}");
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn ftrobopys_pair_on_an_extension_is_the_injection_of_an_error() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
@@ -41,6 +43,7 @@ fn ftrobopys_pair_on_an_extension_is_the_injection_of_an_error() {
     }
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn ftrobopys_eighth_command_of_a_motor_is_never_done_in_compressed_exchanges() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };

@@ -10,7 +10,6 @@
 //!
 //! It runs when `FTROBOPY_PYTHON` names a Python with `tests/system/interop/requirements.txt` installed, as
 //! in `.ci/run`, and otherwise prints that it does not run.
-#![cfg(unix)]
 
 mod ftrobopy;
 mod inputs;

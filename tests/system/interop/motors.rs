@@ -219,21 +219,25 @@ fn measure_speeds(exchange: Exchange) {
     }
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn motors_turn_by_the_clock_in_simple_exchanges() {
     measure_speeds(Exchange::Simple);
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn motors_turn_by_the_clock_in_compressed_exchanges() {
     measure_speeds(Exchange::Compressed);
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn motors_turn_alike_by_the_simple_exchange() {
     compare(Exchange::Simple);
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn motors_turn_alike_by_the_compressed_exchange() {
     compare(Exchange::Compressed);

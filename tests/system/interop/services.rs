@@ -200,11 +200,13 @@ fn compare(exchange: Exchange) {
     assert_alike("ftrobopy", &read, &expected);
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn all_else_is_alike_by_the_simple_exchange() {
     compare(Exchange::Simple);
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn all_else_is_alike_by_the_compressed_exchange() {
     compare(Exchange::Compressed);

@@ -12,6 +12,7 @@ fn times(log: &str, told: &str) -> usize {
     log.lines().filter(|line| line.contains(told)).count()
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn both_go_online_and_offline_a_hundred_times() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
@@ -37,6 +38,7 @@ fn both_go_online_and_offline_a_hundred_times() {
 /// I3 as a resistance up to 15 kΩ.
 const RESISTANCE: [(u8, u8); 8] = [(2, 0); 8];
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn ftrobopy_reads_an_extension_again_that_was_cut_off() {
     let Some(ftrobopy) = Ftrobopy::find() else { return };
@@ -49,6 +51,7 @@ fn ftrobopy_reads_an_extension_again_that_was_cut_off() {
     program.interrupt();
 }
 
+#[cfg_attr(not(unix), ignore = "ftrobopy is only compared on Unix")]
 #[test]
 fn this_crate_goes_on_without_an_extension_and_has_it_again() {
     // This also runs without ftrobopy, because ftrobopy can't do it.

@@ -13,20 +13,21 @@ pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
 /// An example, built with the tests.
 pub(crate) fn example(name: &str) -> Command {
-    built(&format!("examples/{name}"), "cargo build --examples")
+    built("examples", name, "cargo build --examples")
 }
 
 /// The command `txt simulate`, built with the tests of all packages.
 pub(crate) fn simulate() -> Command {
-    let mut txt = built("txt", "cargo build --package txt-tools");
+    let mut txt = built("", "txt", "cargo build --package txt-tools");
     txt.arg("simulate");
     txt
 }
 
 /// A program beside the tests, in the folder `target/debug`.
-fn built(name: &str, how: &str) -> Command {
+fn built(folder: &str, name: &str, how: &str) -> Command {
     let tests: PathBuf = std::env::current_exe().unwrap();
-    let path = tests.ancestors().nth(2).unwrap().join(name);
+    let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
+    let path = tests.ancestors().nth(2).unwrap().join(folder).join(file);
     assert!(path.exists(), "{path:?} is not built: {how}");
     Command::new(path)
 }

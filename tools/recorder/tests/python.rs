@@ -14,6 +14,7 @@ use ft_transfer_area_recorder::{Options, Recorder};
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::Value;
 
+#[cfg_attr(not(unix), ignore = "recordings are only read with Python on Unix")]
 #[test]
 fn pythons_mcap_reads_all_channels() {
     let Some(python) = std::env::var_os("MCAP_PYTHON").filter(|python| !python.is_empty()) else {

@@ -17,6 +17,7 @@ fn refused(arguments: &[&str]) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn wrong_arguments_are_a_sentence() {
     for (arguments, sentence) in [
@@ -36,6 +37,7 @@ fn wrong_arguments_are_a_sentence() {
     }
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn without_a_broker_the_bridge_says_so_and_tries_again_until_it_is_ended() {
     // Nobody listens here, and nobody else takes the port meanwhile.
@@ -51,6 +53,7 @@ fn without_a_broker_the_bridge_says_so_and_tries_again_until_it_is_ended() {
     wait_machine(&txt, "offline", |machine| !machine.online());
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_broker_that_sends_garbage_is_left_and_tried_again() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, PATIENCE};
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn commands_move_motors_switch_outputs_and_play_sounds() {
     let Some(broker) = Broker::start() else { return };
@@ -47,6 +48,7 @@ fn commands_move_motors_switch_outputs_and_play_sounds() {
     wait_machine(&txt, "all off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn wrong_commands_are_answered_and_change_nothing() {
     let Some(broker) = Broker::start() else { return };
@@ -78,6 +80,7 @@ fn wrong_commands_are_answered_and_change_nothing() {
     assert_eq!(txt.with_machine(|machine| m1(machine)), 200, "it still turns");
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_command_that_the_broker_has_kept_moves_nothing() {
     let Some(broker) = Broker::start() else { return };
@@ -98,6 +101,7 @@ fn a_command_that_the_broker_has_kept_moves_nothing() {
     assert_eq!(listener.all("ft/press/M1"), [json!({"duty": 0, "distance": 0, "done": true})]);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
     const LIMIT: Duration = Duration::from_millis(800);

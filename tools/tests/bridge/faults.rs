@@ -30,6 +30,7 @@ fn works_again(txt: &SimulatedTxt, listener: &Listener, from: usize) {
     wait_machine(txt, "M1 turns again", |machine| m1(machine) == 77);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_broker_that_dies_stops_the_motors_and_may_come_back() {
     let Some(mut broker) = Broker::start() else { return };
@@ -44,6 +45,7 @@ fn a_broker_that_dies_stops_the_motors_and_may_come_back() {
     works_again(&txt, &listener, from);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_broker_that_is_silent_stops_the_motors() {
     let Some(broker) = Broker::start() else { return };
@@ -57,6 +59,7 @@ fn a_broker_that_is_silent_stops_the_motors() {
     works_again(&txt, &listener, from);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_message_that_is_too_large_stops_the_motors_and_nothing_else() {
     let Some(broker) = Broker::start() else { return };
@@ -83,6 +86,7 @@ fn large_message(broker: &Broker, file: &Path) {
     assert!(connection.iter().any(taken));
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_controller_that_goes_away_is_told_and_goes_on_when_it_is_back() {
     let Some(broker) = Broker::start() else { return };
@@ -108,6 +112,7 @@ fn a_controller_that_goes_away_is_told_and_goes_on_when_it_is_back() {
     drop(bridge);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn an_interrupt_stops_the_motors_says_gone_and_is_a_success() {
     let Some(broker) = Broker::start() else { return };
@@ -122,6 +127,7 @@ fn an_interrupt_stops_the_motors_says_gone_and_is_a_success() {
     assert_eq!(listener.all("ft/press/state").last(), Some(&gone));
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn the_broker_says_gone_when_a_bridge_is_killed() {
     let Some(broker) = Broker::start() else { return };
@@ -136,6 +142,7 @@ fn the_broker_says_gone_when_a_bridge_is_killed() {
     late.wait(0, "ft/press/state", is_state("gone"));
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn a_broker_that_refuses_the_user_ends_the_bridge_with_a_sentence() {
     let Some(program) = mosquitto() else { return };

@@ -8,6 +8,7 @@ use serde_json::json;
 
 use super::support::{is_state, wait_machine, Bridge, Broker, Listener};
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
     let Some(broker) = Broker::start() else { return };
@@ -43,6 +44,7 @@ fn inputs_and_counters_of_all_areas_are_topics_and_the_broker_keeps_them() {
     drop(bridge);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn no_change_of_a_digital_input_is_lost() {
     const CHANGES: u32 = 100;
@@ -72,6 +74,7 @@ fn no_change_of_a_digital_input_is_lost() {
     assert_eq!(told, expected);
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn one_program_serves_several_controllers_and_several_programs_one_broker() {
     let Some(broker) = Broker::start() else { return };
@@ -94,6 +97,7 @@ fn one_program_serves_several_controllers_and_several_programs_one_broker() {
     }
 }
 
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
 fn two_bridges_of_one_name_are_told() {
     let Some(broker) = Broker::start() else { return };

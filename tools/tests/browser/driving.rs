@@ -9,6 +9,7 @@ use super::driver::browse;
 use super::page::{Page, Panel};
 use super::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
 fn the_txt_gets_what_the_page_tells_it() -> Result<()> {
     browse(|client| async move {

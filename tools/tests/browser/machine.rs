@@ -12,6 +12,7 @@ use super::page::{Page, Panel, LIMIT};
 const I1: &str = ".input:nth-child(1)";
 const I3: &str = ".input:nth-child(3)";
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
 fn the_page_shows_the_machine_in_each_language_and_size() -> Result<()> {
     browse(|client| async move {
@@ -84,6 +85,7 @@ async fn speak_german_and_fit(client: &Client) -> Result<()> {
     Ok(())
 }
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
 fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
     browse(|client| async move {

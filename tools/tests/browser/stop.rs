@@ -20,6 +20,7 @@ const HOLD_STOP: &str = "const send = window.fetch;
         return new Promise((go) => { window.letStopGo = go; }).then(() => send(...request));
     }";
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
 fn no_click_is_lost_without_a_word_after_a_stop() -> Result<()> {
     browse(|client| async move {
@@ -28,6 +29,7 @@ fn no_click_is_lost_without_a_word_after_a_stop() -> Result<()> {
     })
 }
 
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
 fn a_page_that_looks_offers_the_wheel_all_the_time() -> Result<()> {
     browse(|client| async move { look_and_stop(&client).await })

@@ -11,6 +11,7 @@ use super::page::is_running;
 use super::program::Panel;
 use super::LIMIT;
 
+#[cfg_attr(windows, ignore = "Wine is too slow for thousands of messages in a second")]
 #[test]
 fn a_hundred_pages_look_and_one_drives() {
     const PAGES: usize = 100;
@@ -35,6 +36,7 @@ fn a_hundred_pages_look_and_one_drives() {
     });
 }
 
+#[cfg_attr(windows, ignore = "Wine is too slow for thousands of messages in a second")]
 #[test]
 fn too_many_pages_are_refused() {
     let panel = Panel::start(&[]);

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::program::{command, Panel};
 use super::LIMIT;
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
 #[test]
 fn the_end_of_the_program_stops_the_motors() {
     for signal in ["INT", "TERM", "KILL"] {
@@ -34,7 +34,7 @@ fn the_end_of_the_program_stops_the_motors() {
     }
 }
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
 #[test]
 fn the_program_ends_while_a_controller_is_missing() {
     let panel = Panel::start(&["127.0.0.1:9"]);
@@ -70,7 +70,7 @@ fn wrong_arguments_are_told() {
     }
 }
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "a browser is found without the environment there")]
 #[test]
 fn without_a_browser_the_panel_says_so_and_goes_on() {
     use std::io::{BufRead, BufReader};

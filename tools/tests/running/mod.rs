@@ -36,7 +36,6 @@ impl Running {
     }
 
     /// Sends it a signal, such as INT.
-    #[cfg(unix)]
     pub(crate) fn signal(&self, signal: &str) {
         let (signal, id) = (format!("-{signal}"), self.child.id().to_string());
         assert!(Command::new("kill").args([signal, id]).status().unwrap().success());
