@@ -225,12 +225,13 @@ fn calls_at_the_wrong_time_err_and_change_nothing() {
     let (txt, handler) = begin(unpaced());
     assert_eq!(handler.stop_camera(), Ok(()), "it was never started");
     let defaults = CameraOptions::default();
+    let highest = i64::try_from(usize::MAX).unwrap_or(i64::MAX);
     for (option, given, options) in [
         ("camera's width", 0, defaults.with_size(0, 240)),
         ("camera's height", 0, defaults.with_size(320, 0)),
         ("camera's framerate", 0, defaults.with_framerate(0)),
         ("camera's channel_frames", 0, defaults.with_channel_frames(0)),
-        ("camera's channel_frames", i64::MAX, defaults.with_channel_frames(usize::MAX)),
+        ("camera's channel_frames", highest, defaults.with_channel_frames(usize::MAX)),
     ] {
         let error = handler.start_camera(options).unwrap_err();
         assert!(

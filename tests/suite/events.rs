@@ -401,7 +401,8 @@ fn a_listener_that_has_stopped_gets_nothing_and_delays_nothing() {
 fn an_impossible_capacity_is_out_of_range() {
     let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
     let most = Events::MAX_CAPACITY;
-    for (capacity, given) in [(0, 0), (most + 1, most as i64 + 1), (usize::MAX, i64::MAX)] {
+    let highest = i64::try_from(usize::MAX).unwrap_or(i64::MAX);
+    for (capacity, given) in [(0, 0), (most + 1, most as i64 + 1), (usize::MAX, highest)] {
         let error = handler.events(EventKind::ALL, capacity).unwrap_err();
         let (what, least, most) = ("capacity for events", 1, most as i64);
         assert_eq!(error, Error::OutOfRange { what, given, least, most });
