@@ -9,13 +9,14 @@ mod interrupt;
 mod panel;
 mod print;
 mod recording;
+mod shell_files;
 mod simulate;
 mod values;
 mod web;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use env_logger::Env;
 
 /// See, record, find and simulate fischertechnik ROBOTICS TXT controllers.
@@ -40,6 +41,8 @@ enum Tool {
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
+    #[command(hide = true)]
+    ShellFiles(shell_files::Args),
 }
 
 /// What is logged unless `RUST_LOG` says more. The errors of a transfer, a camera and a recording are returned to
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),
+        Tool::ShellFiles(args) => shell_files::run(args, Cli::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

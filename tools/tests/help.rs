@@ -1,5 +1,6 @@
 //! What `--help` shows.
 
+use std::fs;
 use std::process::Command;
 
 const COMMANDS: [&str; 10] =
@@ -19,5 +20,23 @@ fn the_help_of_each_command_fits_on_a_screen_and_ends_with_an_example() {
         let end = help.trim_end().rsplit("\n\n").next().unwrap();
         assert!(end.starts_with("Example"), "{command}: {end:?} is no example");
         assert!(end.contains(&format!("txt {command} ")), "{command}: {end:?}");
+    }
+}
+
+#[test]
+fn completions_and_manual_pages_have_each_command() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut txt = Command::new(env!("CARGO_BIN_EXE_txt"));
+    assert!(txt.arg("shell-files").arg(folder.path()).status().unwrap().success());
+    for name in ["txt.bash", "_txt", "txt.fish", "_txt.ps1"] {
+        let text = fs::read_to_string(folder.path().join("completions").join(name)).unwrap();
+        for command in COMMANDS {
+            assert!(text.contains(command), "{name}: {command}");
+        }
+    }
+    for command in COMMANDS {
+        let page = folder.path().join(format!("man/txt-{command}.1"));
+        let text = fs::read_to_string(&page).unwrap();
+        assert!(text.contains(&format!("txt {command} ")), "{command} has no example");
     }
 }
