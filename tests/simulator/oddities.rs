@@ -181,7 +181,8 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
 
 /// A handler for two areas that waits at most half a second for an answer.
 fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(Duration::from_millis(500));
+    // Long enough for a busy machine.
+    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
     TransferAreaComHandler::builder("127.0.0.1")
         .port(txt.port())
         .areas(2)
@@ -222,7 +223,7 @@ fn this_crates_client_is_not_odd() {
 #[test]
 fn this_crates_farewell_is_not_odd() {
     let kinds = [
-        FaultKind::Delay(Duration::from_millis(750)),
+        FaultKind::Delay(Duration::from_millis(1250)),
         FaultKind::Silence,
         FaultKind::WrongId,
         FaultKind::WrongCrc,
