@@ -113,6 +113,9 @@ def steps(unpacked: Unpacked, system: str) -> list[str]:
         for process in served:
             process.terminate()
             process.wait(LIMIT)
+        if system.startswith("windows"):
+            # It stays for a moment, with services of Windows.
+            subprocess.run(["wineserver", "-k"], env=dict(unpacked.environment, PATH=os.environ["PATH"]))
     if not unpacked.run and (cc := shutil.which("cc")):
         world = unpacked.folder / "c/examples/gate.toml"
         unpacked.output("tx_run", "c/examples/gate.c", "--world", str(world), CC=cc, PATH=os.environ["PATH"])
