@@ -22,9 +22,9 @@ use env_logger::Env;
 /// See, record, find and simulate fischertechnik ROBOTICS TXT controllers.
 #[derive(Parser)]
 #[command(name = "txt", version, max_term_width = 100, after_help = EXAMPLE)]
-struct Cli {
+struct Cli<T: Subcommand> {
     #[command(subcommand)]
-    tool: Tool,
+    tool: T,
 }
 
 const EXAMPLE: &str = "Example: txt panel     shows a simulated TXT with its page in the browser";
@@ -41,6 +41,13 @@ enum Tool {
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
+}
+
+/// Also what no completion and no manual page has.
+#[derive(Subcommand)]
+enum Any {
+    #[command(flatten)]
+    Tool(Tool),
     #[command(hide = true)]
     ShellFiles(shell_files::Args),
 }
@@ -52,7 +59,21 @@ const LOG: &str =
 
 fn main() -> ExitCode {
     env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
-    let done = match Cli::parse().tool {
+    let done = match Cli::<Any>::parse().tool {
+        Any::Tool(tool) => run(tool),
+        Any::ShellFiles(args) => shell_files::run(args, Cli::<Tool>::command()),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", print::sentence(&error));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(tool: Tool) -> anyhow::Result<()> {
+    match tool {
         Tool::Find(args) => find::run(args),
         Tool::Panel(args) => panel::run(args),
         Tool::Record(args) => recording::record::run(args),
@@ -63,13 +84,5 @@ fn main() -> ExitCode {
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),
-        Tool::ShellFiles(args) => shell_files::run(args, Cli::command()),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{}", print::sentence(&error));
-            ExitCode::FAILURE
-        }
     }
 }

@@ -24,6 +24,7 @@ pub(crate) fn run(args: Args, mut command: Command) -> anyhow::Result<()> {
     for shell in Shell::value_variants() {
         clap_complete::generate_to(*shell, &mut command, &name, &completions)?;
     }
-    clap_mangen::generate_to(command, made("man")?)?;
+    // Otherwise the help of each command has a page, too.
+    clap_mangen::generate_to(command.disable_help_subcommand(true), made("man")?)?;
     Ok(())
 }

@@ -33,6 +33,7 @@ fn completions_and_manual_pages_have_each_command() {
         for command in COMMANDS {
             assert!(text.contains(command), "{name}: {command}");
         }
+        assert!(!text.contains("shell-files"), "{name} has a command that is not for users");
     }
     for command in COMMANDS {
         let page = folder.path().join(format!("man/txt-{command}.1"));
