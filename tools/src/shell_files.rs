@@ -20,11 +20,12 @@ pub(crate) fn run(args: Args, mut command: Command) -> anyhow::Result<()> {
         fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         anyhow::Ok(folder)
     };
+    // Otherwise the help of each command has a page, too.
+    let without_help = command.clone().disable_help_subcommand(true);
+    clap_mangen::generate_to(without_help, made("man")?)?;
     let completions = made("completions")?;
     for shell in Shell::value_variants() {
         clap_complete::generate_to(*shell, &mut command, &name, &completions)?;
     }
-    // Otherwise the help of each command has a page, too.
-    clap_mangen::generate_to(command.disable_help_subcommand(true), made("man")?)?;
     Ok(())
 }
