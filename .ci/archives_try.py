@@ -25,7 +25,9 @@ GLIBC = (2, 17)
 def runner(system: str) -> list[str] | None:
     """What runs a program of this system here, or `None`."""
     if system in QEMU:
-        return QEMU[system] if shutil.which(QEMU[system][0]) and Path(QEMU[system][2]).is_dir() else None
+        emulator, *libraries = QEMU[system]
+        place = shutil.which(emulator)
+        return [place, *libraries] if place and Path(libraries[1]).is_dir() else None
     if system == "windows-x86_64":
         # Made by `.ci/windows`.
         wine = next(filter(None, map(shutil.which, ["/usr/lib/wine/wine64", "wine64", "wine"])), None)
