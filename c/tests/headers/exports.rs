@@ -69,3 +69,23 @@ fn a_missing_function_is_seen() {
     let Some(missing) = missing(&["ftxInitLibrary"]) else { return };
     assert_eq!(missing, ["ftxInitLibrary"]);
 }
+
+/// By what finished programs for Windows find the functions.
+const NUMBERS: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/lib/ftMscLib.def"));
+
+#[test]
+fn every_function_has_a_number_that_stays() {
+    let numbered: Vec<_> =
+        NUMBERS.lines().filter_map(|line| line.trim().split_once(" @")).collect();
+    for (index, (name, number)) in numbered.iter().enumerate() {
+        assert_eq!(number.parse(), Ok(index + 1), "{name}");
+    }
+    let names: Vec<_> = numbered.iter().map(|(name, _)| *name).collect();
+    let functions: Vec<_> = lines::<3>(FUNCTIONS).map(|[name, ..]| name).collect();
+    // Those of the original's last version have the numbers that a linker gives them by their names.
+    let (original, others) = functions.split_at(76);
+    let mut original = original.to_vec();
+    original.sort_unstable();
+    assert_eq!(names[..76], original);
+    assert_eq!(names[76..], *others);
+}
