@@ -10,6 +10,9 @@ use crate::inputs::Language;
 use crate::options::Options;
 use crate::Sentence;
 
+/// Has the compiler add no checks to the program.
+pub(crate) const NO_CHECKS: &str = "-fno-sanitize=undefined";
+
 impl Language {
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -34,15 +37,27 @@ impl Language {
         }
     }
 
-    fn compilers(self) -> [&'static str; 3] {
+    /// The commands that are tried, in this order. The last ones are Python's package `ziglang`, which is a whole
+    /// compiler for those who have none.
+    fn compilers(self) -> [&'static str; 6] {
         match self {
-            Self::C => ["cc", "gcc", "clang"],
-            Self::Cpp => ["c++", "g++", "clang++"],
+            Self::C => {
+                ["cc", "gcc", "clang", "zig cc", "python3 -m ziglang cc", "python -m ziglang cc"]
+            }
+            Self::Cpp => [
+                "c++",
+                "g++",
+                "clang++",
+                "zig c++",
+                "python3 -m ziglang c++",
+                "python -m ziglang c++",
+            ],
         }
     }
 
     /// Options that let compilers of today take programs of that time. Without optimization, because programs
-    /// wait in loops for fields that are not volatile.
+    /// wait in loops for fields that are not volatile. `-fno-sanitize=undefined` is for zig, which otherwise has programs
+    /// end where they do what C does not define, such as an addition that overflows.
     fn options(self) -> &'static [&'static str] {
         match self {
             Self::C => &[
@@ -50,12 +65,13 @@ impl Language {
                 "-O0",
                 "-g",
                 "-fcommon",
+                NO_CHECKS,
                 "-Wno-error=implicit-function-declaration",
                 "-Wno-error=implicit-int",
                 "-Wno-error=int-conversion",
                 "-Wno-error=incompatible-pointer-types",
             ],
-            Self::Cpp => &["-std=gnu++14", "-O0", "-g"],
+            Self::Cpp => &["-std=gnu++14", "-O0", "-g", NO_CHECKS],
         }
     }
 
@@ -68,6 +84,20 @@ impl Language {
 /// The words of an environment variable with options.
 pub(crate) fn words_of(variable: &str) -> Vec<OsString> {
     env::var(variable).unwrap_or_default().split_whitespace().map(Into::into).collect()
+}
+
+/// The words of a command. The program may have spaces in its path if it is there, as in
+/// `C:\Program Files\zig\zig.exe cc`.
+fn command_words(command: &str) -> Vec<OsString> {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let is_file = |count: &usize| {
+        let path = words[..*count].join(" ");
+        Path::new(&path).is_file() || Path::new(&(path + env::consts::EXE_SUFFIX)).is_file()
+    };
+    let program = (1..=words.len()).rev().find(is_file).unwrap_or(words.len().min(1));
+    let (program, rest) = words.split_at(program);
+    let program = (!program.is_empty()).then(|| program.join(" "));
+    program.into_iter().chain(rest.iter().map(ToString::to_string)).map(Into::into).collect()
 }
 
 /// A compiler that is there.
@@ -88,7 +118,7 @@ impl Compiler {
         let [variable, flags] = language.variables();
         let named = env::var_os(variable).filter(|named| !named.is_empty());
         let words: Vec<OsString> = match &named {
-            Some(named) => named.to_string_lossy().split_whitespace().map(Into::into).collect(),
+            Some(named) => command_words(&named.to_string_lossy()),
             None => Vec::new(),
         };
         let (words, version) = match (words.is_empty(), version_of(&words)) {
@@ -187,18 +217,38 @@ fn version_of(words: &[OsString]) -> std::io::Result<Option<String>> {
 }
 
 fn first_found(language: Language) -> Result<(Vec<OsString>, String), Sentence> {
-    for name in language.compilers() {
-        let words = vec![OsString::from(name)];
+    for command in language.compilers() {
+        let words: Vec<OsString> = command.split(' ').map(Into::into).collect();
         if let Ok(Some(version)) = version_of(&words) {
             return Ok((words, version));
         }
     }
-    let [first, second, third] = language.compilers();
+    let [first, second, third, ..] = language.compilers();
     Err(format!(
-        "no {} compiler is found: neither {first} nor {second} nor {third}. Install gcc or clang, or name a \
-         compiler in {}",
+        "no {} compiler is found: neither {first} nor {second} nor {third} nor zig. Install gcc or clang, or with \
+         Python: pip install ziglang. Or name a compiler in {}",
         language.name(),
         language.variables()[0]
     )
     .into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_has_arguments_and_its_program_may_have_spaces() {
+        let folder = tempfile::Builder::new().prefix("ein Übersetzer").tempdir().unwrap();
+        let program = folder.path().join(format!("zig 1{}", env::consts::EXE_SUFFIX));
+        std::fs::write(&program, "").unwrap();
+        let program = program.to_str().unwrap();
+        let without = program.strip_suffix(env::consts::EXE_SUFFIX).unwrap();
+        for named in [program, without] {
+            assert_eq!(command_words(named), [named]);
+            assert_eq!(command_words(&format!("{named}  cc -w")), [named, "cc", "-w"]);
+        }
+        assert_eq!(command_words(" no such  cc"), ["no", "such", "cc"]);
+        assert_eq!(command_words(" "), [""; 0]);
+    }
 }

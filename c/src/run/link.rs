@@ -6,7 +6,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use crate::compiler::{words_of, Compiler};
+use crate::compiler::{words_of, Compiler, NO_CHECKS};
 use crate::inputs::Inputs;
 use crate::options::Options;
 use crate::packages;
@@ -33,7 +33,12 @@ pub(crate) fn link(
 ) -> Result<(), Sentence> {
     let mut command = compiler.command();
     let own = folder_of(library);
-    command.args(words_of("LDFLAGS")).args(objects).args(&inputs.objects).args(&inputs.archives);
+    command
+        .arg(NO_CHECKS)
+        .args(words_of("LDFLAGS"))
+        .args(objects)
+        .args(&inputs.objects)
+        .args(&inputs.archives);
     for folder in &options.library_folders {
         command.arg("-L").arg(folder);
     }

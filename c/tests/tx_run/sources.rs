@@ -218,3 +218,22 @@ fn a_pc_program_runs() {
          ftxStopTransferArea(h);\nftxCloseDevice(h);\nftxCloseLib();\nreturn 0;\n}\n",
     );
 }
+
+#[test]
+fn zig_is_the_compiler_of_those_who_have_no_other() {
+    use std::os::unix::fs::PermissionsExt;
+    if !has_compiler() {
+        return;
+    }
+    // It is named by two words, and here it is another compiler.
+    let folder = tempfile::tempdir().unwrap();
+    let zig = folder.path().join("zig");
+    let text = "#!/bin/sh\n[ \"$1\" = cc ] || exit 1\nshift\nPATH=/usr/local/bin:/usr/bin:/bin exec cc \"$@\"\n";
+    std::fs::write(&zig, text).unwrap();
+    std::fs::set_permissions(&zig, std::fs::Permissions::from_mode(0o755)).unwrap();
+    write(folder.path(), "three.c", "int main(void) { return 3; }\n");
+    let mut command = tx_run(&["--world", "none"]);
+    command.arg(folder.path().join("three.c")).env("PATH", folder.path()).env_remove("CC");
+    let ended = Run::start(&mut command).end();
+    assert_eq!(ended.status, Some(3), "{ended:?}");
+}
