@@ -158,6 +158,8 @@ fn without_dot(path: PathBuf) -> PathBuf {
 
 #[cfg(test)]
 mod tests {
+    use std::slice;
+
     use super::*;
 
     fn inputs(files: &[PathBuf]) -> Result<Inputs, String> {
@@ -187,7 +189,7 @@ mod tests {
         let src = folder.path().join("gate/src");
         fs::create_dir_all(&src).unwrap();
         fs::write(src.join("main.cpp"), "").unwrap();
-        assert_eq!(inputs(&[src.clone()]).unwrap().name, "gate");
+        assert_eq!(inputs(slice::from_ref(&src)).unwrap().name, "gate");
         assert_eq!(inputs(&[src.join("main.cpp")]).unwrap().name, "main");
     }
 
