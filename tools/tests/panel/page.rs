@@ -145,23 +145,21 @@ impl Page {
 
     /// Waits for a message.
     pub(crate) fn wait(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
-        let deadline = Instant::now() + LIMIT;
-        loop {
-            let message = self.next();
-            if wanted(&message) {
-                return message;
-            }
-            assert!(Instant::now() < deadline, "the last message is {message}");
-        }
+        self.wait_and_read(|text| Some(parse(text)).filter(&wanted))
     }
 
     /// Waits for a message whose text is as wanted. It costs far less time than to read each of them.
     pub(crate) fn wait_for_text(&mut self, wanted: impl Fn(&str) -> bool) -> Value {
+        self.wait_and_read(|text| wanted(text).then(|| parse(text)))
+    }
+
+    /// Waits until `read` returns a message.
+    fn wait_and_read(&mut self, read: impl Fn(&str) -> Option<Value>) -> Value {
         let deadline = Instant::now() + LIMIT;
         loop {
             let text = self.next_text();
-            if wanted(&text) {
-                return serde_json::from_str(&text).unwrap();
+            if let Some(message) = read(&text) {
+                return message;
             }
             assert!(Instant::now() < deadline, "the last message is {text}");
         }
@@ -169,7 +167,7 @@ impl Page {
 
     /// The next message.
     fn next(&mut self) -> Value {
-        serde_json::from_str(&self.next_text()).unwrap()
+        parse(&self.next_text())
     }
 
     fn next_text(&mut self) -> Utf8Bytes {
@@ -218,6 +216,10 @@ pub(crate) fn request(address: &str, token: &str) -> Request<()> {
 
 pub(crate) fn is_running(state: &Value) -> bool {
     state["link"]["phase"] == "running"
+}
+
+fn parse(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
 }
 
 fn code_of(answer: &Value) -> String {
