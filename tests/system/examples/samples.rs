@@ -1,6 +1,7 @@
 //! The samples: what they print on their own simulated TXT and with `txt simulate`, what
 //! they do with a controller on Ctrl-C, and what they say when something is missing.
 
+use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::{env, fs, thread};
 
@@ -110,8 +111,12 @@ fn each_sample_runs_with_the_simulated_txt_in_another_terminal() {
 }
 
 fn assert_plays_with_the_program(Sample { name, shows, endless, check }: &Sample) {
-    let world = if *name == "sorting_line" { name } else { "default" };
-    let program = Program::start(&["--world", world]);
+    let folder = tempfile::tempdir().unwrap();
+    let world = match *name {
+        "sorting_line" => quick_sorting_line(folder.path()),
+        _ => String::from("default"),
+    };
+    let program = Program::start(&["--world", &world]);
     let mut run = Run::start(name, &[&format!("127.0.0.1:{}", program.ports[0])]);
     shows.iter().for_each(|part| run.wait_for(part));
     if *endless {
@@ -130,6 +135,16 @@ fn assert_plays_with_the_program(Sample { name, shows, endless, check }: &Sample
             }
         }
     }
+}
+
+/// The shipped world with less time between its workpieces.
+fn quick_sorting_line(folder: &Path) -> String {
+    let world = include_str!("../../../simulator/worlds/sorting_line.toml");
+    let quick = world.replace("{ at = 14,", "{ at = 8,").replace("{ at = 26,", "{ at = 14,");
+    assert_ne!(quick, world);
+    let file = folder.join("line.toml");
+    fs::write(&file, quick).unwrap();
+    file.to_str().unwrap().to_owned()
 }
 
 #[test]

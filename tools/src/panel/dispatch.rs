@@ -56,9 +56,9 @@ impl Panel {
         json!({"type": "hello", "version": version, "page": page, "hosts": hosts}).to_string()
     }
 
-    /// The newest state of a controller, for this page.
+    /// The newest state of a controller, for this page; `None` before the first.
     pub(crate) fn state(&self, id: usize, page: PageId) -> Option<String> {
-        let state = self.hosts.get(id)?.state.borrow().clone();
+        let state = self.hosts.get(id)?.state.borrow().clone()?;
         let (driver, freed) = match self.common.control.driver() {
             Ok(driver) => (json!(driver), Value::Null),
             Err(freed) => (Value::Null, json!(freed)),

@@ -16,6 +16,7 @@ use super::problem::Problem;
 use super::reply::Reply;
 use super::request::{CameraRequest, I2cRequest, Work, WorldRequest};
 use super::shown::Shown;
+use super::state::Newest;
 use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
 
@@ -30,8 +31,7 @@ const CONNECT_LIMIT: Duration = Duration::from_secs(2);
 /// A controller, as the server knows it.
 pub(crate) struct Host {
     pub(crate) address: String,
-    /// The newest state, without the braces around it.
-    pub(crate) state: watch::Receiver<Arc<str>>,
+    pub(crate) state: watch::Receiver<Newest>,
     simulated: Option<Arc<Simulated>>,
     camera: Arc<Camera>,
     /// `None` if another program drives it.
@@ -63,7 +63,7 @@ impl Host {
     /// A simulated TXT in this program, which another program drives.
     pub(crate) fn shown(simulated: Simulated, common: &Arc<Common>) -> Result<Self, Error> {
         let (address, simulated) = (simulated.address(), Arc::new(simulated));
-        let (publish, state) = watch::channel(Arc::from(""));
+        let (publish, state) = watch::channel(None);
         let (end, ended) = bounded(1);
         let shown = Shown::new(Arc::clone(&simulated), Arc::clone(common), publish);
         spawn("host", move || {
@@ -100,7 +100,7 @@ impl Host {
             running: Arc::default(),
         };
         let (orders, for_worker) = bounded(WAITING);
-        let (publish, state) = watch::channel(Arc::from(""));
+        let (publish, state) = watch::channel(None);
         let (end, ended) = bounded(1);
         let running = Arc::clone(&controller.running);
         let worker = Worker::new(controller, for_worker, publish);

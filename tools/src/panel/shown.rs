@@ -9,7 +9,7 @@ use tokio::sync::watch;
 use super::camera::CameraState;
 use super::common::Common;
 use super::histogram::Histogram;
-use super::state::{self, HostState, Link, Phase};
+use super::state::{self, HostState, Link, Newest, Phase};
 use super::worker::STATE_PERIOD;
 use super::world::Simulated;
 
@@ -17,7 +17,7 @@ use super::world::Simulated;
 pub(super) struct Shown {
     simulated: Arc<Simulated>,
     common: Arc<Common>,
-    publish: watch::Sender<Arc<str>>,
+    publish: watch::Sender<Newest>,
     /// How many exchanges there were at the last look, and when it was.
     before: (u64, Instant),
 }
@@ -26,7 +26,7 @@ impl Shown {
     pub(super) fn new(
         simulated: Arc<Simulated>,
         common: Arc<Common>,
-        publish: watch::Sender<Arc<str>>,
+        publish: watch::Sender<Newest>,
     ) -> Self {
         Self { simulated, common, publish, before: (0, Instant::now()) }
     }

@@ -27,13 +27,16 @@ pub(super) struct HostState<'a> {
 
 impl HostState<'_> {
     /// Tells all pages.
-    pub(super) fn publish(&self, to: &watch::Sender<Arc<str>>) {
+    pub(super) fn publish(&self, to: &watch::Sender<Newest>) {
         match serde_json::to_string(self) {
-            Ok(text) => drop(to.send_replace(inner(&text))),
+            Ok(text) => drop(to.send_replace(Some(inner(&text)))),
             Err(error) => log::error!("the state can't be written: {error}"),
         }
     }
 }
+
+/// The newest state of a controller without the braces around it, `None` before the first.
+pub(crate) type Newest = Option<Arc<str>>;
 
 /// The members of an object, without its braces.
 fn inner(object: &str) -> Arc<str> {

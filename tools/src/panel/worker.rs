@@ -14,7 +14,7 @@ use super::common::Common;
 use super::histogram::Histogram;
 use super::order::{not_connected, stopped, Order};
 use super::problem::Problem;
-use super::state::{self, HostState, Link, Phase};
+use super::state::{self, HostState, Link, Newest, Phase};
 use super::world::Simulated;
 use crate::commands::Command;
 
@@ -41,7 +41,7 @@ pub(super) struct Controller {
 pub(super) struct Worker {
     controller: Controller,
     orders: Receiver<AreaOrder>,
-    publish: watch::Sender<Arc<str>>,
+    publish: watch::Sender<Newest>,
     phase: Phase,
     /// Why there is no connection.
     error: Option<Problem>,
@@ -55,7 +55,7 @@ impl Worker {
     pub(super) fn new(
         controller: Controller,
         orders: Receiver<AreaOrder>,
-        publish: watch::Sender<Arc<str>>,
+        publish: watch::Sender<Newest>,
     ) -> Self {
         let worker = Self {
             controller,

@@ -1,7 +1,5 @@
 #include <stdio.h>
 
-#include <iostream>
-
 #include "KeLibTxtDl.h"
 #include "FtShmem.h"
 #include "line/axis.h"
@@ -16,7 +14,7 @@ static_assert(sizeof(uint32_t) == 4 && sizeof(BOOL32) == 4 && sizeof(FISH_X1_TRA
 int main(int argc, char **)
 {
     if (argc > 1) {
-        std::cout << "lamp " << lamp_duty(1) << std::endl;
+        printf("lamp %d\n", lamp_duty(1));
         return 0;
     }
     if (StartTxtDownloadProg() != KELIB_ERROR_NONE) return 1;
@@ -29,7 +27,7 @@ int main(int argc, char **)
     one.wait();
     two.wait();
     if (!MotorIOLib_ThreadIsRunning()) return 2;
-    std::cout << one.name << " " << two.name << " done" << std::endl;
+    printf("%s %s done\n", one.name, two.name);
     StopTxtDownloadProg();
     return 0;
 }

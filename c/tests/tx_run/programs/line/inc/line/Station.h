@@ -2,7 +2,6 @@
 #define STATION_H
 
 #include <atomic>
-#include <string>
 #include <thread>
 
 #include <TxtHelpers.h>
@@ -23,7 +22,7 @@ public:
         if (thread.joinable()) thread.join();
     }
     void wait() { thread.join(); }
-    const std::string name;
+    const char *const name;
 
 protected:
     virtual void run() = 0;
