@@ -8,10 +8,18 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::Error;
-use log::{LevelFilter, Log, Metadata, Record};
+use log::{Level, LevelFilter, Log, Metadata, Record};
 
 /// `off`, `error`, `warn`, `info`, `debug` or `trace`.
 const VARIABLE: &str = "FT_TXT_LOG";
+
+/// Who warns a Rust program that it keeps the areas locked, which this package does for a program in C.
+const HELD_LONG: &str = "ft_transfer_area::handler::transfer::long_guard";
+/// Who warns of the watchdog, which a program in C does not set.
+const NOT_ANSWERED: &str = "ft_transfer_area::handler::transfer::calls";
+const OUTPUTS_ARE_OFF: &str =
+    "ft-transfer-area: all outputs are off, because for half a second the program did not \
+     return from a callback, or this computer was too busy";
 
 struct Stderr;
 
@@ -22,7 +30,11 @@ impl Log for Stderr {
 
     fn log(&self, record: &Record<'_>) {
         if self.enabled(record.metadata()) {
-            write_line(&format!("ft-transfer-area: {}", record.args()));
+            match (record.level(), record.target()) {
+                (Level::Warn, HELD_LONG) => {}
+                (Level::Warn, NOT_ANSWERED) => write_line(OUTPUTS_ARE_OFF),
+                _ => write_line(&format!("ft-transfer-area: {}", record.args())),
+            }
         }
     }
 

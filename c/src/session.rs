@@ -273,8 +273,10 @@ impl<A: Area> SessionParts<A> {
             }
         };
         match ended {
-            Some(error @ Error::WatchdogExpired { .. }) => {
-                report::failure(format_args!("a callback took too long: {error}"));
+            Some(Error::WatchdogExpired { limit }) => {
+                report::failure(format_args!(
+                    "a callback took longer than {limit:?}, so the exchange has ended"
+                ));
             }
             // The handler has logged what else can end it.
             _ => log::debug!("the transfer area has ended"),
