@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io;
+use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -45,6 +46,7 @@ pub struct SimulatedTxtBuilder {
     seed: u64,
     lock_step: bool,
     script: Script,
+    ip: IpAddr,
     port: u16,
     camera_port: Option<u16>,
     i2c_port: Option<u16>,
@@ -69,6 +71,7 @@ impl SimulatedTxtBuilder {
             seed: 0,
             lock_step: false,
             script: Box::new(|_| {}),
+            ip: IpAddr::V4(Ipv4Addr::LOCALHOST),
             port: 0,
             camera_port: None,
             i2c_port: None,
@@ -192,6 +195,13 @@ impl SimulatedTxtBuilder {
         self
     }
 
+    /// The address of this computer at which it listens. The default is 127.0.0.1, for clients on this computer;
+    /// with 0.0.0.0 clients on others reach it, too, and whoever reaches it can drive it.
+    pub fn bind(mut self, ip: IpAddr) -> Self {
+        self.ip = ip;
+        self
+    }
+
     /// The port of the main connection, 0 for any free port. The default is 0, the maximum 65533
     /// unless the other ports are set.
     ///
@@ -262,7 +272,7 @@ impl SimulatedTxtBuilder {
         self
     }
 
-    /// Starts to listen on 127.0.0.1, on all three ports. Does not block.
+    /// Starts to listen on all three ports. Does not block.
     ///
     /// # Errors
     ///
@@ -272,7 +282,8 @@ impl SimulatedTxtBuilder {
     /// when a port is taken or the operating system refuses a socket or a thread.
     pub fn start(mut self) -> Result<SimulatedTxt, Error> {
         let machine = self.machine()?;
-        let ports = Ports { main: self.port, camera: self.camera_port, i2c: self.i2c_port };
+        let (ip, main) = (self.ip, self.port);
+        let ports = Ports { ip, main, camera: self.camera_port, i2c: self.i2c_port };
         ports.check()?;
         Error::check_millis("pace in ms", self.pace, DELAYS)?;
         self.faults.iter().try_for_each(Fault::check)?;

@@ -171,7 +171,8 @@ impl SimulatedTxt {
         SimulatedTxtBuilder::new()
     }
 
-    /// 127.0.0.1 and the port of the main connection.
+    /// The address and the port of the main connection: 127.0.0.1 unless it was
+    /// [set](SimulatedTxtBuilder::bind).
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -181,12 +182,12 @@ impl SimulatedTxt {
         self.address.port()
     }
 
-    /// The port of the camera connection, on 127.0.0.1 too.
+    /// The port of the camera connection, at the same address.
     pub fn camera_port(&self) -> u16 {
         self.camera_port
     }
 
-    /// The port of the I2C connection, on 127.0.0.1 too.
+    /// The port of the I2C connection, at the same address.
     pub fn i2c_port(&self) -> u16 {
         self.i2c_port
     }

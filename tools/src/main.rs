@@ -3,6 +3,7 @@
 mod arguments;
 mod bridge;
 mod camera;
+mod classroom;
 mod commands;
 mod find;
 mod interrupt;
@@ -12,6 +13,7 @@ mod recording;
 mod shell_files;
 mod simulate;
 mod values;
+mod watch;
 mod web;
 
 use std::process::ExitCode;
@@ -41,6 +43,8 @@ enum Tool {
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
+    Watch(watch::Args),
+    Classroom(classroom::Args),
 }
 
 /// Also what no completion and no manual page has.
@@ -84,5 +88,7 @@ fn run(tool: Tool) -> anyhow::Result<()> {
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),
+        Tool::Watch(args) => watch::run(args),
+        Tool::Classroom(args) => classroom::run(args),
     }
 }

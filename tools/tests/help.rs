@@ -3,8 +3,20 @@
 use std::fs;
 use std::process::Command;
 
-const COMMANDS: [&str; 10] =
-    ["bridge", "camera", "csv", "find", "info", "panel", "plot", "record", "replay", "simulate"];
+const COMMANDS: [&str; 12] = [
+    "bridge",
+    "camera",
+    "classroom",
+    "csv",
+    "find",
+    "info",
+    "panel",
+    "plot",
+    "record",
+    "replay",
+    "simulate",
+    "watch",
+];
 
 #[test]
 fn the_help_of_each_command_fits_on_a_screen_and_ends_with_an_example() {

@@ -3,9 +3,11 @@
 mod bridge;
 mod browser;
 mod camera;
+mod classroom;
 mod find;
 mod help;
 mod panel;
 mod plot;
 mod recording;
 mod running;
+mod watch;

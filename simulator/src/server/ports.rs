@@ -2,7 +2,7 @@
 
 use std::io;
 use std::iter;
-use std::net::{Ipv4Addr, TcpListener};
+use std::net::{IpAddr, TcpListener};
 use std::ops::Range;
 
 use crate::error::Error;
@@ -17,6 +17,8 @@ const ELSEWHERE: Range<u16> = 10_000..20_000;
 /// The ports that were asked for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ports {
+    /// The address of this computer.
+    pub(crate) ip: IpAddr,
     /// 0 for any free port.
     pub(crate) main: u16,
     /// 0 for any free port, `None` for the main port plus 1.
@@ -58,10 +60,10 @@ impl Ports {
     }
 
     fn try_to_listen(self) -> io::Result<[TcpListener; 3]> {
-        let main = listen_on(self.main)?;
+        let main = listen_on(self.ip, self.main)?;
         let port = main.local_addr()?.port();
-        let camera = listen_on(behind(port, 1, self.camera)?)?;
-        let i2c = listen_on(behind(port, 2, self.i2c)?)?;
+        let camera = listen_on(self.ip, behind(port, 1, self.camera)?)?;
+        let i2c = listen_on(self.ip, behind(port, 2, self.i2c)?)?;
         Ok([main, camera, i2c])
     }
 }
@@ -73,17 +75,21 @@ fn behind(main: u16, distance: u16, asked_for: Option<u16>) -> io::Result<u16> {
         .ok_or_else(|| io::Error::other(format!("too few ports follow port {main}")))
 }
 
-fn listen_on(port: u16) -> io::Result<TcpListener> {
+fn listen_on(ip: IpAddr, port: u16) -> io::Result<TcpListener> {
     let in_context =
         |error: io::Error| io::Error::new(error.kind(), format!("port {port}: {error}"));
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(in_context)?;
+    let listener = TcpListener::bind((ip, port)).map_err(in_context)?;
     listener.set_nonblocking(true)?;
     Ok(listener)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
+
     use super::*;
+
+    const HERE: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
     fn ports(listeners: &[TcpListener; 3]) -> [u16; 3] {
         listeners.each_ref().map(|listener| listener.local_addr().unwrap().port())
@@ -91,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_ports_are_in_a_row_unless_asked_for() {
-        let free = Ports { main: 0, camera: None, i2c: None };
+        let free = Ports { ip: HERE, main: 0, camera: None, i2c: None };
         let listeners = free.listen().unwrap();
         let [main, camera, i2c] = ports(&listeners);
         assert_eq!([camera, i2c], [main + 1, main + 2]);
@@ -103,7 +109,7 @@ mod tests {
 
     #[test]
     fn ports_are_looked_for_until_three_in_a_row_are_free() {
-        let any = Ports { main: 0, camera: None, i2c: None };
+        let any = Ports { ip: HERE, main: 0, camera: None, i2c: None };
         let taken = any.listen().unwrap();
         let [main, camera, _] = ports(&taken);
         // The port after the first one is taken.
@@ -122,11 +128,11 @@ mod tests {
         for (camera, i2c, last) in
             [(None, None, 65_533), (Some(0), None, 65_533), (None, Some(0), 65_534)]
         {
-            Ports { main: last, camera, i2c }.check().unwrap();
-            let error = Ports { main: last + 1, camera, i2c }.check().unwrap_err();
+            Ports { ip: HERE, main: last, camera, i2c }.check().unwrap();
+            let error = Ports { ip: HERE, main: last + 1, camera, i2c }.check().unwrap_err();
             let sentence = format!("the main port is {}, but has to be 0 to {last}", last + 1);
             assert_eq!(error.to_string(), sentence);
         }
-        Ports { main: 65_535, camera: Some(0), i2c: Some(0) }.check().unwrap();
+        Ports { ip: HERE, main: 65_535, camera: Some(0), i2c: Some(0) }.check().unwrap();
     }
 }

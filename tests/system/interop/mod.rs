@@ -18,6 +18,7 @@ mod motors;
 mod own;
 mod services;
 mod sessions;
+mod through_watch;
 
 use ft_transfer_area::TransferMode;
 use serde_json::Value;

@@ -18,9 +18,14 @@ pub(crate) fn example(name: &str) -> Command {
 
 /// The command `txt simulate`, built with the tests of all packages.
 pub(crate) fn simulate() -> Command {
-    let mut txt = built("", "txt", "cargo build --package txt-tools");
+    let mut txt = txt();
     txt.arg("simulate");
     txt
+}
+
+/// The program `txt`.
+fn txt() -> Command {
+    built("", "txt", "cargo build --package txt-tools")
 }
 
 /// A program beside the tests, in the folder `target/debug`.
@@ -49,6 +54,22 @@ pub(crate) struct Program {
     /// Main, camera, I2C.
     pub(crate) ports: [u16; 3],
     log: Option<JoinHandle<String>>,
+    /// `txt watch` between it and its clients.
+    watch: Option<Watch>,
+}
+
+/// A running `txt watch`, and what it says on stderr.
+struct Watch {
+    child: Child,
+    said: Option<JoinHandle<String>>,
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
 }
 
 impl Program {
@@ -70,7 +91,35 @@ impl Program {
             port.unwrap_or_else(|| panic!("{line:?} is no {name} port")).parse().unwrap()
         });
         let stdin = child.stdin.take();
-        Self { child, stdin, ports, log: Some(log) }
+        Self { child, stdin, ports, log: Some(log), watch: None }
+    }
+
+    /// The same through `txt watch`, whose ports are given to clients from now on.
+    pub(crate) fn watched(mut self) -> Self {
+        let mut child = txt()
+            .args(["watch", &format!("127.0.0.1:{}", self.ports[0]), "--port", "0", "--no-browser"])
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let said = Some(read_all(child.stderr.take().unwrap()));
+        let mut out = BufReader::new(child.stdout.take().unwrap());
+        let mut line = String::new();
+        out.read_line(&mut line).unwrap();
+        let main = line.trim().strip_prefix("main 127.0.0.1:").and_then(|port| port.parse().ok());
+        let main: u16 = main.unwrap_or_else(|| panic!("{line:?} is no port"));
+        read_all(out);
+        self.ports = [main, main + 1, main + 2];
+        self.watch = Some(Watch { child, said });
+        self
+    }
+
+    /// Ends `txt watch`; returns what it had to say.
+    pub(crate) fn end_watch(&mut self) -> String {
+        let mut watch = self.watch.take().unwrap();
+        watch.child.kill().unwrap();
+        watch.said.take().unwrap().join().unwrap()
     }
 
     pub(crate) fn type_line(&mut self, line: &str) {

@@ -6,11 +6,13 @@
 //! | task | use |
 //! |---|---|
 //! | record what a program does | [`Recorder`] |
+//! | record what another program does | [`Recorder::fed`] |
 //! | read a recording | [`Recording`] |
 //! | make tables and plots of it | [`Column`] |
 
 mod column;
 mod error;
+mod feed;
 mod format;
 mod part;
 mod reader;
@@ -19,6 +21,7 @@ mod writer;
 
 pub use column::Column;
 pub use error::Error;
+pub use feed::Feed;
 pub use format::{Failure, FailureKind, RecordedEvent, Transfer};
 pub use reader::{Cycle, Entry, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};

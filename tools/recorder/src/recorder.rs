@@ -8,11 +8,13 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
-    CameraFrame, CycleLog, EventKind, Events, LogEntry, Logged, TransferAreaComHandler,
+    CameraFrame, CycleLog, EventKind, Events, LogEntry, Logged, LoggedCycle, TimedEvent,
+    TransferAreaComHandler,
 };
 use mcap::McapResult;
 
 use crate::error::Error;
+use crate::feed::{Fed, FedEntry, Feed};
 use crate::writer::{Losses, Writer};
 
 /// How often it is looked for new entries.
@@ -154,6 +156,22 @@ impl Recorder {
         let events = handler
             .events(&kinds.collect::<Vec<_>>(), capacity)
             .map_err(|error| not_started(error.to_string()))?;
+        Self::record(path, Source::Handler { log, events })
+    }
+
+    /// Begins to record what the program hands in, into a new file in place of an earlier one: for a program that
+    /// has no handler, such as one that looks at the connection of another one.
+    ///
+    /// # Errors
+    ///
+    /// The file can't be created, or the operating system has no more threads.
+    pub fn fed(path: impl AsRef<Path>, options: Options) -> Result<(Self, Feed), Error> {
+        let (feed, entries, lost) = Feed::channel(options.capacity.max(1));
+        let recorder = Self::record(path.as_ref().to_owned(), Source::Feed { entries, lost })?;
+        Ok((recorder, feed))
+    }
+
+    fn record(path: PathBuf, source: Source) -> Result<Self, Error> {
         let writer = Writer::create(&path).map_err(|error| Error::Write {
             path: path.clone(),
             cause: cause(&error),
@@ -165,8 +183,7 @@ impl Recorder {
         let now = Instant::now();
         let worker = Worker {
             writer,
-            log,
-            events,
+            source,
             frames,
             stopped,
             state: Arc::clone(&state),
@@ -179,7 +196,7 @@ impl Recorder {
                 let path = path.clone();
                 move || worker.run(&path)
             })
-            .map_err(|error| not_started(error.to_string()))?;
+            .map_err(|error| Error::NotStarted { cause: error.to_string() })?;
         let frames = FrameSink { sender, state: Arc::clone(&state) };
         Ok(Self { path, state, stop: Some(stop), thread: Some(thread), frames })
     }
@@ -240,11 +257,23 @@ fn cause(error: &mcap::McapError) -> String {
     }
 }
 
+/// Where the entries come from.
+enum Source {
+    Handler {
+        log: CycleLog,
+        events: Events,
+    },
+    Feed {
+        entries: Receiver<FedEntry>,
+        /// How many had no room.
+        lost: Arc<AtomicU64>,
+    },
+}
+
 /// The recorder's thread.
 struct Worker {
     writer: Writer,
-    log: CycleLog,
-    events: Events,
+    source: Source,
     frames: Receiver<CameraFrame>,
     /// Ends with the recorder.
     stopped: Receiver<()>,
@@ -281,21 +310,20 @@ impl Worker {
         }
     }
 
-    /// Records what has come in until now; returns whether the handler is still there.
+    /// Records what has come in until now; returns whether more may come.
     fn take_all(&mut self) -> McapResult<bool> {
         let mut goes_on = true;
         // One more, to see the end.
-        for _ in 0..=self.log.receiver().len() {
-            match self.log.try_recv() {
-                Ok(entry) => self.entry(&entry)?,
+        for _ in 0..=self.source.waiting() {
+            match self.source.next() {
+                Ok(Entry::Logged(entry)) => self.entry(&entry)?,
+                Ok(Entry::Fed(entry)) => self.fed(&entry)?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => goes_on = false,
             }
         }
-        for _ in 0..self.events.receiver().len() {
-            if let Ok(told) = self.events.try_recv() {
-                self.writer.event(&told)?;
-            }
+        while let Some(told) = self.source.next_event() {
+            self.writer.event(&told)?;
         }
         for _ in 0..self.frames.len() {
             if let Ok(frame) = self.frames.try_recv() {
@@ -307,23 +335,39 @@ impl Worker {
 
     fn entry(&mut self, entry: &LogEntry) -> McapResult<()> {
         match &entry.what {
-            Logged::Cycle(cycle) => {
-                self.writer.cycle(cycle, entry.lost)?;
-                if self.told.elapsed() >= STATISTICS {
-                    self.told = Instant::now();
-                    let lost = self.lost();
-                    self.writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
-                }
-            }
+            Logged::Cycle(cycle) => self.cycle(cycle, entry.lost)?,
             Logged::Began(began) => self.writer.began(began)?,
             Logged::Event(told) => self.writer.state(told)?,
             Logged::Failed { at, error, .. } => self.writer.failed(*at, error)?,
             other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
-        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
-        recorded.cycles += u64::from(matches!(entry.what, Logged::Cycle(_)));
-        recorded.lost += entry.lost;
+        self.count(matches!(entry.what, Logged::Cycle(_)), entry.lost);
         Ok(())
+    }
+
+    fn fed(&mut self, entry: &FedEntry) -> McapResult<()> {
+        match &entry.what {
+            Fed::Cycle(cycle) => self.cycle(cycle, entry.lost)?,
+            Fed::Transfer { at, what } => self.writer.transfer(*at, what)?,
+        }
+        self.count(matches!(entry.what, Fed::Cycle(_)), entry.lost);
+        Ok(())
+    }
+
+    fn cycle(&mut self, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+        self.writer.cycle(cycle, lost)?;
+        if self.told.elapsed() >= STATISTICS {
+            self.told = Instant::now();
+            let lost = self.lost();
+            self.writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
+        }
+        Ok(())
+    }
+
+    fn count(&self, is_cycle: bool, lost: u64) {
+        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
+        recorded.cycles += u64::from(is_cycle);
+        recorded.lost += lost;
     }
 
     fn frame(&mut self, frame: &CameraFrame) -> McapResult<()> {
@@ -333,10 +377,42 @@ impl Worker {
     }
 
     fn lost(&self) -> Losses {
-        Losses {
-            entries: self.log.lost(),
-            events: self.events.lost(),
-            frames: self.state.lost_frames.load(Ordering::Relaxed),
+        let (entries, events) = match &self.source {
+            Source::Handler { log, events } => (log.lost(), events.lost()),
+            Source::Feed { lost, .. } => (lost.load(Ordering::Relaxed), 0),
+        };
+        let frames = self.state.lost_frames.load(Ordering::Relaxed);
+        Losses { entries, events, frames }
+    }
+}
+
+/// An entry of a source.
+#[allow(clippy::large_enum_variant, reason = "as in the log, so that none of them allocates")]
+enum Entry {
+    Logged(LogEntry),
+    Fed(FedEntry),
+}
+
+impl Source {
+    fn waiting(&self) -> usize {
+        match self {
+            Self::Handler { log, .. } => log.receiver().len(),
+            Self::Feed { entries, .. } => entries.len(),
+        }
+    }
+
+    fn next(&self) -> Result<Entry, TryRecvError> {
+        match self {
+            Self::Handler { log, .. } => log.try_recv().map(Entry::Logged),
+            Self::Feed { entries, .. } => entries.try_recv().map(Entry::Fed),
+        }
+    }
+
+    /// The next event of a response. A feed has none.
+    fn next_event(&self) -> Option<TimedEvent> {
+        match self {
+            Self::Handler { events, .. } => events.try_recv().ok(),
+            Self::Feed { .. } => None,
         }
     }
 }

@@ -233,11 +233,7 @@ impl Writer {
             address: began.address.map(|address| address.to_string()).unwrap_or_default(),
             areas: began.areas,
         };
-        // A time before the file began would confuse those who look for its beginning.
-        let at = began.at.max(self.clock.began);
-        self.put_json(TRANSFER, at, &message)?;
-        let text = format!("the transfer with {} begins", began.device_name);
-        self.put_log(at, INFO, text)
+        self.transfer(began.at, &message)
     }
 
     pub(crate) fn failed(
@@ -245,41 +241,52 @@ impl Writer {
         at: Instant,
         error: &ft_transfer_area::Error,
     ) -> McapResult<()> {
-        self.put_json(TRANSFER, at, &Transfer::Failed(Failure::from(error)))?;
-        self.put_log(at, ERROR, format!("a transfer could not begin: {error}"))
+        self.transfer(at, &Transfer::Failed(Failure::from(error)))
     }
 
     /// An event that comes from no response.
     pub(crate) fn state(&mut self, told: &TimedEvent) -> McapResult<()> {
-        let (message, level, text) = match &told.event {
-            Event::ConnectionLost { error, .. } => (
-                Transfer::Lost(Failure::from(error)),
-                WARNING,
-                format!("the connection is lost: {error}"),
-            ),
-            Event::ConnectionRestored { after, .. } => (
-                Transfer::Restored { after_ms: nanos(*after) / 1_000_000 },
-                INFO,
-                format!("the connection was made again after {:.2} s", after.as_secs_f64()),
-            ),
-            Event::WatchdogExpired { limit, .. } => (
-                Transfer::WatchdogExpired { limit_ms: nanos(*limit) / 1_000_000 },
-                ERROR,
-                format!("the watchdog has stopped the motors after {} s", limit.as_secs_f64()),
-            ),
-            Event::TransferEnded { error: Some(error), .. } => (
-                Transfer::EndedBy(Failure::from(error)),
-                ERROR,
-                format!("the transfer has ended: {error}"),
-            ),
-            Event::TransferEnded { .. } => {
-                (Transfer::Ended, INFO, "the transfer has ended".to_owned())
+        let message = match &told.event {
+            Event::ConnectionLost { error, .. } => Transfer::Lost(Failure::from(error)),
+            Event::ConnectionRestored { after, .. } => {
+                Transfer::Restored { after_ms: nanos(*after) / 1_000_000 }
             }
+            Event::WatchdogExpired { limit, .. } => {
+                Transfer::WatchdogExpired { limit_ms: nanos(*limit) / 1_000_000 }
+            }
+            Event::TransferEnded { error: Some(error), .. } => {
+                Transfer::EndedBy(Failure::from(error))
+            }
+            Event::TransferEnded { .. } => Transfer::Ended,
             // A kind that this program does not know yet is not lost.
             _ => return self.event(told),
         };
-        self.put_json(TRANSFER, told.arrived, &message)?;
-        self.put_log(told.arrived, level, text)
+        self.transfer(told.arrived, &message)
+    }
+
+    /// What has happened to a transfer, for programs and as a line for people.
+    pub(crate) fn transfer(&mut self, at: Instant, message: &Transfer) -> McapResult<()> {
+        let (level, text) = match message {
+            Transfer::Began { device_name, .. } => {
+                (INFO, format!("the transfer with {device_name} begins"))
+            }
+            Transfer::Failed(why) => (ERROR, format!("a transfer could not begin: {}", why.error)),
+            Transfer::Lost(why) => (WARNING, format!("the connection is lost: {}", why.error)),
+            Transfer::Restored { after_ms } => {
+                let after = *after_ms as f64 / 1e3;
+                (INFO, format!("the connection was made again after {after:.2} s"))
+            }
+            Transfer::WatchdogExpired { limit_ms } => {
+                let limit = *limit_ms as f64 / 1e3;
+                (ERROR, format!("the watchdog has stopped the motors after {limit} s"))
+            }
+            Transfer::Ended => (INFO, "the transfer has ended".to_owned()),
+            Transfer::EndedBy(why) => (ERROR, format!("the transfer has ended: {}", why.error)),
+        };
+        // A time before the file began would confuse those who look for its beginning.
+        let at = at.max(self.clock.began);
+        self.put_json(TRANSFER, at, message)?;
+        self.put_log(at, level, text)
     }
 
     /// An event of a response, of whatever kind.

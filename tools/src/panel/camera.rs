@@ -53,13 +53,19 @@ impl Camera {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn show(&self, frame: &CameraFrame) {
+    pub(super) fn show(&self, frame: &CameraFrame) {
         let mut state = self.lock();
+        state.running = true;
         state.frames += 1;
         match frame.jpeg() {
             Ok(jpeg) => drop(self.picture.send_replace(Arc::from(&*jpeg))),
             Err(error) => state.error = Some(error.into()),
         }
+    }
+
+    /// No more pictures come on this connection.
+    pub(super) fn end(&self) {
+        self.lock().running = false;
     }
 }
 

@@ -17,6 +17,7 @@ use super::reply::Reply;
 use super::request::{CameraRequest, I2cRequest, Work, WorldRequest};
 use super::shown::Shown;
 use super::state::Newest;
+use super::watched::Watched;
 use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
 
@@ -33,6 +34,8 @@ pub(crate) struct Host {
     pub(crate) address: String,
     pub(crate) state: watch::Receiver<Newest>,
     simulated: Option<Arc<Simulated>>,
+    /// Whether a page may change the world of a simulated TXT.
+    hands: bool,
     camera: Arc<Camera>,
     /// `None` if another program drives it.
     driven: Option<Driven>,
@@ -72,7 +75,21 @@ impl Host {
             let _ = end.send(());
         })?;
         let camera = Arc::default();
-        Ok(Self { address, state, simulated: Some(simulated), camera, driven: None, ended })
+        let simulated = Some(simulated);
+        Ok(Self { address, state, simulated, hands: true, camera, driven: None, ended })
+    }
+
+    /// A controller that another program drives through this one, and where to say what has happened to it.
+    pub(crate) fn watched(address: &str, common: &Arc<Common>) -> (Self, Watched) {
+        let (publish, state) = watch::channel(None);
+        let camera = Arc::new(Camera::default());
+        let watched = Watched::new(Arc::clone(common), Arc::clone(&camera), publish);
+        // Its end is that of the program.
+        let (_, ended) = bounded(0);
+        let address = address.to_owned();
+        let host =
+            Self { address, state, simulated: None, hands: false, camera, driven: None, ended };
+        (host, watched)
     }
 
     fn start(
@@ -111,7 +128,8 @@ impl Host {
             i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
             camera: camera::start(handler, Arc::clone(&camera))?,
         };
-        let host = Self { address, state, simulated, camera, driven: Some(driven), ended };
+        let driven = Some(driven);
+        let host = Self { address, state, simulated, hands: true, camera, driven, ended };
         spawn("host", move || {
             worker.run();
             // Nobody may wait for it any more.
@@ -127,6 +145,24 @@ impl Host {
 
     pub(crate) fn is_simulated(&self) -> bool {
         self.simulated.is_some()
+    }
+
+    /// The same controller for a page that changes nothing of it.
+    pub(crate) fn looked_at(&self) -> Self {
+        Self {
+            address: self.address.clone(),
+            state: self.state.clone(),
+            simulated: self.simulated.clone(),
+            hands: false,
+            camera: Arc::clone(&self.camera),
+            driven: None,
+            ended: self.ended.clone(),
+        }
+    }
+
+    /// Whether a page may press buttons of its world.
+    pub(crate) fn has_hands(&self) -> bool {
+        self.hands
     }
 
     /// Whether this program drives it.
@@ -167,6 +203,9 @@ impl Host {
         let Some(simulated) = &self.simulated else {
             return Err(Problem::new("not_simulated", "this controller is not simulated"));
         };
+        if !self.hands {
+            return Err(Problem::new("only_looks", "this page only looks"));
+        }
         simulated.change(area, request)
     }
 }

@@ -17,11 +17,12 @@ mod request;
 mod server;
 mod shown;
 mod state;
+mod watched;
 mod worker;
 mod world;
 
 use std::io::{self, Write};
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -32,8 +33,9 @@ use ft_transfer_area_simulator::world::{Script, World};
 use self::common::Common;
 use self::dispatch::Panel;
 use self::host::Host;
+pub(crate) use self::watched::Watched;
 pub(crate) use self::world::Simulated;
-use crate::web::Site;
+use crate::web::{self, Site};
 use crate::{arguments, interrupt};
 
 /// The host that is no address.
@@ -80,21 +82,65 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let hosts = start_hosts(&args, &common)?;
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let url = tell(&site)?;
-    site.serve(server::router(Arc::clone(&panel)), (!args.no_browser).then_some(url))?;
+    site.serve(server::router([Arc::clone(&panel)]), (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
     end(&panel)
 }
 
 /// A page that shows simulated TXTs which other programs drive. It is served until the program ends.
 pub(crate) fn show(simulated: Vec<Simulated>, opens_browser: bool) -> anyhow::Result<String> {
-    let site = Site::listen(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0))?;
     let common = Arc::new(Common::new());
     let shown = simulated.into_iter().map(|one| Host::shown(one, &common));
-    let hosts = shown.collect::<Result<_, _>>()?;
+    show_hosts(shown.collect::<Result<_, _>>()?, common, opens_browser)
+}
+
+/// A page that shows a controller which another program drives through this one. It is served until the program ends.
+pub(crate) fn watch(address: &str, opens_browser: bool) -> anyhow::Result<(String, Watched)> {
+    let common = Arc::new(Common::new());
+    let (host, watched) = Host::watched(address, &common);
+    Ok((show_hosts(vec![host], common, opens_browser)?, watched))
+}
+
+/// A page for this computer that drives nothing.
+fn show_hosts(
+    hosts: Vec<Host>,
+    common: Arc<Common>,
+    opens_browser: bool,
+) -> anyhow::Result<String> {
+    let site = Site::listen(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0))?;
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let url = site.url(Ipv4Addr::LOCALHOST.into());
-    site.serve(server::router(panel), opens_browser.then(|| url.clone()))?;
+    site.serve(server::router([panel]), opens_browser.then(|| url.clone()))?;
     Ok(url)
+}
+
+/// The addresses of the pages of a classroom.
+pub(crate) struct Links {
+    /// It shows all controllers, and only looks.
+    pub(crate) all: String,
+    /// Each shows one controller, and has the buttons of its world.
+    pub(crate) each: Vec<String>,
+}
+
+/// A page for each of these simulated TXTs, and one that looks at all of them. They are served until the program ends.
+pub(crate) fn classroom(txts: Vec<Simulated>, address: SocketAddr) -> anyhow::Result<Links> {
+    let site = Site::listen(address)?;
+    let ip = web::reachable(site.address.ip());
+    let common = Arc::new(Common::new());
+    let hosts = txts.into_iter().map(|txt| Host::shown(txt, &common));
+    let hosts = hosts.collect::<Result<Vec<_>, _>>()?;
+    let looked_at = hosts.iter().map(Host::looked_at).collect();
+    let mut panels =
+        vec![Arc::new(Panel::new(looked_at, Arc::clone(&common), Arc::clone(&site.access)))];
+    let mut links = Links { all: site.url(ip), each: Vec::new() };
+    for host in hosts {
+        let access = site.another_access()?;
+        links.each.push(site.url_for(ip, &access));
+        let own = Arc::new(Common::new());
+        panels.push(Arc::new(Panel::new(vec![host], own, access)));
+    }
+    site.serve(server::router(panels), None)?;
+    Ok(links)
 }
 
 fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
@@ -134,7 +180,7 @@ fn tell(site: &Site) -> anyhow::Result<String> {
     let mut out = io::stdout().lock();
     writeln!(out, "{}", site.url(here))?;
     if site.address.ip().is_unspecified() {
-        if let Some(ip) = own_address() {
+        if let Some(ip) = web::own_address() {
             writeln!(out, "from other computers: {}", site.url(ip))?;
         }
     }
@@ -147,13 +193,6 @@ fn tell(site: &Site) -> anyhow::Result<String> {
     writeln!(out, "Ctrl-C stops all motors and ends the panel.")?;
     out.flush()?;
     Ok(site.url(here))
-}
-
-/// The address by which this computer reaches others. Nothing is sent for it.
-fn own_address() -> Option<IpAddr> {
-    let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
-    socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9)).ok()?;
-    socket.local_addr().ok().map(|address| address.ip())
 }
 
 /// Stops all motors and waits until the controllers know.

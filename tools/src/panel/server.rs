@@ -29,14 +29,16 @@ const MESSAGE_MAX: usize = 16 * 1024;
 
 #[derive(Clone)]
 struct Server {
-    panel: Arc<Panel>,
+    /// Each for those who have its token.
+    panels: Arc<[Arc<Panel>]>,
     pages: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
 }
 
-pub(super) fn router(panel: Arc<Panel>) -> Router {
+/// Serves panels at one address. The token of a request says which one it is for.
+pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> Router {
     let server = Server {
-        panel,
+        panels: panels.into_iter().collect(),
         pages: Arc::new(Semaphore::new(PAGES)),
         viewers: Arc::new(Semaphore::new(VIEWERS)),
     };
@@ -51,10 +53,29 @@ pub(super) fn router(panel: Arc<Panel>) -> Router {
         .with_state(server)
 }
 
+impl Server {
+    /// The panel that a request is for.
+    fn panel(&self, headers: &HeaderMap, asked: &Asked) -> Result<&Arc<Panel>, Refusal> {
+        let mut refusal = NO_FILE;
+        for panel in &*self.panels {
+            match panel.access.admit(headers, asked) {
+                Ok(()) => return Ok(panel),
+                Err(refused) => refusal = refused,
+            }
+        }
+        Err(refusal)
+    }
+
+    /// The address that the browser used, if it is one of this server.
+    fn host(&self, headers: &HeaderMap) -> Option<String> {
+        self.panels.iter().find_map(|panel| panel.access.host(headers)).map(str::to_owned)
+    }
+}
+
 const NO_FILE: Refusal = (StatusCode::NOT_FOUND, "there is nothing here; the panel is at /\n");
 /// Refuses what was sent to another host, and tells the browser what the page may do.
 async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
-    let Some(host) = server.panel.access.host(request.headers()).map(str::to_owned) else {
+    let Some(host) = server.host(request.headers()) else {
         return WRONG_HOST.into_response();
     };
     let mut response = next.run(request).await;
@@ -83,12 +104,12 @@ async fn open_page(
     Query(asked): Query<Asked>,
     upgrade: WebSocketUpgrade,
 ) -> Result<Response, Refusal> {
-    server.panel.access.admit(&headers, &asked)?;
+    let panel = Arc::clone(server.panel(&headers, &asked)?);
     let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
     let upgrade = upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
-        connection::serve(socket, server.panel).await;
+        connection::serve(socket, panel).await;
         drop(place);
     }))
 }
@@ -98,8 +119,7 @@ async fn stop(
     headers: HeaderMap,
     Query(asked): Query<Asked>,
 ) -> Result<StatusCode, Refusal> {
-    server.panel.access.admit(&headers, &asked)?;
-    server.panel.stop();
+    server.panel(&headers, &asked)?.stop();
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -111,8 +131,7 @@ async fn camera(
     Query(asked): Query<Asked>,
     Path(host): Path<usize>,
 ) -> Result<Response, Refusal> {
-    server.panel.access.admit(&headers, &asked)?;
-    let host = server.panel.hosts.get(host).ok_or(NO_FILE)?;
+    let host = server.panel(&headers, &asked)?.hosts.get(host).ok_or(NO_FILE)?;
     let place = Arc::clone(&server.viewers).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
     Ok(pictures::response(host.pictures(), place))

@@ -49,7 +49,7 @@ impl Shown {
             at: self.common.begin.elapsed().as_millis(),
             link: Link {
                 phase: if online { Phase::Running } else { Phase::Idle },
-                name: self.simulated.name().map(str::to_owned),
+                name: self.simulated.label().map(str::to_owned),
                 firmware: None,
                 error: None,
                 cycle_ms: if count == 0 { 0.0 } else { ms / count as f64 },
@@ -62,6 +62,7 @@ impl Shown {
             world: self.simulated.report(),
             camera: CameraState::default(),
             i2c: false,
+            watched: None,
         };
         state.publish(&self.publish);
     }

@@ -9,6 +9,7 @@ use tokio::sync::watch;
 
 use super::camera::CameraState;
 use super::problem::Problem;
+use super::watched::WatchedState;
 use super::world::WorldReport;
 use crate::commands::Pair;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
@@ -23,6 +24,8 @@ pub(super) struct HostState<'a> {
     pub(super) world: Option<WorldReport>,
     pub(super) camera: CameraState,
     pub(super) i2c: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) watched: Option<WatchedState>,
 }
 
 impl HostState<'_> {
@@ -51,6 +54,8 @@ pub(super) enum Phase {
     Idle,
     Running,
     Gap,
+    /// What passes is not understood.
+    Unclear,
 }
 
 #[derive(Serialize)]

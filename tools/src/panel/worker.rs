@@ -214,6 +214,7 @@ impl Worker {
             world: self.controller.simulated.as_ref().and_then(|simulated| simulated.report()),
             camera: self.controller.camera.state(),
             i2c: self.phase == Phase::Running,
+            watched: None,
         };
         state.publish(&self.publish);
     }

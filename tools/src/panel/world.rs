@@ -1,5 +1,6 @@
 //! The simulated TXT, and the world that is plugged into it.
 
+use std::net::SocketAddr;
 use std::sync::Arc;
 
 use ft_transfer_area::transfer_area::InputMode;
@@ -13,12 +14,15 @@ use super::floor::{self, FloorReport};
 use super::problem::Problem;
 use super::request::{RemoteRequest, WorldRequest};
 use crate::values::RemoteValue;
+use crate::web;
 
 /// A simulated TXT that the panel shows.
 pub(crate) struct Simulated {
     /// All controllers of its world, with their names, and which of them it is.
     txts: Arc<Vec<(String, SimulatedTxt)>>,
     index: usize,
+    /// What people call it.
+    label: Option<String>,
     /// As it was at the start: how long the slides are.
     world: Option<World>,
 }
@@ -79,7 +83,7 @@ impl Simulated {
             builder = builder.world(world.clone());
         }
         let txts = Arc::new(vec![(String::new(), builder.start()?)]);
-        Ok(Self { txts, index: 0, world })
+        Ok(Self { txts, index: 0, label: None, world })
     }
 
     /// Simulated TXTs that run already, with the worlds that were plugged in at their start.
@@ -88,7 +92,21 @@ impl Simulated {
         worlds: Vec<Option<World>>,
     ) -> Vec<Self> {
         let numbered = worlds.into_iter().enumerate();
-        numbered.map(|(index, world)| Self { txts: Arc::clone(txts), index, world }).collect()
+        let label = |index: usize| Some(txts[index].0.clone()).filter(|name| !name.is_empty());
+        numbered
+            .map(|(index, world)| Self {
+                txts: Arc::clone(txts),
+                index,
+                label: label(index),
+                world,
+            })
+            .collect()
+    }
+
+    /// A simulated TXT of its own that runs already, with what people call it.
+    pub(crate) fn alone(txt: SimulatedTxt, world: Option<World>, label: String) -> Self {
+        let txts = Arc::new(vec![(String::new(), txt)]);
+        Self { txts, index: 0, label: Some(label), world }
     }
 
     fn txt(&self) -> &SimulatedTxt {
@@ -96,12 +114,18 @@ impl Simulated {
     }
 
     /// Its name in a world with several controllers.
-    pub(super) fn name(&self) -> Option<&str> {
+    fn name(&self) -> Option<&str> {
         Some(self.txts[self.index].0.as_str()).filter(|name| !name.is_empty())
     }
 
+    /// What people call it.
+    pub(super) fn label(&self) -> Option<&str> {
+        self.label.as_deref()
+    }
+
     pub(super) fn address(&self) -> String {
-        self.txt().address().to_string()
+        let address = self.txt().address();
+        SocketAddr::new(web::reachable(address.ip()), address.port()).to_string()
     }
 
     /// What its client sees and sends: whether one is online, how many exchanges there were, and the areas.

@@ -5,7 +5,7 @@ pub(crate) mod connections;
 pub(crate) mod pictures;
 
 use std::io;
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 use std::thread;
 
@@ -37,10 +37,20 @@ impl Site {
         Ok(Self { runtime, listener, address, access })
     }
 
+    /// Another token for the same address, for those who see something else there.
+    pub(crate) fn another_access(&self) -> anyhow::Result<Arc<Access>> {
+        Ok(Arc::new(Access::new(self.address.ip(), self.address.port())?))
+    }
+
     /// The address of the page, with the token, for browsers that reach this computer by `ip`.
     pub(crate) fn url(&self, ip: IpAddr) -> String {
+        self.url_for(ip, &self.access)
+    }
+
+    /// The same with another token.
+    pub(crate) fn url_for(&self, ip: IpAddr, access: &Access) -> String {
         let address = SocketAddr::new(ip, self.address.port());
-        format!("http://{address}/?token={}", self.access.token())
+        format!("http://{address}/?token={}", access.token())
     }
 
     /// Answers from now on, in a thread of its own, and opens this address in the browser.
@@ -53,6 +63,24 @@ impl Site {
         }
         Ok(())
     }
+}
+
+/// An address by which others reach what listens at this one.
+pub(crate) fn reachable(ip: IpAddr) -> IpAddr {
+    if !ip.is_unspecified() {
+        return ip;
+    }
+    own_address().unwrap_or(match ip {
+        IpAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
+    })
+}
+
+/// The address by which this computer reaches others. Nothing is sent for it.
+pub(crate) fn own_address() -> Option<IpAddr> {
+    let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0)).ok()?;
+    socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9)).ok()?;
+    socket.local_addr().ok().map(|address| address.ip())
 }
 
 fn refused(address: SocketAddr, error: &io::Error) -> anyhow::Error {

@@ -8,7 +8,7 @@ mod crowd;
 mod driving;
 mod ends;
 mod http;
-mod page;
+pub(crate) mod page;
 mod program;
 mod services;
 mod shown;

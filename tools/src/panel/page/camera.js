@@ -22,7 +22,7 @@ export class Camera {
     this.idle = h("p", { class: "idle" }, t("cameraIdle"));
     this.text = h("p", { class: "note", role: "status" });
     this.controls = h("fieldset", { class: "row" }, this.size, this.rate, this.on);
-    this.element = card("camera", t("camera"), h("div", { class: "picture" }, this.picture, this.idle), this.controls, this.text);
+    this.element = card("camera", t("camera"), h("div", { class: "picture" }, this.picture, this.idle), host.driven ? this.controls : null, this.text);
   }
 
   update(state, may) {

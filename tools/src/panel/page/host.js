@@ -31,7 +31,8 @@ export class HostView {
     this.boards = open.map((area) => new Board(host, area, send));
     this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
     this.floors = state.world?.floor && open.includes(0) ? [new Floor(host, state, send)] : [];
-    this.cards = host.driven ? [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)] : [new Remotes()];
+    const all = host.driven || state.watched;
+    this.cards = all ? [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)] : [new Remotes()];
     this.parts = [...this.boards, ...this.floors, ...this.worlds, ...this.cards];
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
@@ -62,7 +63,7 @@ export class HostView {
     const { phase, error } = state.link;
     const may = drives && phase === "running";
     // Hands may do in the world what they like while another program drives.
-    const hands = this.host.driven ? may : true;
+    const hands = this.host.driven ? may : this.host.hands;
     // An old error stays with the connection, below.
     setAttribute(this.problem, "hidden", !error || phase === "running");
     setText(this.problem, error ? sentence(error) : "");

@@ -27,11 +27,21 @@ export class I2c {
       h("div", { class: "row" }, labelled(t("device"), this.address), labelled(t("register"), this.register), button(t("scan"), () => this.run(() => this.scan()), { class: "primary" })),
       h("div", { class: "row" }, labelled(t("count"), this.count), button(t("read"), () => this.run(() => this.read())),
         labelled(t("values"), this.values, "wide"), button(t("write"), () => this.run(() => this.write()))));
-    this.element = card("i2c", t("i2c"), this.controls, this.result);
+    // What another program asks for is only shown.
+    this.element = card("i2c", t("i2c"), host.driven ? this.controls : null, this.result);
   }
 
   update(state, may) {
+    if (state.watched) this.passed(state.watched.i2c);
     this.controls.disabled = !may || !state.i2c;
+  }
+
+  /** The last request of another program, and its answer. */
+  passed(last) {
+    if (!last) return this.show(t("i2cNone"));
+    const list = (bytes) => bytes.map(hex).join(" ") || "–";
+    const read = last.read ? list(last.read) : t("noDevice");
+    this.show(t("i2cPassed", { device: hex(last.device), written: list(last.written), read }));
   }
 
   async run(action) {

@@ -38,15 +38,20 @@ export class Link {
     this.histogram = new Histogram();
     this.error = h("p", { class: "note", role: "status" });
     this.element = card("link", t("link"),
-      h("dl", {}, ["address", "firmware", "cycle", "cycles", "late", "gaps"].map(fact)),
+      h("dl", {}, ["address", "firmware", "cycle", "cycles", ...(host.state.watched ? ["answer", "commands"] : []), "late", "gaps"].map(fact)),
       h("figure", {}, this.histogram.element, h("figcaption", {}, t("histogram"))), this.error);
   }
 
-  update({ link }) {
+  update({ link, watched }) {
     setText(this.facts.address, this.host.address);
     setText(this.facts.firmware, link.firmware || "–");
     setText(this.facts.cycle, `${this.host.pace} ms`);
     for (const name of ["cycles", "late", "gaps"]) setText(this.facts[name], number(link[name]));
+    if (watched) {
+      const { answer, commands } = watched;
+      setText(this.facts.answer, answer ? t("answerTime", { median: answer.median.toFixed(1), longest: answer.longest.toFixed(1) }) : "–");
+      setText(this.facts.commands, number(commands));
+    }
     setAttribute(this.facts.late, "data-some", link.late > 0);
     setAttribute(this.facts.gaps, "data-some", link.gaps > 0);
     this.histogram.update(link.histogram);

@@ -14,7 +14,7 @@ export class Sound {
     this.controls = h("fieldset", { class: "row" }, sound, repeat, h("span", { class: "unit" }, t("repeat")),
       button(t("play"), () => repeat.reportValidity() && play(Number(sound.value), Number(repeat.value)), { class: "primary" }),
       button(t("silence"), () => play(0, 1)));
-    this.element = card("sound", t("sound"), this.controls, this.text, this.microphone);
+    this.element = card("sound", t("sound"), host.driven ? this.controls : null, this.text, this.microphone);
   }
 
   update(state, may) {

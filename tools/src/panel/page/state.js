@@ -7,12 +7,14 @@ const AREAS = 9;
 const SMOOTH = 0.05;
 
 class Host {
-  constructor({ id, address, simulated, driven }) {
+  constructor({ id, address, simulated, driven, hands }) {
     this.id = id;
     this.address = address;
     this.simulated = simulated;
     // Whether this program drives it. Otherwise another one does.
     this.driven = driven;
+    // Whether this page may press buttons of a simulated machine.
+    this.hands = hands;
     this.state = null;
     this.lastError = null;
     this.cycle = null;

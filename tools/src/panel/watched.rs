@@ -1,0 +1,268 @@
+//! A controller that another program drives through this one: it only looks.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::FishX1Transfer;
+use serde::Serialize;
+use tokio::sync::watch;
+
+use super::camera::Camera;
+use super::common::Common;
+use super::histogram::Histogram;
+use super::problem::Problem;
+use super::state::{self, HostState, Link, Newest, Phase};
+use super::worker::STATE_PERIOD;
+use crate::watch::{Cycle, Happened, I2cExchange, Line, Told};
+
+/// Of how many answers the median is shown.
+const ANSWERS: usize = 256;
+/// From when on an answer is late: a controller sends its next response 10 ms after the last one.
+const LATE: Duration = Duration::from_millis(10);
+
+/// What a page shows of such a controller.
+pub(crate) struct Watched {
+    common: Arc<Common>,
+    camera: Arc<Camera>,
+    publish: watch::Sender<Newest>,
+    next_state: Instant,
+    /// How many programs are connected, and how many of them are online.
+    programs: usize,
+    online: usize,
+    is_unclear: bool,
+    name: Option<String>,
+    firmware: Option<String>,
+    error: Option<Problem>,
+    areas: Vec<FishX1Transfer>,
+    cycle_ms: f64,
+    cycles: u64,
+    late: u64,
+    gaps: u64,
+    histogram: Histogram,
+    answers: Answers,
+    commands: u64,
+    i2c: Option<I2cExchange>,
+}
+
+/// What a page shows only of a controller that is watched.
+#[derive(Serialize)]
+pub(super) struct WatchedState {
+    /// `None` before the first.
+    answer: Option<AnswerState>,
+    /// Commands that were no exchange.
+    commands: u64,
+    i2c: Option<I2cState>,
+}
+
+/// How long the program took from a response to its next request, in ms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+struct AnswerState {
+    last: f64,
+    /// Of the last few hundred.
+    median: f64,
+    longest: f64,
+}
+
+#[derive(Serialize)]
+struct I2cState {
+    device: u32,
+    written: Vec<u8>,
+    read: Option<Vec<u8>>,
+}
+
+impl Watched {
+    pub(super) fn new(
+        common: Arc<Common>,
+        camera: Arc<Camera>,
+        publish: watch::Sender<Newest>,
+    ) -> Self {
+        let mut watched = Self {
+            common,
+            camera,
+            publish,
+            next_state: Instant::now(),
+            programs: 0,
+            online: 0,
+            is_unclear: false,
+            name: None,
+            firmware: None,
+            error: None,
+            areas: vec![FishX1Transfer::default()],
+            cycle_ms: 0.0,
+            cycles: 0,
+            late: 0,
+            gaps: 0,
+            histogram: Histogram::default(),
+            answers: Answers::default(),
+            commands: 0,
+            i2c: None,
+        };
+        // A page that comes before the first program sees a whole state, too.
+        watched.tell();
+        watched
+    }
+
+    /// Takes in what has happened.
+    pub(crate) fn take(&mut self, told: &Told) {
+        match &told.what {
+            Happened::Connected(_) => self.programs += usize::from(told.line == Line::Main),
+            Happened::Closed => self.closed(told.line),
+            Happened::Refused(error) => {
+                let text = format!("the controller does not take the connection: {error}");
+                self.error = Some(Problem::new("connect_failed", text));
+            }
+            Happened::Controller { name, firmware } => {
+                self.name = Some(name.clone());
+                self.firmware = Some(firmware.to_string());
+            }
+            Happened::Command(_) => self.commands += 1,
+            Happened::Online { .. } => {
+                self.online += 1;
+                (self.error, self.is_unclear) = (None, false);
+                (self.histogram, self.answers) = Default::default();
+                (self.cycles, self.late) = (0, 0);
+            }
+            Happened::Offline { by_program } => {
+                self.online = self.online.saturating_sub(1);
+                self.gaps += u64::from(!by_program);
+                self.histogram.interrupt();
+            }
+            Happened::Cycle(cycle) => self.cycle(told.at, cycle),
+            Happened::Picture(frame) => self.camera.show(frame),
+            Happened::I2c(exchange) => self.i2c = Some(exchange.clone()),
+            Happened::NotUnderstood { side, why } => {
+                self.is_unclear |= told.line == Line::Main;
+                let (line, side) = (told.line.name(), side.name());
+                let text = format!(
+                    "what the {side} sent on the {line} connection can't be understood, so nothing more of it is shown; it is passed on all the same: {why}"
+                );
+                self.error = Some(Problem::new("not_understood", text));
+            }
+        }
+    }
+
+    fn closed(&mut self, line: Line) {
+        match line {
+            Line::Main => {
+                self.programs = self.programs.saturating_sub(1);
+                self.is_unclear &= self.programs > 0;
+            }
+            Line::Camera => self.camera.end(),
+            Line::I2c => {}
+        }
+    }
+
+    fn cycle(&mut self, at: Instant, cycle: &Cycle) {
+        self.areas.clone_from(&cycle.areas);
+        self.cycles = cycle.number;
+        self.histogram.count(cycle.number, at);
+        if let Some(since_last) = cycle.since_last {
+            self.cycle_ms = millis(since_last);
+        }
+        if let Some(answer) = cycle.answer {
+            self.answers.count(answer);
+            self.late += u64::from(answer > LATE);
+        }
+    }
+
+    /// Tells the pages, if it is time to do so.
+    pub(crate) fn tell_when_due(&mut self) {
+        let now = Instant::now();
+        if now >= self.next_state {
+            self.next_state = now + STATE_PERIOD;
+            self.tell();
+        }
+    }
+
+    fn phase(&self) -> Phase {
+        if self.online > 0 {
+            Phase::Running
+        } else if self.is_unclear {
+            Phase::Unclear
+        } else if self.programs > 0 {
+            Phase::Connecting
+        } else {
+            Phase::Idle
+        }
+    }
+
+    fn tell(&mut self) {
+        let phase = self.phase();
+        let i2c = self.i2c.as_ref().map(|last| I2cState {
+            device: last.device,
+            written: last.written.clone(),
+            read: last.read.clone(),
+        });
+        let watched = WatchedState { answer: self.answers.state(), commands: self.commands, i2c };
+        let state = HostState {
+            at: self.common.begin.elapsed().as_millis(),
+            link: Link {
+                phase,
+                name: self.name.clone(),
+                firmware: self.firmware.clone(),
+                error: self.error.as_ref(),
+                cycle_ms: self.cycle_ms,
+                histogram: self.histogram.bins(),
+                cycles: self.cycles,
+                late: self.late,
+                gaps: self.gaps,
+            },
+            areas: state::areas(&self.areas, phase == Phase::Running),
+            world: None,
+            camera: self.camera.state(),
+            i2c: false,
+            watched: Some(watched),
+        };
+        state.publish(&self.publish);
+    }
+}
+
+/// The last answers.
+#[derive(Default)]
+struct Answers {
+    last: VecDeque<Duration>,
+    longest: Duration,
+}
+
+impl Answers {
+    fn count(&mut self, answer: Duration) {
+        if self.last.len() == ANSWERS {
+            self.last.pop_front();
+        }
+        self.last.push_back(answer);
+        self.longest = self.longest.max(answer);
+    }
+
+    fn state(&self) -> Option<AnswerState> {
+        let last = *self.last.back()?;
+        let mut sorted: Vec<_> = self.last.iter().copied().collect();
+        sorted.sort_unstable();
+        let median = sorted[sorted.len() / 2];
+        Some(AnswerState {
+            last: millis(last),
+            median: millis(median),
+            longest: millis(self.longest),
+        })
+    }
+}
+
+/// Milliseconds, to the microsecond.
+fn millis(time: Duration) -> f64 {
+    time.as_micros() as f64 / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_is_that_of_the_last_answers_and_the_longest_that_of_all() {
+        let mut answers = Answers::default();
+        assert_eq!(answers.state(), None);
+        answers.count(Duration::from_millis(70));
+        (0..ANSWERS).for_each(|_| answers.count(Duration::from_micros(1500)));
+        let state = AnswerState { last: 1.5, median: 1.5, longest: 70.0 };
+        assert_eq!(answers.state(), Some(state));
+    }
+}

@@ -1,0 +1,95 @@
+//! The I2C connection: requests and responses in turn.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+
+use super::packet::Inbox;
+use super::{Happened, I2cExchange, Reader, Side};
+
+/// No request writes more.
+const WRITE_MAX: u32 = 64 * 1024;
+/// How many requests may wait for their responses.
+const WAITING_MAX: usize = 64;
+
+#[derive(Default)]
+pub(super) struct I2cReader {
+    requests: Inbox,
+    responses: Inbox,
+    waiting: VecDeque<Request>,
+}
+
+struct Request {
+    device: u32,
+    written: Vec<u8>,
+    read: usize,
+}
+
+impl Reader for I2cReader {
+    fn read(
+        &mut self,
+        side: Side,
+        _: Instant,
+        bytes: &[u8],
+        tell: &mut dyn FnMut(Happened),
+    ) -> Result<(), String> {
+        if side == Side::Program {
+            self.requests.add(bytes);
+            while let Some(packet) = self.requests.next(request_size)? {
+                self.waiting.push_back(request(&packet)?);
+                if self.waiting.len() > WAITING_MAX {
+                    return Err(format!("{WAITING_MAX} requests were sent without a response"));
+                }
+            }
+            return Ok(());
+        }
+        self.responses.add(bytes);
+        while let Some(count) = self.waiting.front().map(|request| request.read) {
+            let Some(packet) = self.responses.next(|start| response_size(start, count))? else {
+                return Ok(());
+            };
+            let Some(Request { device, written, .. }) = self.waiting.pop_front() else { break };
+            let read = packet[..] != I2C_NO_DEVICE;
+            let read = read.then(|| packet[I2cResponseHeader::LEN..].to_vec());
+            tell(Happened::I2c(I2cExchange { device, written, read }));
+        }
+        // What is left has no request.
+        match self.responses.next(|start| Ok(start.len()))? {
+            None => Ok(()),
+            Some(_) => Err("a response came without a request".to_owned()),
+        }
+    }
+}
+
+fn request_size(start: &[u8]) -> Result<usize, String> {
+    let Some(header) = start.get(..I2cRequestHeader::LEN) else {
+        return Ok(I2cRequestHeader::LEN);
+    };
+    let header = I2cRequestHeader::parse(header).map_err(|error| error.to_string())?;
+    if header.write_len > WRITE_MAX {
+        return Err(format!("a request can't write {} bytes", header.write_len));
+    }
+    Ok(I2cRequestHeader::LEN + header.write_len as usize)
+}
+
+fn request(packet: &[u8]) -> Result<Request, String> {
+    let (header, written) = packet.split_at(I2cRequestHeader::LEN);
+    let header = I2cRequestHeader::parse(header).map_err(|error| error.to_string())?;
+    Ok(Request {
+        device: header.device,
+        written: written.to_vec(),
+        read: usize::from(header.read_len),
+    })
+}
+
+fn response_size(start: &[u8], count: usize) -> Result<usize, String> {
+    let Some(header) = start.get(..I2cResponseHeader::LEN) else {
+        return Ok(I2cResponseHeader::LEN);
+    };
+    if header == I2C_NO_DEVICE {
+        return Ok(I2cResponseHeader::LEN);
+    }
+    I2cResponseHeader::parse(header).map_err(|error| error.to_string())?;
+    Ok(I2cResponseHeader::LEN + count)
+}

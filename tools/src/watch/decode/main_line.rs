@@ -1,0 +1,306 @@
+//! The main connection: commands and responses in turn.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use ft_transfer_area::transfer_area::{Config, OutputValues, TxtOutputs, MAX_AREAS};
+use ft_transfer_area::wire::{
+    CmprHeader, CommandId, ExchangeData, Expander, QueryStatusResponse, ResponseId, UpdateConfig,
+    ID_LEN,
+};
+use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
+
+use super::packet::{command_size, id, response_size, Inbox};
+use super::{Cycle, Happened, Reader, Side};
+
+/// Words per area in a compressed command.
+const WORDS: usize = 27;
+/// How many commands may wait for their responses. Each client sends them in turn.
+const WAITING_MAX: usize = 64;
+
+#[derive(Default)]
+pub(super) struct MainReader {
+    commands: Inbox,
+    responses: Inbox,
+    /// What has no response yet.
+    waiting: VecDeque<Waiting>,
+    outgoing: Outgoing,
+    name: String,
+    firmware: Option<FirmwareVersion>,
+    online: Option<Online>,
+    /// StopOnline was sent.
+    stops: bool,
+    last_response: Option<Instant>,
+}
+
+/// A command without a response.
+struct Waiting {
+    command: CommandId,
+    /// The time from the response before.
+    answer: Option<std::time::Duration>,
+    /// What an exchange has sent.
+    sent: Option<Sent>,
+}
+
+/// What the program sends, as of its last command.
+#[derive(Default)]
+struct Outgoing {
+    expander: Expander,
+    areas: Sent,
+    config_updates: u64,
+}
+
+/// Configurations and outputs of all areas.
+type Sent = [SentArea; MAX_AREAS];
+
+#[derive(Clone, Copy, Default)]
+struct SentArea {
+    /// It was configured, or took part in an exchange.
+    is_used: bool,
+    config_id: u8,
+    config: Config,
+    output: OutputValues,
+    txt_outputs: TxtOutputs,
+}
+
+/// What the controller sends, since StartOnline.
+struct Online {
+    simple: Exchange,
+    compressed: Exchange,
+    areas: [FishX1Transfer; MAX_AREAS],
+    cycles: u64,
+    last: Option<Instant>,
+}
+
+impl Reader for MainReader {
+    fn read(
+        &mut self,
+        side: Side,
+        at: Instant,
+        bytes: &[u8],
+        tell: &mut dyn FnMut(Happened),
+    ) -> Result<(), String> {
+        match side {
+            Side::Program => {
+                self.commands.add(bytes);
+                while let Some(command) = self.commands.next(command_size)? {
+                    self.command(at, &command, tell)?;
+                }
+            }
+            Side::Controller => {
+                self.responses.add(bytes);
+                while let Some(response) = self.responses.next(response_size)? {
+                    self.response(at, &response, tell)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn end(&mut self, tell: &mut dyn FnMut(Happened)) {
+        if self.online.take().is_some() {
+            tell(Happened::Offline { by_program: self.stops });
+        }
+    }
+}
+
+impl MainReader {
+    fn command(
+        &mut self,
+        at: Instant,
+        bytes: &[u8],
+        tell: &mut dyn FnMut(Happened),
+    ) -> Result<(), String> {
+        // The size is known, so it is one.
+        let Some(command) = id(bytes).and_then(CommandId::from_id) else { return Ok(()) };
+        if self.waiting.len() >= WAITING_MAX {
+            return Err(format!("{WAITING_MAX} commands were sent without a response"));
+        }
+        let sent = match command {
+            CommandId::ExchangeData => {
+                self.outgoing.simple(bytes)?;
+                Some(self.outgoing.areas)
+            }
+            CommandId::ExchangeDataCmpr => {
+                self.outgoing.compressed(bytes)?;
+                Some(self.outgoing.areas)
+            }
+            _ => {
+                match command {
+                    CommandId::StartOnline => self.outgoing = Outgoing::default(),
+                    CommandId::UpdateConfig => self.outgoing.configure(bytes)?,
+                    _ => {}
+                }
+                self.stops = command == CommandId::StopOnline;
+                tell(Happened::Command(command));
+                None
+            }
+        };
+        let answer = self.last_response.map(|before| at.saturating_duration_since(before));
+        self.waiting.push_back(Waiting { command, answer, sent });
+        Ok(())
+    }
+
+    fn response(
+        &mut self,
+        at: Instant,
+        bytes: &[u8],
+        tell: &mut dyn FnMut(Happened),
+    ) -> Result<(), String> {
+        let Some(response) = id(bytes).and_then(ResponseId::from_id) else { return Ok(()) };
+        let waiting = self.waiting.pop_front();
+        let waiting = waiting.ok_or_else(|| format!("a {response} came without a command"))?;
+        if waiting.command.response() != response {
+            return Err(format!("a {response} is no response to {}", waiting.command));
+        }
+        match response {
+            ResponseId::QueryStatus => {
+                let status =
+                    QueryStatusResponse::parse(bytes).map_err(|error| error.to_string())?;
+                self.name = status.name();
+                self.firmware = Some(status.version);
+                let (name, firmware) = (self.name.clone(), status.version);
+                tell(Happened::Controller { name, firmware });
+            }
+            ResponseId::StartOnline => {
+                let firmware = self.firmware.unwrap_or(FirmwareVersion::WITH_MICROPHONE);
+                self.online = Some(Online::new(firmware));
+                tell(Happened::Online { name: self.name.clone(), firmware });
+            }
+            ResponseId::StopOnline => {
+                if self.online.take().is_some() {
+                    tell(Happened::Offline { by_program: true });
+                }
+            }
+            ResponseId::ExchangeData | ResponseId::ExchangeDataCmpr => {
+                let Some(sent) = waiting.sent else { return Ok(()) };
+                let online = self.online.as_mut();
+                let online = online.ok_or("an exchange came before StartOnline")?;
+                let mut cycle = online.exchange(at, response, bytes, &sent)?;
+                cycle.answer = waiting.answer.filter(|_| cycle.number > 1);
+                cycle.config_updates = self.outgoing.config_updates;
+                tell(Happened::Cycle(Box::new(cycle)));
+            }
+            _ => {}
+        }
+        self.last_response = Some(at);
+        Ok(())
+    }
+}
+
+impl Outgoing {
+    fn configure(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let update = UpdateConfig::parse(bytes).map_err(|error| error.to_string())?;
+        self.config_updates += 1;
+        let index = usize::try_from(update.extension_id).ok();
+        if let Some(area) = index.and_then(|index| self.areas.get_mut(index)) {
+            area.is_used = true;
+            // A transfer area has these bits of it.
+            area.config_id = update.config_id as u8;
+            area.config = update.config;
+        }
+        Ok(())
+    }
+
+    fn simple(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let data = ExchangeData::parse(bytes).map_err(|error| error.to_string())?;
+        self.areas[0].take(&data);
+        Ok(())
+    }
+
+    fn compressed(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let (header, data) = bytes.split_at(CmprHeader::LEN);
+        let header = CmprHeader::parse_command(header).map_err(|error| error.to_string())?;
+        let count = WORDS * (1 + header.active_extensions.count_ones() as usize);
+        let words = self.expander.expand(data, count, header.crc);
+        let words = words.map_err(|error| error.to_string())?;
+        let takes_part =
+            |area: &usize| *area == 0 || header.active_extensions & 1 << (area - 1) != 0;
+        let indices = (0..=u16::BITS as usize).filter(takes_part);
+        for (words, index) in words.chunks_exact(WORDS).zip(indices) {
+            // The mask has bits for more extensions than there can be areas.
+            if let Some(area) = self.areas.get_mut(index) {
+                area.take(&outputs(words)?);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The outputs of one area in its words of a compressed command, which are those of the simple one.
+fn outputs(words: &[u16]) -> Result<ExchangeData, String> {
+    let mut packet = Vec::with_capacity(ExchangeData::LEN);
+    CommandId::ExchangeData.emit(&mut packet);
+    words.iter().for_each(|word| packet.extend_from_slice(&word.to_le_bytes()));
+    packet.resize(ExchangeData::LEN, 0);
+    ExchangeData::parse(&packet).map_err(|error| error.to_string())
+}
+
+const _: () = assert!(ID_LEN + 2 * WORDS <= ExchangeData::LEN);
+
+impl SentArea {
+    fn take(&mut self, data: &ExchangeData) {
+        self.is_used = true;
+        self.output.duty = data.duty;
+        // Other numbers mean nothing to a controller.
+        self.output.master = data.master.map(|master| u8::try_from(master).unwrap_or_default());
+        self.output.distance = data.distance;
+        self.output.motor_ex_cmd_id = data.motor_command_id;
+        self.output.cnt_reset_cmd_id = data.counter_reset_id;
+        self.txt_outputs.sound_cmd_id = data.sound_command_id;
+        self.txt_outputs.sound_index = data.sound_index;
+        self.txt_outputs.sound_repeat = data.sound_repeat;
+    }
+}
+
+impl Online {
+    fn new(firmware: FirmwareVersion) -> Self {
+        Self {
+            simple: Exchange::new(TransferMode::Simple, firmware),
+            compressed: Exchange::new(TransferMode::Compressed, firmware),
+            areas: [FishX1Transfer::default(); MAX_AREAS],
+            cycles: 0,
+            last: None,
+        }
+    }
+
+    fn exchange(
+        &mut self,
+        at: Instant,
+        response: ResponseId,
+        bytes: &[u8],
+        sent: &Sent,
+    ) -> Result<Cycle, String> {
+        for (area, sent) in self.areas.iter_mut().zip(sent) {
+            area.state.config_id = sent.config_id;
+            area.config = sent.config;
+            area.output = sent.output;
+            area.txt_outputs = sent.txt_outputs;
+        }
+        let exchange = match response {
+            ResponseId::ExchangeData => &mut self.simple,
+            _ => &mut self.compressed,
+        };
+        let inputs = exchange.receive(bytes).map_err(|error| error.to_string())?;
+        inputs.apply(&mut self.areas);
+        for area in &mut self.areas {
+            // These belong to a program.
+            area.input.cnt_resetted = Default::default();
+            area.input.motor_ex_reached = Default::default();
+        }
+        self.cycles += 1;
+        let last = self.last.replace(at);
+        let alive = inputs.alive();
+        let takes_part = |area: &usize| {
+            sent[*area].is_used || area.checked_sub(1).is_some_and(|bit| alive >> bit & 1 != 0)
+        };
+        let count = (1..MAX_AREAS).rev().find(takes_part).map_or(1, |last| last + 1);
+        Ok(Cycle {
+            number: self.cycles,
+            since_last: last.map(|last| at.saturating_duration_since(last)),
+            answer: None,
+            config_updates: 0,
+            areas: self.areas[..count].to_vec(),
+        })
+    }
+}

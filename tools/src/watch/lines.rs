@@ -1,0 +1,208 @@
+//! What passes, as lines of JSON on stdout: each change of a value, and all that is no exchange.
+//!
+//! A thread of its own prints them, so that a reader that pauses stops nothing. What it has no room for is left out
+//! and counted.
+
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{bounded, Receiver, Sender};
+use ft_transfer_area::tx::{Counter, Input, Motor};
+use ft_transfer_area::FishX1Transfer;
+use serde::Serialize;
+use serde_json::{json, Map, Value};
+
+use super::decode::{Cycle, Happened, Told};
+use crate::commands::Pair;
+use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
+
+/// How many lines may wait for their reader.
+const WAITING: usize = 20_000;
+/// How long a reader may take for the last ones.
+const END_LIMIT: Duration = Duration::from_millis(500);
+
+/// Prints lines.
+pub(super) struct Lines {
+    sender: Sender<Value>,
+    begin: Instant,
+    /// The values of each area that were told last; none before the first cycle of a connection.
+    told: Vec<Vec<Value>>,
+    /// How many were left out since the last line.
+    lost: u64,
+    /// Ends when all is printed.
+    printed: Receiver<()>,
+}
+
+/// The outputs of a pair, and the command that is carried out.
+#[derive(Serialize)]
+struct MotorValue {
+    kind: Pair,
+    duty: [i16; 2],
+    distance: u16,
+    /// The motor that it follows, from 1; 5 to 8 with an error to correct; 0 none.
+    master: u8,
+    ready: bool,
+}
+
+impl Lines {
+    pub(super) fn start() -> anyhow::Result<Self> {
+        let (sender, lines) = bounded(WAITING);
+        let (printing, printed) = bounded(0);
+        thread::Builder::new().name("lines".to_owned()).spawn(move || {
+            let _printing: Sender<()> = printing;
+            if let Err(error) = print(&lines) {
+                // A reader that has seen enough, such as head, is no error.
+                if error.kind() != ErrorKind::BrokenPipe {
+                    log::warn!(
+                        "no more lines are printed: {error}; everything is passed on as before"
+                    );
+                }
+            }
+        })?;
+        Ok(Self { sender, begin: Instant::now(), told: Vec::new(), lost: 0, printed })
+    }
+
+    /// Waits until all is printed, but not for a reader that pauses.
+    pub(super) fn finish(self) {
+        let Self { sender, printed, .. } = self;
+        drop(sender);
+        // It ends in an error in any case: nothing is ever sent.
+        let _ = printed.recv_timeout(END_LIMIT);
+    }
+
+    pub(super) fn take(&mut self, told: &Told) {
+        let line = told.line.name();
+        let value = match &told.what {
+            Happened::Cycle(cycle) => return self.cycle(told.at, cycle),
+            Happened::Connected(from) => {
+                json!({"what": "connected", "connection": line, "from": from.to_string()})
+            }
+            Happened::Refused(error) => {
+                json!({"what": "refused", "connection": line, "why": error.to_string()})
+            }
+            Happened::Closed => json!({"what": "closed", "connection": line}),
+            Happened::Controller { name, firmware } => {
+                json!({"what": "controller", "name": name, "firmware": firmware.to_string()})
+            }
+            Happened::Command(command) => json!({"what": "command", "command": command.name()}),
+            Happened::Online { .. } => {
+                self.told.clear();
+                json!({"what": "online"})
+            }
+            Happened::Offline { by_program } => {
+                json!({"what": "offline", "by_program": by_program})
+            }
+            Happened::Picture(frame) => {
+                json!({"what": "picture", "number": frame.sequence, "width": frame.width, "height": frame.height, "bytes": frame.data.len()})
+            }
+            Happened::I2c(exchange) => {
+                json!({"what": "i2c", "device": exchange.device, "written": exchange.written, "read": exchange.read})
+            }
+            Happened::NotUnderstood { side, why } => {
+                json!({"what": "not_understood", "connection": line, "from": side.name(), "why": why})
+            }
+        };
+        self.put(told.at, None, value);
+    }
+
+    fn cycle(&mut self, at: Instant, cycle: &Cycle) {
+        let alive = cycle.areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
+        for (index, area) in cycle.areas.iter().enumerate() {
+            let is_there = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
+            let mut values = if is_there { values(index, area) } else { Vec::new() };
+            if index > 0 {
+                values.insert(0, json!({"controller": name(index), "alive": is_there}));
+            }
+            if self.told.len() <= index {
+                self.told.push(Vec::new());
+            }
+            let before = std::mem::take(&mut self.told[index]);
+            let changed = values
+                .iter()
+                .enumerate()
+                .filter(|(place, value)| before.get(*place) != Some(*value));
+            let changed: Vec<_> = changed.map(|(_, value)| value.clone()).collect();
+            changed.into_iter().for_each(|value| self.put(at, Some(cycle.number), value));
+            self.told[index] = values;
+        }
+    }
+
+    /// Prints a line, if there is room for it.
+    fn put(&mut self, at: Instant, cycle: Option<u64>, value: Value) {
+        let ms = at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
+        let mut line = Map::from_iter([("ms".to_owned(), json!(ms))]);
+        if let Some(cycle) = cycle {
+            line.insert("cycle".to_owned(), json!(cycle));
+        }
+        if self.lost > 0 {
+            line.insert("lost".to_owned(), json!(self.lost));
+        }
+        if let Value::Object(members) = value {
+            line.extend(members);
+        }
+        match self.sender.try_send(Value::Object(line)) {
+            Ok(()) => self.lost = 0,
+            Err(_) => self.lost += 1,
+        }
+    }
+}
+
+/// `TXT`, `E1` to `E8`.
+fn name(area: usize) -> String {
+    if area == 0 {
+        "TXT".to_owned()
+    } else {
+        format!("E{area}")
+    }
+}
+
+/// All values of an area, always in the same order.
+fn values(index: usize, area: &FishX1Transfer) -> Vec<Value> {
+    let inputs = Input::ALL
+        .map(|input| value(index, "input", json!(input.to_string()), InputValue::of(area, input)));
+    let counters = Counter::ALL.map(|counter| {
+        value(index, "counter", json!(counter.to_string()), CounterValue::of(area, counter))
+    });
+    let motors = Motor::ALL
+        .map(|motor| value(index, "motor", json!(motor.to_string()), MotorValue::of(area, motor)));
+    let sound = value(index, "what", json!("sound"), SoundValue::of(area));
+    let remotes = area.txt_inputs.ir_input.iter().enumerate();
+    let remotes = remotes
+        .map(|(number, remote)| value(index, "remote", json!(number), RemoteValue::from(remote)));
+    inputs.into_iter().chain(counters).chain(motors).chain([sound]).chain(remotes).collect()
+}
+
+fn value(area: usize, kind: &str, terminal: Value, value: impl Serialize) -> Value {
+    let mut line = Map::new();
+    line.insert("controller".to_owned(), json!(name(area)));
+    line.insert(kind.to_owned(), terminal);
+    if let Value::Object(members) = json!(value) {
+        line.extend(members);
+    }
+    Value::Object(line)
+}
+
+impl MotorValue {
+    fn of(area: &FishX1Transfer, motor: Motor) -> Self {
+        let index = motor.index();
+        Self {
+            kind: Pair::of(area, motor),
+            duty: motor.outputs().map(|output| area.output.duty[output.index()]),
+            distance: area.output.distance[index],
+            master: area.output.master[index],
+            ready: area.is_motor_ex_ready(motor),
+        }
+    }
+}
+
+fn print(lines: &Receiver<Value>) -> io::Result<()> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    while let Ok(line) = lines.recv() {
+        writeln!(out, "{line}")?;
+        if lines.is_empty() {
+            out.flush()?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,191 @@
+//! `txt watch`: looks at what a program and a controller say to each other, and passes it on.
+//!
+//! The relay passes the bytes on, in a thread of its own, and keeps a copy. All that looks at them has a second
+//! thread: it reads the copies, and tells the page, the recording and the lines what they mean.
+
+mod decode;
+mod lines;
+mod passage;
+mod ports;
+mod record;
+mod relay;
+mod tap;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::ensure;
+use ft_transfer_area::PORT;
+
+pub(crate) use self::decode::{Cycle, Happened, I2cExchange, Told};
+pub(crate) use self::ports::Line;
+
+use self::decode::Decoder;
+use self::lines::Lines;
+use self::record::Record;
+use self::relay::Relay;
+use self::tap::Pieces;
+use crate::panel::{self, Watched};
+use crate::{interrupt, print};
+
+/// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
+const LOOK: Duration = Duration::from_millis(5);
+
+const AFTER: &str = "\
+Let your program connect to 127.0.0.1 instead of the controller: ftrobopy, ROBO Pro, the kit's
+programs and those of this library. Every byte is passed on as it is, in both directions, and the page
+shows what the bytes mean. The page drives nothing.
+
+The camera is one port after the main port, and I2C two, on both sides. Ctrl-C closes all connections;
+the controller then stops its motors.
+
+Examples:
+  txt watch 192.168.7.2                          the program uses 127.0.0.1
+  txt watch 192.168.7.2 --record run.mcap        and records what it does
+  txt watch 192.168.7.2 --json --no-page         prints each change as a line of JSON";
+
+/// See what another program and a controller say to each other
+#[derive(clap::Args)]
+#[command(after_help = AFTER)]
+pub(crate) struct Args {
+    /// The controller: an address or a name, with a port if it is not 65000, or auto
+    #[arg(default_value = "auto")]
+    host: String,
+    /// Main port for the program, up to 65533; 0: any three in a row
+    #[arg(long, value_name = "N", default_value_t = PORT)]
+    port: u16,
+    /// Record what passes into this MCAP file
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Replace a file that is there already
+    #[arg(long, requires = "record")]
+    force: bool,
+    /// Print each change as a line of JSON
+    #[arg(long)]
+    json: bool,
+    /// Serve no page
+    #[arg(long)]
+    no_page: bool,
+    /// Do not open the browser
+    #[arg(long)]
+    no_browser: bool,
+}
+
+pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    if let Some(path) = &args.record {
+        let is_there = path.is_file() && !args.force;
+        ensure!(!is_there, "{} is there already; --force replaces it", path.display());
+    }
+    let interrupted = interrupt::receiver()?;
+    let controller = ports::controller(&args.host)?;
+    let listeners = ports::listen(args.port)?;
+    let main = listeners[0].local_addr()?;
+    let record =
+        args.record.as_deref().map(|path| Record::start(path, controller.ip())).transpose()?;
+    let (page, watched) = if args.no_page {
+        (None, None)
+    } else {
+        let (url, watched) = panel::watch(&controller.to_string(), !args.no_browser)?;
+        (Some(url), Some(watched))
+    };
+    let lines = args.json.then(Lines::start).transpose()?;
+
+    let (tap, pieces) = tap::tap();
+    let relay = Relay::start(listeners, controller, tap)?;
+    announce(args.json, main.port(), &controller.to_string(), page.as_deref())?;
+    let ending = Arc::new(AtomicBool::new(false));
+    let looker = Looker { pieces, decoder: Decoder::default(), watched, record, lines };
+    let looks = thread::Builder::new().name("looker".to_owned()).spawn({
+        let ending = Arc::clone(&ending);
+        move || looker.run(&ending)
+    })?;
+    interrupted.recv()?;
+    // The connections end first: then the controller stops its motors.
+    drop(relay);
+    ending.store(true, Ordering::Relaxed);
+    match looks.join() {
+        Ok(done) => done,
+        Err(_) => anyhow::bail!("what has passed at the end was not looked at"),
+    }
+}
+
+/// Says where the program has to connect to. With `--json` there are only lines of JSON on stdout.
+fn announce(json: bool, port: u16, controller: &str, page: Option<&str>) -> anyhow::Result<()> {
+    let mut told = vec![format!("main 127.0.0.1:{port}"), format!("controller {controller}")];
+    told.extend(page.map(|url| format!("page {url}")));
+    for line in told {
+        if json {
+            eprintln!("{line}");
+        } else {
+            print::line(line)?;
+        }
+    }
+    Ok(())
+}
+
+/// Looks at what has passed.
+struct Looker {
+    pieces: Pieces,
+    decoder: Decoder,
+    watched: Option<Watched>,
+    record: Option<Record>,
+    lines: Option<Lines>,
+}
+
+impl Looker {
+    fn run(mut self, ending: &AtomicBool) -> anyhow::Result<()> {
+        loop {
+            // What has passed until the end is looked at, too.
+            let is_last = ending.load(Ordering::Relaxed);
+            self.look();
+            if is_last {
+                break;
+            }
+            thread::sleep(LOOK);
+        }
+        if let Some(lines) = self.lines {
+            lines.finish();
+        }
+        self.record.map_or(Ok(()), Record::finish)
+    }
+
+    fn look(&mut self) {
+        let Self { pieces, decoder, watched, record, lines } = self;
+        while let Some(piece) = pieces.next() {
+            decoder.take(piece, &mut |told| {
+                note(&told);
+                if let Some(watched) = watched {
+                    watched.take(&told);
+                    watched.tell_when_due();
+                }
+                if let Some(record) = record {
+                    record.take(&told);
+                }
+                if let Some(lines) = lines {
+                    lines.take(&told);
+                }
+            });
+        }
+        if let Some(watched) = watched {
+            watched.tell_when_due();
+        }
+    }
+}
+
+/// Tells on stderr what a user has to know.
+fn note(told: &Told) {
+    match &told.what {
+        Happened::Refused(error) => {
+            log::warn!("the controller does not take the {} connection: {error}", told.line.name());
+        }
+        Happened::NotUnderstood { side, why } => log::warn!(
+            "what the {} sent on the {} connection can't be understood, and is passed on all the same: {why}",
+            side.name(),
+            told.line.name()
+        ),
+        _ => {}
+    }
+}

@@ -1,0 +1,131 @@
+//! The three ports: where programs come in, and where the controller is.
+
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::time::Duration;
+
+use anyhow::{anyhow, bail, Context};
+use ft_transfer_area::{find_controllers, Error, PORT};
+use mio::net::TcpListener;
+
+/// How often three free ports in a row are tried from a port that the system chooses.
+const ATTEMPTS: usize = 50;
+/// How long a controller may take to answer when it is looked for.
+const FIND_LIMIT: Duration = Duration::from_millis(1500);
+
+/// What a connection is for, in the order of the ports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Line {
+    Main,
+    Camera,
+    I2c,
+}
+
+impl Line {
+    pub(crate) const ALL: [Self; 3] = [Self::Main, Self::Camera, Self::I2c];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Main => "main",
+            Self::Camera => "camera",
+            Self::I2c => "i2c",
+        }
+    }
+
+    /// Its distance from the main port.
+    pub(crate) fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// The address of the controller's main port; that of its camera is the next one, and then comes I2C.
+pub(super) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
+    if host == "auto" {
+        let mut found = find_controllers(FIND_LIMIT)?;
+        return match (found.pop(), found.len()) {
+            (Some(one), 0) => Ok(one.address),
+            (_, more) => bail!("{} controllers have answered; write the address of one", more + 1),
+        };
+    }
+    let address = if let Ok(ip) = host.parse::<IpAddr>() {
+        SocketAddr::new(ip, PORT)
+    } else {
+        let bad = || anyhow!(Error::BadAddress { given: host.to_owned() });
+        let given = if host.contains(':') { host.to_owned() } else { format!("{host}:{PORT}") };
+        let all = given.to_socket_addrs().with_context(|| format!("{host} has no address"))?;
+        let all: Vec<_> = all.collect();
+        let ipv4 = all.iter().find(|address| address.is_ipv4());
+        ipv4.or(all.first()).copied().ok_or_else(bad)?
+    };
+    if address.port() == 0 || address.port().checked_add(2).is_none() {
+        bail!("the port of {host} has to be 1 to 65533: two more follow it");
+    }
+    Ok(address)
+}
+
+/// The address of one of a controller's ports.
+pub(super) fn behind(main: SocketAddr, line: Line) -> SocketAddr {
+    // There is room, as `controller` has checked.
+    SocketAddr::new(main.ip(), main.port() + line.index() as u16)
+}
+
+/// Listens at this port and the two after it; 0 is any three in a row.
+pub(super) fn listen(port: u16) -> anyhow::Result<[TcpListener; 3]> {
+    if port > u16::MAX - 2 {
+        bail!("--port has to be at most 65533: two more ports follow it");
+    }
+    if port != 0 {
+        return listen_from(port).map_err(|error| match error.kind() {
+            io::ErrorKind::AddrInUse => anyhow!(
+                "a port from {port} to {} is taken by another program, such as a simulated TXT; \
+                 choose others with --port",
+                port + 2
+            ),
+            _ => anyhow!("ports {port} to {} can't be opened ({error})", port + 2),
+        });
+    }
+    let mut result = listen_from(0);
+    for _ in 1..ATTEMPTS {
+        if result.is_ok() {
+            break;
+        }
+        result = listen_from(0);
+    }
+    result.context("three free ports in a row were not found; give one with --port")
+}
+
+fn listen_from(port: u16) -> io::Result<[TcpListener; 3]> {
+    let open = |port| TcpListener::bind((Ipv4Addr::LOCALHOST, port).into());
+    let main = open(port)?;
+    let port = main.local_addr()?.port();
+    let next = |distance| port.checked_add(distance).ok_or(io::ErrorKind::AddrInUse);
+    Ok([main, open(next(1)?)?, open(next(2)?)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_controller_has_an_address_with_or_without_a_port() {
+        for (given, address) in [
+            ("192.168.7.2", "192.168.7.2:65000"),
+            ("192.168.7.2:65010", "192.168.7.2:65010"),
+            ("::1", "[::1]:65000"),
+            ("[::1]:65010", "[::1]:65010"),
+        ] {
+            assert_eq!(controller(given).unwrap(), address.parse().unwrap(), "{given}");
+        }
+        for given in ["", "192.168.7.2:", "192.168.7.2:x", "192.168.7.2:65534", "192.168.7.2:0"] {
+            assert!(controller(given).is_err(), "{given}");
+        }
+    }
+
+    #[test]
+    fn three_ports_follow_each_other() {
+        let ports = listen(0).unwrap().map(|listener| listener.local_addr().unwrap().port());
+        assert_eq!(ports, [ports[0], ports[0] + 1, ports[0] + 2]);
+        let taken = listen(ports[0] + 1);
+        assert!(taken.is_ok() || taken.unwrap_err().to_string().contains("--port"));
+    }
+}

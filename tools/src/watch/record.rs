@@ -1,0 +1,116 @@
+//! What passes, into a recording.
+
+use std::net::IpAddr;
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::Context;
+use ft_transfer_area::{LoggedCycle, Statistics};
+use ft_transfer_area_recorder::{
+    Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
+};
+
+use super::decode::{Cycle, Happened, Told};
+
+/// Writes a recording.
+pub(super) struct Record {
+    recorder: Recorder,
+    feed: Feed,
+    frames: FrameSink,
+    address: String,
+    /// What the controller has said of itself, until the first cycle.
+    begins: Option<(String, String)>,
+    /// Why what passes is not understood any more.
+    unclear: Option<String>,
+    statistics: Statistics,
+    /// An error was told.
+    failed: bool,
+}
+
+impl Record {
+    pub(super) fn start(path: &Path, address: IpAddr) -> anyhow::Result<Self> {
+        let (recorder, feed) = Recorder::fed(path, Options::default())?;
+        let frames = recorder.frames();
+        Ok(Self {
+            recorder,
+            feed,
+            frames,
+            address: address.to_string(),
+            begins: None,
+            unclear: None,
+            statistics: Statistics::default(),
+            failed: false,
+        })
+    }
+
+    pub(super) fn take(&mut self, told: &Told) {
+        match &told.what {
+            Happened::Online { name, firmware } => {
+                self.begins = Some((name.clone(), firmware.to_string()));
+                self.unclear = None;
+                self.statistics = Statistics::default();
+            }
+            Happened::Cycle(cycle) => self.cycle(told, cycle),
+            Happened::NotUnderstood { side, why } => {
+                self.unclear =
+                    Some(format!("what the {} sent is not understood: {why}", side.name()));
+            }
+            Happened::Offline { by_program } => {
+                let what = match self.unclear.take() {
+                    Some(error) => {
+                        Transfer::EndedBy(Failure { kind: FailureKind::WrongData, error })
+                    }
+                    None if *by_program => Transfer::Ended,
+                    None => Transfer::EndedBy(Failure {
+                        kind: FailureKind::Closed,
+                        error: "the connection was closed before the program went offline"
+                            .to_owned(),
+                    }),
+                };
+                self.feed.transfer(told.at, what);
+            }
+            Happened::Picture(frame) => self.frames.record(frame),
+            _ => {}
+        }
+        if !self.failed {
+            if let Some(error) = self.recorder.error() {
+                self.failed = true;
+                log::warn!("{error}; everything is passed on as before");
+            }
+        }
+    }
+
+    fn cycle(&mut self, told: &Told, cycle: &Cycle) {
+        if let Some((device_name, firmware)) = self.begins.take() {
+            let (address, areas) = (self.address.clone(), cycle.areas.len());
+            let began = Transfer::Began { device_name, firmware, address, areas };
+            self.feed.transfer(told.at, began);
+        }
+        let statistics = &mut self.statistics;
+        statistics.cycles = cycle.number;
+        statistics.config_updates = cycle.config_updates;
+        if let Some(since_last) = cycle.since_last {
+            let shortest = match statistics.shortest_cycle {
+                Duration::ZERO => since_last,
+                shortest => shortest.min(since_last),
+            };
+            statistics.last_cycle = since_last;
+            statistics.shortest_cycle = shortest;
+            statistics.longest_cycle = statistics.longest_cycle.max(since_last);
+        }
+        let mut logged = LoggedCycle::new(cycle.number, &cycle.areas);
+        logged.arrived = told.at;
+        logged.first = cycle.number == 1;
+        logged.statistics = *statistics;
+        self.feed.cycle(logged);
+    }
+
+    /// Ends the file, and says what is in it.
+    pub(super) fn finish(self) -> anyhow::Result<()> {
+        let path = self.recorder.path().to_owned();
+        let Totals { cycles, lost, frames, .. } =
+            self.recorder.finish().context("the recording is not whole")?;
+        eprintln!("{}: {cycles} cycles, {lost} lost, {frames} pictures", path.display());
+        Ok(())
+    }
+}

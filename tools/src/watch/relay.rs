@@ -1,0 +1,278 @@
+//! Passes every byte on, in one thread that does nothing else.
+//!
+//! One thread sees things in the order in which they happen: a connection that a program has closed is closed at the
+//! controller before the program's next one is made, and a program that has connected to the camera and then starts
+//! it is seen to do so in this order. What has passed is handed to those who look as a copy.
+
+use std::collections::BTreeMap;
+use std::io::{self, ErrorKind};
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use mio::net::TcpListener;
+use mio::{Events, Interest, Poll, Token, Waker};
+
+use super::passage::{Passage, Stage, Then, CHUNK};
+use super::ports::{behind, Line};
+use super::tap::{Piece, Tap, What};
+
+const WAKER: Token = Token(3);
+/// The first token of a connection; each has two.
+const FIRST: usize = 4;
+
+/// How long a program that comes to the camera before the controller has opened its port is kept waiting, and how
+/// often it is tried.
+const CAMERA_LIMIT: Duration = Duration::from_secs(5);
+const CAMERA_RETRY: Duration = Duration::from_millis(20);
+/// How long the commands of a program wait for its connection to the camera or to I2C.
+const ORDER_LIMIT: Duration = Duration::from_millis(50);
+/// How long to wait when no program can be accepted, as with too many open files.
+const ACCEPT_RETRY: Duration = Duration::from_millis(50);
+
+/// A relay that runs, until it is dropped.
+pub(super) struct Relay {
+    stop: Arc<AtomicBool>,
+    waker: Waker,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Relay {
+    pub(super) fn start(
+        listeners: [TcpListener; 3],
+        controller: SocketAddr,
+        tap: Tap,
+    ) -> anyhow::Result<Self> {
+        let poll = Poll::new()?;
+        let waker = Waker::new(poll.registry(), WAKER)?;
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut worker = Worker {
+            listeners,
+            controller,
+            tap,
+            poll,
+            passages: BTreeMap::new(),
+            numbers: 0,
+            chunk: vec![0; CHUNK],
+            busy: false,
+            accept_at: None,
+            stop: Arc::clone(&stop),
+        };
+        for (index, listener) in worker.listeners.iter_mut().enumerate() {
+            worker.poll.registry().register(listener, Token(index), Interest::READABLE)?;
+        }
+        let work = move || {
+            if let Err(error) = worker.run() {
+                log::error!("nothing is passed on any more: {error}");
+            }
+        };
+        let thread = thread::Builder::new().name("relay".to_owned()).spawn(work)?;
+        Ok(Self { stop, waker, thread: Some(thread) })
+    }
+}
+
+impl Drop for Relay {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if self.waker.wake().is_ok() {
+            if let Some(thread) = self.thread.take() {
+                // It has told its error.
+                let _ = thread.join();
+            }
+        }
+    }
+}
+
+struct Worker {
+    listeners: [TcpListener; 3],
+    controller: SocketAddr,
+    tap: Tap,
+    poll: Poll,
+    /// By number.
+    passages: BTreeMap<u64, Passage>,
+    numbers: u64,
+    chunk: Vec<u8>,
+    /// There is more to pass on at once.
+    busy: bool,
+    /// When it is tried again to accept programs.
+    accept_at: Option<Instant>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Worker {
+    fn run(&mut self) -> io::Result<()> {
+        let mut events = Events::with_capacity(256);
+        while !self.stop.load(Ordering::Relaxed) {
+            let limit = self.limit();
+            match self.poll.poll(&mut events, limit) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                done => done?,
+            }
+            let mut knocks = [false; 3];
+            for event in &events {
+                match event.token() {
+                    Token(index @ 0..=2) => knocks[index] = true,
+                    WAKER => {}
+                    Token(token) => self.note(token, event.is_read_closed()),
+                }
+            }
+            if self.accept_at.is_some_and(|at| at <= Instant::now()) {
+                self.accept_at = None;
+                knocks = [true; 3];
+            }
+            self.busy = false;
+            // A program that connects to the camera and then starts it has connected first.
+            for line in [Line::Camera, Line::I2c] {
+                if knocks[line.index()] {
+                    self.accept(line);
+                }
+            }
+            self.connect();
+            self.pass(|_| true);
+            if knocks[Line::Main.index()] {
+                self.accept(Line::Main);
+            }
+        }
+        Ok(())
+    }
+
+    /// How long to wait for something to happen.
+    fn limit(&self) -> Option<Duration> {
+        if self.busy {
+            return Some(Duration::ZERO);
+        }
+        let now = Instant::now();
+        let times = self.passages.values().filter_map(|passage| match passage.stage {
+            Stage::Again(at) => Some(at),
+            Stage::Connecting(since) => Some(since + ORDER_LIMIT).filter(|at| *at > now),
+            Stage::Open => None,
+        });
+        let next = times.chain(self.accept_at).min()?;
+        // Not a moment too early: it would be for nothing.
+        Some(next.saturating_duration_since(now) + Duration::from_micros(100))
+    }
+
+    /// Notes that a program has gone before it was connected.
+    fn note(&mut self, token: usize, closed: bool) {
+        let (number, is_program) = (((token - FIRST) / 2) as u64, (token - FIRST) % 2 == 0);
+        if let Some(passage) = self.passages.get_mut(&number).filter(|_| is_program && closed) {
+            passage.program_ended |= passage.stage != Stage::Open;
+        }
+    }
+
+    /// Accepts all programs that wait.
+    fn accept(&mut self, line: Line) {
+        loop {
+            let accepted = self.listeners[line.index()].accept();
+            let (program, from) = match accepted {
+                Ok(accepted) => accepted,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                Err(error) => {
+                    log::warn!("a program can't be accepted: {error}");
+                    self.accept_at = Some(Instant::now() + ACCEPT_RETRY);
+                    return;
+                }
+            };
+            // What was closed before is closed at the controller first.
+            self.pass(|other| line == Line::Main || other == line);
+            self.numbers += 1;
+            let number = self.numbers;
+            self.tell(line, number, What::Opened(from));
+            let (address, tokens) = (behind(self.controller, line), tokens(number));
+            let registry = self.poll.registry();
+            match Passage::begin((line, number), program, address, registry, tokens) {
+                Ok(passage) => drop(self.passages.insert(number, passage)),
+                Err(error) => {
+                    self.tell(line, number, What::Refused(error));
+                    self.tell(line, number, What::Closed);
+                }
+            }
+        }
+    }
+
+    /// Goes on with connections that are being made.
+    fn connect(&mut self) {
+        let now = Instant::now();
+        let open = |passage: &Passage| passage.stage == Stage::Open;
+        let numbers: Vec<_> =
+            self.passages.values().filter(|one| !open(one)).map(|one| one.number).collect();
+        for number in numbers {
+            let Some(passage) = self.passages.get_mut(&number) else { continue };
+            let (line, begun) = (passage.line, passage.begun);
+            let done = match passage.stage {
+                Stage::Again(at) if at > now => continue,
+                Stage::Again(_) if !passage.program_waits() => {
+                    self.close(number);
+                    continue;
+                }
+                Stage::Again(_) => {
+                    let address = behind(self.controller, line);
+                    passage.try_again(address, self.poll.registry(), tokens(number)[1])
+                }
+                _ => passage.is_connected().map(drop),
+            };
+            let Err(error) = done else {
+                if passage.is_stale() {
+                    passage.reset();
+                    self.close(number);
+                }
+                continue;
+            };
+            let is_early = line == Line::Camera
+                && error.kind() == ErrorKind::ConnectionRefused
+                && now < begun + CAMERA_LIMIT;
+            if is_early {
+                passage.stage = Stage::Again(now + CAMERA_RETRY);
+            } else {
+                passage.reset();
+                self.tell(line, number, What::Refused(error));
+                self.close(number);
+            }
+        }
+    }
+
+    /// Passes on what is there, on these connections.
+    fn pass(&mut self, which: impl Fn(Line) -> bool) {
+        let now = Instant::now();
+        let is_coming = |passage: &Passage| {
+            passage.line != Line::Main
+                && matches!(passage.stage, Stage::Connecting(since) if since == passage.begun && now < since + ORDER_LIMIT)
+        };
+        let may_command = !self.passages.values().any(is_coming);
+        let mut closed = Vec::new();
+        for passage in self.passages.values_mut() {
+            if passage.stage != Stage::Open || !which(passage.line) {
+                continue;
+            }
+            let may_send = may_command || passage.line != Line::Main;
+            match passage.pass(may_send, &mut self.chunk, &self.tap) {
+                Then::Waits => {}
+                Then::More => self.busy = true,
+                Then::Closed => closed.push(passage.number),
+            }
+        }
+        closed.into_iter().for_each(|number| self.close(number));
+    }
+
+    fn close(&mut self, number: u64) {
+        if let Some(passage) = self.passages.remove(&number) {
+            let line = passage.line;
+            // Its sockets are closed before that is told.
+            drop(passage);
+            self.tell(line, number, What::Closed);
+        }
+    }
+
+    fn tell(&self, line: Line, connection: u64, what: What) {
+        self.tap.tell(Piece { line, connection, at: Instant::now(), what });
+    }
+}
+
+/// The tokens of a connection: its program, its controller.
+fn tokens(number: u64) -> [Token; 2] {
+    let first = FIRST + 2 * number as usize;
+    [Token(first), Token(first + 1)]
+}

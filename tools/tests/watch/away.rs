@@ -1,0 +1,93 @@
+//! Either side goes away and comes back.
+
+use std::io::{ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::Error;
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use super::support::{listener, Watch};
+use super::LIMIT;
+
+/// A simulated TXT at this main port, which may have been in use a moment ago.
+fn txt_at(port: u16) -> SimulatedTxt {
+    let deadline = Instant::now() + LIMIT;
+    loop {
+        match SimulatedTxt::builder().port(port).start() {
+            Ok(txt) => return txt,
+            Err(error) => assert!(Instant::now() < deadline, "{error}"),
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn without_a_controller_a_connection_ends_at_once() {
+    let (listener, address) = listener();
+    drop(listener);
+    let watch = Watch::start(address, &["--no-page"]);
+    for _ in 0..3 {
+        let mut stream = watch.connect();
+        // It may be reset before this is sent.
+        let _ = stream.write_all(&CommandId::QueryStatus.id().to_le_bytes());
+        let error = stream.read(&mut [0]).expect_err("a reset");
+        assert_eq!(error.kind(), ErrorKind::ConnectionReset);
+    }
+    // Now there is one.
+    let _txt = txt_at(address.port());
+    let mut stream = watch.connect();
+    stream.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+    stream.read_exact(&mut [0; 24]).unwrap();
+}
+
+#[test]
+fn a_transfer_goes_on_when_the_controller_is_back() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let (port, address) = (txt.port(), txt.address());
+    let watch = Watch::start(address, &[]);
+    let mut page = watch.page();
+    let handler = watch.handler().reconnect(LIMIT).build().unwrap();
+    handler.begin_transfer().unwrap();
+    drop(handler.wait_cycle().unwrap());
+    page.state(0, |state| state["link"]["phase"] == "running");
+    drop(txt);
+    let lost = handler.wait_until(|_| false, LIMIT);
+    assert!(matches!(lost, Err(Error::ConnectionLost { .. })), "{:?}", lost.err());
+    page.state(0, |state| state["link"]["phase"] != "running" && state["link"]["gaps"] == 1);
+    let txt = txt_at(port);
+    let deadline = Instant::now() + LIMIT;
+    while txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]) != 300 {
+        assert!(Instant::now() < deadline);
+        if let Ok(mut areas) = handler.wait_cycle_for(Duration::from_millis(100)) {
+            areas[LOCAL_IO].output.duty[0] = 300;
+        }
+    }
+    page.state(0, |state| state["areas"][0]["motors"][0]["duty"][0] == 300);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn motors_stop_when_the_program_or_the_watch_is_killed() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    for kills_watch in [false, true] {
+        let watch = Watch::start(txt.address(), &["--no-page"]);
+        let handler = watch.handler().build().unwrap();
+        handler.begin_transfer().unwrap();
+        handler.lock()[LOCAL_IO].output.duty[0] = 512;
+        let turns = |txt: &SimulatedTxt| {
+            txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512)
+        };
+        assert!(turns(&txt));
+        if kills_watch {
+            drop(watch);
+        } else {
+            handler.end_transfer().unwrap();
+        }
+        let stopped = |machine: &ft_transfer_area_simulator::Machine| {
+            !machine.online() && machine.controllers[0].outputs.duty[0] == 0
+        };
+        assert!(txt.wait_until(LIMIT, stopped), "{kills_watch}");
+    }
+}

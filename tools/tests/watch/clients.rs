@@ -1,0 +1,168 @@
+//! This library's handler through it: cycles, reconnects, camera, I2C, a recording.
+
+use std::io::{Read, Write};
+use std::process::Command;
+use std::time::Duration;
+
+use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::{Direction, Input, Motor};
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::{CameraOptions, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use super::support::Watch;
+use super::LIMIT;
+
+#[test]
+fn ten_thousand_cycles_pass() {
+    let txt = SimulatedTxt::builder().pace(Duration::ZERO).extensions(1).start().unwrap();
+    let watch = Watch::start(txt.address(), &[]);
+    let handler = watch.handler().areas(2).build().unwrap();
+    handler.begin_transfer().unwrap();
+    for number in 0..10_000_u16 {
+        let mut areas = handler.wait_cycle_for(LIMIT).unwrap();
+        areas[LOCAL_IO].output.duty[0] = (number % 513) as i16;
+        areas[1].output.duty[7] = (number % 511) as i16;
+    }
+    assert_eq!(handler.statistics().gaps, 0);
+    // The page has not lost its way among the words of two controllers.
+    let mut page = watch.page();
+    page.state(0, |state| {
+        let cycles = state["link"]["cycles"].as_u64().unwrap();
+        cycles >= 10_000 && state["areas"][1]["alive"] == true
+    });
+    handler.end_transfer().unwrap();
+    page.state(0, |state| state["link"]["phase"] == "idle" && state["link"]["gaps"] == 0);
+}
+
+#[test]
+fn a_program_may_come_a_thousand_times() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let watch = Watch::start(txt.address(), &["--no-page"]);
+    let mut answers = Vec::new();
+    for _ in 0..1000 {
+        // A controller serves one program at a time, so this fails if the one before is not gone.
+        let mut stream = watch.connect();
+        stream.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+        let mut answer = [0; 24];
+        stream.read_exact(&mut answer).unwrap();
+        answers.push(answer);
+    }
+    assert!(answers.iter().all(|answer| *answer == answers[0]));
+}
+
+/// Cycles of a recording: their areas without what a recorder of a handler knows better.
+fn cycles(path: &std::path::Path) -> Vec<Vec<FishX1Transfer>> {
+    let entries = Recording::open(path).unwrap().map(|entry| entry.unwrap().what);
+    let cycle = |what| if let Recorded::Cycle(cycle) = what { Some(cycle.areas) } else { None };
+    entries.filter_map(cycle).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn what_passes_is_recorded_as_by_the_program_itself() {
+    let world = World::shipped("slide").unwrap();
+    let txt = SimulatedTxt::builder().world(world).lock_step().start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let (own, passed) = (folder.path().join("own.mcap"), folder.path().join("passed.mcap"));
+    let arguments = ["--no-page", "--record", passed.to_str().unwrap()];
+    let watch = Watch::start(txt.address(), &arguments);
+    let handler = watch.handler().lock_step().build().unwrap();
+    let recorder = Recorder::start(&handler, &own, Options::default()).unwrap();
+    handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, false);
+    handler.begin_transfer().unwrap();
+    drive(&handler);
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+
+    let (own, expected) = (cycles(&passed), cycles(&own));
+    assert!(expected.len() > 50, "{}", expected.len());
+    assert_eq!(own.len(), expected.len());
+    for (number, (own, expected)) in own.iter().zip(&expected).enumerate() {
+        assert!(own == expected, "cycle {number}: {own:?}\ninstead of {expected:?}");
+    }
+    let transfers: Vec<_> = Recording::open(&passed)
+        .unwrap()
+        .filter_map(|entry| match entry.unwrap().what {
+            Recorded::Transfer(transfer) => Some(transfer),
+            _ => None,
+        })
+        .collect();
+    assert!(
+        matches!(&transfers[..], [Transfer::Began { device_name, .. }, Transfer::Ended] if device_name == "TX2013"),
+        "{transfers:?}"
+    );
+    for tool in ["info", "csv", "plot"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args([tool, passed.to_str().unwrap()]).current_dir(folder.path());
+        if tool == "plot" {
+            command.args(["I1", "C1", "M1"]);
+        }
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{tool}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+/// Moves the slide by a distance, and back until it is at its switch.
+fn drive(handler: &TransferAreaComHandler) {
+    let mut areas = handler.lock();
+    areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, DUTY_MAX, Direction::Cw, &[], 100).unwrap();
+    drop(areas);
+    drop(handler.wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT).unwrap());
+    for number in 0..60 {
+        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[1] = number;
+    }
+}
+
+#[test]
+fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
+    let txt = SimulatedTxt::builder().camera_start_up(Duration::from_millis(300)).start().unwrap();
+    txt.with_machine(|machine| {
+        machine.controllers[0].uni[1] = 1;
+        machine.i2c_device(0x18)[7] = 99;
+    });
+    let watch = Watch::start(txt.address(), &[]);
+    let mut page = watch.page();
+    page.state(0, |state| state["link"]["phase"] == "idle" && state["watched"]["answer"].is_null());
+
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.lock()[LOCAL_IO].output.duty[2] = 400;
+    let state = page.state(0, |state| state["areas"][0]["motors"][1]["duty"][0] == 400);
+    assert_eq!(state["link"]["phase"], "running");
+    assert_eq!(
+        (&state["link"]["name"], &state["link"]["firmware"]),
+        (&"TX2013".into(), &"4.6.6".into())
+    );
+    assert_eq!(state["areas"][0]["inputs"][1]["value"], 1);
+    assert!(state["watched"]["answer"]["median"].as_f64().is_some(), "{state}");
+    // It drives nothing.
+    page.done(serde_json::json!({"do": "drive"}));
+    let motor = serde_json::json!({"do": "motor", "motor": 0, "duty": 512});
+    assert_eq!(page.refused(motor), "not_driven");
+    page.done(serde_json::json!({"do": "stop"}));
+    assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[2], 400);
+
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    for _ in 0..3 {
+        frames.recv_timeout(LIMIT).unwrap();
+    }
+    page.state(0, |state| {
+        let camera = &state["camera"];
+        camera["running"] == true && camera["frames"].as_u64().unwrap() >= 3
+    });
+    handler.stop_camera().unwrap();
+    page.state(0, |state| state["camera"]["running"] == false);
+
+    let mut read = [0];
+    handler.i2c().unwrap().read(0x18, 7, &mut read).unwrap();
+    assert_eq!(read, [99]);
+    let state = page.state(0, |state| !state["watched"]["i2c"].is_null());
+    let expected = serde_json::json!({"device": 0x18, "written": [7], "read": [99]});
+    assert_eq!(state["watched"]["i2c"], expected);
+    handler.end_transfer().unwrap();
+}

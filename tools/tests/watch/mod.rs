@@ -1,0 +1,11 @@
+//! `txt watch`: what passes through it, and what it tells of it.
+
+mod away;
+mod bytes;
+mod clients;
+mod slow;
+mod support;
+mod told;
+
+/// Longer than anything takes on a busy machine; only a failing test waits this long.
+const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);

@@ -1,0 +1,55 @@
+//! Those who look hold nothing up.
+
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use super::support::{free_ports, wait_until_open, Watch};
+use super::LIMIT;
+
+/// Enough for far more lines than a pipe and the program hold, as all of them change eight values.
+const CYCLES: u16 = 10_000;
+
+/// A program that ends with the test.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn cycle(handler: TransferAreaComHandlerBuilder) {
+    let handler: TransferAreaComHandler = handler.build().unwrap();
+    handler.begin_transfer().unwrap();
+    for number in 0..CYCLES {
+        let mut areas = handler.wait_cycle_for(LIMIT).unwrap();
+        areas[0].output.duty = [(number % 512) as i16; 8];
+    }
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_reader_of_the_lines_that_pauses_holds_nothing_up() {
+    let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
+    let port = free_ports();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(["watch", &txt.address().to_string(), "--port", &port.to_string()]);
+    command.args(["--json", "--no-page"]).stdin(Stdio::null()).stdout(Stdio::piped());
+    let mut child = Killed(command.spawn().unwrap());
+    let _kept_and_never_read = child.0.stdout.take();
+    wait_until_open(port);
+    cycle(TransferAreaComHandler::builder("127.0.0.1").port(port));
+}
+
+#[test]
+fn a_page_that_reads_nothing_holds_nothing_up() {
+    let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
+    let watch = Watch::start(txt.address(), &[]);
+    let _reads_no_more = watch.page();
+    cycle(watch.handler());
+}

@@ -1,0 +1,206 @@
+//! The program as a user starts it, a controller that says what it is told, and a client made by hand.
+
+use std::io::{self, Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::Config;
+use ft_transfer_area::wire::{
+    CmprHeader, CommandId, Compressor, ExchangeData, StartOnline, UpdateConfig,
+};
+use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+use serde_json::Value;
+
+use super::LIMIT;
+use crate::panel::page::Page;
+use crate::running::Running;
+
+/// A running `txt watch`.
+pub(super) struct Watch {
+    pub(super) running: Running,
+    /// The main port.
+    pub(super) port: u16,
+    page: Option<String>,
+}
+
+/// The command for this controller, on free ports.
+fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(["watch", &controller.to_string(), "--port", "0", "--no-browser"]);
+    command.args(arguments).stdin(Stdio::null());
+    command
+}
+
+impl Watch {
+    pub(super) fn start(controller: SocketAddr, arguments: &[&str]) -> Self {
+        let running = Running::start(&mut command(controller, arguments));
+        let main = running.line();
+        let port = main.strip_prefix("main 127.0.0.1:").and_then(|port| port.parse().ok());
+        let port = port.unwrap_or_else(|| panic!("{main:?} is no port"));
+        assert_eq!(running.line(), format!("controller {controller}"));
+        let with_page = !arguments.contains(&"--no-page");
+        let page = with_page.then(|| running.line());
+        Self { running, port, page }
+    }
+
+    /// With lines of JSON, which are all that it prints on stdout, at this main port.
+    pub(super) fn with_lines(controller: SocketAddr) -> Self {
+        let port = free_ports();
+        let arguments = ["--json", "--no-page", "--port", &port.to_string()];
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(["watch", &controller.to_string()]).args(arguments).stdin(Stdio::null());
+        let running = Running::start(&mut command);
+        wait_until_open(port);
+        Self { running, port, page: None }
+    }
+
+    /// The next line of JSON for which this is true.
+    pub(super) fn line_where(&self, wanted: impl Fn(&Value) -> bool) -> Value {
+        loop {
+            let line: Value = serde_json::from_str(&self.running.line()).unwrap();
+            if wanted(&line) {
+                return line;
+            }
+        }
+    }
+
+    pub(super) fn page(&self) -> Page {
+        let url = self.page.as_deref().and_then(|line| line.strip_prefix("page http://"));
+        let (address, token) = url.and_then(|url| url.split_once("/?token=")).unwrap();
+        Page::open(address, token)
+    }
+
+    pub(super) fn connect(&self) -> TcpStream {
+        connect(([127, 0, 0, 1], self.port).into())
+    }
+
+    /// Settings for a handler that goes through it.
+    pub(super) fn handler(&self) -> TransferAreaComHandlerBuilder {
+        TransferAreaComHandler::builder("127.0.0.1").port(self.port)
+    }
+}
+
+/// Waits until it listens at this main port. What connects is a program that says nothing, at the port of I2C.
+pub(super) fn wait_until_open(port: u16) {
+    let deadline = Instant::now() + LIMIT;
+    while TcpStream::connect(("127.0.0.1", port + 2)).is_err() {
+        assert!(Instant::now() < deadline, "nothing listens at {port}");
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Three ports in a row that were free a moment ago.
+pub(super) fn free_ports() -> u16 {
+    loop {
+        let open = |port| TcpListener::bind(("127.0.0.1", port));
+        let main = open(0).unwrap();
+        let port = main.local_addr().unwrap().port();
+        if port < 65_000 && open(port + 1).is_ok() && open(port + 2).is_ok() {
+            return port;
+        }
+    }
+}
+
+pub(super) fn connect(to: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect(to).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    stream.set_write_timeout(Some(LIMIT)).unwrap();
+    stream.set_nodelay(true).unwrap();
+    stream
+}
+
+/// Listens where a controller would.
+pub(super) fn listener() -> (TcpListener, SocketAddr) {
+    let port = free_ports();
+    let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
+    let address = listener.local_addr().unwrap();
+    (listener, address)
+}
+
+pub(super) fn accept(listener: &TcpListener) -> TcpStream {
+    let (stream, _) = listener.accept().unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    stream.set_write_timeout(Some(LIMIT)).unwrap();
+    stream
+}
+
+/// A client as the kit's: nine configurations, then exchanges. It keeps all that it has received.
+pub(super) struct KitClient {
+    stream: TcpStream,
+    compressor: Compressor,
+    pub(super) received: Vec<u8>,
+}
+
+impl KitClient {
+    /// Goes online.
+    pub(super) fn online(to: SocketAddr) -> Self {
+        let stream = connect(to);
+        let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
+        client.ask(&CommandId::QueryStatus.id().to_le_bytes(), 24);
+        let mut packet = Vec::new();
+        StartOnline::new().emit(&mut packet);
+        client.ask(&packet, 4);
+        for extension_id in 0..9 {
+            let update = UpdateConfig { config_id: 1, extension_id, config: Config::default() };
+            packet.clear();
+            update.emit(&mut packet);
+            client.ask(&packet, 4);
+        }
+        client
+    }
+
+    /// Sends a packet and receives so many bytes.
+    fn ask(&mut self, packet: &[u8], size: usize) -> &[u8] {
+        self.stream.write_all(packet).unwrap();
+        self.receive(size)
+    }
+
+    fn receive(&mut self, size: usize) -> &[u8] {
+        let begin = self.received.len();
+        self.received.resize(begin + size, 0);
+        self.stream.read_exact(&mut self.received[begin..]).unwrap();
+        &self.received[begin..]
+    }
+
+    /// A compressed exchange of the master, with these duties.
+    pub(super) fn exchange(&mut self, duty: [i16; 8]) {
+        let mut words = [0; 27];
+        words[..8].copy_from_slice(&duty.map(|duty| duty as u16));
+        let mut data = Vec::new();
+        let crc = self.compressor.compress(&words, &mut data);
+        let mut packet = Vec::new();
+        let extra_size = data.len() as u32;
+        CmprHeader { extra_size, crc, active_extensions: 0 }.emit_command(&mut packet);
+        packet.extend(data);
+        let header = self.ask(&packet, CmprHeader::LEN);
+        let size = CmprHeader::parse_response(header).unwrap().extra_size as usize;
+        self.receive(size);
+    }
+
+    /// The other kind of exchange.
+    pub(super) fn simple_exchange(&mut self, duty: [i16; 8]) {
+        let mut packet = Vec::new();
+        ExchangeData { duty, ..ExchangeData::default() }.emit(&mut packet);
+        self.ask(&packet, 80);
+    }
+
+    /// Says farewell, and reads until the controller has closed the connection.
+    pub(super) fn end(mut self) -> Vec<u8> {
+        self.ask(&CommandId::StopOnline.id().to_le_bytes(), 4);
+        self.stream.shutdown(std::net::Shutdown::Write).unwrap();
+        let read = self.stream.read_to_end(&mut self.received);
+        assert!(matches!(read, Ok(0)), "{read:?}");
+        self.received
+    }
+}
+
+/// Whether the other side has reset the connection, or only closed it.
+pub(super) fn is_reset(read: io::Result<usize>) -> bool {
+    match read {
+        Ok(0) => false,
+        Err(error) if error.kind() == io::ErrorKind::ConnectionReset => true,
+        other => panic!("{other:?}"),
+    }
+}
