@@ -22,8 +22,6 @@ pub(crate) enum Line {
 }
 
 impl Line {
-    pub(crate) const ALL: [Self; 3] = [Self::Main, Self::Camera, Self::I2c];
-
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Main => "main",

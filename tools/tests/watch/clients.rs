@@ -10,7 +10,7 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{CameraOptions, FishX1Transfer, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer};
 use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{CameraConnection, SimulatedTxt};
 
 use super::support::Watch;
 use super::LIMIT;
@@ -165,4 +165,25 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     let expected = serde_json::json!({"device": 0x18, "written": [7], "read": [99]});
     assert_eq!(state["watched"]["i2c"], expected);
     handler.end_transfer().unwrap();
+}
+
+#[test]
+fn pictures_come_from_a_controller_that_refuses_early_clients_and_from_one_that_refuses_late_ones()
+{
+    for connection in [CameraConnection::Txt, CameraConnection::Txt40] {
+        let builder = SimulatedTxt::builder().camera_connection(connection);
+        let txt = builder.camera_start_up(Duration::from_millis(300)).start().unwrap();
+        let watch = Watch::start(txt.address(), &["--no-page"]);
+        for _ in 0..3 {
+            let handler = watch.handler().build().unwrap();
+            handler.begin_transfer().unwrap();
+            let frames = handler.start_camera(CameraOptions::default()).unwrap();
+            for _ in 0..3 {
+                let frame = frames.recv_timeout(LIMIT);
+                assert!(frame.is_ok(), "{connection:?}: {:?}", handler.camera_error());
+            }
+            handler.stop_camera().unwrap();
+            handler.end_transfer().unwrap();
+        }
+    }
 }
