@@ -27,6 +27,8 @@ struct Flow {
     /// The sender has said that nothing more comes, and whether the receiver was told.
     ended: bool,
     told_end: bool,
+    /// The connection is reset. That is no end of a direction, and is not to be told as one.
+    broken: bool,
 }
 
 /// Where a connection stands.
@@ -152,6 +154,7 @@ impl Passage {
             Ok(false) => Then::Waits,
             Err(error) => {
                 log::debug!("connection {} is reset: {error}", self.number);
+                (self.up.broken, self.down.broken) = (true, true);
                 // What one side said before it reset the connection still arrives.
                 let _ = self.pass_up(may_send, chunk, tap);
                 let _ = self.pass_down(chunk, tap);
@@ -224,7 +227,9 @@ fn pass(
             return Ok(false);
         }
         if flow.ended {
-            to.shutdown(Shutdown::Write).or_else(unless_gone)?;
+            if !flow.broken {
+                to.shutdown(Shutdown::Write).or_else(unless_gone)?;
+            }
             flow.told_end = true;
             break;
         }
