@@ -4,6 +4,7 @@ mod documents;
 mod examples;
 mod fuzz_replay;
 mod interop;
+mod lessons;
 mod porting;
 
 #[path = "../ports/mod.rs"]

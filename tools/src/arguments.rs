@@ -8,10 +8,12 @@ use anyhow::{anyhow, Context};
 use ft_transfer_area_simulator::world::{Factory, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
+use crate::check;
+
 /// The world with this name, or in this file if it is a path or has an extension.
 pub(crate) fn world(given: impl AsRef<OsStr>) -> anyhow::Result<World> {
     match name_or_file(given.as_ref()) {
-        Ok(name) => shipped(World::shipped(name)),
+        Ok(name) => check::world(name).unwrap_or_else(|| shipped(World::shipped(name))),
         Err(path) => World::load(path).with_context(|| path.display().to_string()),
     }
 }
@@ -19,7 +21,10 @@ pub(crate) fn world(given: impl AsRef<OsStr>) -> anyhow::Result<World> {
 /// The same with one or several controllers.
 pub(crate) fn factory(given: impl AsRef<OsStr>) -> anyhow::Result<Factory> {
     match name_or_file(given.as_ref()) {
-        Ok(name) => shipped(Factory::shipped(name)),
+        Ok(name) => match check::world(name) {
+            Some(world) => world.map(Factory::from),
+            None => shipped(Factory::shipped(name)),
+        },
         Err(path) => Factory::load(path).with_context(|| path.display().to_string()),
     }
 }
@@ -31,7 +36,7 @@ fn name_or_file(given: &OsStr) -> Result<&str, &Path> {
 }
 
 fn shipped<T>(world: Result<T, ft_transfer_area_simulator::Error>) -> anyhow::Result<T> {
-    world.map_err(|error| anyhow!("{error}; or write the path of a .toml file"))
+    world.map_err(|error| anyhow!("{error}; those of the lessons are lesson1 to lesson10; or write the path of a .toml file"))
 }
 
 /// A simulated TXT with this world.

@@ -3,6 +3,7 @@
 mod arguments;
 mod bridge;
 mod camera;
+mod check;
 mod classroom;
 mod commands;
 mod find;
@@ -45,6 +46,7 @@ enum Tool {
     Simulate(simulate::Args),
     Watch(watch::Args),
     Classroom(classroom::Args),
+    Check(check::Args),
 }
 
 /// Also what no completion and no manual page has.
@@ -90,5 +92,6 @@ fn run(tool: Tool) -> anyhow::Result<()> {
         Tool::Simulate(args) => simulate::run(args),
         Tool::Watch(args) => watch::run(args),
         Tool::Classroom(args) => classroom::run(args),
+        Tool::Check(args) => check::run(args),
     }
 }

@@ -3,9 +3,10 @@
 use std::fs;
 use std::process::Command;
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "bridge",
     "camera",
+    "check",
     "classroom",
     "csv",
     "find",

@@ -12,11 +12,13 @@ use std::{env, fs};
 const UPDATE: &str = "UPDATE_DOCUMENTS";
 
 /// Programs and their documents. Each comes after the line that names it.
-const PROGRAMS: [(&str, &str); 4] = [
+const PROGRAMS: [(&str, &str); 6] = [
     ("camera_pictures", "camera.md"),
     ("camera_file", "camera.md"),
     ("camera_browser", "camera.md"),
     ("camera_newest", "camera.md"),
+    ("first_steps", "lessons/en/00-first-steps.md"),
+    ("erste_schritte", "lessons/de/00-erste-schritte.md"),
 ];
 
 /// The document with this program in it, between the line that names it and the end of its block.

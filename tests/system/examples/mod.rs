@@ -28,7 +28,7 @@ fn text(bytes: &[u8]) -> &str {
 }
 
 /// The output of a program. It is killed if it does not end.
-fn output_in_time(command: &mut Command) -> Output {
+pub(crate) fn output_in_time(command: &mut Command) -> Output {
     let begin = Instant::now();
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     while child.try_wait().unwrap().is_none() {

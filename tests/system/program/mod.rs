@@ -16,15 +16,15 @@ pub(crate) fn example(name: &str) -> Command {
     built("examples", name, "cargo build --examples")
 }
 
-/// The command `txt simulate`, built with the tests of all packages.
+/// The command `txt simulate`.
 pub(crate) fn simulate() -> Command {
     let mut txt = txt();
     txt.arg("simulate");
     txt
 }
 
-/// The program `txt`.
-fn txt() -> Command {
+/// The program `txt`, built with the tests of all packages.
+pub(crate) fn txt() -> Command {
     built("", "txt", "cargo build --package txt-tools")
 }
 

@@ -1,0 +1,60 @@
+//! Lesson 8: a traffic light with a button: green, and after a press yellow, red, red and yellow, green.
+
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::{FishX1Transfer, DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::{Input, Motor, Output};
+use ft_transfer_area::{Error, TransferAreaComHandler};
+
+/// What the traffic light shows. All but green have begun at some time.
+#[derive(Clone, Copy)]
+enum State {
+    Green,
+    Yellow(Instant),
+    Red(Instant),
+    RedYellow(Instant),
+}
+
+impl State {
+    /// The state that follows now.
+    fn next(self, pressed: bool, now: Instant) -> Self {
+        let seconds = Duration::from_secs;
+        match self {
+            Self::Green if pressed => Self::Yellow(now),
+            Self::Yellow(since) if now - since >= seconds(1) => Self::Red(now),
+            Self::Red(since) if now - since >= seconds(3) => Self::RedYellow(now),
+            Self::RedYellow(since) if now - since >= seconds(1) => Self::Green,
+            same => same,
+        }
+    }
+
+    /// Sets all three lamps.
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
+        let (red, yellow, green) = match self {
+            Self::Green => (0, 0, DUTY_MAX),
+            Self::Yellow(_) => (0, DUTY_MAX, 0),
+            Self::Red(_) => (DUTY_MAX, 0, 0),
+            Self::RedYellow(_) => (DUTY_MAX, DUTY_MAX, 0),
+        };
+        area.set_out_pwm_values(Output::O1, red)?;
+        area.set_out_pwm_values(Output::O2, yellow)?;
+        area.set_out_pwm_values(Output::O3, green)
+    }
+}
+
+fn main() -> Result<(), Error> {
+    let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
+    let builder = TransferAreaComHandler::builder(address);
+    let handler = builder.watchdog(Duration::from_secs(2)).build()?;
+    handler.lock()[LOCAL_IO].set_ft_motor_config(Motor::M1, false);
+    handler.lock()[LOCAL_IO].set_ft_motor_config(Motor::M2, false);
+    handler.begin_transfer()?;
+    let mut state = State::Green;
+    loop {
+        let mut areas = handler.wait_cycle()?;
+        let now = areas.arrived();
+        let area = &mut areas[LOCAL_IO];
+        state = state.next(area.get_in_io_value_binary(Input::I1)?, now);
+        state.show(area)?;
+    }
+}

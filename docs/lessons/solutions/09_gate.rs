@@ -1,0 +1,81 @@
+//! Lesson 9: a gate with end switches, a light barrier, a button that opens it, and a stop button.
+
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::{FishX1Transfer, InputMode, DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::{Direction, Input, Motor};
+use ft_transfer_area::{Error, TransferAreaComHandler};
+
+#[derive(Clone, Copy)]
+enum State {
+    /// Closed, or stopped on the way.
+    Stands,
+    Opens,
+    /// Since then.
+    Open(Instant),
+    Closes,
+}
+
+/// What the inputs say.
+struct Inputs {
+    closed: bool,
+    open: bool,
+    button: bool,
+    blocked: bool,
+    stop: bool,
+}
+
+impl Inputs {
+    fn read(area: &FishX1Transfer) -> Result<Self, Error> {
+        Ok(Self {
+            closed: area.get_in_io_value_binary(Input::I1)?,
+            open: area.get_in_io_value_binary(Input::I2)?,
+            button: area.get_in_io_value_binary(Input::I3)?,
+            // There is light while nothing is in the way.
+            blocked: !area.get_in_io_value_binary(Input::I4)?,
+            // Normally closed: it is open while it is pressed.
+            stop: !area.get_in_io_value_binary(Input::I5)?,
+        })
+    }
+}
+
+impl State {
+    fn next(self, inputs: &Inputs, now: Instant) -> Self {
+        match self {
+            // This comes first, so it works in every state.
+            _ if inputs.stop => Self::Stands,
+            Self::Stands if inputs.button => Self::Opens,
+            Self::Opens if inputs.open => Self::Open(now),
+            Self::Open(since) if now - since >= Duration::from_secs(2) => Self::Closes,
+            Self::Closes if inputs.blocked => Self::Opens,
+            Self::Closes if inputs.closed => Self::Stands,
+            same => same,
+        }
+    }
+
+    fn direction(self) -> Direction {
+        match self {
+            Self::Opens => Direction::Cw,
+            Self::Closes => Direction::Ccw,
+            Self::Stands | Self::Open(_) => Direction::Halt,
+        }
+    }
+}
+
+fn main() -> Result<(), Error> {
+    let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
+    let builder = TransferAreaComHandler::builder(address);
+    let handler = builder.watchdog(Duration::from_secs(2)).build()?;
+    for input in [Input::I1, Input::I2, Input::I3, Input::I4, Input::I5] {
+        handler.lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
+    }
+    handler.begin_transfer()?;
+    let mut state = State::Stands;
+    loop {
+        let mut areas = handler.wait_cycle()?;
+        let now = areas.arrived();
+        let area = &mut areas[LOCAL_IO];
+        state = state.next(&Inputs::read(area)?, now);
+        area.set_out_motor_values(Motor::M1, DUTY_MAX, state.direction())?;
+    }
+}

@@ -1,0 +1,133 @@
+//! Lesson 6: a car with the wheels M1 and M2 drives 500 pulses straight ahead and back, and the program ends.
+
+use std::time::Duration;
+
+use ft_transfer_area::tx::Motor::{self, M1, M2};
+
+use crate::check::moment::Moment;
+use crate::check::stage::Stage;
+use crate::check::words::{Check, Wrong};
+
+const PULSES: f64 = 500.0;
+/// How far a wheel runs on when its distance is counted, and how far one may be behind the other on the way.
+const TOLERANCE: f64 = 20.0;
+/// Ahead and back take about eight seconds.
+const LIMIT: Duration = Duration::from_secs(40);
+
+pub(in crate::check) fn check(stage: &mut Stage) -> Check {
+    stage.step(
+        "the car drives 500 pulses ahead and back, and the program ends",
+        "das Auto fährt 500 Impulse vor und zurück, und das Programm endet",
+    );
+    let ended = stage.wait_end(LIMIT)?;
+    let log = stage.log();
+    let (Some(first), Some(last)) = (log.first(), log.last()) else { return Ok(()) };
+    ways(&log, first, last, ended.is_some())?;
+    stage.step(
+        "it drives straight: both wheels together",
+        "es fährt geradeaus: beide Räder gemeinsam",
+    );
+    straight(&log, first)?;
+    stage.step("the program ends without an error", "das Programm endet ohne Fehler");
+    match ended {
+        Some(true) => Ok(()),
+        Some(false) => Err(Wrong::new(
+            "The car was right, but the program ended with an error. Its message is above.",
+            "Das Auto fuhr richtig, aber das Programm endete mit einem Fehler. Die Meldung steht weiter oben.",
+        )),
+        None => Err(Wrong::new(
+            "The car was right, but the program does not end.",
+            "Das Auto fuhr richtig, aber das Programm endet nicht.",
+        )
+        .hint("this one needs no loop.", "Dieses Programm braucht keine Schleife.")),
+    }
+}
+
+/// Whether both wheels have gone ahead and back.
+fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check {
+    let farthest =
+        |motor: Motor| log.iter().map(|now| now.way(motor) - first.way(motor)).fold(0.0, f64::max);
+    let wheels = [(M1, farthest(M1)), (M2, farthest(M2))];
+    if wheels.iter().all(|(_, way)| *way < 1.0) {
+        return Err(Wrong::new(
+            "The car does not drive.",
+            "Das Auto fährt nicht.",
+        )
+        .hint(
+            "start_motor_ex_cmd gives the command; wait_motor_ex waits until it is done. Direction::Cw is ahead.",
+            "start_motor_ex_cmd gibt den Befehl, wait_motor_ex wartet, bis er fertig ist. Direction::Cw ist vorwärts.",
+        ));
+    }
+    for ((motor, way), other) in wheels.into_iter().zip([M2, M1]) {
+        if way < 1.0 {
+            return Err(Wrong::new(
+                format!("Only the wheel {other} turns; {motor} stands, so the car turns on the spot."),
+                format!("Nur das Rad {other} dreht sich, {motor} steht. So dreht sich das Auto auf der Stelle."),
+            )
+            .hint(
+                "M2 goes along when it is among the slaves: &[(Motor::M2, Direction::Cw)].",
+                "M2 fährt mit, wenn er in der Liste der Mitläufer steht: &[(Motor::M2, Direction::Cw)].",
+            ));
+        }
+        if way < PULSES - 1.0 {
+            return Err(too_short(motor, way, has_ended));
+        }
+        if way > PULSES + TOLERANCE {
+            return Err(Wrong::new(
+                format!("{motor} drove {way:.0} pulses ahead instead of 500."),
+                format!("{motor} fuhr {way:.0} Impulse vorwärts statt 500."),
+            )
+            .hint(
+                "give the distance to start_motor_ex_cmd: then the controller counts, and brakes in time.",
+                "Gib die Strecke bei start_motor_ex_cmd an: Dann zählt der Controller selbst und bremst rechtzeitig.",
+            ));
+        }
+    }
+    let back = last.way(M1) - first.way(M1);
+    if back.abs() > 2.0 * TOLERANCE {
+        return Err(Wrong::new(
+            format!("The car is {back:.0} pulses from where it started; it should come back."),
+            format!("Das Auto steht {back:.0} Impulse vom Start entfernt, soll aber zurückkommen."),
+        )
+        .hint(
+            "the way back is the same command with Direction::Ccw for both, and another wait_motor_ex.",
+            "Der Rückweg ist derselbe Befehl mit Direction::Ccw für beide, und noch ein wait_motor_ex.",
+        ));
+    }
+    Ok(())
+}
+
+fn too_short(motor: Motor, way: f64, has_ended: bool) -> Wrong {
+    let wrong = Wrong::new(
+        format!("{motor} drove only {way:.0} of 500 pulses ahead."),
+        format!("{motor} fuhr nur {way:.0} von 500 Impulsen vorwärts."),
+    );
+    if has_ended {
+        return wrong.hint(
+            "a command only begins the journey. Wait with wait_motor_ex, for M1 and for M2, before the next \
+             command and before the end.",
+            "Ein Befehl startet die Fahrt nur. Warte mit wait_motor_ex auf M1 und auf M2, bevor der nächste \
+             Befehl oder das Ende kommt.",
+        );
+    }
+    wrong.hint("the distance is the last argument.", "Die Strecke ist das letzte Argument.")
+}
+
+/// Whether no wheel was far ahead of the other.
+fn straight(log: &[Moment], first: &Moment) -> Check {
+    let apart =
+        |now: &Moment| ((now.way(M1) - first.way(M1)) - (now.way(M2) - first.way(M2))).abs();
+    let most = log.iter().map(apart).fold(0.0, f64::max);
+    if most <= TOLERANCE {
+        return Ok(());
+    }
+    Err(Wrong::new(
+        format!("The car drives a curve: on the way one wheel is {most:.0} pulses ahead of the other."),
+        format!("Das Auto fährt eine Kurve: Unterwegs ist ein Rad dem anderen {most:.0} Impulse voraus."),
+    )
+    .hint(
+        "M2 runs a little harder. Let the controller keep both together: one command for M1, with M2 as its slave.",
+        "M2 läuft etwas schwerer. Der Controller hält beide zusammen, wenn es ein einziger Befehl ist: für M1, \
+         mit M2 als Mitläufer.",
+    ))
+}

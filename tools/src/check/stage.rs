@@ -1,0 +1,333 @@
+//! The simulated TXT of a lesson and the program that drives it: what a check does to the one and sees of the other.
+//!
+//! Every exchange is kept, so nothing is missed while a check is busy. Times are those of the machine.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use anyhow::Context;
+use ft_transfer_area::tx::Input;
+use ft_transfer_area_simulator::world::{Sensor, World, WorldState};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+
+use super::lesson::Lesson;
+use super::moment::Moment;
+use super::program::Program;
+use super::words::{Check, Language, Words, Wrong};
+use super::Args;
+use crate::panel::{self, Simulated};
+use crate::print;
+
+/// How long a program has to answer an input. Much longer than it needs on a busy computer.
+const SOON: Duration = Duration::from_secs(2);
+/// After a time without an answer there must have been so many exchanges, too.
+const SOON_EXCHANGES: usize = 20;
+/// How long a button is pressed.
+const TAP: Duration = Duration::from_millis(300);
+/// How long a program may take until it is online. `cargo run` may have to compile it.
+const START_LIMIT: Duration = Duration::from_secs(60);
+/// How long the exchange may pause.
+const SILENCE_LIMIT: Duration = Duration::from_secs(10);
+/// How often to look whether the program still runs.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// The exchanges since the start.
+type Log = Arc<Mutex<Vec<Moment>>>;
+
+pub(super) struct Stage {
+    // The program ends before its controller does.
+    program: Program,
+    txts: Arc<Vec<(String, SimulatedTxt)>>,
+    log: Log,
+    /// The number of exchanges before the last thing that was done to the machine.
+    mark: usize,
+    /// What is being tried.
+    step: Option<Words>,
+    language: Language,
+}
+
+impl Stage {
+    pub(super) fn set(lesson: &Lesson, args: &Args, language: Language) -> anyhow::Result<Self> {
+        let world = World::from_toml(lesson.world)?;
+        let log = Log::default();
+        let kept = Arc::clone(&log);
+        let keep = move |machine: &mut Machine| {
+            kept.lock().unwrap_or_else(PoisonError::into_inner).push(Moment::of(machine));
+        };
+        let txt = SimulatedTxt::builder().world(world.clone()).on_exchange(keep).start()?;
+        let address = txt.address().to_string();
+        let txts = Arc::new(vec![(String::new(), txt)]);
+        if args.show {
+            let shown = Simulated::all(&txts, vec![Some(world)]);
+            print::line(format_args!("page {}", panel::show(shown, !args.no_browser)?))?;
+        }
+        let program = Program::start(&args.program, &address)?;
+        Ok(Self { program, txts, log, mark: 0, step: None, language })
+    }
+
+    fn txt(&self) -> &SimulatedTxt {
+        &self.txts[0].1
+    }
+
+    /// Begins the next step. The one before was right.
+    pub(super) fn step(&mut self, en: &'static str, de: &'static str) {
+        self.end_step(true);
+        self.step = Some(Words::fixed(en, de));
+    }
+
+    /// Tells how the present step went.
+    pub(super) fn end_step(&mut self, is_right: bool) {
+        let Some(step) = self.step.take() else { return };
+        let sign = match (is_right, self.language) {
+            (true, Language::En | Language::De) => "ok",
+            (false, Language::En) => "wrong",
+            (false, Language::De) => "falsch",
+        };
+        // A step that can't be printed is no reason to stop; the result tells it.
+        let _ = print::line(format_args!("  {sign:6}  {}", step.text(self.language)));
+    }
+
+    /// Waits until the program is online and exchanges.
+    pub(super) fn wait_online(&mut self) -> Check {
+        self.await_exchange(0, START_LIMIT)
+    }
+
+    /// Presses or lets go a button.
+    pub(super) fn press(&mut self, input: Input, pressed: bool) {
+        self.change(|world| {
+            world.press(0, input, pressed);
+        });
+    }
+
+    /// Presses a button and lets it go.
+    pub(super) fn tap(&mut self, input: Input) -> Check {
+        self.press(input, true);
+        let mark = self.mark;
+        self.pass(TAP)?;
+        self.press(input, false);
+        // The answer to the press counts, too.
+        self.mark = mark;
+        Ok(())
+    }
+
+    pub(super) fn plug(&mut self, input: Input, sensor: Sensor) {
+        self.change(|world| {
+            world.set_sensor(0, input, Some(sensor));
+        });
+    }
+
+    /// Changes the world. What comes from then on is the program's answer.
+    pub(super) fn change<R>(&mut self, change: impl FnOnce(&mut WorldState) -> R) -> Option<R> {
+        let log = &self.log;
+        let (done, mark) = self.txts[0].1.with_machine(|machine| {
+            // No exchange takes place in between.
+            let mark = log.lock().unwrap_or_else(PoisonError::into_inner).len();
+            (machine.world_mut().map(change), mark)
+        });
+        self.mark = mark;
+        done
+    }
+
+    /// Looks at the world.
+    pub(super) fn look<R>(&self, look: impl FnOnce(&WorldState) -> R) -> Option<R> {
+        self.txt().with_machine(|machine| machine.world().map(look))
+    }
+
+    /// Lets this time pass.
+    pub(super) fn pass(&mut self, time: Duration) -> Check {
+        (self.mark, _) = self.scan(self.exchanges(), time, 0, |_| false)?;
+        Ok(())
+    }
+
+    /// The first exchange from the last change on for which this holds. If there is none soon, that is wrong.
+    pub(super) fn soon(
+        &mut self,
+        holds: impl FnMut(&Moment) -> bool,
+        wrong: impl FnOnce(&Moment) -> Wrong,
+    ) -> Check<Moment> {
+        self.within(SOON, holds, wrong)
+    }
+
+    /// The same within this time. What comes after that exchange counts for the next call.
+    pub(super) fn within(
+        &mut self,
+        limit: Duration,
+        holds: impl FnMut(&Moment) -> bool,
+        wrong: impl FnOnce(&Moment) -> Wrong,
+    ) -> Check<Moment> {
+        let (index, found) = self.scan(self.mark, limit, SOON_EXCHANGES, holds)?;
+        let moment = self.moment(index);
+        if !found {
+            return Err(wrong(&moment));
+        }
+        self.mark = index;
+        Ok(moment)
+    }
+
+    /// Whether this holds in each exchange for this time; otherwise the first one for which it does not is wrong.
+    pub(super) fn stays(
+        &mut self,
+        time: Duration,
+        mut holds: impl FnMut(&Moment) -> bool,
+        wrong: impl FnOnce(&Moment) -> Wrong,
+    ) -> Check {
+        let (index, found) = self.scan(self.mark, time, 0, |now| !holds(now))?;
+        if found {
+            return Err(wrong(&self.moment(index)));
+        }
+        self.mark = index;
+        Ok(())
+    }
+
+    /// All exchanges so far.
+    pub(super) fn log(&self) -> Vec<Moment> {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// All exchanges from the present on, until the last of them satisfies this or the time has passed. The second
+    /// value says whether it does.
+    pub(super) fn watch(
+        &mut self,
+        limit: Duration,
+        until: impl FnMut(&Moment) -> bool,
+    ) -> Check<(Vec<Moment>, bool)> {
+        let from = self.mark;
+        let (index, found) = self.scan(from, limit, 0, until)?;
+        self.mark = index;
+        Ok((self.log()[from..=index].to_vec(), found))
+    }
+
+    /// Waits until the program ends. Returns whether it ends without an error, or `None` when it goes on.
+    pub(super) fn wait_end(&mut self, limit: Duration) -> Check<Option<bool>> {
+        let begin = Instant::now();
+        while begin.elapsed() < limit {
+            if let Some(status) = self.program.ended().map_err(lost)? {
+                return Ok(Some(status.success()));
+            }
+            std::thread::sleep(LOOK);
+        }
+        Ok(None)
+    }
+
+    fn exchanges(&self) -> usize {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    /// An exchange that has taken place.
+    fn moment(&self, index: usize) -> Moment {
+        self.log.lock().unwrap_or_else(PoisonError::into_inner)[index]
+    }
+
+    /// Goes from exchange to exchange until one satisfies this, or until so much time and so many exchanges have
+    /// passed. Returns the last one, and whether it satisfies this.
+    fn scan(
+        &mut self,
+        from: usize,
+        limit: Duration,
+        least: usize,
+        mut until: impl FnMut(&Moment) -> bool,
+    ) -> Check<(usize, bool)> {
+        self.await_exchange(from, SILENCE_LIMIT)?;
+        let begin = self.moment(from).at;
+        let mut index = from;
+        loop {
+            let now = self.moment(index);
+            if until(&now) {
+                return Ok((index, true));
+            }
+            if now.at.saturating_sub(begin) >= limit && index - from >= least {
+                return Ok((index, false));
+            }
+            index += 1;
+            self.await_exchange(index, SILENCE_LIMIT)?;
+        }
+    }
+
+    /// Waits until this exchange has taken place.
+    fn await_exchange(&mut self, index: usize, limit: Duration) -> Check {
+        let begin = Instant::now();
+        loop {
+            let log = &self.log;
+            let is_there =
+                |_: &Machine| log.lock().unwrap_or_else(PoisonError::into_inner).len() > index;
+            if self.txts[0].1.wait_until(LOOK, is_there) {
+                return Ok(());
+            }
+            if let Some(status) = self.program.ended().map_err(lost)? {
+                return Err(ended(status.success(), self.exchanges() > 0));
+            }
+            if begin.elapsed() > limit {
+                return Err(silent(index == 0));
+            }
+        }
+    }
+}
+
+/// The program has ended too early.
+fn ended(well: bool, was_online: bool) -> Wrong {
+    match (well, was_online) {
+        (true, false) => Wrong::new(
+            "The program ended without going online.",
+            "Das Programm endete, ohne sich mit dem Controller zu verbinden.",
+        )
+        .hint(
+            "call begin_transfer, and connect to the address that the program gets as its argument.",
+            "Rufe begin_transfer auf, mit der Adresse, die das Programm als Argument bekommt.",
+        ),
+        (true, true) => Wrong::new(
+            "The program ended, but it should go on.",
+            "Das Programm ist zu Ende, sollte aber weiterlaufen.",
+        )
+        .hint(
+            "put what it does into a loop: loop { … }. The end of a program switches everything off.",
+            "Pack das, was es tut, in eine Schleife: loop { … }. Am Ende eines Programms geht alles aus.",
+        ),
+        (false, false) => Wrong::new(
+            "The program ended with an error before it was online. Its message is above.",
+            "Das Programm endete mit einem Fehler, bevor es verbunden war. Die Meldung steht weiter oben.",
+        )
+        .hint(
+            "the address comes as an argument: std::env::args().nth(1).",
+            "Die Adresse kommt als Argument: std::env::args().nth(1).",
+        ),
+        (false, true) => Wrong::new(
+            "The program ended with an error. Its message is above.",
+            "Das Programm endete mit einem Fehler. Die Meldung steht weiter oben.",
+        ),
+    }
+}
+
+/// The program runs, but no exchange takes place.
+fn silent(at_start: bool) -> Wrong {
+    if at_start {
+        return Wrong::new(
+            "The program runs, but it does not connect to the simulated controller.",
+            "Das Programm läuft, verbindet sich aber nicht mit dem simulierten Controller.",
+        )
+        .hint(
+            "the address comes as an argument: std::env::args().nth(1). Then call begin_transfer.",
+            "Die Adresse kommt als Argument: std::env::args().nth(1). Danach kommt begin_transfer.",
+        );
+    }
+    Wrong::new(
+        "The program runs, but it is no longer connected to the controller.",
+        "Das Programm läuft, ist aber nicht mehr mit dem Controller verbunden.",
+    )
+    .hint(
+        "an error has ended the transfer: let main return it, with ? after each call.",
+        "Ein Fehler hat die Verbindung beendet. Gib ihn aus main zurück, mit ? nach jedem Aufruf.",
+    )
+}
+
+/// The operating system does not say how the program is.
+fn lost(error: std::io::Error) -> Wrong {
+    Wrong::new(
+        format!("The program can't be watched: {error}"),
+        format!("Das Programm lässt sich nicht beobachten: {error}"),
+    )
+}
+
+/// The world of a lesson, by its name.
+pub(super) fn world(lesson: &Lesson) -> anyhow::Result<World> {
+    World::from_toml(lesson.world).with_context(|| lesson.world_name())
+}
