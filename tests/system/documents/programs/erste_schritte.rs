@@ -1,3 +1,5 @@
+//! M1 dreht sich, solange I1 gedrückt ist.
+
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};

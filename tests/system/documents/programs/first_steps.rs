@@ -1,3 +1,5 @@
+//! M1 turns while I1 is pressed.
+
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
