@@ -62,7 +62,7 @@ pub(super) fn watch(
     let router = page.router(newest);
     let url = page.site.url(page.site.address.ip());
     print::line(&url)?;
-    page.site.serve(router, open.then_some(url))?;
+    let _opening = page.site.serve(router, open.then_some(url))?;
     loop {
         match source.next(interrupted)? {
             Next::Picture(jpeg) => drop(sender.send_replace(jpeg.into())),

@@ -17,6 +17,7 @@ use super::words::{Check, Language, Words, Wrong};
 use super::Args;
 use crate::panel::{self, Simulated};
 use crate::print;
+use crate::web::browser::Opening;
 
 /// How long a program has to answer an input. Much longer than it needs on a busy computer.
 const SOON: Duration = Duration::from_secs(2);
@@ -44,6 +45,8 @@ pub(super) struct Stage {
     /// What is being tried.
     step: Option<Words>,
     language: Language,
+    /// What leads the browser to the page.
+    _opening: Option<Opening>,
 }
 
 impl Stage {
@@ -57,12 +60,15 @@ impl Stage {
         let txt = SimulatedTxt::builder().world(world.clone()).on_exchange(keep).start()?;
         let address = txt.address().to_string();
         let txts = Arc::new(vec![(String::new(), txt)]);
+        let mut opening = None;
         if args.show {
             let shown = Simulated::all(&txts, vec![Some(world)]);
-            print::line(format_args!("page {}", panel::show(shown, !args.no_browser)?))?;
+            let (url, kept) = panel::show(shown, !args.no_browser)?;
+            print::line(format_args!("page {url}"))?;
+            opening = Some(kept);
         }
         let program = Program::start(&args.program, &address)?;
-        Ok(Self { program, txts, log, mark: 0, step: None, language })
+        Ok(Self { program, txts, log, mark: 0, step: None, language, _opening: opening })
     }
 
     fn txt(&self) -> &SimulatedTxt {

@@ -1,66 +1,97 @@
-//! The files of the page. They are part of the program, so it needs none at run time.
+//! The page: one document with its style and its scripts, so that it is there after one request. Its parts are files of
+//! their own in the repository, and a part of the program, so it needs none at run time.
 
-/// What a file is, and what is in it.
-#[derive(Clone, Copy)]
-pub(super) struct File {
-    pub(super) name: &'static str,
-    pub(super) text: &'static str,
-}
+use std::io::{self, Write};
 
-macro_rules! files {
+use anyhow::{ensure, Context};
+use axum::body::Bytes;
+use base64::prelude::{Engine, BASE64_STANDARD};
+use flate2::write::GzEncoder;
+use flate2::Compression;
+use sha2::{Digest, Sha256};
+
+use super::bundle;
+
+const DOCUMENT: &str = include_str!("page/index.html");
+const STYLE: &str = include_str!("page/panel.css");
+/// It comes before all others, and works without them.
+const STOP: &str = include_str!("page/stop.js");
+pub(super) const ICON: &str = include_str!("page/icon.svg");
+
+macro_rules! modules {
     ($($name:literal),+ $(,)?) => {
-        /// All files, the page itself first.
-        const FILES: &[File] =
-            &[$(File { name: $name, text: include_str!(concat!("page/", $name)) }),+];
+        const MODULES: &[(&str, &str)] = &[$(($name, include_str!(concat!("page/", $name)))),+];
     };
 }
 
-files!(
-    "index.html",
-    "panel.css",
-    "stop.js",
-    "panel.js",
-    "connection.js",
-    "state.js",
-    "words.js",
+// Each after those that it imports.
+modules!(
     "dom.js",
     "trace.js",
-    "board.js",
+    "state.js",
+    "words.js",
+    "remember.js",
+    "connection.js",
+    "control_lock.js",
     "inputs.js",
     "counters.js",
+    "distance.js",
     "outputs.js",
+    "board.js",
     "link.js",
     "sound.js",
     "camera.js",
     "i2c.js",
-    "remotes.js",
     "joystick.js",
-    "world.js",
-    "floor.js",
+    "remotes.js",
     "machine.js",
-    "overview.js",
-    "distance.js",
+    "floor.js",
+    "world.js",
     "host.js",
-    "control_lock.js",
-    "icon.svg",
+    "overview.js",
+    "tabs.js",
+    "panel.js",
 );
 
-/// The file with this name; the page itself without one.
-pub(super) fn find(name: &str) -> Option<File> {
-    let name = if name.is_empty() { "index.html" } else { name };
-    FILES.iter().find(|file| file.name == name).copied()
+/// The page, ready to be sent.
+pub(super) struct Page {
+    pub(super) html: Bytes,
+    pub(super) gzip: Bytes,
+    /// Which scripts and styles a browser may use: those of the page, and no others.
+    pub(super) policy: String,
 }
 
-impl File {
-    pub(super) fn content_type(&self) -> &'static str {
-        match self.name.rsplit('.').next() {
-            Some("html") => "text/html; charset=utf-8",
-            Some("css") => "text/css; charset=utf-8",
-            Some("js") => "text/javascript; charset=utf-8",
-            Some("svg") => "image/svg+xml",
-            _ => "text/plain; charset=utf-8",
-        }
+impl Page {
+    pub(super) fn new() -> anyhow::Result<Self> {
+        let mut html = unix_lines(DOCUMENT);
+        let style = put(&mut html, "<link rel=\"stylesheet\" href=\"panel.css\">", "style", STYLE)?;
+        let stop = put(&mut html, "<script src=\"stop.js\"></script>", "script", STOP)?;
+        let link = "<script type=\"module\" src=\"panel.js\"></script>";
+        let panel = put(&mut html, link, "script type=\"module\"", &bundle::bundle(MODULES)?)?;
+        let policy = format!("script-src {stop} {panel}; style-src {style}");
+        Ok(Self { gzip: gzip(html.as_bytes())?.into(), html: html.into(), policy })
     }
+}
+
+/// Puts a file where the document names it. Returns how a Content-Security-Policy allows it.
+fn put(html: &mut String, link: &str, tag: &str, text: &str) -> anyhow::Result<String> {
+    let name = tag.split(' ').next().unwrap_or(tag);
+    let text = unix_lines(text);
+    ensure!(!text.contains(&format!("</{name}")), "the text of {link} would end its element");
+    let (before, after) = html.split_once(link).with_context(|| format!("{link} is missing"))?;
+    *html = format!("{before}<{tag}>{text}</{name}>{after}");
+    Ok(format!("'sha256-{}'", BASE64_STANDARD.encode(Sha256::digest(&text))))
+}
+
+/// As browsers read it, however the files were checked out.
+fn unix_lines(text: &str) -> String {
+    text.replace("\r\n", "\n")
+}
+
+fn gzip(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
+    encoder.write_all(bytes)?;
+    encoder.finish()
 }
 
 #[cfg(test)]
@@ -70,8 +101,21 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_page_is_whole_and_loads_only_its_icon() {
+        let page = Page::new().unwrap();
+        let html = std::str::from_utf8(&page.html).unwrap();
+        assert_eq!((html.matches("<script").count(), html.matches("<style").count()), (2, 1));
+        let loaded: Vec<_> = html
+            .lines()
+            .filter(|line| [" src=\"", "href=\""].iter().any(|link| line.contains(link)))
+            .collect();
+        assert!(loaded.iter().all(|line| line.contains("icon.svg")), "{loaded:?}");
+        assert!(page.gzip.len() < 40_000, "{} bytes", page.gzip.len());
+    }
+
+    #[test]
     fn the_page_has_words_for_each_input_mode_in_both_languages() {
-        let words = find("words.js").unwrap().text;
+        let (_, words) = MODULES.iter().find(|(name, _)| *name == "words.js").unwrap();
         for mode in InputMode::ALL {
             for digital in [0, 1] {
                 let key = format!("\"{}/{digital}\": ", mode.name());

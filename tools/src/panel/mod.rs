@@ -1,5 +1,6 @@
 //! `txt panel`: a page in the browser that shows and drives controllers.
 
+mod bundle;
 mod camera;
 mod common;
 mod connection;
@@ -21,7 +22,7 @@ mod watched;
 mod worker;
 mod world;
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -35,7 +36,8 @@ use self::dispatch::Panel;
 use self::host::Host;
 pub(crate) use self::watched::Watched;
 pub(crate) use self::world::Simulated;
-use crate::web::{self, Site};
+use crate::web::browser::Opening;
+use crate::web::{self, qr, Site};
 use crate::{arguments, interrupt};
 
 /// The host that is no address.
@@ -81,24 +83,32 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
+    let router = server::router([Arc::clone(&panel)])?;
     let url = tell(&site)?;
-    site.serve(server::router([Arc::clone(&panel)]), (!args.no_browser).then_some(url))?;
+    let _opening = site.serve(router, (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
     end(&panel)
 }
 
-/// A page that shows simulated TXTs which other programs drive. It is served until the program ends.
-pub(crate) fn show(simulated: Vec<Simulated>, opens_browser: bool) -> anyhow::Result<String> {
+/// A page that shows simulated TXTs which other programs drive, and its address. It is served until the program ends.
+pub(crate) fn show(
+    simulated: Vec<Simulated>,
+    opens_browser: bool,
+) -> anyhow::Result<(String, Opening)> {
     let common = Arc::new(Common::new());
     let shown = simulated.into_iter().map(|one| Host::shown(one, &common));
     show_hosts(shown.collect::<Result<_, _>>()?, common, opens_browser)
 }
 
 /// A page that shows a controller which another program drives through this one. It is served until the program ends.
-pub(crate) fn watch(address: &str, opens_browser: bool) -> anyhow::Result<(String, Watched)> {
+pub(crate) fn watch(
+    address: &str,
+    opens_browser: bool,
+) -> anyhow::Result<(String, Watched, Opening)> {
     let common = Arc::new(Common::new());
     let (host, watched) = Host::watched(address, &common);
-    Ok((show_hosts(vec![host], common, opens_browser)?, watched))
+    let (url, opening) = show_hosts(vec![host], common, opens_browser)?;
+    Ok((url, watched, opening))
 }
 
 /// A page for this computer that drives nothing.
@@ -106,12 +116,12 @@ fn show_hosts(
     hosts: Vec<Host>,
     common: Arc<Common>,
     opens_browser: bool,
-) -> anyhow::Result<String> {
+) -> anyhow::Result<(String, Opening)> {
     let site = Site::listen(SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0))?;
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let url = site.url(Ipv4Addr::LOCALHOST.into());
-    site.serve(server::router([panel]), opens_browser.then(|| url.clone()))?;
-    Ok(url)
+    let opening = site.serve(server::router([panel])?, opens_browser.then(|| url.clone()))?;
+    Ok((url, opening))
 }
 
 /// The addresses of the pages of a classroom.
@@ -139,7 +149,7 @@ pub(crate) fn classroom(txts: Vec<Simulated>, address: SocketAddr) -> anyhow::Re
         let own = Arc::new(Common::new());
         panels.push(Arc::new(Panel::new(vec![host], own, access)));
     }
-    site.serve(server::router(panels), None)?;
+    site.serve(server::router(panels)?, None)?;
     Ok(links)
 }
 
@@ -177,14 +187,17 @@ fn tell(site: &Site) -> anyhow::Result<String> {
         IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
         ip => ip,
     };
-    let mut out = io::stdout().lock();
+    let mut out = anstream::stdout().lock();
     writeln!(out, "{}", site.url(here))?;
-    if site.address.ip().is_unspecified() {
-        if let Some(ip) = web::own_address() {
-            writeln!(out, "from other computers: {}", site.url(ip))?;
-        }
-    }
     if !site.address.ip().is_loopback() {
+        let unspecified = site.address.ip().is_unspecified();
+        let elsewhere = if unspecified { web::own_address() } else { Some(here) };
+        if let Some(url) = elsewhere.map(|ip| site.url(ip)) {
+            if unspecified {
+                writeln!(out, "from other computers: {url}")?;
+            }
+            writeln!(out, "{}", qr::code(&url)?)?;
+        }
         writeln!(
             out,
             "Whoever in the network knows this address with its token can drive the machine."

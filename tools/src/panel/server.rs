@@ -1,11 +1,13 @@
-//! The server: files, the connection of each page, the stop, the camera.
+//! The server: the page, the connection of each page, the stop, the camera.
 
 use std::sync::atomic::Ordering;
 use std::sync::Arc;
 
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{Path, Query, Request, State};
-use axum::http::header::{self, HeaderValue};
+use axum::http::header::{
+    HeaderValue, ACCEPT_ENCODING, CONTENT_ENCODING, CONTENT_SECURITY_POLICY, CONTENT_TYPE, VARY,
+};
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
@@ -15,7 +17,7 @@ use tokio::sync::Semaphore;
 
 use super::connection;
 use super::dispatch::Panel;
-use super::files::{self, File};
+use super::files::{Page, ICON};
 use crate::web::access::{Asked, Refusal, TOO_MANY, WRONG_HOST};
 use crate::web::connections::Kept;
 use crate::web::{self, pictures};
@@ -31,26 +33,30 @@ const MESSAGE_MAX: usize = 16 * 1024;
 struct Server {
     /// Each for those who have its token.
     panels: Arc<[Arc<Panel>]>,
+    page: Arc<Page>,
     pages: Arc<Semaphore>,
     viewers: Arc<Semaphore>,
 }
 
 /// Serves panels at one address. The token of a request says which one it is for.
-pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> Router {
+pub(super) fn router(panels: impl IntoIterator<Item = Arc<Panel>>) -> anyhow::Result<Router> {
     let server = Server {
         panels: panels.into_iter().collect(),
+        page: Arc::new(Page::new()?),
         pages: Arc::new(Semaphore::new(PAGES)),
         viewers: Arc::new(Semaphore::new(VIEWERS)),
     };
-    Router::new()
-        .route("/", get(|| file(String::new())))
-        .route("/{name}", get(|Path(name): Path<String>| file(name)))
+    let icon = || async { ([(CONTENT_TYPE, "image/svg+xml")], ICON) };
+    let router = Router::new()
+        .route("/", get(page))
+        .route("/icon.svg", get(icon))
         .route("/ws", any(open_page))
         .route("/stop", post(stop))
         .route("/camera/{host}", get(camera))
         .fallback(|| async { NO_FILE })
         .layer(middleware::from_fn_with_state(server.clone(), check))
-        .with_state(server)
+        .with_state(server);
+    Ok(router)
 }
 
 impl Server {
@@ -73,6 +79,7 @@ impl Server {
 }
 
 const NO_FILE: Refusal = (StatusCode::NOT_FOUND, "there is nothing here; the panel is at /\n");
+
 /// Refuses what was sent to another host, and tells the browser what the page may do.
 async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
     let Some(host) = server.host(request.headers()) else {
@@ -80,21 +87,25 @@ async fn check(State(server): State<Server>, request: Request, next: Next) -> Re
     };
     let mut response = next.run(request).await;
     let policy = format!(
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; \
-         connect-src 'self' ws://{host}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        "default-src 'none'; {}; img-src 'self'; connect-src 'self' ws://{host}; base-uri 'none'; \
+         form-action 'none'; frame-ancestors 'none'",
+        server.page.policy
     );
     let headers = response.headers_mut();
     if let Ok(policy) = HeaderValue::try_from(policy) {
-        headers.insert(header::CONTENT_SECURITY_POLICY, policy);
+        headers.insert(CONTENT_SECURITY_POLICY, policy);
     }
     web::protect(headers);
     response
 }
 
-async fn file(name: String) -> Response {
-    let Some(file) = files::find(&name) else { return NO_FILE.into_response() };
-    let File { text, .. } = file;
-    ([(header::CONTENT_TYPE, file.content_type())], text).into_response()
+async fn page(State(Server { page, .. }): State<Server>, headers: HeaderMap) -> Response {
+    let accepts = headers.get(ACCEPT_ENCODING).and_then(|accepts| accepts.to_str().ok());
+    let kind = [(CONTENT_TYPE, "text/html; charset=utf-8"), (VARY, "accept-encoding")];
+    if accepts.is_some_and(|accepts| accepts.split(',').any(|one| one.trim() == "gzip")) {
+        return (kind, [(CONTENT_ENCODING, "gzip")], page.gzip.clone()).into_response();
+    }
+    (kind, page.html.clone()).into_response()
 }
 
 async fn open_page(

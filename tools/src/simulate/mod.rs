@@ -25,9 +25,11 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         print::line(format_args!("{name}camera 127.0.0.1:{}", txt.camera_port()))?;
         print::line(format_args!("{name}i2c 127.0.0.1:{}", txt.i2c_port()))?;
     }
+    let mut _opening = None;
     if show {
-        let url = panel::show(Simulated::all(&txts, worlds), opens_browser)?;
+        let (url, opening) = panel::show(Simulated::all(&txts, worlds), opens_browser)?;
         print::line(format_args!("page {url}"))?;
+        _opening = Some(opening);
     }
 
     let typed = Arc::downgrade(&txts);

@@ -85,10 +85,12 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let main = listeners[0].local_addr()?;
     let record =
         args.record.as_deref().map(|path| Record::start(path, controller.ip())).transpose()?;
+    let mut _opening = None;
     let (page, watched) = if args.no_page {
         (None, None)
     } else {
-        let (url, watched) = panel::watch(&controller.to_string(), !args.no_browser)?;
+        let (url, watched, opening) = panel::watch(&controller.to_string(), !args.no_browser)?;
+        _opening = Some(opening);
         (Some(url), Some(watched))
     };
     let lines = args.json.then(Lines::start).transpose()?;

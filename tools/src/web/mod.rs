@@ -1,8 +1,10 @@
 //! What a page of this program needs: a server, a browser, and nobody else.
 
 pub(crate) mod access;
+pub(crate) mod browser;
 pub(crate) mod connections;
 pub(crate) mod pictures;
+pub(crate) mod qr;
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
@@ -13,9 +15,9 @@ use axum::http::header::{self, HeaderMap, HeaderName, HeaderValue};
 use axum::Router;
 use tokio::net::TcpListener;
 use tokio::runtime::{self, Runtime};
-use webbrowser::{Browser, BrowserOptions};
 
 use self::access::Access;
+use self::browser::Opening;
 
 /// A server that listens, but does not answer yet.
 pub(crate) struct Site {
@@ -53,15 +55,13 @@ impl Site {
         format!("http://{address}/?token={}", access.token())
     }
 
-    /// Answers from now on, in a thread of its own, and opens this address in the browser.
-    pub(crate) fn serve(self, router: Router, open: Option<String>) -> io::Result<()> {
+    /// Answers from now on, in a thread of its own, and opens this address in the browser. What is returned has to be
+    /// kept until the program ends.
+    pub(crate) fn serve(self, router: Router, open: Option<String>) -> anyhow::Result<Opening> {
         let Self { runtime, listener, .. } = self;
         let serve = move || runtime.block_on(connections::serve(listener, router));
         thread::Builder::new().name("server".to_owned()).spawn(serve)?;
-        if let Some(url) = open {
-            thread::Builder::new().name("browser".to_owned()).spawn(move || open_browser(&url))?;
-        }
-        Ok(())
+        Ok(open.map(|url| Opening::begin(&url)).unwrap_or_default())
     }
 }
 
@@ -93,15 +93,6 @@ fn refused(address: SocketAddr, error: &io::Error) -> anyhow::Error {
             anyhow::anyhow!("{} is no address of this computer; --bind needs one", address.ip())
         }
         _ => anyhow::anyhow!("the page can't be served at {address} ({error})"),
-    }
-}
-
-/// Opens the page at this address, or says that it can't.
-fn open_browser(url: &str) {
-    let mut options = BrowserOptions::new();
-    options.with_suppress_output(true);
-    if webbrowser::open_browser_with_options(Browser::Default, url, &options).is_err() {
-        eprintln!("no browser could be opened; open the address above in one");
     }
 }
 

@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::driver::browse;
 use super::page::{Page, Panel};
-use super::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
+use super::txt::{all_off, ensure_seen, simulated_txt, turns, FIRST, FORWARD, STOPPED};
 
 #[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
 #[test]
@@ -67,7 +67,8 @@ async fn load_again_and_close(client: &Client) -> Result<()> {
     ensure_seen(&txt, "M1 turns after a reload", turns)?;
     txt.with_machine(|machine| machine.controllers[0].mic_lin = 4711);
     page.wait_for_text(".microphone", "4,711").await?;
-    page.run("fetch('/stop' + location.search, { method: 'POST' })", json!(null)).await?;
+    let elsewhere = "fetch('/stop?token=' + window.panelToken, { method: 'POST' })";
+    page.run(elsewhere, json!(null)).await?;
     ensure_seen(&txt, "a stop from elsewhere", all_off)?;
     page.wait_for_text(".toast", "Somebody else has stopped the motors.").await?;
     page.ensure_no_console_errors().await?;
@@ -110,13 +111,13 @@ async fn take_over(client: &Client) -> Result<()> {
     page.run(against, json!(fields)).await?;
     page.click("[aria-label='Start the distance of M1']").await?;
     ensure_seen(&txt, "M2 turns the other way", |machine| {
-        machine.controllers[0].outputs.duty[..4] == [512, 0, 0, 512]
+        machine.controllers[0].outputs.duty[..4] == [FIRST, 0, 0, FIRST]
     })?;
     page.ensure_no_console_errors().await?;
 
     client.switch_to_window(first).await?;
     page.wait_for_text("#banner", "drives. Here you can look.").await?;
-    page.wait_for(".board:disabled").await?;
+    page.wait_for(".board[aria-disabled=true]").await?;
 
     drop(txt);
     page.wait_for_text(".problem:not([hidden])", "The connection is lost").await?;

@@ -51,7 +51,7 @@ async fn operate(client: &Client) -> Result<()> {
     page.run(choose, json!("[aria-label='What is on M4']")).await?;
     page.wait_for(".terminal:nth-child(4)[data-kind=outputs]").await?;
     page.click("[aria-label='Switch O7']").await?;
-    page.wait_for("[aria-label='Lamp O7, 100 %']").await?;
+    page.wait_for("[aria-label='Lamp O7, 31 %']").await?;
     page.ensure_no_console_errors().await
 }
 
@@ -74,7 +74,7 @@ async fn speak_german_and_fit(client: &Client) -> Result<()> {
     page.click(".chips button:last-child").await?;
     page.wait_for(".board:nth-of-type(9)").await?;
     ensure_no_scroll(&page, 360).await?;
-    page.click("#tabs button:last-child").await?;
+    page.click("#tabs button:first-child").await?;
     page.wait_for(".tile:nth-child(2) [data-phase=running]").await?;
     ensure_no_scroll(&page, 360).await?;
     page.ensure_no_console_errors().await?;

@@ -1,7 +1,9 @@
 //! The page of `txt panel` in a headless Chromium. Each test has a panel and a browser of its own.
 
+mod axe;
 mod driver;
 mod driving;
+mod looks;
 mod machine;
 mod page;
 mod picture;

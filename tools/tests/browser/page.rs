@@ -81,7 +81,7 @@ impl Page {
     }
 
     /// Runs a script again and again with the selector, until its value fits.
-    async fn wait_for_value(
+    pub(crate) async fn wait_for_value(
         &self,
         script: &str,
         selector: &str,

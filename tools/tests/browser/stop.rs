@@ -11,7 +11,7 @@ use tungstenite::Message;
 
 use super::driver::{browse, Beyond};
 use super::page::{Page, Panel};
-use super::txt::{all_off, ensure_seen, simulated_txt, turns, FORWARD, STOPPED};
+use super::txt::{all_off, ensure_seen, simulated_txt, turns, FIRST, FORWARD, STOPPED};
 
 /// The request of the next stop waits until `letStopGo` is called. Its way by the WebSocket is free.
 const HOLD_STOP: &str = "const send = window.fetch;
@@ -36,11 +36,11 @@ fn a_page_that_looks_offers_the_wheel_all_the_time() -> Result<()> {
 }
 
 async fn ensure_waits(page: &Page) -> Result<()> {
-    let script = "return [document.querySelectorAll('#main fieldset:enabled').length,
+    let script = "return [document.querySelectorAll('#main :is(.board, .card) :is(button, select, [type=range]):enabled').length,
         document.querySelector('#role').textContent]";
     let seen = page.run(script, json!(null)).await?;
     let wanted = json!([0, "One moment …"]);
-    ensure!(seen == wanted, "how many groups can be clicked, and the role: {seen}");
+    ensure!(seen == wanted, "how much can be clicked, and the role: {seen}");
     Ok(())
 }
 
@@ -101,7 +101,7 @@ async fn drop_old_clicks(client: &Client) -> Result<()> {
 
     page.click("[aria-label='M2 forward']").await?;
     ensure_seen(&txt, "M2 turns, and M1 does not", |machine| {
-        machine.controllers[0].outputs.duty[..4] == [0, 0, 512, 0]
+        machine.controllers[0].outputs.duty[..4] == [0, 0, FIRST, 0]
     })?;
     page.ensure_not_told().await?;
     page.ensure_no_console_errors().await

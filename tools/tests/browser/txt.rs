@@ -8,6 +8,8 @@ use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use super::page::LIMIT;
 
 pub(crate) const FORWARD: &str = "[aria-label='M1 forward']";
+/// The duty of a first click.
+pub(crate) const FIRST: i16 = 160;
 pub(crate) const STOPPED: &str = ".directions [aria-label='Stop M1'][aria-pressed=true]";
 
 pub(crate) fn simulated_txt() -> Result<SimulatedTxt> {

@@ -8,6 +8,7 @@ mod crowd;
 mod driving;
 mod ends;
 mod http;
+mod opening;
 pub(crate) mod page;
 mod program;
 mod services;

@@ -1,7 +1,7 @@
 // One controller as it lies on the table: inputs left, outputs right, and its housing with the display between them.
 
 import { Counters } from "./counters.js";
-import { h, setAttribute, setText } from "./dom.js";
+import { h, setAttribute, setDisabled, setText } from "./dom.js";
 import { Inputs } from "./inputs.js";
 import { Outputs } from "./outputs.js";
 import { t } from "./words.js";
@@ -14,7 +14,7 @@ export class Board {
     this.area = area;
     this.inputs = new Inputs(host.histories[area], commands);
     this.counters = new Counters(commands);
-    this.outputs = new Outputs(commands);
+    this.outputs = new Outputs(`${host.address} ${area}`, commands);
     this.title = h("strong", {});
     this.line = h("span", {});
     this.cycle = h("b", {});
@@ -29,7 +29,7 @@ export class Board {
   update(state, may) {
     const area = state.areas[this.area];
     if (!area) return;
-    setAttribute(this.element, "disabled", !may || !area.alive);
+    setDisabled(this.element, !may || !area.alive);
     setAttribute(this.element, "data-absent", !area.alive);
     setText(this.title, this.area ? area.name : this.host.title);
     setText(this.line, this.area ? this.host.title : [state.link.firmware, this.host.simulated ? t("simulated") : ""].filter(Boolean).join(" · "));

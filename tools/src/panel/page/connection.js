@@ -5,7 +5,8 @@ const RETRY_MS = 700;
 // States come 20 times a second. A program that sends none for this long hangs, whatever its socket says.
 const SILENT_MS = 2500;
 
-export const token = new URLSearchParams(location.search).get("token") ?? "";
+// From stop.js.
+export const token = window.panelToken;
 
 export class Connection {
   /** `on` has `hello`, `state`, `lost` and `failed` (an error that no one waits for). */

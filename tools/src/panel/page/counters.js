@@ -15,10 +15,10 @@ class Counter {
       h("span", { class: "name" }, h("i", { class: "socket", "aria-hidden": "true" }), name), this.reset, this.value, this.mode);
   }
 
-  update({ mode, value, level, resetting }) {
-    setText(this.value, number(value));
+  update({ mode, value, level, resetting }, alive) {
+    setText(this.value, alive ? number(value) : "–");
     setValue(this.mode, mode);
-    setAttribute(this.element, "data-on", Boolean(level));
+    setAttribute(this.element, "data-on", alive && Boolean(level));
     setAttribute(this.reset, "data-busy", resetting);
   }
 }
@@ -30,6 +30,6 @@ export class Counters {
   }
 
   update(area) {
-    area.counters.forEach((counter, index) => this.counters[index].update(counter));
+    area.counters.forEach((counter, index) => this.counters[index].update(counter, area.alive));
   }
 }

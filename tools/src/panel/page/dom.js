@@ -45,6 +45,14 @@ export function setStyle(element, name, value) {
   element.style.setProperty(name, value);
 }
 
+/** Disables a group, but not its text fields: they move nothing, and whoever writes in one goes on to do so after a stop. */
+export function setDisabled(group, disabled) {
+  if (group.isDisabled === disabled) return;
+  group.isDisabled = disabled;
+  for (const control of group.querySelectorAll("button, select, input:not([type=text], [type=number])")) control.disabled = disabled;
+  group.setAttribute("aria-disabled", disabled);
+}
+
 /** Sets a select, slider or number that the user does not have in hand. */
 export function setValue(control, value) {
   const string = String(value);

@@ -31,16 +31,16 @@ export class HostView {
     this.boards = open.map((area) => new Board(host, area, send));
     this.worlds = open.filter((area) => state.world?.boards[area]).map((area) => new World(host, area, state, send));
     this.floors = state.world?.floor && open.includes(0) ? [new Floor(host, state, send)] : [];
-    const all = host.driven || state.watched;
-    this.cards = all ? [new Link(host), new Sound(host, send), new Remotes(), new Camera(host, send), new I2c(host, ask)] : [new Remotes()];
-    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...this.cards];
+    // Each column has its cards for good: one that grows moves no other column's.
+    const columns = host.driven || state.watched ? [[new Link(host)], [new Sound(host, send), new Remotes(), new I2c(host, ask)], [new Camera(host, send)]] : [[new Remotes()]];
+    this.parts = [...this.boards, ...this.floors, ...this.worlds, ...columns.flat()];
     for (const part of this.parts) watchSeen(part.element);
     this.states = 0;
     this.chips = new Map();
     this.problem = h("p", { class: "problem", role: "status", hidden: true });
     const rows = this.boards.map((board) => [board.element, this.worlds.find((world) => world.area === board.area)?.element]);
     this.element = h("div", { class: "host", "data-many": open.length > 1 },
-      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, rows.flat(), this.floors.map((floor) => floor.element), h("div", { class: "cards" }, this.cards.map((one) => one.element)));
+      areas.length > 1 ? this.chooser(areas, choose) : null, this.problem, rows.flat(), this.floors.map((floor) => floor.element), h("div", { class: "cards" }, columns.map((cards) => h("div", {}, cards.map((one) => one.element)))));
   }
 
   chooser(areas, choose) {

@@ -1,6 +1,6 @@
 // I2C: find devices, read and write their registers.
 
-import { button, card, h, setText } from "./dom.js";
+import { button, card, h, setDisabled, setText } from "./dom.js";
 import { sentence, t } from "./words.js";
 
 const hex = (value) => `0x${value.toString(16).toUpperCase().padStart(2, "0")}`;
@@ -9,7 +9,7 @@ const hex = (value) => `0x${value.toString(16).toUpperCase().padStart(2, "0")}`;
 function parse(text, least, most) {
   const trimmed = text.trim();
   const value = /^(0x[0-9a-f]+|\d+)$/i.test(trimmed) ? Number(trimmed) : NaN;
-  if (!(value >= least && value <= most)) throw { code: "", text: t("badNumber", { text: trimmed || "…", least, most }) };
+  if (!(value >= least && value <= most)) throw { code: "", text: t(trimmed ? "badNumber" : "noNumber", { text, least, most }) };
   return value;
 }
 
@@ -33,7 +33,7 @@ export class I2c {
 
   update(state, may) {
     if (state.watched) this.passed(state.watched.i2c);
-    this.controls.disabled = !may || !state.i2c;
+    setDisabled(this.controls, !may || !state.i2c);
   }
 
   /** The last request of another program, and its answer. */

@@ -23,12 +23,12 @@ class Input {
       h("output", { class: "value", "aria-label": name }, this.value, this.unit), h("i", { class: "wire", "aria-hidden": "true" }));
   }
 
-  update({ mode, digital, value, unit, overrun }) {
+  update({ mode, digital, value, unit, overrun }, alive) {
     setValue(this.mode, `${mode}/${digital ? 1 : 0}`);
-    setText(this.value, overrun ? t("overrun") : number(value));
-    setText(this.unit, digital || overrun ? "" : unit);
-    setAttribute(this.element, "data-on", digital && value !== 0);
-    setAttribute(this.element, "data-over", overrun);
+    setText(this.value, !alive ? "–" : overrun ? t("overrun") : number(value));
+    setText(this.unit, !alive || digital || overrun ? "" : unit);
+    setAttribute(this.element, "data-on", alive && digital && value !== 0);
+    setAttribute(this.element, "data-over", alive && overrun);
     setAttribute(this.element, "data-digital", digital);
     this.trace.draw(this.history, { steps: digital, least: digital ? 1 : LEAST[mode] ?? 1 });
   }
@@ -41,7 +41,7 @@ export class Inputs {
   }
 
   update(area) {
-    area.inputs.forEach((input, index) => this.inputs[index].update(input));
+    area.inputs.forEach((input, index) => this.inputs[index].update(input, area.alive));
   }
 
   close() {

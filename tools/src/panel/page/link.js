@@ -46,7 +46,8 @@ export class Link {
     setText(this.facts.address, this.host.address);
     setText(this.facts.firmware, link.firmware || "–");
     setText(this.facts.cycle, `${this.host.pace} ms`);
-    for (const name of ["cycles", "late", "gaps"]) setText(this.facts[name], number(link[name]));
+    // Before the first cycle there is nothing to count.
+    for (const name of ["cycles", "late", "gaps"]) setText(this.facts[name], link.cycles ? number(link[name]) : "–");
     if (watched) {
       const { answer, commands } = watched;
       setText(this.facts.answer, answer ? t("answerTime", { median: answer.median.toFixed(1), longest: answer.longest.toFixed(1) }) : "–");

@@ -38,7 +38,7 @@ function gear() {
 export class MotorView {
   constructor({ motor, slide }, ends) {
     this.name = `M${motor + 1}`;
-    this.speed = 0;
+    this.speed = null;
     this.gear = gear();
     // The browser turns it by itself; only the rate is set.
     this.turn = this.gear.animate([{ transform: "rotate(0deg)" }, { transform: "rotate(360deg)" }], { duration: TURN_MS, iterations: Infinity });

@@ -2,61 +2,86 @@
 
 import { button, h, hold, isHeld, select, setAttribute, setStyle, setText, setValue, throttled } from "./dom.js";
 import { Distance } from "./distance.js";
+import { remember, remembered } from "./remember.js";
 import { t } from "./words.js";
 
-export const FULL = 512;
+const FULL = 512;
+// A first click moves a machine slowly.
+const FIRST = 160;
 
-function slider(label, changed) {
-  const control = h("input", { type: "range", min: 0, max: FULL, step: 1, value: FULL, "aria-label": label });
-  control.addEventListener("input", () => {
-    hold(control);
-    changed(Number(control.value));
-  });
-  return control;
-}
+/** A slider for a duty, with its number. It shows what the user has set last, or what the terminal has while it is on. */
+class Duty {
+  /** `name` is the terminal's, with its controller. `changed` gets what the user sets. */
+  constructor(name, label, changed) {
+    this.name = name;
+    this.slider = h("input", { type: "range", min: 0, max: FULL, step: 1, value: remembered(name, FIRST), "aria-label": label });
+    this.slider.addEventListener("input", () => {
+      hold(this.slider);
+      remember(name, this.set);
+      this.show();
+      changed(this.set);
+    });
+    this.text = h("output", { class: "duty" });
+    this.element = h("div", { class: "slide-row" }, this.slider, this.text);
+  }
 
-/** The fill of a slider, which browsers draw each in their own way, comes from a variable. */
-function showFill(control) {
-  setStyle(control, "--fill", `${(control.value / FULL) * 100}%`);
+  /** What is set. */
+  get set() {
+    return Number(this.slider.value);
+  }
+
+  get isHeld() {
+    return isHeld(this.slider);
+  }
+
+  hold() {
+    hold(this.slider);
+  }
+
+  /** 0 is off. */
+  update(duty) {
+    setValue(this.slider, duty || remembered(this.name, FIRST));
+    this.show();
+  }
+
+  show() {
+    // Browsers draw sliders each in their own way; the fill comes from a variable.
+    setStyle(this.slider, "--fill", `${(this.set / FULL) * 100}%`);
+    setText(this.text, this.set);
+  }
 }
 
 /** A motor: backwards, stop, forward, and a speed. The speed is kept while the motor stands. */
 class MotorControl {
-  constructor(index, send) {
+  constructor(index, place, send) {
     const name = `M${index + 1}`;
     this.direction = 0;
     const motor = throttled((duty) => send({ do: "motor", motor: index, duty }));
     const drive = (direction) => () => {
       this.direction = direction;
-      hold(this.speed);
-      motor(direction * Number(this.speed.value));
+      this.speed.hold();
+      motor(direction * this.speed.set);
     };
-    this.speed = slider(t("speedOf", { name }), (value) => {
-      setText(this.value, value);
-      showFill(this.speed);
-      if (this.direction) motor(this.direction * value);
+    this.speed = new Duty(`${place} ${name}`, t("speedOf", { name }), (speed) => {
+      if (this.direction) motor(this.direction * speed);
     });
-    this.value = h("output", { class: "duty" });
     this.buttons = [["left", -1, "↺"], ["stopOf", 0, "■"], ["right", 1, "↻"]].map(([word, direction, sign]) =>
       button(sign, drive(direction), { "aria-label": t(word, { name }), title: t(word, { name }), "data-direction": direction }));
     this.directions = h("div", { class: "directions", role: "group", "aria-label": name }, this.buttons);
-    this.distance = new Distance(index, send, () => (this.direction || 1) * Number(this.speed.value));
-    this.element = h("div", { class: "motor-control" },
-      h("div", { class: "slide-row" }, this.speed, this.value), this.distance.element);
+    this.distance = new Distance(index, send, () => (this.direction || 1) * this.speed.set);
+    this.element = h("div", { class: "motor-control" }, this.speed.element, this.distance.element);
   }
 
-  update(motor) {
+  update(motor, alive) {
     const [forward, backwards] = motor.duty;
     // A motor that has gone its distance stands, whatever its duty is.
     const arrived = motor.distance > 0 && motor.ready;
     const direction = arrived ? 0 : Math.sign(forward - backwards);
-    if (!isHeld(this.speed)) {
+    if (!this.speed.isHeld) {
       this.direction = direction;
-      if (direction) setValue(this.speed, Math.max(forward, backwards));
+      this.speed.update(direction ? Math.max(forward, backwards) : 0);
     }
-    showFill(this.speed);
-    setText(this.value, this.speed.value);
-    this.buttons.forEach((one, index) => setAttribute(one, "aria-pressed", index - 1 === direction ? "true" : "false"));
+    this.buttons.forEach((one, index) => setAttribute(one, "aria-pressed", alive && index - 1 === direction ? "true" : "false"));
     this.distance.update(motor);
     return direction;
   }
@@ -64,54 +89,52 @@ class MotorControl {
 
 /** A single output: a switch and a value. */
 class OutputControl {
-  constructor(index, send) {
+  constructor(index, place, send) {
     const name = `O${index + 1}`;
     this.on = false;
     const output = throttled((duty) => send({ do: "output", output: index, duty }));
-    this.value = h("output", { class: "duty" });
-    this.level = slider(t("dutyOf", { name }), (value) => {
-      setText(this.value, value);
-      showFill(this.level);
-      if (this.on) output(value);
+    this.level = new Duty(`${place} ${name}`, t("dutyOf", { name }), (level) => {
+      if (this.on) output(level);
     });
     this.switch = button("○", () => {
       this.on = !this.on;
-      hold(this.level);
-      output(this.on ? Number(this.level.value) : 0);
+      this.level.hold();
+      output(this.on ? this.level.set : 0);
     }, { class: "toggle", "aria-label": t("switchOf", { name }) });
-    this.element = h("div", { class: "output-control" }, h("span", { class: "name" }, name), this.switch,
-      h("div", { class: "slide-row" }, this.level, this.value));
+    this.element = h("div", { class: "output-control" }, h("span", { class: "name" }, name), this.switch, this.level.element);
   }
 
   update(duty) {
-    if (!isHeld(this.level)) {
+    if (!this.level.isHeld) {
       this.on = duty > 0;
-      if (duty) setValue(this.level, duty);
+      this.level.update(duty);
     }
-    showFill(this.level);
-    setText(this.value, this.level.value);
     setText(this.switch, duty > 0 ? "●" : "○");
     setAttribute(this.switch, "aria-pressed", duty > 0 ? "true" : "false");
   }
 }
 
+/** What is known of a motor whose controller is not there. */
+const NOTHING = { duty: [0, 0], distance: 0, done: 0, ready: false, with: null };
+
 class Terminal {
-  constructor(index, send) {
+  constructor(index, place, send) {
     const name = `M${index + 1}`;
     this.kind = select(t("kindOf", { name }), [["motor", t("asMotor")], ["outputs", t("asOutputs")]],
       (kind) => send({ do: "motor_kind", motor: index, outputs: kind === "outputs" }));
-    this.motor = new MotorControl(index, send);
-    this.outputs = [0, 1].map((half) => new OutputControl(2 * index + half, send));
+    this.motor = new MotorControl(index, place, send);
+    this.outputs = [0, 1].map((half) => new OutputControl(2 * index + half, place, send));
     this.pair = h("div", { class: "pair" }, this.outputs.map((output) => output.element));
     this.element = h("li", { class: "terminal" },
       h("i", { class: "wire", "aria-hidden": "true" }), h("span", { class: "name" }, name), this.kind, this.motor.directions,
       this.motor.element, this.pair);
   }
 
-  update(motor) {
+  update(state, alive) {
+    const motor = alive ? state : { ...state, ...NOTHING };
     setValue(this.kind, motor.outputs ? "outputs" : "motor");
     setAttribute(this.element, "data-kind", motor.outputs ? "outputs" : "motor");
-    const direction = this.motor.update(motor);
+    const direction = this.motor.update(motor, alive);
     this.outputs.forEach((output, half) => output.update(motor.duty[half]));
     const on = motor.outputs ? motor.duty.some((duty) => duty > 0) : direction !== 0;
     setAttribute(this.element, "data-on", on && (direction < 0 && !motor.outputs ? "backwards" : "forward"));
@@ -119,12 +142,13 @@ class Terminal {
 }
 
 export class Outputs {
-  constructor(send) {
-    this.terminals = Array.from({ length: 4 }, (_, index) => new Terminal(index, send));
+  /** `place` names the area and its controller. */
+  constructor(place, send) {
+    this.terminals = Array.from({ length: 4 }, (_, index) => new Terminal(index, place, send));
     this.element = h("ul", { class: "outputs", "aria-label": t("outputs") }, this.terminals.map((terminal) => terminal.element));
   }
 
   update(area) {
-    area.motors.forEach((motor, index) => this.terminals[index].update(motor));
+    area.motors.forEach((motor, index) => this.terminals[index].update(motor, area.alive));
   }
 }

@@ -1,12 +1,12 @@
 // All controllers at once: a card for each, with what it does at a glance.
 
-import { h, setAttribute, setStyle, setText } from "./dom.js";
+import { button, h, setAttribute, setStyle, setText } from "./dom.js";
 import { sentence, t } from "./words.js";
 
 class Tile {
   constructor(host, open) {
     this.host = host;
-    this.title = h("h2", {});
+    this.title = button("", open);
     this.phase = h("span", { class: "phase" });
     this.facts = h("p", { class: "note" });
     this.inputs = Array.from({ length: 8 }, (_, index) => h("li", {}, h("i", {}), `I${index + 1}`));
@@ -15,27 +15,28 @@ class Tile {
       return { bar, element: h("li", {}, h("span", {}, `M${index + 1}`), h("div", { class: "gauge" }, bar)) };
     });
     this.driver = h("span", { class: "note" });
-    this.element = h("button", { type: "button", class: "tile", onclick: open },
-      h("header", {}, this.title, this.phase), this.facts,
+    this.element = h("section", { class: "tile" },
+      h("header", {}, h("h2", {}, this.title), this.phase), this.facts,
       h("ul", { class: "lights" }, this.inputs), h("ul", { class: "gauges" }, this.motors.map((motor) => motor.element)), this.driver);
   }
 
   update() {
-    const { state, title, address } = this.host;
+    const { state, shortTitle: title, address } = this.host;
     setText(this.title, title);
-    setAttribute(this.element, "aria-label", t("open", { name: title }));
     const phase = state?.link.phase ?? "connecting";
     setAttribute(this.phase, "data-phase", phase);
     setText(this.phase, t(phase));
     if (!state) return setText(this.facts, address);
     const { link, areas, driver, you_drive } = state;
-    const facts = [address, link.firmware, `${this.host.pace} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
+    const [{ alive, inputs, motors }] = areas;
+    const facts = [title === address ? link.name : address, link.firmware, `${this.host.pace} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
     setText(this.facts, link.error ? sentence(link.error) : facts.filter(Boolean).join(" · "));
     setAttribute(this.facts, "data-error", Boolean(link.error));
-    areas[0].inputs.forEach((input, index) => setAttribute(this.inputs[index], "data-on", input.digital && input.value !== 0));
-    areas[0].motors.forEach(({ duty: [forward, backwards] }, index) => {
+    setAttribute(this.element, "data-absent", !alive);
+    inputs.forEach((input, index) => setAttribute(this.inputs[index], "data-on", alive && input.digital && input.value !== 0));
+    motors.forEach(({ duty: [forward, backwards] }, index) => {
       const { bar } = this.motors[index];
-      setStyle(bar, "transform", `scaleX(${(forward - backwards) / 512})`);
+      setStyle(bar, "transform", `scaleX(${alive ? (forward - backwards) / 512 : 0})`);
       setAttribute(bar, "data-backwards", backwards > forward);
     });
     setText(this.driver, you_drive ? t("driving") : driver === null ? t("nobody") : t("somebody", { page: driver }));
@@ -45,7 +46,7 @@ class Tile {
 export class Overview {
   constructor(hosts, open) {
     this.tiles = hosts.map((host) => new Tile(host, () => open(host.id)));
-    this.element = h("div", { class: "overview", "aria-label": t("overview") }, this.tiles.map((tile) => tile.element));
+    this.element = h("div", { class: "overview", role: "group", "aria-label": t("overview") }, this.tiles.map((tile) => tile.element));
   }
 
   update() {

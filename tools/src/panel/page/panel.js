@@ -1,12 +1,13 @@
 // The page: tabs, who drives, notices, and the loop that shows the newest state.
 
-import { Connection } from "./connection.js";
+import { Connection, token } from "./connection.js";
 import { button, h, setAttribute, setText } from "./dom.js";
 import { HostView } from "./host.js";
 import { Overview } from "./overview.js";
 import { hosts, pushState, setHosts } from "./state.js";
 import { readColours } from "./trace.js";
 import { ControlLock } from "./control_lock.js";
+import { Tabs } from "./tabs.js";
 import { currentLanguage, sentence, setLanguage, t } from "./words.js";
 
 const TOAST_MS = 8000;
@@ -15,7 +16,6 @@ const $ = (id) => document.getElementById(id);
 /** What is shown: a host's id or "all", and of each host the number of an area or "all". */
 const shown = { host: null, areas: new Map() };
 let view = null;
-let tabs = new Map();
 let due = false;
 let isLost = false;
 let drove = false;
@@ -52,6 +52,7 @@ const control = new ControlLock(connection, {
   // Nothing can be clicked any more when the stop returns.
   stopped: show,
 });
+const tabs = new Tabs($("tabs"), choose);
 const take = button("", () => control.take(), { id: "take", class: "primary" });
 const commands = { send: (command) => connection.send(command), ask: (command) => connection.ask(command) };
 
@@ -71,47 +72,26 @@ function rebuild() {
   document.documentElement.lang = currentLanguage();
   setText($("language"), t("language"));
   setAttribute($("language"), "aria-label", t("languageLabel"));
-  setAttribute($("stop"), "aria-label", `STOP. ${t("stopHint")}`);
+  setAttribute($("language"), "lang", currentLanguage() === "de" ? "en" : "de");
   setAttribute($("stop"), "title", t("stopHint"));
   setText($("stop-hint"), t("space"));
   setText($("lost-title"), t("lostTitle"));
   setText($("lost-text"), t("lostText"));
-  makeTabs();
-  $("main").replaceChildren(h("p", { class: "waiting" }, t("waiting")));
+  tabs.make();
+  const waits = token ? t(hosts.size ? "waiting" : "waitingForProgram") : t("noToken");
+  $("main").replaceChildren(h("p", { class: "waiting" }, waits));
   schedule();
-}
-
-function makeTabs() {
-  const list = [...hosts.values()].map((host) => [host.id, host.address]);
-  if (list.length > 1) list.push(["all", t("all")]);
-  const one = ([id, text]) => {
-    const tab = h("button", { type: "button", role: "tab", "aria-controls": "main", onclick: () => choose(id) }, id === "all" ? null : h("i", { class: "dot" }), h("span", {}, text));
-    tabs.set(id, tab);
-    return tab;
-  };
-  tabs = new Map();
-  $("tabs").setAttribute("aria-label", t("hosts"));
-  $("tabs").replaceChildren(...list.map(one));
-  $("tabs").hidden = list.length < 2;
 }
 
 function choose(id) {
   shown.host = id;
   rebuild();
-  tabs.get(id)?.focus();
 }
 
 function chooseArea(area) {
   shown.areas.set(shown.host, area);
   rebuild();
 }
-
-$("tabs").addEventListener("keydown", (event) => {
-  const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-  if (!step) return;
-  const ids = [...tabs.keys()];
-  choose(ids[(ids.indexOf(shown.host) + step + ids.length) % ids.length]);
-});
 
 /** The view that fits to what is chosen and to what is there. */
 function currentView() {
@@ -131,14 +111,7 @@ function show() {
     $("main").replaceChildren(view.element);
   }
   showControls();
-  for (const [id, tab] of tabs) {
-    const host = hosts.get(id);
-    setAttribute(tab, "aria-selected", id === shown.host ? "true" : "false");
-    setAttribute(tab, "tabindex", id === shown.host ? "0" : "-1");
-    if (!host) continue;
-    setAttribute(tab.firstChild, "data-phase", host.state?.link.phase ?? "connecting");
-    setText(tab.lastChild, host.title);
-  }
+  tabs.update(shown.host);
   showRole();
 }
 
@@ -206,4 +179,5 @@ addEventListener("blur", () => {
 readColours();
 $("banner").append(take);
 rebuild();
-connection.open();
+// Without the token there is nothing to wait for.
+if (token) connection.open();

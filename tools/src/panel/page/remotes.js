@@ -30,11 +30,17 @@ export class Remotes {
   constructor() {
     this.remotes = Array.from({ length: 5 }, (_, index) => new Remote(index));
     this.used = [true, false, false, false, false];
-    this.element = card("remotes", t("remotes"), h("ul", {}, this.remotes.map((remote) => remote.element)));
+    this.list = h("ul", {}, this.remotes.map((remote) => remote.element));
+    this.nothing = h("p", { class: "note", hidden: true }, "–");
+    this.element = card("remotes", t("remotes"), this.list, this.nothing);
   }
 
   update(state) {
-    state.areas[0].remotes.forEach((remote, index) => {
+    const { alive, remotes } = state.areas[0];
+    setAttribute(this.list, "hidden", !alive);
+    setAttribute(this.nothing, "hidden", alive);
+    if (!alive) return;
+    remotes.forEach((remote, index) => {
       this.used[index] ||= AXES.some((axis) => Boolean(remote[axis]));
       setAttribute(this.remotes[index].element, "hidden", !this.used[index]);
       this.remotes[index].update(remote);

@@ -1,6 +1,6 @@
 // The loudspeaker and the microphone.
 
-import { button, card, h, select, setText } from "./dom.js";
+import { button, card, h, select, setDisabled, setText } from "./dom.js";
 import { number, sounds, t } from "./words.js";
 
 export class Sound {
@@ -18,9 +18,9 @@ export class Sound {
   }
 
   update(state, may) {
-    this.controls.disabled = !may;
-    const { sound: { playing, index }, microphone: [level] } = state.areas[0];
-    setText(this.text, playing ? t("playing", { number: index }) : t("quiet"));
-    setText(this.microphone, t("microphone", { level: number(level) }));
+    setDisabled(this.controls, !may);
+    const { alive, sound: { playing, index }, microphone: [level] } = state.areas[0];
+    setText(this.text, !alive ? "–" : playing ? t("playing", { number: index }) : t("quiet"));
+    setText(this.microphone, t("microphone", { level: alive ? number(level) : "–" }));
   }
 }

@@ -6,6 +6,12 @@ const AREAS = 9;
 // The weight of the newest cycle in the one that is shown: single ones are in the histogram.
 const SMOOTH = 0.05;
 
+/** The time of a cycle, `null` while there are none. */
+function smoothed(before, { phase, cycle_ms: now }) {
+  if (phase !== "running" || !now) return null;
+  return before === null ? now : before + (now - before) * SMOOTH;
+}
+
 class Host {
   constructor({ id, address, simulated, driven, hands }) {
     this.id = id;
@@ -30,25 +36,34 @@ class Host {
         const before = this.state?.areas[index]?.inputs[number];
         // Other units: the old values say nothing.
         if (before && (before.mode !== input.mode || before.digital !== input.digital)) history.clear();
-        history.push(state.at, input.value);
+        history.push(state.at, area.alive ? input.value : null);
       });
     });
-    this.cycle = this.cycle === null ? state.link.cycle_ms : this.cycle + (state.link.cycle_ms - this.cycle) * SMOOTH;
+    this.cycle = smoothed(this.cycle, state.link);
     this.lastError = state.link.error ?? this.lastError;
     this.state = state;
   }
 
   /** The time of a cycle in ms, as a text. */
   get pace() {
-    return (this.cycle ?? 0).toFixed(1);
+    return this.cycle === null ? "–" : this.cycle.toFixed(1);
   }
 
   /** The host's name for people. */
   get title() {
     const name = this.state?.link.name;
     if (!name) return this.address;
-    const namesakes = [...hosts.values()].some((other) => other !== this && other.state?.link.name === name);
-    return namesakes ? `${name} · ${this.address}` : name;
+    return this.hasNamesake ? `${name} · ${this.address}` : name;
+  }
+
+  /** A short name, which only this host has. */
+  get shortTitle() {
+    return this.hasNamesake ? this.address : this.title;
+  }
+
+  get hasNamesake() {
+    const name = this.state?.link.name;
+    return [...hosts.values()].some((other) => other !== this && other.state?.link.name === name);
   }
 }
 

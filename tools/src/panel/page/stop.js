@@ -1,12 +1,28 @@
 // The stop. It is a plain script, loaded before all others, and uses none of them: whatever breaks or hangs
 // elsewhere, the button and the space bar send it. It goes two ways at once, by a request of its own and by the
 // page's WebSocket, which connection.js leaves in `window.panelSocket`. The others learn by two events that a stop is on
-// its way, "panelstop", and that its request is answered or has failed, "panelstopped".
+// its way, "panelstop", and that its request is answered or has failed, "panelstopped". They get the token from here, too.
 (function () {
   "use strict";
 
-  const token = new URLSearchParams(location.search).get("token") || "";
+  const KEY = "txt-panel-token";
+  const token = takeToken();
   let reset = 0;
+
+  // Takes the token out of the address, which others can see or copy. The tab keeps it for when the page is loaded again.
+  function takeToken() {
+    const given = new URLSearchParams(location.search).get("token");
+    try {
+      if (!given) return sessionStorage.getItem(KEY) || "";
+      sessionStorage.setItem(KEY, given);
+    } catch {
+      return given || ""; // The browser allows no storage, so it stays in the address.
+    }
+    history.replaceState(null, "", location.pathname);
+    return given;
+  }
+
+  window.panelToken = token;
 
   function show(result) {
     const button = document.getElementById("stop");

@@ -5,6 +5,8 @@ import { h, watchSeen } from "./dom.js";
 const SPAN_MS = 10000;
 // 20 a second for ten seconds, and some more for states that come in quick succession.
 const POINTS = 256;
+// States come 20 times a second. When none came for this long, nobody knows what was between.
+const GAP_MS = 1500;
 
 /** The last values of one input, with their times. */
 export class History {
@@ -15,7 +17,13 @@ export class History {
     this.next = 0;
   }
 
+  /** `null` is a time of which nothing is known. */
   push(at, value) {
+    if (this.length && at - this.end > GAP_MS) this.add(this.end, NaN);
+    this.add(at, value ?? NaN);
+  }
+
+  add(at, value) {
     this.times[this.next] = at;
     this.values[this.next] = value;
     this.next = (this.next + 1) % POINTS;
@@ -26,10 +34,15 @@ export class History {
     this.length = 0;
   }
 
-  /** Calls `visit` with each time and value of the last ten seconds, oldest first. */
+  /** The newest time. */
+  get end() {
+    return this.times[(this.next + POINTS - 1) % POINTS];
+  }
+
+  /** Calls `visit` with each time and value of the last ten seconds, oldest first. In a gap the value is NaN. */
   each(visit) {
     if (!this.length) return;
-    const end = this.times[(this.next + POINTS - 1) % POINTS];
+    const { end } = this;
     for (let back = this.length; back > 0; back--) {
       const index = (this.next + POINTS - back) % POINTS;
       if (end - this.times[index] <= SPAN_MS) visit(this.times[index] - end, this.values[index]);
@@ -75,6 +88,7 @@ export class Trace {
     let low = Infinity;
     let high = -Infinity;
     history.each((_, value) => {
+      if (Number.isNaN(value)) return;
       low = Math.min(low, value);
       high = Math.max(high, value);
     });
@@ -94,27 +108,35 @@ export class Trace {
     context.lineTo(width, height - 2.5);
     context.stroke();
 
-    context.beginPath();
-    let first = null;
-    let last = 0;
-    history.each((time, value) => {
-      if (first === null) {
-        first = x(time);
-        context.moveTo(first, y(value));
-      } else {
-        if (steps) context.lineTo(x(time), y(last));
-        context.lineTo(x(time), y(value));
-      }
-      last = value;
-    });
     context.strokeStyle = colours.signal;
+    context.fillStyle = colours["signal-soft"];
     context.lineWidth = 1.5;
     context.lineJoin = "round";
-    context.stroke();
-    context.lineTo(width, height - 2);
-    context.lineTo(first, height - 2);
-    context.fillStyle = colours["signal-soft"];
-    context.fill();
+    // From one gap to the next.
+    let first = null;
+    let last = null;
+    const finish = () => {
+      if (first === null) return;
+      context.stroke();
+      context.lineTo(last.x, height - 2);
+      context.lineTo(first, height - 2);
+      context.fill();
+      first = null;
+    };
+    history.each((time, value) => {
+      if (Number.isNaN(value)) return finish();
+      const point = { x: x(time), y: y(value) };
+      if (first === null) {
+        first = point.x;
+        context.beginPath();
+        context.moveTo(point.x, point.y);
+      } else {
+        if (steps) context.lineTo(point.x, last.y);
+        context.lineTo(point.x, point.y);
+      }
+      last = point;
+    });
+    finish();
   }
 
   close() {

@@ -1,10 +1,12 @@
 // All words of the page, in both languages.
 
+import { hosts } from "./state.js";
+
 const ENGLISH = {
   title: "txt panel",
   stopHint: "Stop all motors and lamps (space bar)",
   space: "space",
-  language: "Deutsch", languageLabel: "Seite auf Deutsch zeigen",
+  language: "Deutsch", languageLabel: "Deutsch: Seite auf Deutsch zeigen",
   hosts: "Controllers", all: "All", areas: "Master and extensions", master: "TXT", extension: "Extension",
   driving: "You drive", coming: "One moment …", looking: "Looking only", shown: "Another program drives",
   driverOther: "Page {page} drives. Here you can look.", driverNobody: "Nobody drives. The motors are off.",
@@ -16,7 +18,8 @@ const ENGLISH = {
   lostText: "It was ended, or does not answer. It switches all motors off by itself. This page keeps trying. If you start it again, open the address that it prints.",
   dismiss: "Close message",
   connecting: "Connecting", idle: "No program is connected", running: "Connected", gap: "Reconnecting", ended: "Ended", unclear: "Not understood",
-  simulated: "simulated", waiting: "Waiting for the first values",
+  simulated: "simulated", waiting: "Waiting for the first values …", waitingForProgram: "Waiting for the program …",
+  noToken: "This address has no token. Open the address that the program prints.",
 
   inputs: "Inputs", modeOf: "Mode of {name}", lineOf: "{name}, last ten seconds",
   "resistance/1": "Button 5 kΩ", "voltage/1": "Trail 10 V", "resistance15k/1": "Button 15 kΩ", "ultrasonic/1": "Echo yes/no",
@@ -27,7 +30,7 @@ const ENGLISH = {
   outputs: "Outputs", asMotor: "Motor", asOutputs: "2 outputs", kindOf: "What is on {name}",
   left: "{name} backwards", right: "{name} forward", stopOf: "Stop {name}", speedOf: "Speed of {name}", dutyOf: "Value of {name}",
   distance: "Distance", pulses: "pulses", pulsesOf: "Pulses for {name}", alone: "alone", withOf: "Motor that runs together with {name}",
-  go: "Go", goOf: "Start the distance of {name}", progressOf: "Distance of {name}", together: "with {name}", against: "against {name}", pulsesHint: "Two motors together: 0 is without an end",
+  go: "Go", goOf: "Go the distance of {name}", progressOf: "Distance of {name}", together: "with {name}", against: "against {name}", pulsesHint: "Two motors together: 0 is without an end",
   switchOf: "Switch {name}", absent: "{name} is not connected",
 
   world: "The machine", worldHint: "Hold a button with the mouse, or with the keys 1 to 8.",
@@ -48,15 +51,15 @@ const ENGLISH = {
   camera: "Camera", cameraOn: "Start", cameraOff: "Stop", size: "Picture size", rate: "Pictures a second", frames: "{count} pictures", cameraIdle: "The camera is off.", picture: "Picture of the camera",
   i2c: "I2C", i2cNone: "Nothing has passed yet.", i2cPassed: "{device}: wrote {written}, read {read}", noDevice: "no device answered", scan: "Scan", scanning: "Scanning …", found: "Devices: {list}", foundNone: "No device answers.",
   device: "Device", register: "Register", count: "Bytes", values: "Values", read: "Read", write: "Write", written: "Written.",
-  hexHint: "0x18 or 24; values with commas", badNumber: "{text} is not a number from {least} to {most}.",
-  open: "Open {name}", overview: "All controllers", somebody: "Page {page} drives", nobody: "Nobody drives",
+  hexHint: "0x18 or 24; values with commas", badNumber: "“{text}” is not a number from {least} to {most}.", noNumber: "Type a number from {least} to {most}.",
+  overview: "All controllers", somebody: "Page {page} drives", nobody: "Nobody drives",
 };
 
 const GERMAN = {
   title: "txt panel",
   stopHint: "Alle Motoren und Lampen aus (Leertaste)",
   space: "Leertaste",
-  language: "English", languageLabel: "Show the page in English",
+  language: "English", languageLabel: "English: show the page in English",
   hosts: "Controller", all: "Alle", areas: "Master und Erweiterungen", master: "TXT", extension: "Erweiterung",
   driving: "Du steuerst", coming: "Einen Moment …", looking: "Nur ansehen", shown: "Ein anderes Programm steuert",
   driverOther: "Seite {page} steuert. Hier kannst du zusehen.", driverNobody: "Niemand steuert. Die Motoren sind aus.",
@@ -68,18 +71,19 @@ const GERMAN = {
   lostText: "Es wurde beendet oder antwortet nicht. Die Motoren schaltet es selbst aus. Diese Seite versucht es weiter. Wenn du es neu startest, öffne die Adresse, die es ausgibt.",
   dismiss: "Meldung schließen",
   connecting: "Verbindet", idle: "Kein Programm ist verbunden", running: "Verbunden", gap: "Verbindet neu", ended: "Beendet", unclear: "Nicht verstanden",
-  simulated: "simuliert", waiting: "Wartet auf die ersten Werte",
+  simulated: "simuliert", waiting: "Wartet auf die ersten Werte …", waitingForProgram: "Wartet auf das Programm …",
+  noToken: "In dieser Adresse fehlt das Token. Öffne die Adresse, die das Programm ausgibt.",
 
   inputs: "Eingänge", modeOf: "Betriebsart von {name}", lineOf: "{name}, die letzten zehn Sekunden",
   "resistance/1": "Taster 5 kΩ", "voltage/1": "Spur 10 V", "resistance15k/1": "Taster 15 kΩ", "ultrasonic/1": "Echo ja/nein",
   "resistance/0": "Widerstand 5 kΩ", "resistance15k/0": "Widerstand 15 kΩ", "voltage/0": "Spannung 10 V", "ultrasonic/0": "Abstand",
   overrun: "zu groß", on: "an", off: "aus",
-  counters: "Zähler", reset: "{name} auf null", resetShort: "auf 0",
+  counters: "Zähler", reset: "auf 0: {name}", resetShort: "auf 0",
   normal: "normal", inverted: "umgekehrt",
   outputs: "Ausgänge", asMotor: "Motor", asOutputs: "2 Ausgänge", kindOf: "Was an {name} hängt",
   left: "{name} rückwärts", right: "{name} vorwärts", stopOf: "{name} anhalten", speedOf: "Geschwindigkeit von {name}", dutyOf: "Wert von {name}",
   distance: "Strecke", pulses: "Impulse", pulsesOf: "Impulse für {name}", alone: "allein", withOf: "Motor, der mit {name} zusammen läuft",
-  go: "Los", goOf: "Strecke von {name} starten", progressOf: "Strecke von {name}", together: "mit {name}", against: "gegen {name}", pulsesHint: "Zwei Motoren zusammen: 0 ist ohne Ende",
+  go: "Los", goOf: "Los: Strecke von {name}", progressOf: "Strecke von {name}", together: "mit {name}", against: "gegen {name}", pulsesHint: "Zwei Motoren zusammen: 0 ist ohne Ende",
   switchOf: "{name} schalten", absent: "{name} ist nicht angeschlossen",
 
   world: "Die Maschine", worldHint: "Taster mit der Maus halten, oder mit den Tasten 1 bis 8.",
@@ -100,8 +104,8 @@ const GERMAN = {
   camera: "Kamera", cameraOn: "Starten", cameraOff: "Anhalten", size: "Bildgröße", rate: "Bilder je Sekunde", frames: "{count} Bilder", cameraIdle: "Die Kamera ist aus.", picture: "Bild der Kamera",
   i2c: "I2C", i2cNone: "Bisher war nichts.", i2cPassed: "{device}: geschrieben {written}, gelesen {read}", noDevice: "kein Gerät hat geantwortet", scan: "Suchen", scanning: "Sucht …", found: "Geräte: {list}", foundNone: "Kein Gerät antwortet.",
   device: "Gerät", register: "Register", count: "Bytes", values: "Werte", read: "Lesen", write: "Schreiben", written: "Geschrieben.",
-  hexHint: "0x18 oder 24; Werte mit Komma", badNumber: "{text} ist keine Zahl von {least} bis {most}.",
-  open: "{name} öffnen", overview: "Alle Controller", somebody: "Seite {page} steuert", nobody: "Niemand steuert",
+  hexHint: "0x18 oder 24; Werte mit Komma", badNumber: "„{text}“ ist keine Zahl von {least} bis {most}.", noNumber: "Gib eine Zahl von {least} bis {most} ein.",
+  overview: "Alle Controller", somebody: "Seite {page} steuert", nobody: "Niemand steuert",
 };
 
 /** The modes of an input, in the order of a menu: what it measures, and 1 if it reports 0 or 1. */
@@ -186,11 +190,12 @@ export function sounds() {
   return SOUNDS[language];
 }
 
-/** An error of the program as a sentence. */
+/** An error of the program as a sentence. An address stays as the user has typed it. */
 export function sentence({ code, text, cause }) {
   const german = language === "de" ? GERMAN_ERRORS : {};
   const said = [german[code] ?? text, german[code] && german[cause]].filter(Boolean).join(": ");
-  return said.charAt(0).toUpperCase() + said.slice(1) + (/[.!?]$/.test(said) ? "" : ".");
+  const typed = [...hosts.values()].some(({ address }) => said.startsWith(address));
+  return (typed ? said : said.charAt(0).toUpperCase() + said.slice(1)) + (/[.!?]$/.test(said) ? "" : ".");
 }
 
 /** A whole number with the separators of the language. */

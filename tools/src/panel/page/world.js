@@ -49,7 +49,8 @@ class Trail {
       hold(this.button);
       this.show(!this.white);
       send({ do: "sensor", input, value: this.white ? 1 : 0 });
-    }, { class: "trail", "aria-label": `${name}: ${t("trail")}` });
+    }, { class: "trail" });
+    this.name = `${name}: ${t("trail")}`;
     this.element = h("li", { class: "sensor-push" }, this.button, h("span", { class: "label" }, name, h("small", {}, t("trail"))));
   }
 
@@ -59,7 +60,9 @@ class Trail {
 
   show(white) {
     this.white = white;
-    setText(this.button, t(white ? "white" : "black"));
+    const colour = t(white ? "white" : "black");
+    setText(this.button, colour);
+    setAttribute(this.button, "aria-label", `${colour}, ${this.name}`);
     setAttribute(this.button, "aria-pressed", white ? "true" : "false");
   }
 }
@@ -107,7 +110,7 @@ class RemoteView {
     this.left = new Joystick(`${name}, ${t("leftStick")}`, (x, y) => change({ left_x: x, left_y: y }));
     this.right = new Joystick(`${name}, ${t("rightStick")}`, (x, y) => change({ right_x: x, right_y: y }));
     const key = (word, field) => {
-      const one = h("button", { type: "button", class: "key", "aria-label": `${name}, ${t(word)}` }, t(word));
+      const one = h("button", { type: "button", class: "key", "aria-label": `${t(word)}, ${name}` }, t(word));
       const set = (value) => this.values && Boolean(this.values[field]) !== value && change({ [field]: value });
       one.addEventListener("pointerdown", () => set(true));
       for (const end of ["pointerup", "pointercancel", "pointerleave", "blur"]) one.addEventListener(end, () => set(false));

@@ -1,0 +1,78 @@
+//! What axe-core finds: whether everybody can use the page, with a screen reader or weak eyes too.
+//!
+//! It runs when `AXE_JS` names the file axe.min.js, as `.ci/run` does.
+
+use std::{env, fs};
+
+use anyhow::{ensure, Context, Result};
+use serde_json::{json, Value};
+
+use super::driver::browse;
+use super::page::{Page, Panel};
+use super::txt::simulated_txt;
+
+/// All rules, and two that axe-core leaves out: labels begin with what is seen, and nothing is too small for a finger.
+const FIND: &str = "const done = arguments[arguments.length - 1];
+    const rules = { 'label-content-name-mismatch': { enabled: true }, 'target-size': { enabled: true } };
+    axe.run(document, { rules }).then(({ violations, passes }) => done({
+        passed: passes.length,
+        found: violations.flatMap(({ id, nodes }) => nodes.map(({ html }) => `${id}: ${html}`)),
+    }))";
+
+struct Axe(String);
+
+impl Axe {
+    async fn ensure_finds_nothing(&self, page: &Page, what: &str) -> Result<()> {
+        for (width, height) in [(1440, 900), (390, 844)] {
+            for scheme in ["light", "dark"] {
+                page.resize(width, height).await?;
+                page.prefer(scheme).await?;
+                page.client.execute(&self.0, Vec::new()).await?;
+                let result: Value = page.client.execute_async(FIND, Vec::new()).await?;
+                ensure!(result["passed"].as_u64() > Some(10), "axe-core did not look: {result}");
+                let found = &result["found"];
+                ensure!(*found == json!([]), "{what}, {width} wide, {scheme}: {found:#}");
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg_attr(not(unix), ignore = "the tests only know the names of browsers on Unix")]
+#[test]
+fn axe_finds_nothing() -> Result<()> {
+    let Some(file) = env::var_os("AXE_JS").filter(|file| !file.is_empty()) else {
+        eprintln!("skipped: AXE_JS names no axe.min.js");
+        return Ok(());
+    };
+    let axe = Axe(fs::read_to_string(file).context("AXE_JS can't be read")?);
+    browse(|client| async move {
+        let txt = simulated_txt()?;
+        let panel = Panel::start(&["simulated", &txt.address().to_string()])?;
+        let page = Page::open(&client, &panel).await?;
+        page.wait_for_text("#role", "You drive").await?;
+        axe.ensure_finds_nothing(&page, "a machine").await?;
+        page.click("#language").await?;
+        axe.ensure_finds_nothing(&page, "a machine in German").await?;
+        page.click("#language").await?;
+        page.click(".chips button:last-child").await?;
+        page.wait_for(".board:nth-of-type(2)").await?;
+        axe.ensure_finds_nothing(&page, "all extensions").await?;
+        page.click("#tabs button:first-child").await?;
+        page.wait_for(".tile:nth-child(2) [data-phase=running]").await?;
+        axe.ensure_finds_nothing(&page, "all controllers").await?;
+        page.click("#tabs button:last-child").await?;
+        page.wait_for("[data-phase=running] .board").await?;
+        drop(txt);
+        page.wait_for(".problem:not([hidden])").await?;
+        axe.ensure_finds_nothing(&page, "a controller that is gone").await?;
+
+        let (shown, _) = Panel::shown("sorting_line")?;
+        client.goto(&shown.url).await?;
+        page.wait_for(".floor").await?;
+        axe.ensure_finds_nothing(&page, "a controller that others drive").await?;
+        drop(shown);
+        page.wait_for("#lost:not([hidden])").await?;
+        axe.ensure_finds_nothing(&page, "a page without its program").await
+    })
+}
