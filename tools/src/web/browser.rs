@@ -12,6 +12,7 @@ use webbrowser::{Browser, BrowserOptions};
 
 /// The file that leads to the page, in a folder of its own. It is removed when this is dropped.
 #[derive(Default)]
+#[must_use]
 pub(crate) struct Opening {
     _folder: Option<TempDir>,
 }
@@ -37,7 +38,10 @@ fn tell() {
 
 /// A file that leads to this address.
 fn write(url: &str) -> io::Result<(TempDir, PathBuf)> {
-    let folder = Builder::new().prefix("txt-").tempdir_in(place())?;
+    let mut builder = Builder::new();
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
+    let folder = builder.prefix("txt-").tempdir_in(place())?;
     let file = folder.path().join("open.html");
     let mut options = fs::OpenOptions::new();
     options.write(true).create_new(true);

@@ -7,7 +7,7 @@ use std::{env, fs};
 use anyhow::{ensure, Context, Result};
 use serde_json::{json, Value};
 
-use super::driver::browse;
+use super::driver::{browse, Beyond};
 use super::page::{Page, Panel};
 use super::txt::simulated_txt;
 
@@ -26,7 +26,14 @@ impl Axe {
         for (width, height) in [(1440, 900), (390, 844)] {
             for scheme in ["light", "dark"] {
                 page.resize(width, height).await?;
-                page.prefer(scheme).await?;
+                // Colours change at once.
+                let features = json!([
+                    { "name": "prefers-color-scheme", "value": scheme },
+                    { "name": "prefers-reduced-motion", "value": "reduce" },
+                ]);
+                let params = json!({ "features": features });
+                let set = Beyond::browser("Emulation.setEmulatedMedia", params);
+                page.client.issue_cmd(set).await?;
                 page.client.execute(&self.0, Vec::new()).await?;
                 let result: Value = page.client.execute_async(FIND, Vec::new()).await?;
                 ensure!(result["passed"].as_u64() > Some(10), "axe-core did not look: {result}");

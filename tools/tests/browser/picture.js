@@ -18,6 +18,7 @@ set("What is on M4", "outputs", "change");
 set("Speed of M1", 400);
 set("Speed of M2", 256);
 set("Speed of M3", 200);
+set("Value of O7", 512);
 set("Value of O8", 120);
 find("M1 forward").click();
 find("Switch O7").click();
@@ -25,7 +26,7 @@ setTimeout(() => find("Switch O8").click(), 300);
 
 // A distance, on its way when the picture is taken.
 set("Pulses for M2", 600);
-setTimeout(() => find("Start the distance of M2").click(), 7000);
+setTimeout(() => find("Go the distance of M2").click(), 7000);
 
 const begin = performance.now();
 let steps = 0;
