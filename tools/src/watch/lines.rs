@@ -63,6 +63,13 @@ impl Lines {
         Ok(Self { sender, begin: Instant::now(), told: Vec::new(), lost: 0, printed })
     }
 
+    /// Says where the program has to connect to.
+    pub(super) fn begin(&self, main: &str, controller: &str, page: Option<&str>) {
+        let line = json!({"ms": 0.0, "what": "listening", "main": main, "controller": controller, "page": page});
+        // There is room: it is the first one.
+        let _ = self.sender.try_send(line);
+    }
+
     /// Waits until all is printed, but not for a reader that pauses.
     pub(super) fn finish(self) {
         let Self { sender, printed, .. } = self;

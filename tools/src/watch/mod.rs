@@ -97,9 +97,20 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
     let (tap, pieces) = tap::tap();
     let relay = Relay::start(listeners, controller, tap)?;
-    announce(args.json, main.port(), &controller.to_string(), page.as_deref())?;
+    let (main, controller) = (main.to_string(), controller.to_string());
+    match &lines {
+        Some(lines) => lines.begin(&main, &controller, page.as_deref()),
+        None => announce(&main, &controller, page.as_deref())?,
+    }
     let ending = Arc::new(AtomicBool::new(false));
-    let looker = Looker { pieces, decoder: Decoder::default(), watched, record, lines };
+    let looker = Looker {
+        pieces,
+        decoder: Decoder::default(),
+        watched,
+        record,
+        lines,
+        notes: Notes::default(),
+    };
     let looks = thread::Builder::new().name("looker".to_owned()).spawn({
         let ending = Arc::clone(&ending);
         move || looker.run(&ending)
@@ -114,18 +125,11 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
 }
 
-/// Says where the program has to connect to. With `--json` there are only lines of JSON on stdout.
-fn announce(json: bool, port: u16, controller: &str, page: Option<&str>) -> anyhow::Result<()> {
-    let mut told = vec![format!("main 127.0.0.1:{port}"), format!("controller {controller}")];
-    told.extend(page.map(|url| format!("page {url}")));
-    for line in told {
-        if json {
-            eprintln!("{line}");
-        } else {
-            print::line(line)?;
-        }
-    }
-    Ok(())
+/// Says where the program has to connect to.
+fn announce(main: &str, controller: &str, page: Option<&str>) -> anyhow::Result<()> {
+    print::line(format_args!("main {main}"))?;
+    print::line(format_args!("controller {controller}"))?;
+    page.map_or(Ok(()), |url| print::line(format_args!("page {url}")))
 }
 
 /// Looks at what has passed.
@@ -135,6 +139,7 @@ struct Looker {
     watched: Option<Watched>,
     record: Option<Record>,
     lines: Option<Lines>,
+    notes: Notes,
 }
 
 impl Looker {
@@ -155,10 +160,10 @@ impl Looker {
     }
 
     fn look(&mut self) {
-        let Self { pieces, decoder, watched, record, lines } = self;
+        let Self { pieces, decoder, watched, record, lines, notes } = self;
         while let Some(piece) = pieces.next() {
             decoder.take(piece, &mut |told| {
-                note(&told);
+                notes.take(&told);
                 if let Some(watched) = watched {
                     watched.take(&told);
                     watched.tell_when_due();
@@ -178,16 +183,27 @@ impl Looker {
 }
 
 /// Tells on stderr what a user has to know.
-fn note(told: &Told) {
-    match &told.what {
-        Happened::Refused(error) => {
-            log::warn!("the controller does not take the {} connection: {error}", told.line.name());
+#[derive(Default)]
+struct Notes {
+    /// On which connections the controller has refused the last attempt: programs try again and again.
+    refused: [bool; 3],
+}
+
+impl Notes {
+    fn take(&mut self, told: &Told) {
+        let line = told.line.name();
+        let refused = &mut self.refused[told.line.index()];
+        match &told.what {
+            Happened::Refused(error) if !*refused => {
+                *refused = true;
+                log::warn!("the controller does not take the {line} connection: {error}");
+            }
+            Happened::NotUnderstood { side, why } => log::warn!(
+                "what the {} sent on the {line} connection can't be understood, and is passed on all the same: {why}",
+                side.name()
+            ),
+            Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
+            _ => {}
         }
-        Happened::NotUnderstood { side, why } => log::warn!(
-            "what the {} sent on the {} connection can't be understood, and is passed on all the same: {why}",
-            side.name(),
-            told.line.name()
-        ),
-        _ => {}
     }
 }

@@ -144,10 +144,15 @@ impl Passage {
 
     /// Passes on what is there in both directions. `may_send` is false while the program's bytes have to wait.
     pub(super) fn pass(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Then {
+        let had_ended = self.down.ended;
         let passed = self.pass_up(may_send, chunk, tap).and_then(|up| {
             let down = self.pass_down(chunk, tap)?;
             Ok(up || down)
         });
+        if self.down.ended && !had_ended {
+            let (line, connection) = (self.line, self.number);
+            tap.tell(Piece { line, connection, at: Instant::now(), what: What::ControllerEnded });
+        }
         match passed {
             Ok(_) if self.up.told_end && self.down.told_end => Then::Closed,
             Ok(true) => Then::More,

@@ -33,6 +33,8 @@ pub(super) enum What {
     Refused(io::Error),
     FromProgram(Vec<u8>),
     FromController(Vec<u8>),
+    /// The controller sends nothing more.
+    ControllerEnded,
     /// So many bytes were not kept that what follows can't be understood.
     Missed,
     Closed,

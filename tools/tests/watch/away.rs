@@ -1,6 +1,7 @@
 //! Either side goes away and comes back.
 
 use std::io::{self, ErrorKind, Read, Write};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -8,8 +9,20 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::Error;
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use super::support::{listener, Watch};
+use super::support::Watch;
 use super::LIMIT;
+
+/// A simulated TXT at ports that systems give to nobody by themselves, so that they are free when it is back.
+fn txt_elsewhere() -> SimulatedTxt {
+    static NEXT: AtomicU16 = AtomicU16::new(20_100);
+    loop {
+        let port = NEXT.fetch_add(3, Ordering::Relaxed);
+        assert!(port < 30_000, "no ports are free");
+        if let Ok(txt) = SimulatedTxt::builder().port(port).start() {
+            return txt;
+        }
+    }
+}
 
 /// A simulated TXT at this main port, which may have been in use a moment ago.
 fn txt_at(port: u16) -> SimulatedTxt {
@@ -25,8 +38,9 @@ fn txt_at(port: u16) -> SimulatedTxt {
 
 #[test]
 fn without_a_controller_a_connection_ends_at_once() {
-    let (listener, address) = listener();
-    drop(listener);
+    let txt = txt_elsewhere();
+    let address = txt.address();
+    drop(txt);
     let watch = Watch::start(address, &["--no-page"]);
     for _ in 0..3 {
         let mut stream = watch.connect();
@@ -48,7 +62,7 @@ fn without_a_controller_a_connection_ends_at_once() {
 
 #[test]
 fn a_transfer_goes_on_when_the_controller_is_back() {
-    let txt = SimulatedTxt::builder().start().unwrap();
+    let txt = txt_elsewhere();
     let (port, address) = (txt.port(), txt.address());
     let watch = Watch::start(address, &[]);
     let mut page = watch.page();

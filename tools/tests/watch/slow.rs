@@ -1,12 +1,13 @@
 //! Those who look hold nothing up.
 
-use std::process::{Child, Command, Stdio};
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use super::support::{free_ports, wait_until_open, Watch};
+use super::support::{command, listening, Watch};
 use super::LIMIT;
 
 /// Enough for far more lines than a pipe and the program hold, as all of them change eight values.
@@ -36,13 +37,13 @@ fn cycle(handler: TransferAreaComHandlerBuilder) {
 #[test]
 fn a_reader_of_the_lines_that_pauses_holds_nothing_up() {
     let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
-    let port = free_ports();
-    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-    command.args(["watch", &txt.address().to_string(), "--port", &port.to_string()]);
-    command.args(["--json", "--no-page"]).stdin(Stdio::null()).stdout(Stdio::piped());
-    let mut child = Killed(command.spawn().unwrap());
-    let _kept_and_never_read = child.0.stdout.take();
-    wait_until_open(port);
+    let mut command = command(txt.address(), &["--json", "--no-page"]);
+    let mut child = Killed(command.stdout(Stdio::piped()).spawn().unwrap());
+    // It is kept and not read any more.
+    let mut out = BufReader::new(child.0.stdout.take().unwrap());
+    let mut line = String::new();
+    out.read_line(&mut line).unwrap();
+    let port = listening(&line);
     cycle(TransferAreaComHandler::builder("127.0.0.1").port(port));
 }
 

@@ -3,8 +3,6 @@
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{
@@ -26,7 +24,7 @@ pub(super) struct Watch {
 }
 
 /// The command for this controller, on free ports.
-fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
+pub(super) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(["watch", &controller.to_string(), "--port", "0", "--no-browser"]);
     command.args(arguments).stdin(Stdio::null());
@@ -45,14 +43,10 @@ impl Watch {
         Self { running, port, page }
     }
 
-    /// With lines of JSON, which are all that it prints on stdout, at this main port.
+    /// With lines of JSON, which are all that it prints.
     pub(super) fn with_lines(controller: SocketAddr) -> Self {
-        let port = free_ports();
-        let arguments = ["--json", "--no-page", "--port", &port.to_string()];
-        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        command.args(["watch", &controller.to_string()]).args(arguments).stdin(Stdio::null());
-        let running = Running::start(&mut command);
-        wait_until_open(port);
+        let running = Running::start(&mut command(controller, &["--json", "--no-page"]));
+        let port = listening(&running.line());
         Self { running, port, page: None }
     }
 
@@ -82,25 +76,11 @@ impl Watch {
     }
 }
 
-/// Waits until it listens at this main port. What connects is a program that says nothing, at the port of I2C.
-pub(super) fn wait_until_open(port: u16) {
-    let deadline = Instant::now() + LIMIT;
-    while TcpStream::connect(("127.0.0.1", port + 2)).is_err() {
-        assert!(Instant::now() < deadline, "nothing listens at {port}");
-        thread::sleep(Duration::from_millis(10));
-    }
-}
-
-/// Three ports in a row that were free a moment ago.
-pub(super) fn free_ports() -> u16 {
-    loop {
-        let open = |port| TcpListener::bind(("127.0.0.1", port));
-        let main = open(0).unwrap();
-        let port = main.local_addr().unwrap().port();
-        if port < 65_000 && open(port + 1).is_ok() && open(port + 2).is_ok() {
-            return port;
-        }
-    }
+/// The main port in its first line of JSON.
+pub(super) fn listening(line: &str) -> u16 {
+    let line: Value = serde_json::from_str(line).unwrap();
+    assert_eq!(line["what"], "listening");
+    line["main"].as_str().unwrap().rsplit_once(':').unwrap().1.parse().unwrap()
 }
 
 pub(super) fn connect(to: SocketAddr) -> TcpStream {
@@ -113,8 +93,7 @@ pub(super) fn connect(to: SocketAddr) -> TcpStream {
 
 /// Listens where a controller would.
 pub(super) fn listener() -> (TcpListener, SocketAddr) {
-    let port = free_ports();
-    let listener = TcpListener::bind(("127.0.0.1", port)).unwrap();
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     (listener, address)
 }

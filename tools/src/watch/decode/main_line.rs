@@ -97,6 +97,11 @@ impl Reader for MainReader {
         Ok(())
     }
 
+    /// A program that says farewell after this has not ended the transfer.
+    fn controller_ended(&mut self, tell: &mut dyn FnMut(Happened)) {
+        self.end(tell);
+    }
+
     fn end(&mut self, tell: &mut dyn FnMut(Happened)) {
         if self.online.take().is_some() {
             tell(Happened::Offline { by_program: self.stops });

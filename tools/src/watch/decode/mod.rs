@@ -114,6 +114,9 @@ trait Reader {
         tell: &mut dyn FnMut(Happened),
     ) -> Result<(), String>;
 
+    /// The controller sends nothing more.
+    fn controller_ended(&mut self, _tell: &mut dyn FnMut(Happened)) {}
+
     /// The connection has ended, or is not understood any more.
     fn end(&mut self, _tell: &mut dyn FnMut(Happened)) {}
 }
@@ -141,6 +144,11 @@ impl Decoder {
             }
             What::FromController(bytes) => {
                 self.read(connection, Side::Controller, at, &bytes, &mut tell);
+            }
+            What::ControllerEnded => {
+                if let Some(Some(reader)) = self.readers.get_mut(&connection) {
+                    reader.controller_ended(&mut tell);
+                }
             }
             What::Missed => {
                 let why = "this computer is too busy to look at all of it".to_owned();
