@@ -11,9 +11,10 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{CmprHeader, CommandId, Compressor, ResponseId, StartOnline};
 
-/// How many cycles are measured in one turn, and how many turns each way has.
-const CYCLES: usize = 500;
+/// How often the ways take turns.
 const TURNS: usize = 10;
+/// Between two cycles there is no pause, or that of a controller; and how many cycles are measured in a turn.
+const PACES: [(Duration, usize); 2] = [(Duration::ZERO, 1000), (Duration::from_millis(10), 100)];
 
 /// `txt watch`, which ends with the measurement.
 struct Watch(Child, SocketAddr);
@@ -29,10 +30,10 @@ impl Drop for Watch {
 fn main() {
     let controller = controller();
     println!(
-        "{CYCLES} cycles in {TURNS} turns each, from request to response, in microseconds\n\
+        "from request to response, in microseconds\n\
          pause        way       median    99 %  longest"
     );
-    for pause in [Duration::ZERO, Duration::from_millis(10)] {
+    for (pause, count) in PACES {
         for with_page in [false, true] {
             let watch = watch(controller, with_page);
             let mut direct = Program::online(controller);
@@ -42,8 +43,8 @@ fn main() {
             direct.cycles(100, Duration::ZERO);
             watched.cycles(100, Duration::ZERO);
             for _ in 0..TURNS {
-                without.extend(direct.cycles(CYCLES, pause));
-                with.extend(watched.cycles(CYCLES, pause));
+                without.extend(direct.cycles(count, pause));
+                with.extend(watched.cycles(count, pause));
             }
             let way = if with_page { "page" } else { "no page" };
             let (direct, watched) =
