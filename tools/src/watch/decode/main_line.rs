@@ -173,9 +173,8 @@ impl MainReader {
                 tell(Happened::Online { name: self.name.clone(), firmware });
             }
             ResponseId::StopOnline => {
-                if self.online.take().is_some() {
-                    tell(Happened::Offline { by_program: true });
-                }
+                self.stops = true;
+                self.end(tell);
             }
             ResponseId::ExchangeData | ResponseId::ExchangeDataCmpr => {
                 let Some(sent) = waiting.sent else { return Ok(()) };
