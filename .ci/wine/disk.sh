@@ -21,27 +21,29 @@ compilers() {
 }
 if ! { find_wine && compilers; } >/dev/null; then
     {
-        dpkg --add-architecture i386 && apt-get update
+        # Where a list of packages can't be had, the others may do.
+        dpkg --add-architecture i386
+        apt-get update
         apt-get install -y --no-install-recommends wine wine64 gcc-mingw-w64-x86-64 gcc-mingw-w64-i686
         apt-get install -y --no-install-recommends wine32:i386
     } >/dev/null 2>&1 || true
 fi
 find_wine || missing "there is no Wine (Debian: wine64)"
 compilers >/dev/null || missing "there is no MinGW-w64 (Debian: gcc-mingw-w64-x86-64 and gcc-mingw-w64-i686)"
+export WINEPREFIX=$PWD/target/wine
+scratch=$(mktemp -d)
+# Whatever was left running ends with Wine's server.
+trap 'wineserver -k 2>/dev/null || true; rm -rf "$scratch"' EXIT
 # shellcheck disable=SC2154
 for each in "${targets[@]}"; do
-    [ -d "$(rustc --print target-libdir --target "$each")" ] || rustup target add "$each" >/dev/null 2>&1 \
-        || missing "rustup can't add the target $each"
+    [ -d "$(rustc --print target-libdir --target "$each")" ] || rustup target add "$each" >/dev/null 2>"$scratch/rustup" \
+        || missing "rustup can't add the target $each: $(grep -m1 ^error: "$scratch/rustup")"
 done
 
 # Names of files are only right in UTF-8. Wine asks for nothing, shows nothing and starts no debugger.
 export LC_ALL=C.UTF-8 WINEDEBUG=-all WINEDLLOVERRIDES="mscoree=;mshtml=;winedbg.exe=" WINELOADER=$wine
 unset DISPLAY
-export WINEPREFIX=$PWD/target/wine
 windows=$WINEPREFIX/drive_c/windows
-scratch=$(mktemp -d)
-# Whatever was left running ends with Wine's server.
-trap 'wineserver -k 2>/dev/null || true; rm -rf "$scratch"' EXIT
 
 # Rust's programs take their random numbers from a library that Wine 8 does not have: random_library FOLDER COMPILER
 random_library() {
