@@ -113,7 +113,7 @@ impl Findings {
             [
                 controller.address.to_string(),
                 controller.connection.to_string(),
-                printable(&controller.name),
+                print::clean(&controller.name).into_owned(),
                 controller.firmware.to_string(),
                 String::from(camera.map_or(UNKNOWN, |there| if there { "yes" } else { "no" })),
                 String::from("nobody"),
@@ -169,11 +169,6 @@ fn has_camera(address: &str) -> Result<Option<bool>, Error> {
         }
         (_, Some(error)) => Err(error),
     }
-}
-
-/// A name from a controller. In a terminal some characters are commands, and in a picture they are not allowed.
-pub(crate) fn printable(name: &str) -> String {
-    name.replace(char::is_control, "\u{FFFD}")
 }
 
 /// The rows as lines with aligned columns.

@@ -8,7 +8,7 @@ use ft_transfer_area_recorder::{Column, Cycle, Entry, Recorded, Transfer};
 
 use super::draw::{Line, Panel, Picture};
 use super::thin::Thin;
-use crate::find::printable;
+use crate::print;
 
 /// More ticks than this are a grey bar, so the others are left out.
 const TICKS: usize = 1000;
@@ -137,7 +137,7 @@ impl Tracks {
         }
         let controller = self.controller.filter(|name| !name.is_empty());
         let named = || match &controller {
-            Some(name) => format!("{file} ({})", printable(name)),
+            Some(name) => format!("{file} ({})", print::clean(name)),
             None => file.to_owned(),
         };
         let gaps = self.gaps.into_iter().filter(|gap| gap.end > seen.start && gap.start < gap.end);
