@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
+use ft_transfer_area::IoError;
+
 use crate::format::FORMAT;
 
 /// What can go wrong with a recording.
@@ -24,7 +26,7 @@ pub enum Error {
         /// The file.
         path: PathBuf,
         /// Why.
-        cause: String,
+        cause: IoError,
         /// How many cycles were handed to the file before.
         cycles: u64,
     },
@@ -68,7 +70,7 @@ pub enum Error {
     #[non_exhaustive]
     NotStarted {
         /// Why.
-        cause: String,
+        cause: IoError,
     },
     /// There is no terminal of this name.
     #[non_exhaustive]
@@ -116,13 +118,12 @@ impl std::error::Error for Error {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         match self {
             Self::Read { cause, .. } => Some(cause),
-            Self::Write { .. }
-            | Self::Empty { .. }
+            Self::Write { cause, .. } | Self::NotStarted { cause } => Some(&**cause),
+            Self::Empty { .. }
             | Self::NotMcap { .. }
             | Self::OtherMcap { .. }
             | Self::Newer { .. }
             | Self::Damaged { .. }
-            | Self::NotStarted { .. }
             | Self::NoColumn { .. } => None,
         }
     }

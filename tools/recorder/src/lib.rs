@@ -9,6 +9,7 @@
 //! | record what another program does | [`Recorder::fed`] |
 //! | read a recording | [`Recording`] |
 //! | make tables and plots of it | [`Column`] |
+//! | compare two of them | [`Cycle::values`] |
 
 mod column;
 mod error;
@@ -17,12 +18,14 @@ mod format;
 mod part;
 mod reader;
 mod recorder;
+mod records;
 mod writer;
 
 pub use column::Column;
 pub use error::Error;
 pub use feed::Feed;
 pub use format::{Failure, FailureKind, RecordedEvent, Transfer};
+pub use part::value_names;
 pub use reader::{Cycle, Entry, Recorded, Recording};
 pub use recorder::{FrameSink, Options, Recorder, Totals};
 

@@ -1,6 +1,7 @@
 //! The parts of an area that are recorded: each is a channel of numbers with names.
 
 use std::fmt;
+use std::sync::LazyLock;
 
 use ft_transfer_area::transfer_area::{InputMode, IrInput, IZ_MOTOR};
 use ft_transfer_area::FishX1Transfer;
@@ -55,6 +56,29 @@ impl Part {
         let properties: serde_json::Map<String, Value> = fields.collect();
         json!({ "type": "object", "description": self.about, "properties": properties })
     }
+}
+
+/// All parts, made once.
+static PARTS: LazyLock<Vec<Part>> = LazyLock::new(parts);
+
+/// The names of all values that a recording has of a controller, in the order of
+/// [`Cycle::values`](crate::Cycle::values): the last part of the topic, and the name in its messages.
+///
+/// ```
+/// assert!(ft_transfer_area_recorder::value_names().any(|name| name == ("counters", "C1")));
+/// ```
+pub fn value_names() -> impl Iterator<Item = (&'static str, &'static str)> {
+    PARTS.iter().flat_map(|part| part.fields.iter().map(|field| (part.name, &**field)))
+}
+
+/// All values of an area.
+pub(crate) fn values(area: &FishX1Transfer) -> Vec<i32> {
+    let (mut all, mut numbers) = (Vec::new(), Vec::new());
+    for part in &*PARTS {
+        part.read(area, &mut numbers);
+        all.append(&mut numbers);
+    }
+    all
 }
 
 /// The number of a mode, and what it measures.
@@ -329,6 +353,16 @@ mod tests {
             }
             assert_eq!(read, written);
         }
+    }
+
+    #[test]
+    fn all_values_have_a_name() {
+        let mut area = area(7);
+        area.input.uni[2] = 4711;
+        let values = values(&area);
+        assert_eq!(value_names().count(), values.len());
+        let mut named = value_names().zip(values);
+        assert!(named.any(|value| value == (("inputs", "I3"), 4711)));
     }
 
     #[test]

@@ -2,16 +2,13 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use base64::prelude::{Engine, BASE64_STANDARD};
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area::FishX1Transfer;
-use mcap::records::{op, Record};
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use mcap::McapError;
+use mcap::records::op;
 use serde::de::DeserializeOwned;
 
 use crate::error::Error;
@@ -19,10 +16,8 @@ use crate::format::{
     topic, CycleMessage, ImageMessage, RecordedEvent, Transfer, CAMERA, CYCLE, EVENTS, FORMAT,
     HEAD, HEAD_FORMAT, HEAD_STARTED, PROFILE, TRANSFER,
 };
-use crate::part::{parts, Part};
-
-/// No record of a recording is longer. A chunk holds half a second, with a picture of 1280×720 in each frame.
-const LONGEST_RECORD: usize = 64 << 20;
+use crate::part::{self, parts, Part};
+use crate::records::{self, Problem, Records};
 
 /// A recording, read from its beginning to its end.
 ///
@@ -45,8 +40,7 @@ const LONGEST_RECORD: usize = 64 << 20;
 /// ```
 pub struct Recording {
     path: PathBuf,
-    file: BufReader<File>,
-    records: LinearReader,
+    records: Records,
     started: u64,
     parts: Vec<Part>,
     /// By the id of the channel.
@@ -97,6 +91,14 @@ pub struct Cycle {
     pub areas: Vec<FishX1Transfer>,
 }
 
+impl Cycle {
+    /// All values of a controller, 0 the master and 1 the first extension, in the order of
+    /// [`value_names`](crate::value_names); `None` if the handler has no area for it.
+    pub fn values(&self, area: usize) -> Option<Vec<i32>> {
+        self.areas.get(area).map(part::values)
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 enum Channel {
     Part {
@@ -120,13 +122,9 @@ impl Recording {
     pub fn open(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
         let file = File::open(&path).map_err(|cause| Error::Read { path: path.clone(), cause })?;
-        let options = LinearReaderOptions::default()
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(LONGEST_RECORD);
         let mut recording = Self {
             path,
-            file: BufReader::new(file),
-            records: LinearReader::new_with_options(options),
+            records: Records::of(file),
             started: 0,
             parts: parts(),
             channels: HashMap::new(),
@@ -151,53 +149,45 @@ impl Recording {
 
     fn read_head(&mut self) -> Result<(), Error> {
         let path = self.path.clone();
-        loop {
-            let record = match self.next_record() {
-                Ok(Some((opcode, data))) => {
-                    mcap::parse_record(opcode, &data).map(Record::into_owned)
-                }
-                Ok(None) => return Err(Error::Empty { path }),
-                Err(Error::Damaged { .. }) => return Err(Error::NotMcap { path }),
-                Err(error) => return Err(error),
-            };
-            match record {
-                Ok(Record::Header(header)) if header.profile != PROFILE => {
-                    return Err(Error::OtherMcap { path, library: header.library });
-                }
-                Ok(Record::Header(_)) => {}
-                Ok(Record::Metadata(head)) if head.name == HEAD => {
-                    let value = |name| head.metadata.get(name).map_or("", String::as_str);
-                    let format = value(HEAD_FORMAT);
-                    if !format.parse().is_ok_and(|format: u32| format <= FORMAT) {
-                        return Err(Error::Newer { path, format: format.to_owned() });
-                    }
-                    self.started = value(HEAD_STARTED).parse().unwrap_or(0);
-                    return Ok(());
-                }
-                _ => return Err(Error::Damaged { path, cause: "it has no head".to_owned() }),
+        let no_head = || Error::Damaged { path: path.clone(), cause: "it has no head".to_owned() };
+        let mut next = || match self.next_record() {
+            Err(Error::Damaged { .. }) => Err(Error::NotMcap { path: path.clone() }),
+            Ok(None) => Err(Error::Empty { path: path.clone() }),
+            Ok(Some(record)) => Ok(record),
+            Err(error) => Err(error),
+        };
+        let (opcode, header) = next()?;
+        match records::header(&header).filter(|_| opcode == op::HEADER) {
+            Some((PROFILE, _)) => {}
+            Some((_, library)) => {
+                return Err(Error::OtherMcap { path, library: library.to_owned() });
             }
+            None => return Err(no_head()),
         }
+        let (opcode, head) = next()?;
+        let head =
+            records::metadata(&head).filter(|(name, _)| opcode == op::METADATA && *name == HEAD);
+        let (_, values) = head.ok_or_else(no_head)?;
+        let value =
+            |wanted| values.iter().find(|(name, _)| *name == wanted).map_or("", |found| found.1);
+        let format = value(HEAD_FORMAT);
+        if !format.parse().is_ok_and(|format: u32| format <= FORMAT) {
+            return Err(Error::Newer { path, format: format.to_owned() });
+        }
+        self.started = value(HEAD_STARTED).parse().unwrap_or(0);
+        Ok(())
     }
 
     /// The next record; `None` at the end or where the file is cut off.
     fn next_record(&mut self) -> Result<Option<(u8, Vec<u8>)>, Error> {
-        loop {
-            let wanted = match self.records.next_event() {
-                None => return Ok(None),
-                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    return Ok(Some((opcode, data.to_vec())));
-                }
-                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => wanted,
-                Some(Err(McapError::UnexpectedEof)) => {
-                    self.has_cut_off = true;
-                    return Ok(None);
-                }
-                Some(Err(error)) => return Err(self.damaged(error)),
-            };
-            let read = read_some(&mut self.file, self.records.insert(wanted));
-            let count = read.map_err(|cause| Error::Read { path: self.path.clone(), cause })?;
-            self.records.notify_read(count);
-        }
+        self.records.next().or_else(|problem| match problem {
+            Problem::CutOff => {
+                self.has_cut_off = true;
+                Ok(None)
+            }
+            Problem::Io(cause) => Err(Error::Read { path: self.path.clone(), cause }),
+            Problem::Damaged(cause) => Err(self.damaged(cause)),
+        })
     }
 
     fn damaged(&self, cause: impl ToString) -> Error {
@@ -206,18 +196,17 @@ impl Recording {
 
     fn next_entry(&mut self) -> Result<Option<Entry>, Error> {
         while let Some((opcode, data)) = self.next_record()? {
-            if !matches!(opcode, op::CHANNEL | op::MESSAGE) {
-                continue;
-            }
-            match mcap::parse_record(opcode, &data).map_err(|error| self.damaged(error))? {
-                Record::Channel(channel) => {
-                    let meaning = self.meaning(&channel.topic);
-                    self.channels.insert(channel.id, meaning);
+            let short = || self.damaged("a record is shorter than it says");
+            match opcode {
+                op::CHANNEL => {
+                    let (id, topic) = records::channel(&data).ok_or_else(short)?;
+                    self.channels.insert(id, self.meaning(topic));
                 }
-                Record::Message { header, data } => {
-                    let channel = self.channels.get(&header.channel_id).copied();
-                    if let Some(what) = self.message(channel.unwrap_or(Channel::Other), &data)? {
-                        let at = Duration::from_nanos(header.log_time.saturating_sub(self.started));
+                op::MESSAGE => {
+                    let (id, time, message) = records::message(&data).ok_or_else(short)?;
+                    let channel = self.channels.get(&id).copied().unwrap_or(Channel::Other);
+                    if let Some(what) = self.message(channel, message)? {
+                        let at = Duration::from_nanos(time.saturating_sub(self.started));
                         return Ok(Some(Entry { at, what }));
                     }
                 }
@@ -295,15 +284,5 @@ impl Iterator for Recording {
         // After an error nothing can be read.
         self.at_end = !matches!(entry, Some(Ok(_)));
         entry
-    }
-}
-
-/// Reads at least a byte unless the file has ended.
-fn read_some(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
-    loop {
-        match file.read(buffer) {
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            done => return done,
-        }
     }
 }

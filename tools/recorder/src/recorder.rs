@@ -1,5 +1,6 @@
 //! Attaches a recording to a handler.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,10 +9,10 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
-    CameraFrame, CycleLog, EventKind, Events, LogEntry, Logged, LoggedCycle, TimedEvent,
+    CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, Logged, LoggedCycle, TimedEvent,
     TransferAreaComHandler,
 };
-use mcap::McapResult;
+use mcap::{McapError, McapResult};
 
 use crate::error::Error;
 use crate::feed::{Fed, FedEntry, Feed};
@@ -109,9 +110,11 @@ pub struct FrameSink {
 /// What the recorder's thread and the program share.
 #[derive(Debug, Default)]
 struct State {
+    /// The file, for the log.
+    path: Mutex<PathBuf>,
     recorded: Mutex<Totals>,
     lost_frames: AtomicU64,
-    failure: Mutex<Option<String>>,
+    failure: Mutex<Option<IoError>>,
 }
 
 impl State {
@@ -120,7 +123,7 @@ impl State {
         Totals { lost_frames: self.lost_frames.load(Ordering::Relaxed), ..recorded }
     }
 
-    fn failure(&self) -> Option<String> {
+    fn failure(&self) -> Option<IoError> {
         self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
@@ -147,15 +150,12 @@ impl Recorder {
         options: Options,
     ) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
-        let not_started = |cause: String| Error::NotStarted { cause };
-        let log =
-            handler.cycle_log(options.capacity).map_err(|error| not_started(error.to_string()))?;
+        let refused = |error: ft_transfer_area::Error| not_started(io::Error::other(error));
+        let log = handler.cycle_log(options.capacity).map_err(refused)?;
         // The log has the others.
         let kinds = EventKind::ALL.iter().copied().filter(|kind| kind.is_of_response());
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
-        let events = handler
-            .events(&kinds.collect::<Vec<_>>(), capacity)
-            .map_err(|error| not_started(error.to_string()))?;
+        let events = handler.events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
         Self::record(path, Source::Handler { log, events })
     }
 
@@ -174,12 +174,12 @@ impl Recorder {
     fn record(path: PathBuf, source: Source) -> Result<Self, Error> {
         let writer = Writer::create(&path).map_err(|error| Error::Write {
             path: path.clone(),
-            cause: cause(&error),
+            cause: cause(error),
             cycles: 0,
         })?;
         let (sender, frames) = bounded(FRAMES);
         let (stop, stopped) = bounded(0);
-        let state = Arc::new(State::default());
+        let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
         let now = Instant::now();
         let worker = Worker {
             writer,
@@ -192,11 +192,8 @@ impl Recorder {
         };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn({
-                let path = path.clone();
-                move || worker.run(&path)
-            })
-            .map_err(|error| Error::NotStarted { cause: error.to_string() })?;
+            .spawn(move || worker.run())
+            .map_err(not_started)?;
         let frames = FrameSink { sender, state: Arc::clone(&state) };
         Ok(Self { path, state, stop: Some(stop), thread: Some(thread), frames })
     }
@@ -204,6 +201,25 @@ impl Recorder {
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Gives the file another name while it is recorded, in place of a file that has this name already: so a program
+    /// can record beside an earlier recording, and replace it when its transfer has begun. Both names have to be on
+    /// the same disk.
+    ///
+    /// # Errors
+    ///
+    /// The operating system refuses it. The recording goes on under the name that it had.
+    pub fn rename(&mut self, path: impl AsRef<Path>) -> Result<(), Error> {
+        let path = path.as_ref().to_owned();
+        match std::fs::rename(&self.path, &path) {
+            Ok(()) => {
+                *self.state.path.lock().unwrap_or_else(PoisonError::into_inner) = path.clone();
+                self.path = path;
+                Ok(())
+            }
+            Err(cause) => Err(Error::Write { path, cause: cause.into(), cycles: 0 }),
+        }
     }
 
     /// What was recorded so far.
@@ -237,7 +253,7 @@ impl Recorder {
         if let Some(thread) = self.thread.take() {
             if thread.join().is_err() {
                 let mut failure = self.state.failure.lock().unwrap_or_else(PoisonError::into_inner);
-                failure.get_or_insert_with(|| "the recorder panicked".to_owned());
+                failure.get_or_insert_with(|| io::Error::other("the recorder panicked").into());
             }
         }
     }
@@ -249,11 +265,15 @@ impl Drop for Recorder {
     }
 }
 
+fn not_started(cause: io::Error) -> Error {
+    Error::NotStarted { cause: cause.into() }
+}
+
 /// What went wrong, in the words of the operating system if it was that.
-fn cause(error: &mcap::McapError) -> String {
+fn cause(error: McapError) -> IoError {
     match error {
-        mcap::McapError::Io(error) => error.to_string(),
-        other => other.to_string(),
+        McapError::Io(error) => error.into(),
+        other => io::Error::other(other).into(),
     }
 }
 
@@ -284,10 +304,11 @@ struct Worker {
 }
 
 impl Worker {
-    fn run(mut self, path: &Path) {
+    fn run(mut self) {
         let done = self.record_until_stopped().and_then(|()| self.writer.finish());
         if let Err(error) = done {
-            let cause = cause(&error);
+            let cause = cause(error);
+            let path = self.state.path.lock().unwrap_or_else(PoisonError::into_inner).clone();
             log::error!("nothing more is recorded into {}: {cause}", path.display());
             *self.state.failure.lock().unwrap_or_else(PoisonError::into_inner) = Some(cause);
         }

@@ -29,12 +29,12 @@ fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
     TransferAreaComHandler::builder(txt.address().to_string())
 }
 
-fn folder() -> TempDir {
+pub(crate) fn folder() -> TempDir {
     tempfile::tempdir().expect("there is a folder for temporary files")
 }
 
 /// The entries of a file and whether it is cut off.
-fn read(path: &Path) -> Result<(Vec<Entry>, bool), Error> {
+pub(crate) fn read(path: &Path) -> Result<(Vec<Entry>, bool), Error> {
     let mut recording = Recording::open(path)?;
     let entries = recording.by_ref().collect::<Result<_, _>>()?;
     Ok((entries, recording.is_cut_off()))
