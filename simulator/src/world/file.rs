@@ -1,6 +1,7 @@
 //! Worlds in TOML.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::{self, Read as _};
 use std::ops::Range;
 use std::path::Path;
 
@@ -51,14 +52,36 @@ pub(super) fn parse<T>(text: &str, read: impl FnOnce(&DeTable<'_>) -> Read<T>) -
     })
 }
 
+/// No world is longer: that of a factory has a few thousand bytes.
+const LONGEST: u64 = 4 << 20;
+
 /// The text of a file.
 pub(super) fn read(path: &Path) -> Result<String, Error> {
-    let bytes = fs::read(path)
+    let bytes = bytes(path)
         .map_err(|error| Error::WorldNotRead { path: path.to_owned(), cause: error.into() })?;
     String::from_utf8(bytes).map_err(|error| Error::World {
         line: line_at(error.as_bytes(), error.utf8_error().valid_up_to()),
         reason: String::from("text in UTF-8 is expected; save the file with that encoding"),
     })
+}
+
+/// What is in a file. A device may have no end, and a pipe may never have one, so both are refused before they are
+/// opened.
+fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let refused = |why| Err(io::Error::new(io::ErrorKind::InvalidInput, why));
+    let found = fs::metadata(path)?;
+    if found.is_dir() {
+        return refused("it is a folder");
+    }
+    if !found.is_file() {
+        return refused("it is a device or a pipe, and a file is expected");
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(LONGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST {
+        return refused("it is larger than any world");
+    }
+    Ok(bytes)
 }
 
 /// The error for a text that is not TOML: the parser's message on one line.
@@ -333,6 +356,27 @@ mod tests {
         fs::remove_file(&path).unwrap();
         let Err(Error::World { line: 2, reason }) = result else { panic!("{result:?}") };
         assert!(reason.contains("UTF-8 is expected"), "{reason}");
+    }
+
+    #[test]
+    fn only_a_file_of_a_sensible_length_is_read() {
+        let sentence = |path: &Path| World::load(path).unwrap_err().to_string();
+        assert!(sentence(&std::env::temp_dir()).contains("it is a folder"));
+        // The first has no end.
+        if cfg!(unix) {
+            for device in ["/dev/zero", "/dev/null"] {
+                let said = sentence(Path::new(device));
+                assert!(
+                    said.contains(device) && said.contains("it is a device or a pipe"),
+                    "{said}"
+                );
+            }
+        }
+        let path = std::env::temp_dir().join(format!("long-{}.toml", std::process::id()));
+        File::create(&path).unwrap().set_len(LONGEST + 1).unwrap();
+        let said = sentence(&path);
+        fs::remove_file(&path).unwrap();
+        assert!(said.contains("it is larger than any world"), "{said}");
     }
 
     #[test]
