@@ -54,7 +54,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let addresses: Vec<&str> =
         usual.iter().copied().chain(args.addresses.iter().map(String::as_str)).collect();
     let progress = ProgressBar::new_spinner().with_message("asking for controllers");
-    progress.enable_steady_tick(Duration::from_millis(100));
+    progress.tick();
     let mut all = Findings::default();
     for answer in ask_controllers_at(&addresses, LIMIT)? {
         match answer {
@@ -67,7 +67,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         all.try_cameras();
     }
     progress.finish_and_clear();
-    let answer = if args.json { format!("{:#}", all.json()) } else { all.table() };
+    let answer = if args.json { print::json(&all.json())? } else { all.table() };
     if !answer.is_empty() {
         print::line(answer.trim_end_matches('\n'))?;
     }
@@ -76,7 +76,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     let silent = all.tried.iter().filter(|tried| !tried.perhaps_in_use);
     let asked_for = silent.filter(|tried| args.addresses.contains(&tried.address));
-    asked_for.for_each(|tried| eprintln!("{tried}"));
+    asked_for.for_each(|tried| eprintln!("{}", print::clean(&tried.to_string())));
     Ok(())
 }
 
@@ -97,12 +97,16 @@ impl Findings {
     fn try_cameras(&mut self) {
         thread::scope(|scope| {
             for Found { controller, camera } in &mut self.found {
-                scope.spawn(move || {
-                    *camera = has_camera(&controller.address.to_string()).unwrap_or_else(|error| {
-                        log::warn!("{}: {error}", controller.address);
+                let address = controller.address;
+                let asked = thread::Builder::new().spawn_scoped(scope, move || {
+                    *camera = has_camera(&address.to_string()).unwrap_or_else(|error| {
+                        log::warn!("{address}: {error}");
                         None
                     });
                 });
+                if let Err(error) = asked {
+                    log::warn!("{address}: there is no thread for its camera: {error}");
+                }
             }
         });
     }

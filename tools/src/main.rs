@@ -17,6 +17,7 @@ mod values;
 mod watch;
 mod web;
 
+use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -40,6 +41,7 @@ enum Tool {
     Info(recording::info::Args),
     Csv(recording::csv::Args),
     Plot(recording::plot::Args),
+    Compare(recording::compare::Args),
     Replay(recording::replay::Args),
     Camera(camera::Args),
     Bridge(bridge::Args),
@@ -64,28 +66,27 @@ const LOG: &str =
     "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off,ft_transfer_area_recorder=off";
 
 fn main() -> ExitCode {
-    env_logger::Builder::from_env(Env::default().default_filter_or(LOG)).init();
-    let done = match Cli::<Any>::parse().tool {
+    env_logger::Builder::from_env(Env::default().default_filter_or(LOG))
+        .format(|out, record| {
+            let text = print::clean_lines(&record.args().to_string());
+            writeln!(out, "[{:<5} {}] {text}", record.level(), record.target())
+        })
+        .init();
+    match Cli::<Any>::parse().tool {
         Any::Tool(tool) => run(tool),
-        Any::ShellFiles(args) => shell_files::run(args, Cli::<Tool>::command()),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("{}", print::sentence(&error));
-            ExitCode::FAILURE
-        }
+        Any::ShellFiles(args) => ended(shell_files::run(args, Cli::<Tool>::command())),
     }
 }
 
-fn run(tool: Tool) -> anyhow::Result<()> {
-    match tool {
+fn run(tool: Tool) -> ExitCode {
+    ended(match tool {
         Tool::Find(args) => find::run(args),
         Tool::Panel(args) => panel::run(args),
         Tool::Record(args) => recording::record::run(args),
         Tool::Info(args) => recording::info::run(args),
         Tool::Csv(args) => recording::csv::run(args),
         Tool::Plot(args) => recording::plot::run(args),
+        Tool::Compare(args) => return compare(args),
         Tool::Replay(args) => recording::replay::run(args),
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
@@ -93,5 +94,28 @@ fn run(tool: Tool) -> anyhow::Result<()> {
         Tool::Watch(args) => watch::run(args),
         Tool::Classroom(args) => classroom::run(args),
         Tool::Check(args) => check::run(args),
+    })
+}
+
+/// Has the exit statuses of `cmp` and `diff`.
+fn compare(args: recording::compare::Args) -> ExitCode {
+    match recording::compare::run(args) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            ended(Err(error));
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Tells an error.
+fn ended(done: anyhow::Result<()>) -> ExitCode {
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}", print::sentence(&error));
+            ExitCode::FAILURE
+        }
     }
 }

@@ -1,15 +1,18 @@
-//! What commands print on stdout.
+//! What commands print.
 
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, ErrorKind, Write};
 
 use anyhow::Context;
+#[cfg(unix)]
+use nix::errno::Errno;
+use serde::Serialize;
 
-/// Prints a line. A reader that has seen enough, such as `head`, is no error.
+/// Prints a line, or several. A reader that has seen enough, such as `head`, is no error.
 pub(crate) fn line(text: impl Display) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+    match writeln!(out, "{}", clean_lines(&text.to_string())).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
         done => done.context("can't write the output"),
     }
@@ -25,13 +28,32 @@ pub(crate) fn clean(text: &str) -> Cow<'_, str> {
     }
 }
 
+/// The same for a text of several lines, which stay.
+pub(crate) fn clean_lines(text: &str) -> String {
+    text.split('\n').map(clean).collect::<Vec<_>>().join("\n")
+}
+
+/// A value as JSON. What would be a command is written as its number, so it stays the same for a script.
+pub(crate) fn json(value: &impl Serialize) -> anyhow::Result<String> {
+    let mut text = String::new();
+    for character in serde_json::to_string_pretty(value)?.chars() {
+        if is_command(character) && character != '\n' {
+            text += &format!("\\u{:04x}", u32::from(character));
+        } else {
+            text.push(character);
+        }
+    }
+    Ok(text)
+}
+
 /// Whether a character is a command: also those that end a line or change the direction of writing.
 fn is_command(character: char) -> bool {
     character.is_control()
         || matches!(character, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-/// An error with its causes. Some errors tell their cause themselves; it is not told again.
+/// An error with its causes, and with what to do if something is used up. Some errors tell their cause themselves;
+/// it is not told again.
 pub(crate) fn sentence(error: &anyhow::Error) -> String {
     let mut told = String::new();
     for cause in error.chain().map(ToString::to_string) {
@@ -41,7 +63,36 @@ pub(crate) fn sentence(error: &anyhow::Error) -> String {
             told = format!("{told}: {cause}");
         }
     }
-    told
+    if let Some(remedy) = error.chain().find_map(remedy) {
+        told = format!("{told}; {remedy}");
+    }
+    clean_lines(&told)
+}
+
+/// What to do when descriptors, threads, memory or the disk are used up.
+fn remedy(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
+    /// What the operating system says for too many files and connections of this program, and of all programs.
+    #[cfg(unix)]
+    const FILES: [i32; 2] = [Errno::EMFILE as i32, Errno::ENFILE as i32];
+    #[cfg(not(unix))]
+    const FILES: [i32; 2] = [4, 10024];
+
+    let cause = cause.downcast_ref::<io::Error>()?;
+    match cause.kind() {
+        ErrorKind::StorageFull => Some("the disk is full, so make room or use another one"),
+        ErrorKind::QuotaExceeded => {
+            Some("your share of the disk is used up, so make room or use another disk")
+        }
+        ErrorKind::OutOfMemory => Some("the memory is used up, so end other programs"),
+        // Only the start of a thread ends with this; a connection would wait.
+        ErrorKind::WouldBlock => Some(
+            "there is no room for another thread, so end other programs or raise the limits for threads and memory",
+        ),
+        _ if cause.raw_os_error().is_some_and(|code| FILES.contains(&code)) => Some(
+            "there may be no more open files and connections, so end other programs or raise the limit (ulimit -n)",
+        ),
+        _ => None,
+    }
 }
 
 #[cfg(test)]
@@ -50,7 +101,7 @@ mod tests {
 
     use anyhow::anyhow;
 
-    use super::{clean, sentence};
+    use super::{clean, clean_lines, json, sentence};
 
     #[test]
     fn a_text_from_elsewhere_has_no_commands() {
@@ -68,6 +119,29 @@ mod tests {
         for turned in ['\u{61C}', '\u{200F}', '\u{202E}', '\u{2028}', '\u{2067}', '\u{2069}'] {
             assert_eq!(clean(&format!("a{turned}b")), "a\u{FFFD}b");
         }
+    }
+
+    #[test]
+    fn lines_stay_and_json_stays_the_same() {
+        assert_eq!(clean_lines("a\u{7}\nb\r\n"), "a\u{FFFD}\nb\u{FFFD}\n");
+        let name = "\u{9B}2J\u{202E}\n\"";
+        let text = json(&[name]).unwrap();
+        assert!(text.is_ascii() && text.lines().count() == 3, "{text}");
+        assert_eq!(serde_json::from_str::<[String; 1]>(&text).unwrap(), [name]);
+    }
+
+    #[test]
+    fn what_is_used_up_has_a_remedy() {
+        let error = |kind: io::ErrorKind| anyhow!(io::Error::from(kind)).context("a.mcap");
+        for (kind, part) in [
+            (io::ErrorKind::StorageFull, "the disk is full"),
+            (io::ErrorKind::QuotaExceeded, "your share of the disk"),
+            (io::ErrorKind::WouldBlock, "another thread"),
+        ] {
+            let told = sentence(&error(kind));
+            assert!(told.starts_with("a.mcap: ") && told.contains(part), "{told}");
+        }
+        assert!(!sentence(&error(io::ErrorKind::NotFound)).contains("; "));
     }
 
     #[test]

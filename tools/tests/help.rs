@@ -3,11 +3,12 @@
 use std::fs;
 use std::process::Command;
 
-const COMMANDS: [&str; 13] = [
+pub(crate) const COMMANDS: [&str; 14] = [
     "bridge",
     "camera",
     "check",
     "classroom",
+    "compare",
     "csv",
     "find",
     "info",

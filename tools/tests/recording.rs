@@ -1,284 +1,36 @@
-//! `txt record`, `info`, `csv` and `replay`, as they are used.
+//! `txt record`, `info` and `csv`, as they are used.
 
+use std::fs;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Motor};
-use ft_transfer_area::{
-    CameraFrame, CameraOptions, Error, Exchange, FishX1Transfer, TimeLimits,
-    TransferAreaComHandler, TransferMode, TxtClient,
-};
+use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_recorder::{Options, Recorder};
-use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area_simulator::SimulatedTxt;
 use tempfile::TempDir;
 
+use crate::replay::record;
 use crate::running::Running;
 
-const DEADLINE: Duration = Duration::from_secs(60);
+pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
 
-fn txt(args: &[&str]) -> Command {
+pub(crate) fn txt(args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(args).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
-fn run(args: &[&str]) -> Output {
+pub(crate) fn run(args: &[&str]) -> Output {
     txt(args).output().unwrap()
 }
 
-fn said(output: &Output) -> String {
+pub(crate) fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
-fn in_folder(folder: &TempDir, name: &str) -> String {
+pub(crate) fn in_folder(folder: &TempDir, name: &str) -> String {
     folder.path().join(name).to_str().unwrap().to_owned()
-}
-
-/// What a program decides, and in which hundredth of a second.
-type Decisions = Vec<(u16, String)>;
-
-/// A handler in lock-step, so that each run is the same whatever else the computer does.
-fn handler(port: u16) -> TransferAreaComHandler {
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).lock_step();
-    builder.reconnect(DEADLINE).build().unwrap()
-}
-
-/// Drives the slide to its end, resets its counter, and drives back by a distance, at this duty.
-fn control(handler: &TransferAreaComHandler, duty: i16) -> Result<Decisions, Error> {
-    let mut decisions = Vec::new();
-    let mut decide = |area: &FishX1Transfer, what: &str| {
-        let count = area.input.counter[0];
-        decisions.push((area.timer.timer_10ms, format!("{what} at {count}")));
-    };
-    let at_end = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[1] != 0;
-    handler.lock()[LOCAL_IO].output.duty[0] = duty;
-    let mut areas = handler.wait_until(at_end, DEADLINE)?;
-    areas[LOCAL_IO].output.duty[0] = 0;
-    areas[LOCAL_IO].start_counter_reset(Counter::C1);
-    decide(&areas[LOCAL_IO], "end");
-    drop(areas);
-    let areas = handler.wait_counter_reset(LOCAL_IO, Counter::C1, DEADLINE)?;
-    decide(&areas[LOCAL_IO], "reset");
-    drop(areas);
-    let mut areas = handler.lock();
-    let area = &mut areas[LOCAL_IO];
-    area.start_motor_ex_cmd(Motor::M1, duty, Direction::Ccw, &[], 200)?;
-    drop(areas);
-    let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE)?;
-    decide(&areas[LOCAL_IO], "back");
-    Ok(decisions)
-}
-
-/// A transfer with this program. When the connection is lost, it begins again.
-fn program(handler: &TransferAreaComHandler, duty: i16) -> Decisions {
-    handler.begin_transfer().unwrap();
-    let decisions = match control(handler, duty) {
-        Ok(decisions) => decisions,
-        Err(Error::ConnectionLost { cause }) => {
-            let is_crc = matches!(*cause, Error::WrongCrc { .. });
-            let mut decisions = vec![(0, format!("lost by a wrong checksum: {is_crc}"))];
-            decisions.extend(control(handler, duty).unwrap());
-            decisions
-        }
-        Err(error) => panic!("{error}"),
-    };
-    handler.end_transfer().unwrap();
-    decisions
-}
-
-/// Records the program on the slide, over this many transfers; returns what it decided.
-fn record(path: &str, fault: Option<Fault>, transfers: usize) -> Vec<Decisions> {
-    let mut txt = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).lock_step();
-    if let Some(fault) = fault {
-        txt = txt.fault(fault);
-    }
-    let txt = txt.device_name("SLIDE").start().unwrap();
-    let handler = handler(txt.port());
-    let options = Options::default().with_capacity(6_000);
-    let recorder = Recorder::start(&handler, Path::new(path), options).unwrap();
-    let decisions = (0..transfers).map(|_| program(&handler, DUTY_MAX)).collect();
-    assert_eq!(recorder.finish().unwrap().lost, 0);
-    decisions
-}
-
-/// `txt replay` on a free port.
-struct Replay {
-    running: Running,
-    port: u16,
-}
-
-impl Replay {
-    fn start(path: &str, options: &[&str]) -> Self {
-        let running = Running::start(txt(&["replay", path, "--port", "0"]).args(options));
-        let line = running.line();
-        let port = line.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('.').next());
-        let port = port.unwrap_or_else(|| panic!("{line:?} has no port")).parse().unwrap();
-        assert!(line.contains("SLIDE"), "{line}");
-        Self { running, port }
-    }
-
-    /// Waits until it ends; returns whether it ended well, and what it said.
-    fn end(self) -> (bool, String) {
-        let output = self.running.end();
-        (output.status.success(), said(&output))
-    }
-}
-
-#[test]
-fn the_same_program_decides_and_ends_the_same_against_a_replay() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    let recorded = record(&path, None, 2);
-    assert_eq!(recorded[0].len(), 3);
-    assert!(recorded[0] != recorded[1], "the slide begins elsewhere the second time");
-
-    let replay = Replay::start(&path, &["--fast", "--once"]);
-    let handler = handler(replay.port);
-    let replayed: Vec<Decisions> = (0..2).map(|_| program(&handler, DUTY_MAX)).collect();
-    assert_eq!(handler.device_name().unwrap(), "SLIDE");
-    drop(handler);
-    assert_eq!(replayed, recorded);
-    let (well, said) = replay.end();
-    assert!(well, "{said}");
-    assert!(said.trim_end().ends_with("It did the same."), "{said}");
-}
-
-/// The second transfer continues the ids of the first, and a program that begins with it has none yet.
-#[test]
-fn ids_of_commands_are_those_of_the_program_that_runs() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    let recorded = record(&path, None, 2);
-    let replay = Replay::start(&path, &["--fast", "--once"]);
-    for recorded in recorded {
-        assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded);
-    }
-    let (well, said) = replay.end();
-    assert!(well, "{said}");
-}
-
-#[test]
-fn a_program_that_does_something_else_is_told_where() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    record(&path, None, 1);
-    let replay = Replay::start(&path, &["--fast", "--once"]);
-    program(&handler(replay.port), 400);
-    let (well, said) = replay.end();
-    assert!(!well, "{said}");
-    assert!(said.contains("outputs first differed in cycle 1, "), "{said}");
-    assert!(said.contains("O1 was 512 and is 400"), "{said}");
-    assert!(said.contains("the program did not do the same"), "{said}");
-}
-
-#[test]
-fn a_program_that_leaves_sooner_or_later_is_told_so() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    record(&path, None, 1);
-    let replay = Replay::start(&path, &["--fast", "--once"]);
-    // One that was killed, so it has stopped no motors.
-    let mut killed = TxtClient::connect("127.0.0.1", replay.port, TimeLimits::default()).unwrap();
-    let version = killed.query_status().unwrap().version;
-    killed.start_online().unwrap();
-    let mut exchange = Exchange::new(TransferMode::Compressed, version);
-    let mut areas = [FishX1Transfer::default()];
-    areas[LOCAL_IO].output.duty[0] = DUTY_MAX;
-    (0..5).for_each(|_| killed.do_transfer(&mut exchange, &mut areas).unwrap());
-    drop(killed);
-    let (well, said) = replay.end();
-    assert!(!well && said.contains("it left, and the recorded one went on"), "{said}");
-
-    let replay = Replay::start(&path, &["--fast", "--once"]);
-    let later = handler(replay.port);
-    later.begin_transfer().unwrap();
-    control(&later, DUTY_MAX).unwrap();
-    later.wait_cycle().map(drop).unwrap();
-    later.wait_cycle().map(drop).unwrap();
-    later.end_transfer().unwrap();
-    let (well, said) = replay.end();
-    assert!(!well && said.contains("first differed in cycle"), "{said}");
-}
-
-#[test]
-fn a_lost_connection_is_lost_again_in_the_same_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    let fault = Fault::at_exchange(60, FaultKind::WrongCrc);
-    let recorded = record(&path, Some(fault), 1);
-    assert_eq!(recorded[0][0].1, "lost by a wrong checksum: true");
-    let info = said(&run(&["info", &path]));
-    assert!(info.contains("1, with 1 gaps"), "{info}");
-
-    let replay = Replay::start(&path, &["--once"]);
-    assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded[0]);
-    let (well, said) = replay.end();
-    assert!(well, "{said}");
-}
-
-#[test]
-fn a_replay_has_the_pace_of_its_recording() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    let recorded = record(&path, None, 1);
-    let replay = Replay::start(&path, &["--once"]);
-    let handler = handler(replay.port);
-    let begin = Instant::now();
-    assert_eq!(program(&handler, DUTY_MAX), recorded[0]);
-    // The recorded clock moved by 10 ms with each cycle.
-    let cycles = handler.statistics().cycles as u32;
-    assert!(begin.elapsed() >= Duration::from_millis(10) * (cycles - 1));
-    drop(handler);
-    assert!(replay.end().0);
-}
-
-/// A camera's pictures of 320×240.
-const PICTURES: [&[u8]; 2] = [
-    include_bytes!("../../tests/camera/clean_320x240_420.jpg"),
-    include_bytes!("../../tests/camera/clean_320x240_422.jpg"),
-];
-
-#[test]
-fn recorded_pictures_come_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = in_folder(&folder, "run.mcap");
-    let txt = SimulatedTxt::builder().device_name("SLIDE").lock_step().start().unwrap();
-    let recorded = handler(txt.port());
-    let recorder = Recorder::start(&recorded, &path, Options::default()).unwrap();
-    recorded.begin_transfer().unwrap();
-    for (index, picture) in PICTURES.into_iter().enumerate() {
-        recorder.frames().record(&CameraFrame::new(picture.to_vec()));
-        let begin = Instant::now();
-        while recorder.recorded().frames <= index as u64 {
-            assert!(begin.elapsed() < DEADLINE, "the picture is not recorded");
-        }
-        (0..20).for_each(|_| drop(recorded.wait_cycle().unwrap()));
-    }
-    recorded.end_transfer().unwrap();
-    recorder.finish().unwrap();
-
-    let replay = Replay::start(&path, &["--fast"]);
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(replay.port);
-    let handler = builder.camera_port(replay.port + 1).lock_step().build().unwrap();
-    handler.begin_transfer().unwrap();
-    let frames = handler.start_camera(CameraOptions::default()).unwrap();
-    let picture = || frames.recv_timeout(DEADLINE).unwrap().jpeg().unwrap().into_owned();
-    assert!(picture() == PICTURES[0], "before the first cycle the first picture");
-    // In a cycle after the one in which the second one came.
-    (0..40).for_each(|_| drop(handler.wait_cycle().unwrap()));
-    let begin = Instant::now();
-    loop {
-        let picture = picture();
-        if picture == PICTURES[1] {
-            break;
-        }
-        assert!(picture == PICTURES[0], "a picture that was not recorded");
-        assert!(begin.elapsed() < DEADLINE, "the second picture does not come");
-    }
-    handler.end_transfer().unwrap();
 }
 
 #[test]
@@ -307,6 +59,96 @@ fn a_recording_by_the_program_has_a_table_and_is_not_replaced() {
     assert!(lines.all(|line| line.ends_with(",15,0")), "{table}");
 }
 
+/// The names of what is in a folder.
+fn names(folder: &TempDir) -> Vec<String> {
+    let entries = fs::read_dir(folder.path()).unwrap();
+    entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+#[test]
+fn with_force_the_old_file_is_there_until_the_transfer_has_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    fs::write(&path, "the old one").unwrap();
+    let refused = run(&["record", "127.0.0.1:1", "--force", "-o", &path]);
+    assert_eq!(refused.status.code(), Some(1), "{}", said(&refused));
+    assert!(said(&refused).starts_with("nothing listens at 127.0.0.1:1"), "{}", said(&refused));
+    assert_eq!(fs::read_to_string(&path).unwrap(), "the old one");
+    assert_eq!(names(&folder), ["run.mcap"], "nothing is left beside it");
+
+    let args = ["record", "--simulate", "--seconds", "0.3", "--force", "-o", &path];
+    let recorded = run(&args);
+    assert!(recorded.status.success(), "{}", said(&recorded));
+    assert!(said(&recorded).starts_with(&format!("{path}: ")), "{}", said(&recorded));
+    assert!(run(&["info", &path]).status.success());
+    assert_eq!(names(&folder), ["run.mcap"]);
+}
+
+#[cfg_attr(not(unix), ignore = "links need rights there")]
+#[test]
+fn with_force_a_link_stays_a_link() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, link) = (in_folder(&folder, "run.mcap"), in_folder(&folder, "link.mcap"));
+    fs::write(&path, "the old one").unwrap();
+    assert!(Command::new("ln").args(["-s", "run.mcap", &link]).status().unwrap().success());
+    let args = ["record", "--simulate", "--seconds", "0.3", "--force", "-o", &link];
+    let recorded = run(&args);
+    assert!(recorded.status.success(), "{}", said(&recorded));
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert!(run(&["info", &path]).status.success());
+}
+
+#[test]
+fn a_table_that_fails_tells_on_which_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let [path, damaged, table] =
+        ["run.mcap", "damaged.mcap", "run.csv"].map(|name| in_folder(&folder, name));
+    record(&path, None, 1);
+    let mut bytes = fs::read(&path).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 0x55;
+    fs::write(&damaged, bytes).unwrap();
+    for to in [&["-o", &table][..], &[]] {
+        let output = run(&[&["csv", &damaged, "I1"], to].concat());
+        assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.starts_with(&format!("{damaged} is damaged: ")), "{said}");
+    }
+    let itself = run(&["csv", &path, "-o", &path]);
+    assert_eq!(said(&itself).trim_end(), format!("can't write {path}: it is the recording"));
+    assert!(run(&["info", &path]).status.success(), "it is as it was");
+    if cfg!(target_os = "linux") {
+        let full = said(&run(&["csv", &path, "-o", "/dev/full"]));
+        assert!(full.starts_with("can't write /dev/full: No space left on device"), "{full}");
+        assert!(full.trim_end().ends_with("so make room or use another one"), "{full}");
+        let nowhere = fs::File::create("/dev/full").unwrap();
+        let output = txt(&["csv", &path]).stdout(nowhere).output().unwrap();
+        assert!(said(&output).starts_with("can't write the output: No space left"), "{output:?}");
+    }
+}
+
+#[test]
+fn names_in_a_recording_are_no_commands_for_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let txt = SimulatedTxt::builder().device_name("\u{1B}[2J\n\u{202E}red").start().unwrap();
+    let handler = TransferAreaComHandler::builder(txt.address().to_string()).build().unwrap();
+    let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().map(drop).unwrap();
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    let info = said(&run(&["info", &path]));
+    let controller = info.lines().next().unwrap();
+    assert!(controller.contains("\u{FFFD}[2J\u{FFFD}\u{FFFD}red at 127.0.0.1"), "{info:?}");
+    let json = run(&["info", &path, "--json"]);
+    assert!(json.stdout.is_ascii() && !json.stdout.contains(&0x1B), "{json:?}");
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["device_name"], "\u{1B}[2J\n\u{202E}red", "a script gets it as it is");
+    let replay = Running::start(&mut crate::recording::txt(&["replay", &path, "--port", "0"]));
+    assert!(replay.line().contains("\u{FFFD}[2J\u{FFFD}\u{FFFD}red"));
+}
+
 #[test]
 fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
@@ -321,7 +163,7 @@ fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
     for command in ["info", "csv", "replay"] {
         assert!(sentence(&[command, &path]).starts_with("can't read "));
     }
-    std::fs::write(&path, "no recording").unwrap();
+    fs::write(&path, "no recording").unwrap();
     for command in ["info", "csv", "replay"] {
         assert!(sentence(&[command, &path]).trim_end().ends_with("is no MCAP file"));
     }
@@ -342,7 +184,7 @@ fn an_output_that_takes_nothing_is_told_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let path = in_folder(&folder, "run.mcap");
     record(&path, None, 1);
-    let full = std::fs::File::create("/dev/full").unwrap();
+    let full = fs::File::create("/dev/full").unwrap();
     let output = txt(&["info", &path]).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     let full = "can't write the output: No space left on device";

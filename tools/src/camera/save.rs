@@ -75,7 +75,7 @@ fn progress(count: Option<u64>) -> ProgressBar {
                 .unwrap_or_else(|_| ProgressStyle::default_spinner()),
         ),
     };
-    bar.enable_steady_tick(Duration::from_millis(100));
+    bar.tick();
     bar
 }
 

@@ -1,6 +1,6 @@
 //! `txt csv`.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -35,39 +35,60 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         args.columns
     };
     let recording = Recording::open(&args.file)?;
-    match &args.output {
-        Some(path) => {
-            let failed = || format!("can't write {}", path.display());
-            let file = File::create(path).with_context(failed)?;
-            write(recording, &args.file, &columns, BufWriter::new(file)).with_context(failed)
+    let done = match &args.output {
+        Some(path) => create(path, &args.file)
+            .and_then(|file| write(recording, &columns, BufWriter::new(file))),
+        None => write(recording, &columns, io::stdout().lock()),
+    };
+    match (done, &args.output) {
+        (Ok(is_cut_off), _) => {
+            if is_cut_off {
+                eprintln!("{} is cut off; this is what was written before", args.file.display());
+            }
+            Ok(())
         }
-        None => match write(recording, &args.file, &columns, io::stdout().lock()) {
-            // The next program in a pipe has seen enough.
-            Err(error) if is_broken_pipe(&error) => Ok(()),
-            done => done,
-        },
+        // The next program in a pipe has seen enough.
+        (Err(Failure::Write(error)), None) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        (Err(Failure::Write(error)), None) => Err(error).context("can't write the output"),
+        (Err(Failure::Write(error)), Some(path)) => {
+            Err(error).with_context(|| format!("can't write {}", path.display()))
+        }
+        (Err(Failure::Read(error)), _) => Err(error.into()),
     }
 }
 
-fn is_broken_pipe(error: &anyhow::Error) -> bool {
-    error
-        .chain()
-        .filter_map(|cause| cause.downcast_ref::<io::Error>())
-        .any(|error| error.kind() == io::ErrorKind::BrokenPipe)
+/// On which side the table has failed.
+enum Failure {
+    Read(ft_transfer_area_recorder::Error),
+    Write(io::Error),
 }
 
-fn write(
-    mut recording: Recording,
-    path: &Path,
-    columns: &[Column],
-    out: impl Write,
-) -> anyhow::Result<()> {
+impl From<csv::Error> for Failure {
+    fn from(error: csv::Error) -> Self {
+        Self::Write(match error.into_kind() {
+            csv::ErrorKind::Io(error) => error,
+            other => io::Error::other(format!("{other:?}")),
+        })
+    }
+}
+
+/// Creates the table, which must not take the place of its recording.
+fn create(path: &Path, recording: &Path) -> Result<File, Failure> {
+    let (table, recording) = (fs::canonicalize(path), fs::canonicalize(recording));
+    if table.is_ok_and(|table| recording.is_ok_and(|recording| table == recording)) {
+        return Err(Failure::Write(io::Error::other("it is the recording")));
+    }
+    File::create(path).map_err(Failure::Write)
+}
+
+/// Writes the table; returns whether the recording is cut off.
+fn write(mut recording: Recording, columns: &[Column], out: impl Write) -> Result<bool, Failure> {
     let mut table = csv::Writer::from_writer(out);
     let names = columns.iter().map(ToString::to_string);
     table.write_record(["time", "cycle"].map(str::to_owned).into_iter().chain(names))?;
     let progress = progress("writes");
     for entry in recording.by_ref() {
-        let entry = entry?;
+        let entry = entry.map_err(Failure::Read)?;
         let Recorded::Cycle(cycle) = entry.what else { continue };
         progress.inc(1);
         let head = [format!("{:.6}", entry.at.as_secs_f64()), cycle.number.to_string()];
@@ -77,9 +98,6 @@ fn write(
         table.write_record(head.into_iter().chain(values))?;
     }
     progress.finish_and_clear();
-    table.flush()?;
-    if recording.is_cut_off() {
-        eprintln!("{} is cut off; this is what was written before", path.display());
-    }
-    Ok(())
+    table.flush().map_err(Failure::Write)?;
+    Ok(recording.is_cut_off())
 }

@@ -29,7 +29,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let survey = Survey::of(&args.file)?;
     if args.json {
-        print::line(serde_json::to_string_pretty(&survey)?)
+        print::line(print::json(&survey)?)
     } else {
         print::line(text(&survey).trim_end())
     }
@@ -37,7 +37,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 fn text(survey: &Survey) -> String {
     let mut lines = Vec::new();
-    let mut line = |name: &str, value: String| lines.push(format!("{name:12} {value}\n"));
+    let mut line =
+        |name: &str, value: String| lines.push(format!("{name:12} {}\n", print::clean(&value)));
     let at = match &*survey.address {
         "" => String::new(),
         address => format!(" at {address}"),

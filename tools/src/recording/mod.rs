@@ -1,5 +1,6 @@
 //! Recordings: written, read, drawn, replayed.
 
+pub(crate) mod compare;
 pub(crate) mod csv;
 pub(crate) mod info;
 pub(crate) mod plot;

@@ -39,7 +39,7 @@ pub(crate) struct Args {
     /// The file
     #[arg(short, long, default_value = "run.mcap")]
     output: PathBuf,
-    /// Replace a file that is there already
+    /// Replace a file that is there already, when the transfer has begun
     #[arg(long)]
     force: bool,
     /// End after this time instead of with Ctrl-C
@@ -93,10 +93,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
-    let recorder = Recorder::start(&handler, &args.output, Options::default())?;
-    if let Err(error) = handler.begin_transfer() {
+    let replaced = replaced(&args.output)?;
+    let first = replaced.as_deref().map_or_else(|| args.output.clone(), beside);
+    let mut recorder = Recorder::start(&handler, first, Options::default())?;
+    let begun = handler.begin_transfer().map_err(anyhow::Error::from);
+    let begun = begun.and_then(|()| match &replaced {
+        Some(replaced) => Ok(recorder.rename(replaced)?),
+        None => Ok(()),
+    });
+    if let Err(error) = begun {
         discard(recorder);
-        return Err(error.into());
+        return Err(error);
     }
     let camera = start_camera(&args, &handler, recorder.frames())?;
     let recorded = watch(&args, &handler, &recorder, &interrupted);
@@ -109,6 +116,23 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     print::line(Progress { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
+}
+
+/// The file that is replaced when the recording has begun: until then, there is nothing better. A link stays a link,
+/// and a pipe or a device is written to.
+fn replaced(output: &Path) -> anyhow::Result<Option<PathBuf>> {
+    if !output.is_file() {
+        return Ok(None);
+    }
+    let file = output.canonicalize().with_context(|| output.display().to_string())?;
+    Ok(Some(file))
+}
+
+/// A name beside this file, of which no other recording makes use.
+fn beside(file: &Path) -> PathBuf {
+    let mut name = file.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.new", std::process::id()));
+    file.with_file_name(name)
 }
 
 /// Removes a file that has no cycle, so that it is not in the way of the next attempt.
@@ -169,7 +193,7 @@ fn watch(
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
     let name = handler.device_name().unwrap_or_default();
-    let progress = ProgressBar::no_length().with_message(name);
+    let progress = ProgressBar::no_length().with_message(print::clean(&name).into_owned());
     if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
         progress.set_style(style);
     }

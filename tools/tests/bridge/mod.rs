@@ -5,3 +5,5 @@ mod commands;
 mod faults;
 mod support;
 mod values;
+
+pub(crate) use support::mosquitto;

@@ -38,15 +38,24 @@ const LINES: [(RGBColor, &str); 8] = [
 /// What a tick means.
 const TICK: &str = "tick: distance done, stalled, extension";
 
-/// What is drawn. Times are seconds from the beginning of the recording.
+/// What a line from top to bottom means.
+const MARK: &str = "upright line: first difference";
+
+/// What is drawn. Times are seconds.
 pub(super) struct Picture {
     pub(super) title: String,
+    /// What times are since.
+    pub(super) since: &'static str,
     pub(super) time: Range<f64>,
     pub(super) panels: Vec<Panel>,
     /// When there was no connection.
     pub(super) gaps: Vec<Range<f64>>,
     /// When something happened that is drawn as a tick.
     pub(super) ticks: Vec<f64>,
+    /// Whether it is of two recordings, of which the second is drawn over the wide lines of the first.
+    pub(super) two: bool,
+    /// Where they differ first.
+    pub(super) mark: Option<f64>,
 }
 
 /// Lines with the same unit.
@@ -60,6 +69,8 @@ pub(super) struct Line {
     pub(super) name: String,
     /// Its connected parts.
     pub(super) parts: Vec<Vec<Point>>,
+    /// The parts of the second recording, if there is one.
+    pub(super) over: Vec<Vec<Point>>,
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
@@ -78,8 +89,11 @@ pub(super) fn svg(picture: &Picture) -> anyhow::Result<String> {
 fn draw<'a>(picture: &Picture, root: &Area<'a>) -> Result<(), Failed<'a>> {
     root.fill(&GROUND.0)?;
     root.draw_text(&picture.title, &text(22), (LEFT as i32, 14))?;
-    let notes =
-        [("shaded: no connection", picture.gaps.is_empty()), (TICK, picture.ticks.is_empty())];
+    let notes = [
+        ("shaded: no connection", picture.gaps.is_empty()),
+        (TICK, picture.ticks.is_empty()),
+        (MARK, picture.mark.is_none()),
+    ];
     let notes: Vec<&str> = notes.iter().filter(|(_, none)| !none).map(|(note, _)| *note).collect();
     let right = text(15).pos(Pos::new(HPos::Right, VPos::Top));
     root.draw_text(&notes.join("; "), &right, ((WIDTH - RIGHT) as i32, 17))?;
@@ -125,7 +139,7 @@ fn draw_panel<'a>(
         .light_line_style(TRANSPARENT)
         .label_style(text(15))
         .axis_desc_style(text(16))
-        .x_desc(if with_times { "time since the beginning of the recording" } else { "" })
+        .x_desc(if with_times { format!("time since {}", picture.since) } else { String::new() })
         .x_labels(12)
         // A lane has no numbers.
         .y_labels(if lane > 0.0 { 0 } else { 5 })
@@ -136,11 +150,19 @@ fn draw_panel<'a>(
         let ends = [(*at, values.start), (*at, tick)];
         chart.draw_series([PathElement::new(ends, INK.0.stroke_width(2))])?;
     }
+    if let Some(at) = picture.mark {
+        let ends = [(at, values.start), (at, values.end)];
+        chart.draw_series([PathElement::new(ends, INK.0.stroke_width(1))])?;
+    }
     let lanes = (0..panel.lines.len()).rev().map(|below| below as f64 * lane);
     for ((line, raised), (colour, _)) in panel.lines.iter().zip(lanes).zip(LINES.iter().cycle()) {
-        for part in &line.parts {
-            let part = part.iter().map(|(at, value)| (*at, value + raised));
-            chart.draw_series(LineSeries::new(part, colour.stroke_width(2)))?;
+        let wide =
+            if picture.two { colour.mix(0.4).stroke_width(7) } else { colour.stroke_width(2) };
+        for (parts, style) in [(&line.parts, wide), (&line.over, colour.stroke_width(2))] {
+            for part in parts {
+                let part = part.iter().map(|(at, value)| (*at, value + raised));
+                chart.draw_series(LineSeries::new(part, style))?;
+            }
         }
     }
     Ok(())
@@ -162,7 +184,8 @@ fn draw_names<'a>(panel: &Panel, area: &Area<'a>) -> Result<(), Failed<'a>> {
 }
 
 fn values(panel: &Panel) -> impl Iterator<Item = f64> + '_ {
-    panel.lines.iter().flat_map(|line| line.parts.iter().flatten()).map(|point| point.1)
+    let parts = panel.lines.iter().flat_map(|line| line.parts.iter().chain(&line.over));
+    parts.flatten().map(|point| point.1)
 }
 
 /// How far lines stand above each other: those of 0 and 1 would hide each other.

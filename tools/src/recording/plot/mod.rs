@@ -3,9 +3,10 @@
 mod draw;
 mod thin;
 mod tracks;
+mod two;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{bail, Context};
@@ -13,7 +14,9 @@ use ft_transfer_area_recorder::{Column, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::print;
+use draw::Picture;
 use tracks::Tracks;
+pub(super) use two::second_over_first;
 
 const AFTER: &str = "\
 There is one panel for each unit. Without names, all inputs, counters and motors that change are
@@ -47,9 +50,8 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let output = args.output.unwrap_or_else(|| args.recording.with_extension("svg"));
-    // Nobody wants to overwrite a recording by a picture.
-    if output.extension().is_none_or(|end| !end.eq_ignore_ascii_case("svg")) {
-        bail!("{}: the name of a picture ends with .svg", output.display());
+    if !is_picture(&output) {
+        bail!("{}: {NAME}", output.display());
     }
     let to = args.to.unwrap_or(f64::INFINITY);
     if args.from >= to {
@@ -57,26 +59,43 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     let mut recording = Recording::open(&args.recording)?;
     let mut tracks = Tracks::new(args.names, args.from..to);
-    read(&mut recording, &mut tracks)?;
+    read(&mut recording, &mut tracks, Duration::ZERO)?;
     if recording.is_cut_off() {
         eprintln!("{} is cut off: it is drawn up to there", args.recording.display());
     }
     let file = args.recording.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let picture = tracks.picture(&file, args.title)?;
-    fs::write(&output, draw::svg(&picture)?)
-        .with_context(|| format!("can't write {}", output.display()))?;
+    save(&picture, &output)?;
     print::line(output.display())
 }
 
-/// Reads the part of the recording that is drawn.
-fn read(recording: &mut Recording, tracks: &mut Tracks) -> anyhow::Result<()> {
+/// What is wrong with the name of a picture.
+const NAME: &str = "the name of a picture ends with .svg";
+
+/// Nobody wants to overwrite a recording by a picture.
+fn is_picture(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case("svg"))
+}
+
+/// The name of a picture.
+pub(super) fn picture_name(given: &str) -> Result<PathBuf, &'static str> {
+    Some(PathBuf::from(given)).filter(|path| is_picture(path)).ok_or(NAME)
+}
+
+fn save(picture: &Picture, output: &Path) -> anyhow::Result<()> {
+    fs::write(output, draw::svg(picture)?)
+        .with_context(|| format!("can't write {}", output.display()))
+}
+
+/// Reads the part of the recording that is drawn. Times are those since this beginning.
+fn read(recording: &mut Recording, tracks: &mut Tracks, begin: Duration) -> anyhow::Result<()> {
     let style = ProgressStyle::with_template("{spinner} reading the recording: {msg}")
         .unwrap_or_else(|_| ProgressStyle::default_spinner());
     let progress = ProgressBar::new_spinner().with_style(style);
-    progress.enable_steady_tick(Duration::from_millis(100));
     let mut minute = None;
     for entry in recording {
-        let entry = entry?;
+        let mut entry = entry?;
+        entry.at = entry.at.saturating_sub(begin);
         let now = entry.at.as_secs() / 60;
         if minute != Some(now) {
             progress.set_message(format!("minute {now}"));

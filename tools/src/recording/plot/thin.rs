@@ -71,9 +71,10 @@ impl Thin {
         self.buckets = halved;
     }
 
-    /// Whether all values are the same.
-    pub(super) fn is_constant(&self) -> bool {
-        let mut values = self.buckets.iter().flat_map(|bucket| [bucket.lowest.1, bucket.highest.1]);
+    /// Whether all values of these lines are the same.
+    pub(super) fn are_constant<'a>(lines: impl IntoIterator<Item = &'a Self>) -> bool {
+        let buckets = lines.into_iter().flat_map(|line| &line.buckets);
+        let mut values = buckets.flat_map(|bucket| [bucket.lowest.1, bucket.highest.1]);
         values.next().is_none_or(|first| values.all(|value| value == first))
     }
 
@@ -186,8 +187,10 @@ mod tests {
 
     #[test]
     fn a_constant_line_is_known() {
-        assert!(line([]).is_constant());
-        assert!(line([4.0; 9]).is_constant());
-        assert!(!line([4.0, 4.0, 5.0, 4.0]).is_constant());
+        let (level, other) = (line([4.0; 9]), line([5.0; 9]));
+        assert!(Thin::are_constant([&line([])]));
+        assert!(Thin::are_constant([&level]) && Thin::are_constant([&level, &level]));
+        assert!(!Thin::are_constant([&line([4.0, 4.0, 5.0, 4.0])]));
+        assert!(!Thin::are_constant([&level, &other]));
     }
 }

@@ -125,8 +125,6 @@ impl Tracks {
         let Some(seen) = self.seen.clone() else {
             bail!("{file} has no cycle in this time");
         };
-        // What was lost at the end was lost until the next entry, or to the end.
-        self.end_gap(seen.end);
         let missing = self.tracks.iter().find(|track| track.lines.is_empty());
         if let Some(Track { column, .. }) = missing {
             bail!("{column} is not in {file}: its program has no area for it");
@@ -135,39 +133,86 @@ impl Tracks {
         if panels.is_empty() {
             bail!("nothing changes in this time of {file}: name what should be drawn, such as I1");
         }
-        let controller = self.controller.filter(|name| !name.is_empty());
+        let controller = self.controller.take().filter(|name| !name.is_empty());
         let named = || match &controller {
             Some(name) => format!("{file} ({})", print::clean(name)),
             None => file.to_owned(),
         };
-        let gaps = self.gaps.into_iter().filter(|gap| gap.end > seen.start && gap.start < gap.end);
         Ok(Picture {
             title: title.unwrap_or_else(named),
-            gaps: gaps.map(|gap| gap.start.max(seen.start)..gap.end.min(seen.end)).collect(),
-            ticks: self.ticks.into_iter().filter(|at| *at <= seen.end).collect(),
+            gaps: self.take_gaps(),
+            ticks: self.ticks().collect(),
             panels,
             // A single cycle has no length.
             time: seen.start..seen.end.max(seen.start + 0.01),
+            since: "the beginning of the recording",
+            two: false,
+            mark: None,
         })
+    }
+
+    /// The first and the last cycle.
+    pub(super) fn seen(&self) -> Option<Range<f64>> {
+        self.seen.clone()
+    }
+
+    /// Whether nothing was named, so all that changes is drawn.
+    pub(super) fn is_of_all(&self) -> bool {
+        self.all
+    }
+
+    /// When there was no connection, within what is drawn.
+    pub(super) fn take_gaps(&mut self) -> Vec<Range<f64>> {
+        let Some(seen) = self.seen.clone() else { return Vec::new() };
+        // What was lost at the end was lost until the next entry, or to the end.
+        self.end_gap(seen.end);
+        let gaps = self.gaps.drain(..).filter(|gap| gap.end > seen.start && gap.start < gap.end);
+        gaps.map(|gap| gap.start.max(seen.start)..gap.end.min(seen.end)).collect()
+    }
+
+    pub(super) fn ticks(&self) -> impl Iterator<Item = f64> + '_ {
+        let end = self.seen.as_ref().map_or(0.0, |seen| seen.end);
+        self.ticks.iter().copied().filter(move |at| *at <= end)
+    }
+
+    /// The line of a terminal in a unit.
+    pub(super) fn line(&self, column: Column, unit: &str) -> Option<&Thin> {
+        let mut lines = self.lines();
+        lines.find(|line| (line.0, line.1) == (column, unit)).map(|(_, _, line)| line)
+    }
+
+    /// All lines, with their terminals and units.
+    pub(super) fn lines(&self) -> impl Iterator<Item = (Column, &'static str, &Thin)> {
+        self.tracks
+            .iter()
+            .flat_map(|track| track.lines.iter().map(|(unit, line)| (track.column, *unit, line)))
     }
 
     /// One panel for each unit, in the order in which units come first.
     fn panels(&self) -> Vec<Panel> {
-        let mut panels: Vec<(&str, Panel)> = Vec::new();
-        for Track { column, lines } in &self.tracks {
-            for (unit, line) in lines {
-                if self.all && line.is_constant() {
-                    continue;
-                }
-                let line = Line { name: column.to_string(), parts: line.lines() };
-                match panels.iter_mut().find(|(of, _)| of == unit) {
-                    Some((_, panel)) => panel.lines.push(line),
-                    None => panels.push((unit, Panel { axis: axis(unit), lines: vec![line] })),
-                }
+        let mut panels = Vec::new();
+        for (column, unit, line) in self.lines() {
+            if self.all && Thin::are_constant([line]) {
+                continue;
             }
+            let (name, parts) = (column.to_string(), line.lines());
+            panel_for(unit, &mut panels).lines.push(Line { name, parts, over: Vec::new() });
         }
         panels.into_iter().map(|(_, panel)| panel).collect()
     }
+}
+
+/// The panel of a unit, which is added if it is the first of it.
+pub(super) fn panel_for<'a>(
+    unit: &'static str,
+    panels: &'a mut Vec<(&'static str, Panel)>,
+) -> &'a mut Panel {
+    let known = panels.iter().position(|(of, _)| *of == unit);
+    let place = known.unwrap_or_else(|| {
+        panels.push((unit, Panel { axis: axis(unit), lines: Vec::new() }));
+        panels.len() - 1
+    });
+    &mut panels[place].1
 }
 
 impl Track {

@@ -24,8 +24,9 @@ const AFTER_HELP: &str = "\
 A simulated TXT whose answer number k has the inputs that were recorded in cycle k, with the pace,
 the lost connections and the wrong answers of the recording. Run the program of the recording
 against it: it decides and ends in the same way. When the program leaves, this tells where its
-outputs first differed. After the last cycle the inputs stay as they are. After the last
-connection the next one begins the recording again.
+outputs first differed; how a client stops the motors before it leaves is no difference. After the
+last cycle the inputs stay as they are. After the last connection the next one begins the recording
+again.
 
 Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
 
@@ -56,8 +57,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     print::line(format_args!(
         "Replays {} ({}, firmware {}, {} cycles) at 127.0.0.1:{}. Ctrl-C ends it.",
         args.file.display(),
-        survey.device_name,
-        survey.firmware,
+        print::clean(&survey.device_name),
+        print::clean(&survey.firmware),
         survey.cycles,
         txt.port()
     ))?;
@@ -127,12 +128,17 @@ fn serve(
 /// Says how a program did when it has left.
 fn tell(run: &Run) -> anyhow::Result<()> {
     let to_come = if run.at_end { "" } else { "; the recording has more connections" };
-    match &run.first_difference {
-        None => print::line(format_args!(
+    match (&run.first_difference, &run.other_stop) {
+        (None, None) => print::line(format_args!(
             "The program has left after {} recorded cycles. It did the same{to_come}.",
             run.cycles
         ))?,
-        Some(first) => print::line(format_args!(
+        (None, Some(stop)) => print::line(format_args!(
+            "The program has left after {} recorded cycles. It did the same, but stopped the motors otherwise: in \
+             cycle {} {}{to_come}.",
+            run.cycles, stop.cycle, stop.what
+        ))?,
+        (Some(first), _) => print::line(format_args!(
             "The program has left after {} recorded cycles. Its outputs first differed in cycle {}, \
              {:.2} s after the beginning: {}{to_come}.",
             run.cycles,

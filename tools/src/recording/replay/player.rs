@@ -32,6 +32,9 @@ pub(super) struct Player {
     next: Option<u64>,
     /// When the last response is sent, and when it was recorded.
     answered: Option<(Instant, Duration)>,
+    /// A difference that is none if the program and the recorded one stop there: only some clients also end distances
+    /// and sounds in the exchange that stops the motors.
+    at_stop: Option<Difference>,
     run: Run,
 }
 
@@ -41,6 +44,8 @@ pub(super) struct Run {
     /// Cycles that were answered as recorded.
     pub(super) cycles: u64,
     pub(super) first_difference: Option<Difference>,
+    /// How a program stopped its motors otherwise, which is no difference of what it does.
+    pub(super) other_stop: Option<Difference>,
     /// Whether all of the recording was played.
     pub(super) at_end: bool,
     /// When the controller is back after a gap; `None` when it is not away.
@@ -61,6 +66,7 @@ impl Player {
             terminals: Vec::new(),
             next: None,
             answered: None,
+            at_stop: None,
             run: Run::default(),
         })
     }
@@ -100,6 +106,9 @@ impl Player {
             self.connection = machine.connections();
             self.begin_connection()?;
         }
+        // It goes on, so it did not stop there.
+        let at_stop = self.at_stop.take();
+        self.note(at_stop);
         let recorded = match self.next {
             Some(number) => self.take_cycle(number, machine)?,
             None => None,
@@ -133,24 +142,47 @@ impl Player {
 
     /// Leaves out what is left of the connection.
     fn skip_connection(&mut self) -> Result<(), Error> {
-        if let Some(next) = self.next.take() {
-            while let Some(entry) = self.peek()? {
-                let at = entry.at;
-                match &entry.what {
-                    Recorded::Cycle(cycle) if cycle.first => break,
-                    Recorded::Cycle(_) => {
-                        self.ahead.pop_front();
-                        self.differs(next, at, || {
-                            "it left, and the recorded one went on".to_owned()
-                        });
-                    }
-                    Recorded::Transfer(
-                        Transfer::Lost(_) | Transfer::Ended | Transfer::EndedBy(_),
-                    ) => break,
-                    _ => drop(self.ahead.pop_front()),
+        let at_stop = self.at_stop.take();
+        let Some(next) = self.next.take() else {
+            self.note(at_stop);
+            return self.look_for_end();
+        };
+        // When the first of them was, and whether it is the only one and stops the motors.
+        let mut left_out = None;
+        let mut stopped = true;
+        while let Some(entry) = self.peek()? {
+            match &entry.what {
+                Recorded::Cycle(cycle) if cycle.first => break,
+                Recorded::Cycle(cycle) => {
+                    let only = left_out.is_none() && is_stop(cycle);
+                    left_out = Some((left_out.map_or(entry.at, |(at, _)| at), only));
+                    self.ahead.pop_front();
                 }
+                Recorded::Transfer(Transfer::Lost(_)) => {
+                    stopped = false;
+                    break;
+                }
+                Recorded::Transfer(Transfer::Ended | Transfer::EndedBy(_)) => break,
+                _ => drop(self.ahead.pop_front()),
             }
         }
+        match left_out {
+            None if stopped => self.run.other_stop = self.run.other_stop.take().or(at_stop),
+            None => self.note(at_stop),
+            Some((at, true)) if stopped && at_stop.is_none() => {
+                let what = "it left without stopping the motors first".to_owned();
+                self.run.other_stop.get_or_insert(Difference { cycle: next, at, what });
+            }
+            Some((at, _)) => {
+                self.note(at_stop);
+                let what = "it left, and the recorded one went on".to_owned();
+                self.note(Some(Difference { cycle: next, at, what }));
+            }
+        }
+        self.look_for_end()
+    }
+
+    fn look_for_end(&mut self) -> Result<(), Error> {
         self.run.at_end = self.connection > 0 && !self.has_more_cycles()?;
         Ok(())
     }
@@ -183,8 +215,9 @@ impl Player {
                     return self.end_connection().map(|()| None);
                 }
                 Recorded::Transfer(Transfer::Ended) => {
-                    let at = entry.at;
-                    self.differs(number, at, || "it goes on, and the recorded one left".to_owned());
+                    let what = "it goes on, and the recorded one left".to_owned();
+                    let difference = Difference { cycle: number, at: entry.at, what };
+                    self.note(Some(difference));
                     return self.end_connection().map(|()| None);
                 }
                 Recorded::Picture(jpeg) => {
@@ -251,7 +284,7 @@ impl Player {
         self.run.cycles += 1;
         self.terminals.resize_with(cycle.areas.len(), Terminals::default);
         let alive = cycle.areas[0].state.io_slave_alive;
-        let mut what = None;
+        let (mut what, mut stops) = (None, is_stop(cycle));
         for (index, (area, terminals)) in cycle.areas.iter().zip(&mut self.terminals).enumerate() {
             // Outputs are sent only to extensions that took part in the response before.
             let before = index.checked_sub(1).map(|extension| machine.alive[extension]);
@@ -260,22 +293,25 @@ impl Player {
                 let differs = terminals.compare(area, &controller.outputs);
                 let name = if index == 0 { String::new() } else { format!("E{index}: ") };
                 what = what.or_else(|| differs.map(|differs| format!("{name}{differs}")));
+                stops &= controller.outputs.duty.iter().all(|duty| *duty == 0);
             }
             controller.report_as(Some(terminals.report(area)));
             controller.mic_lin = area.txt_inputs2.mic_lin;
             controller.mic_log = area.txt_inputs2.mic_log;
         }
         machine.alive = alive.map(|alive| alive != 0);
-        if let Some(what) = what {
-            self.differs(cycle.number, at, || what);
+        let difference = what.map(|what| Difference { cycle: cycle.number, at, what });
+        if stops {
+            self.at_stop = difference;
+        } else {
+            self.note(difference);
         }
         self.keep_pace(Some(at), machine);
     }
 
     /// Notes a difference, if it is the first.
-    fn differs(&mut self, cycle: u64, at: Duration, what: impl FnOnce() -> String) {
-        let first = &mut self.run.first_difference;
-        first.get_or_insert_with(|| Difference { cycle, at, what: what() });
+    fn note(&mut self, difference: Option<Difference>) {
+        self.run.first_difference = self.run.first_difference.take().or(difference);
     }
 
     /// Delays the response to when it came in the recording.
@@ -309,6 +345,11 @@ impl Player {
         }
         Ok(self.ahead.get(index))
     }
+}
+
+/// Whether a request leaves all motors off.
+fn is_stop(cycle: &Cycle) -> bool {
+    cycle.areas.iter().all(|area| area.output.duty.iter().all(|duty| *duty == 0))
 }
 
 fn cycle_of(entry: Entry) -> Option<(Duration, Cycle)> {

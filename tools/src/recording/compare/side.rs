@@ -1,0 +1,77 @@
+//! One of two recordings that are compared, cycle by cycle.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
+
+pub(super) struct Side {
+    pub(super) path: PathBuf,
+    recording: Recording,
+    /// How many transfers have begun.
+    transfers: u64,
+    /// When its first cycle was.
+    begin: Option<Duration>,
+    next: Option<Step>,
+}
+
+/// A cycle, in which transfer, and when it was in the recording.
+pub(super) struct Step {
+    transfer: u64,
+    pub(super) at: Duration,
+    pub(super) cycle: Cycle,
+    /// Whether cycles are missing before it.
+    lost: bool,
+}
+
+impl Step {
+    /// What two cycles have in common that stand for each other.
+    pub(super) fn key(&self) -> (u64, u64) {
+        (self.transfer, self.cycle.number)
+    }
+}
+
+impl Side {
+    pub(super) fn open(path: &Path) -> Result<Self, Error> {
+        let recording = Recording::open(path)?;
+        Ok(Self { path: path.to_owned(), recording, transfers: 0, begin: None, next: None })
+    }
+
+    /// When its first cycle was.
+    pub(super) fn begin(&self) -> Duration {
+        self.begin.unwrap_or_default()
+    }
+
+    pub(super) fn is_cut_off(&self) -> bool {
+        self.recording.is_cut_off()
+    }
+
+    /// The next cycle.
+    pub(super) fn peek(&mut self) -> Result<Option<&Step>, Error> {
+        while self.next.is_none() {
+            let Some(entry) = self.recording.next().transpose()? else { break };
+            match entry.what {
+                Recorded::Transfer(Transfer::Began { .. }) => self.transfers += 1,
+                Recorded::Cycle(cycle) => {
+                    // It may have been running when the recording was started.
+                    let lost = cycle.lost > 0 || self.begin.is_none();
+                    self.begin.get_or_insert(entry.at);
+                    let transfer = self.transfers;
+                    self.next = Some(Step { transfer, at: entry.at, cycle, lost });
+                }
+                _ => {}
+            }
+        }
+        Ok(self.next.as_ref())
+    }
+
+    pub(super) fn take(&mut self) -> Result<Option<Step>, Error> {
+        self.peek()?;
+        Ok(self.next.take())
+    }
+
+    /// Whether cycles are missing before the next one.
+    pub(super) fn has_lost(&mut self) -> Result<bool, Error> {
+        Ok(self.peek()?.is_some_and(|step| step.lost))
+    }
+}

@@ -1,0 +1,77 @@
+//! Two recordings in one picture.
+
+use std::path::Path;
+use std::time::Duration;
+
+use anyhow::bail;
+use ft_transfer_area_recorder::{Column, Recording};
+
+use super::draw::{Line, Panel, Picture};
+use super::thin::Thin;
+use super::tracks::{panel_for, Tracks};
+use super::{read, save};
+
+/// Draws the second recording as thin lines over the wide ones of the first. Times are those since these beginnings,
+/// and the mark is where they differ first.
+pub(crate) fn second_over_first(
+    paths: [&Path; 2],
+    begins: [Duration; 2],
+    names: Vec<Column>,
+    mark: Option<f64>,
+    output: &Path,
+) -> anyhow::Result<()> {
+    let mut both = [(); 2].map(|()| Tracks::new(names.clone(), 0.0..f64::INFINITY));
+    for ((path, begin), tracks) in paths.iter().zip(begins).zip(&mut both) {
+        read(&mut Recording::open(path)?, tracks, begin)?;
+    }
+    let files = paths.map(|path| path.file_name().unwrap_or_default().to_string_lossy());
+    let title = format!("{} wide, {} thin", files[0], files[1]);
+    save(&picture(both, title, mark)?, output)
+}
+
+fn picture(mut both: [Tracks; 2], title: String, mark: Option<f64>) -> anyhow::Result<Picture> {
+    let seen = both.iter().filter_map(Tracks::seen);
+    let Some(time) = seen.reduce(|one, other| one.start.min(other.start)..one.end.max(other.end))
+    else {
+        bail!("neither of the two recordings has a cycle to draw");
+    };
+    let gaps = both.iter_mut().flat_map(Tracks::take_gaps).collect();
+    let panels = panels(&both);
+    if panels.is_empty() {
+        bail!("nothing changes in the two recordings: name what should be drawn, such as I1");
+    }
+    let mut ticks: Vec<f64> = both.iter().flat_map(Tracks::ticks).collect();
+    ticks.sort_by(f64::total_cmp);
+    Ok(Picture {
+        title,
+        // A single cycle has no length.
+        time: time.start..time.end.max(time.start + 0.01),
+        since: "the first cycle",
+        panels,
+        gaps,
+        ticks,
+        two: true,
+        mark,
+    })
+}
+
+/// One panel for each unit, with the lines of both.
+fn panels(both: &[Tracks; 2]) -> Vec<Panel> {
+    let mut panels = Vec::new();
+    let [first, second] = both;
+    let only_second =
+        second.lines().filter(|(column, unit, _)| first.line(*column, unit).is_none());
+    let wide = first
+        .lines()
+        .map(|(column, unit, line)| (column, unit, Some(line), second.line(column, unit)));
+    let thin = only_second.map(|(column, unit, line)| (column, unit, None, Some(line)));
+    for (column, unit, wide, thin) in wide.chain(thin) {
+        let lines = [wide, thin];
+        if first.is_of_all() && Thin::are_constant(lines.iter().flatten().copied()) {
+            continue;
+        }
+        let [parts, over] = lines.map(|line| line.map(Thin::lines).unwrap_or_default());
+        panel_for(unit, &mut panels).lines.push(Line { name: column.to_string(), parts, over });
+    }
+    panels.into_iter().map(|(_, panel)| panel).collect()
+}

@@ -1,0 +1,293 @@
+//! The examples that `--help` shows run as they are written, with the addresses in them: in a network of their own, in
+//! which controllers answer there.
+
+use std::io::{self, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, Output, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+use std::{env, fs};
+
+use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area_recorder::{Options, Recorder};
+use ft_transfer_area_simulator::SimulatedTxt;
+use tempfile::TempDir;
+
+use crate::bridge::mosquitto;
+use crate::help::COMMANDS;
+
+const DEADLINE: Duration = Duration::from_secs(120);
+
+/// Set where this program runs in a network of its own.
+const INSIDE: &str = "TXT_EXAMPLES_INSIDE";
+
+/// Where the controllers of the examples are.
+const ADDRESSES: [&str; 3] = ["192.168.7.2", "192.168.8.2", "192.168.1.17"];
+
+/// Commands that end by themselves. The others go on until Ctrl-C.
+const ENDING: [&str; 5] = ["compare", "csv", "find", "info", "plot"];
+
+/// The one without an address of its own, as in the example of `txt find`.
+const BESIDE: u16 = 65010;
+
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has networks of their own for programs")]
+#[test]
+fn every_example_runs_as_it_is_written() {
+    if env::var_os(INSIDE).is_some() {
+        return run_all();
+    }
+    let network = ["--user", "--map-root-user", "--net"];
+    let set_up =
+        "ip link set lo up && for a in \"$@\"; do ip addr add $a/32 dev lo || exit 1; done";
+    let mut possible = Command::new("unshare");
+    possible.args(network).args(["sh", "-c", set_up, "sh"]).args(ADDRESSES);
+    if !possible.output().is_ok_and(|output| output.status.success()) {
+        // Not into the test's captured output, so that the note is always shown.
+        let note = "SKIPPED: no network of its own for the examples of --help (unshare and ip are needed)\n";
+        io::stderr().write_all(note.as_bytes()).unwrap();
+        return;
+    }
+    let name = "examples::every_example_runs_as_it_is_written";
+    let again = format!("{set_up}; exec \"$0\" --exact {name} --nocapture");
+    let output = Command::new("unshare")
+        .args(network)
+        .args(["sh", "-c", &again])
+        .arg(env::current_exe().unwrap())
+        .args(ADDRESSES)
+        .env(INSIDE, "1")
+        .output()
+        .unwrap();
+    let said = text(&output);
+    assert!(output.status.success() && said.contains("1 passed"), "{said}");
+}
+
+fn text(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+/// Each example, in a folder with recordings, and with controllers at all addresses.
+fn run_all() {
+    let recording = recording();
+    let txts: Vec<SimulatedTxt> = ADDRESSES.iter().map(|address| controller_at(address)).collect();
+    let beside = SimulatedTxt::builder().port(BESIDE).start().unwrap();
+    let broker = Broker::start();
+    for command in COMMANDS.into_iter().map(Some).chain([None]) {
+        let examples = examples(command);
+        assert!(!examples.is_empty(), "{command:?} has no example");
+        if command == Some("bridge") {
+            match &broker {
+                Some(_) => bridge(&examples),
+                None => assert!(mosquitto().is_none()),
+            }
+            continue;
+        }
+        for example in &examples {
+            assert!(example.starts_with("txt "), "{example}");
+            let folder = tempfile::tempdir().unwrap();
+            // A recording is not in the way of another one.
+            if command != Some("record") {
+                for name in ["run.mcap", "yesterday.mcap", "today.mcap"] {
+                    fs::copy(recording.path().join("run.mcap"), folder.path().join(name)).unwrap();
+                }
+            }
+            try_out(example, !ENDING.contains(&command.unwrap_or_default()), folder.path());
+        }
+    }
+    drop((txts, beside));
+}
+
+/// The lines of a command's examples: what comes after three spaces explains them.
+fn examples(command: Option<&str>) -> Vec<String> {
+    let mut txt = Command::new(env!("CARGO_BIN_EXE_txt"));
+    let output = txt.args(command).arg("--help").output().unwrap();
+    let help = String::from_utf8(output.stdout).unwrap();
+    let end = help.trim_end().rsplit("\n\n").next().unwrap().to_owned();
+    assert!(end.starts_with("Example"), "{end}");
+    let lines = end.lines().filter_map(|line| {
+        line.strip_prefix("Example: ").or_else(|| line.strip_prefix("  ")).map(str::trim_start)
+    });
+    lines.map(|line| line.split("   ").next().unwrap().trim().to_owned()).collect()
+}
+
+/// Runs an example until it ends. One that is endless is ended with Ctrl-C when it has printed or written something.
+fn try_out(example: &str, is_endless: bool, folder: &Path) {
+    let before = files(folder);
+    let mut running = Example::start(example, folder);
+    let begin = Instant::now();
+    let ended = loop {
+        if let Some(status) = running.child.try_wait().unwrap() {
+            break status;
+        }
+        if is_endless && (files(folder) > before || running.has_printed()) {
+            running.interrupt();
+            break running.end(begin);
+        }
+        assert!(begin.elapsed() < DEADLINE, "{example}: there is nothing to see of it");
+        thread::sleep(Duration::from_millis(20));
+    };
+    assert!(ended.success(), "{example}: {ended}: {}", running.printed());
+    assert!(files(folder) > before || running.has_printed(), "{example} does nothing");
+}
+
+/// How many bytes are in the files that an example writes.
+fn files(folder: &Path) -> u64 {
+    let entries = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    let sizes = entries.map(|entry| match entry.metadata() {
+        Ok(metadata) if metadata.is_dir() => files(&entry.path()),
+        // What it prints is looked at on its own.
+        Ok(metadata) if entry.file_name() != PRINTED => metadata.len(),
+        _ => 0,
+    });
+    sizes.sum()
+}
+
+const PRINTED: &str = "printed";
+
+/// An example that runs. It is killed when the test ends.
+struct Example {
+    child: Child,
+    folder: std::path::PathBuf,
+}
+
+impl Example {
+    fn start(example: &str, folder: &Path) -> Self {
+        let programs = Path::new(env!("CARGO_BIN_EXE_txt")).parent().unwrap().to_owned();
+        let path = env::var_os("PATH").unwrap_or_default();
+        let path = env::join_paths([programs].into_iter().chain(env::split_paths(&path))).unwrap();
+        let printed = fs::File::create(folder.join(PRINTED)).unwrap();
+        let child = Command::new("sh")
+            .args(["-c", &format!("exec {example}")])
+            .current_dir(folder)
+            .env("PATH", path)
+            // Nobody looks at a browser here.
+            .env("BROWSER", "true")
+            .stdin(Stdio::null())
+            .stderr(printed.try_clone().unwrap())
+            .stdout(printed)
+            .spawn()
+            .unwrap();
+        Self { child, folder: folder.to_owned() }
+    }
+
+    fn printed(&self) -> String {
+        fs::read_to_string(self.folder.join(PRINTED)).unwrap_or_default()
+    }
+
+    fn has_printed(&self) -> bool {
+        !self.printed().is_empty()
+    }
+
+    fn interrupt(&self) {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    }
+
+    fn end(&mut self, begin: Instant) -> std::process::ExitStatus {
+        loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                return status;
+            }
+            assert!(begin.elapsed() < DEADLINE, "Ctrl-C does not end it: {}", self.printed());
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    fn wait_for(&self, part: &str) {
+        let begin = Instant::now();
+        while !self.printed().contains(part) {
+            assert!(begin.elapsed() < DEADLINE, "no {part:?}: {}", self.printed());
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Drop for Example {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// The example of the bridge: what the second line listens to has what the third one sets.
+fn bridge(examples: &[String]) {
+    let [bridge, listen, set] = examples else { panic!("{examples:?}") };
+    let folders = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let mut bridge = Example::start(bridge, folders[0].path());
+    let listening = Example::start(listen, folders[1].path());
+    listening.wait_for("ft/press/M1");
+    let mut set = Example::start(set, folders[2].path());
+    assert!(set.end(Instant::now()).success(), "{}", set.printed());
+    listening.wait_for("300");
+    bridge.interrupt();
+    assert!(bridge.end(Instant::now()).success(), "{}", bridge.printed());
+}
+
+/// Mosquitto at its usual port.
+struct Broker(Child);
+
+impl Broker {
+    fn start() -> Option<Self> {
+        let child =
+            Command::new(mosquitto()?).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let begin = Instant::now();
+        while TcpStream::connect(("127.0.0.1", 1883)).is_err() {
+            assert!(begin.elapsed() < DEADLINE, "Mosquitto does not listen");
+            thread::sleep(Duration::from_millis(20));
+        }
+        Some(Self(child))
+    }
+}
+
+impl Drop for Broker {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Eleven seconds of a controller with an extension.
+fn recording() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let txt = SimulatedTxt::builder().extensions(1).lock_step().start().unwrap();
+    let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(2);
+    let handler = builder.lock_step().build().unwrap();
+    let options = Options::default().with_capacity(6_000);
+    let recorder = Recorder::start(&handler, folder.path().join("run.mcap"), options).unwrap();
+    handler.begin_transfer().unwrap();
+    (0..1_100).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    handler.end_transfer().unwrap();
+    recorder.finish().unwrap();
+    folder
+}
+
+/// A controller with its three ports at this address. A simulated TXT is only on this computer, so its connections are
+/// passed on.
+fn controller_at(address: &str) -> SimulatedTxt {
+    let txt = SimulatedTxt::builder().extensions(1).start().unwrap();
+    for (port, to) in [(65000, txt.port()), (65001, txt.camera_port()), (65002, txt.i2c_port())] {
+        let listener = TcpListener::bind((address, port)).unwrap();
+        thread::spawn(move || {
+            for client in listener.incoming().map_while(Result::ok) {
+                pass_on(client, to);
+            }
+        });
+    }
+    txt
+}
+
+/// Passes all bytes of a connection on, in both directions.
+fn pass_on(client: TcpStream, to: u16) {
+    let server = TcpStream::connect(("127.0.0.1", to)).unwrap();
+    for (mut from, mut into) in
+        [(client.try_clone().unwrap(), server.try_clone().unwrap()), (server, client)]
+    {
+        from.set_nodelay(true).unwrap();
+        thread::spawn(move || {
+            // An end of either side is an end of both.
+            let _ = io::copy(&mut from, &mut into);
+            let _ = into.shutdown(std::net::Shutdown::Both);
+        });
+    }
+}

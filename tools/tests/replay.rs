@@ -1,0 +1,331 @@
+//! `txt replay`: a program decides and ends as in its recording.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
+use ft_transfer_area::tx::{Counter, Direction, Motor};
+use ft_transfer_area::{
+    CameraFrame, CameraOptions, Error, Exchange, FishX1Transfer, TimeLimits,
+    TransferAreaComHandler, TransferMode, TxtClient,
+};
+use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording};
+use ft_transfer_area_simulator::world::World;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+
+use crate::recording::{in_folder, run, said, txt, DEADLINE};
+use crate::running::Running;
+
+/// What a program decides, and in which hundredth of a second.
+type Decisions = Vec<(u16, String)>;
+
+/// A handler in lock-step, so that each run is the same whatever else the computer does.
+fn handler(port: u16) -> TransferAreaComHandler {
+    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).lock_step();
+    builder.reconnect(DEADLINE).build().unwrap()
+}
+
+/// Drives the slide to its end, resets its counter, and drives back by a distance, at this duty.
+fn control(handler: &TransferAreaComHandler, duty: i16) -> Result<Decisions, Error> {
+    let mut decisions = Vec::new();
+    let mut decide = |area: &FishX1Transfer, what: &str| {
+        let count = area.input.counter[0];
+        decisions.push((area.timer.timer_10ms, format!("{what} at {count}")));
+    };
+    let at_end = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[1] != 0;
+    handler.lock()[LOCAL_IO].output.duty[0] = duty;
+    let mut areas = handler.wait_until(at_end, DEADLINE)?;
+    areas[LOCAL_IO].output.duty[0] = 0;
+    areas[LOCAL_IO].start_counter_reset(Counter::C1);
+    decide(&areas[LOCAL_IO], "end");
+    drop(areas);
+    let areas = handler.wait_counter_reset(LOCAL_IO, Counter::C1, DEADLINE)?;
+    decide(&areas[LOCAL_IO], "reset");
+    drop(areas);
+    let mut areas = handler.lock();
+    let area = &mut areas[LOCAL_IO];
+    area.start_motor_ex_cmd(Motor::M1, duty, Direction::Ccw, &[], 200)?;
+    drop(areas);
+    let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE)?;
+    decide(&areas[LOCAL_IO], "back");
+    Ok(decisions)
+}
+
+/// A transfer with this program. When the connection is lost, it begins again.
+fn program(handler: &TransferAreaComHandler, duty: i16) -> Decisions {
+    handler.begin_transfer().unwrap();
+    let decisions = match control(handler, duty) {
+        Ok(decisions) => decisions,
+        Err(Error::ConnectionLost { cause }) => {
+            let is_crc = matches!(*cause, Error::WrongCrc { .. });
+            let mut decisions = vec![(0, format!("lost by a wrong checksum: {is_crc}"))];
+            decisions.extend(control(handler, duty).unwrap());
+            decisions
+        }
+        Err(error) => panic!("{error}"),
+    };
+    handler.end_transfer().unwrap();
+    decisions
+}
+
+/// Records the program on the slide, over this many transfers; returns what it decided.
+pub(crate) fn record(path: &str, fault: Option<Fault>, transfers: usize) -> Vec<Decisions> {
+    let mut txt = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).lock_step();
+    if let Some(fault) = fault {
+        txt = txt.fault(fault);
+    }
+    let txt = txt.device_name("SLIDE").start().unwrap();
+    let handler = handler(txt.port());
+    let options = Options::default().with_capacity(6_000);
+    let recorder = Recorder::start(&handler, Path::new(path), options).unwrap();
+    let decisions = (0..transfers).map(|_| program(&handler, DUTY_MAX)).collect();
+    assert_eq!(recorder.finish().unwrap().lost, 0);
+    decisions
+}
+
+/// `txt replay` on a free port.
+struct Replay {
+    running: Running,
+    port: u16,
+}
+
+impl Replay {
+    fn start(path: &str, options: &[&str]) -> Self {
+        let running = Running::start(txt(&["replay", path, "--port", "0"]).args(options));
+        let line = running.line();
+        let port = line.split("127.0.0.1:").nth(1).and_then(|rest| rest.split('.').next());
+        let port = port.unwrap_or_else(|| panic!("{line:?} has no port")).parse().unwrap();
+        assert!(line.contains("SLIDE"), "{line}");
+        Self { running, port }
+    }
+
+    /// Waits until it ends; returns whether it ended well, and what it said.
+    fn end(self) -> (bool, String) {
+        let output = self.running.end();
+        (output.status.success(), said(&output))
+    }
+}
+
+#[test]
+fn the_same_program_decides_and_ends_the_same_against_a_replay() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 2);
+    assert_eq!(recorded[0].len(), 3);
+    assert!(recorded[0] != recorded[1], "the slide begins elsewhere the second time");
+
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    let handler = handler(replay.port);
+    let replayed: Vec<Decisions> = (0..2).map(|_| program(&handler, DUTY_MAX)).collect();
+    assert_eq!(handler.device_name().unwrap(), "SLIDE");
+    drop(handler);
+    assert_eq!(replayed, recorded);
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+    assert!(said.trim_end().ends_with("It did the same."), "{said}");
+}
+
+/// The second transfer continues the ids of the first, and a program that begins with it has none yet.
+#[test]
+fn ids_of_commands_are_those_of_the_program_that_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 2);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    for recorded in recorded {
+        assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded);
+    }
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+}
+
+#[test]
+fn a_program_that_does_something_else_is_told_where() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    program(&handler(replay.port), 400);
+    let (well, said) = replay.end();
+    assert!(!well, "{said}");
+    assert!(said.contains("outputs first differed in cycle 1, "), "{said}");
+    assert!(said.contains("O1 was 512 and is 400"), "{said}");
+    assert!(said.contains("the program did not do the same"), "{said}");
+}
+
+#[test]
+fn a_program_that_leaves_sooner_or_later_is_told_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    // One that was killed, so it has stopped no motors.
+    let mut killed = TxtClient::connect("127.0.0.1", replay.port, TimeLimits::default()).unwrap();
+    let version = killed.query_status().unwrap().version;
+    killed.start_online().unwrap();
+    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let mut areas = [FishX1Transfer::default()];
+    areas[LOCAL_IO].output.duty[0] = DUTY_MAX;
+    (0..5).for_each(|_| killed.do_transfer(&mut exchange, &mut areas).unwrap());
+    drop(killed);
+    let (well, said) = replay.end();
+    assert!(!well && said.contains("it left, and the recorded one went on"), "{said}");
+
+    let replay = Replay::start(&path, &["--fast", "--once"]);
+    let later = handler(replay.port);
+    later.begin_transfer().unwrap();
+    control(&later, DUTY_MAX).unwrap();
+    later.wait_cycle().map(drop).unwrap();
+    later.wait_cycle().map(drop).unwrap();
+    later.end_transfer().unwrap();
+    let (well, said) = replay.end();
+    assert!(!well && said.contains("first differed in cycle"), "{said}");
+}
+
+/// How another client plays a recording of one transfer.
+enum Stop {
+    /// As the kit's client: all duties 0, and nothing else.
+    OnlyDuties,
+    /// Without an exchange that stops the motors.
+    None,
+    /// In an exchange that drives a motor.
+    Driving,
+    /// All duties 0 one exchange too soon, and motors again.
+    TooSoon,
+}
+
+/// Sends what was recorded, up to the last exchange, which stops the motors in this way.
+fn play(path: &str, stop: &Stop) -> (bool, String) {
+    let replay = Replay::start(path, &["--fast", "--once"]);
+    let recorded = Recording::open(path).unwrap().filter_map(|entry| match entry.unwrap().what {
+        Recorded::Cycle(cycle) => Some(cycle.areas[LOCAL_IO]),
+        _ => None,
+    });
+    let recorded: Vec<FishX1Transfer> = recorded.collect();
+    let mut client = TxtClient::connect("127.0.0.1", replay.port, TimeLimits::default()).unwrap();
+    let version = client.query_status().unwrap().version;
+    client.start_online().unwrap();
+    let mut exchange = Exchange::new(TransferMode::Compressed, version);
+    let mut areas = [FishX1Transfer::default()];
+    let (last, others) = recorded.split_last().unwrap();
+    assert_eq!(last.output.duty, [0; 8], "the recorded program stops the motors");
+    let mut send = |output, sound| {
+        areas[LOCAL_IO].output = output;
+        areas[LOCAL_IO].txt_outputs = sound;
+        client.do_transfer(&mut exchange, &mut areas).unwrap();
+    };
+    for (index, area) in others.iter().enumerate() {
+        let mut output = area.output;
+        if matches!(stop, Stop::TooSoon) && index + 1 == others.len() {
+            output.duty = [0; 8];
+        }
+        send(output, area.txt_outputs);
+    }
+    let mut output = others.last().unwrap().output;
+    match stop {
+        Stop::OnlyDuties => output.duty = [0; 8],
+        Stop::None => {}
+        Stop::Driving => output.duty[0] = 100,
+        Stop::TooSoon => output = last.output,
+    }
+    if !matches!(stop, Stop::None) {
+        send(output, last.txt_outputs);
+    }
+    client.stop_online().unwrap();
+    drop(client);
+    replay.end()
+}
+
+/// The library also ends distances and sounds in the exchange that stops the motors.
+#[test]
+fn how_another_client_stops_the_motors_is_no_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    record(&path, None, 1);
+    let (well, said) = play(&path, &Stop::OnlyDuties);
+    assert!(well && said.contains("It did the same, but stopped the motors otherwise: "), "{said}");
+    let (well, said) = play(&path, &Stop::None);
+    assert!(well && said.contains("it left without stopping the motors first"), "{said}");
+    for stop in [Stop::Driving, Stop::TooSoon] {
+        let (well, said) = play(&path, &stop);
+        assert!(!well && said.contains("first differed in cycle"), "{said}");
+    }
+}
+
+#[test]
+fn a_lost_connection_is_lost_again_in_the_same_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let fault = Fault::at_exchange(60, FaultKind::WrongCrc);
+    let recorded = record(&path, Some(fault), 1);
+    assert_eq!(recorded[0][0].1, "lost by a wrong checksum: true");
+    let info = said(&run(&["info", &path]));
+    assert!(info.contains("1, with 1 gaps"), "{info}");
+
+    let replay = Replay::start(&path, &["--once"]);
+    assert_eq!(program(&handler(replay.port), DUTY_MAX), recorded[0]);
+    let (well, said) = replay.end();
+    assert!(well, "{said}");
+}
+
+#[test]
+fn a_replay_has_the_pace_of_its_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let recorded = record(&path, None, 1);
+    let replay = Replay::start(&path, &["--once"]);
+    let handler = handler(replay.port);
+    let begin = Instant::now();
+    assert_eq!(program(&handler, DUTY_MAX), recorded[0]);
+    // The recorded clock moved by 10 ms with each cycle.
+    let cycles = handler.statistics().cycles as u32;
+    assert!(begin.elapsed() >= Duration::from_millis(10) * (cycles - 1));
+    drop(handler);
+    assert!(replay.end().0);
+}
+
+/// A camera's pictures of 320×240.
+const PICTURES: [&[u8]; 2] = [
+    include_bytes!("../../tests/camera/clean_320x240_420.jpg"),
+    include_bytes!("../../tests/camera/clean_320x240_422.jpg"),
+];
+
+#[test]
+fn recorded_pictures_come_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let txt = SimulatedTxt::builder().device_name("SLIDE").lock_step().start().unwrap();
+    let recorded = handler(txt.port());
+    let recorder = Recorder::start(&recorded, &path, Options::default()).unwrap();
+    recorded.begin_transfer().unwrap();
+    for (index, picture) in PICTURES.into_iter().enumerate() {
+        recorder.frames().record(&CameraFrame::new(picture.to_vec()));
+        let begin = Instant::now();
+        while recorder.recorded().frames <= index as u64 {
+            assert!(begin.elapsed() < DEADLINE, "the picture is not recorded");
+        }
+        (0..20).for_each(|_| drop(recorded.wait_cycle().unwrap()));
+    }
+    recorded.end_transfer().unwrap();
+    recorder.finish().unwrap();
+
+    let replay = Replay::start(&path, &["--fast"]);
+    let builder = TransferAreaComHandler::builder("127.0.0.1").port(replay.port);
+    let handler = builder.camera_port(replay.port + 1).lock_step().build().unwrap();
+    handler.begin_transfer().unwrap();
+    let frames = handler.start_camera(CameraOptions::default()).unwrap();
+    let picture = || frames.recv_timeout(DEADLINE).unwrap().jpeg().unwrap().into_owned();
+    assert!(picture() == PICTURES[0], "before the first cycle the first picture");
+    // In a cycle after the one in which the second one came.
+    (0..40).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    let begin = Instant::now();
+    loop {
+        let picture = picture();
+        if picture == PICTURES[1] {
+            break;
+        }
+        assert!(picture == PICTURES[0], "a picture that was not recorded");
+        assert!(begin.elapsed() < DEADLINE, "the second picture does not come");
+    }
+    handler.end_transfer().unwrap();
+}

@@ -1,0 +1,79 @@
+//! When descriptors or threads are used up, or a world has no end, `txt` ends with a sentence.
+
+use std::process::{Command, Output, Stdio};
+
+use crate::recording::{in_folder, said};
+
+/// Runs `txt` in a shell that has done this before.
+fn after(set_up: &str, args: &[&str]) -> Output {
+    let script = format!("{set_up}; exec \"$0\" \"$@\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_txt")]).args(args).stdin(Stdio::null());
+    command.output().unwrap()
+}
+
+fn assert_one_sentence(output: &Output) -> String {
+    let said = said(output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+    said
+}
+
+#[cfg_attr(not(target_os = "linux"), ignore = "how many files a program has open differs")]
+#[test]
+fn when_no_more_files_may_be_open_it_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut told = 0;
+    for limit in 5..40 {
+        let path = in_folder(&folder, &format!("{limit}.mcap"));
+        let args = ["record", "--simulate", "--seconds", "0.05", "-o", &path];
+        let output = after(&format!("ulimit -n {limit}"), &args);
+        if output.status.success() {
+            continue;
+        }
+        let said = assert_one_sentence(&output);
+        assert!(said.contains("there may be no more open files"), "{limit}: {said}");
+        told += 1;
+    }
+    assert!(told > 3, "{told}");
+}
+
+/// A thread whose stack is larger than the memory can't be started.
+#[cfg_attr(not(target_os = "linux"), ignore = "there are other limits for threads")]
+#[test]
+fn when_no_thread_can_be_started_it_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    for args in [
+        &["record", "--simulate", "-o", &path][..],
+        &["record", "127.0.0.1", "-o", &path],
+        &["simulate", "--port", "0"],
+        &["panel", "--no-browser"],
+        &["camera", "--simulate", "--watch"],
+        &["find", "--only", "127.0.0.1:1"],
+    ] {
+        let output = after("export RUST_MIN_STACK=1152921504606846976", args);
+        let said = assert_one_sentence(&output);
+        assert!(said.contains("thread"), "{args:?}: {said}");
+    }
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix has devices and pipes with names like files")]
+#[test]
+fn a_world_that_is_a_device_or_a_pipe_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = in_folder(&folder, "pipe.toml");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for world in ["/dev/zero", &pipe] {
+        for (args, status) in [
+            (&["simulate", "--port", "0", "--world", world][..], 2),
+            (&["panel", "--no-browser", "--world", world], 1),
+            (&["record", "--simulate", world, "-o", &in_folder(&folder, "run.mcap")], 1),
+        ] {
+            let output = after("true", args);
+            assert_eq!(output.status.code(), Some(status), "{args:?}: {}", said(&output));
+            let said = said(&output);
+            assert!(said.contains(world) && said.contains("it is a device or a pipe"), "{said}");
+        }
+    }
+}
