@@ -1,6 +1,7 @@
 //! Why a simulated TXT could not be started.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -94,10 +95,15 @@ impl fmt::Display for Error {
             Self::OutOfRange { what, given, least, most } => {
                 write!(f, "the {what} is {given}, but has to be {least} to {most}")
             }
-            Self::NotStarted { cause } => write!(
-                f,
-                "the simulated TXT could not be started ({cause}); check that no other program uses its port"
-            ),
+            Self::NotStarted { cause } => {
+                write!(f, "the simulated TXT could not be started ({cause})")?;
+                match cause.kind() {
+                    ErrorKind::AddrInUse => {
+                        f.write_str("; check that no other program uses its port")
+                    }
+                    _ => Ok(()),
+                }
+            }
         }
     }
 }

@@ -78,6 +78,11 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
     const FILES: [i32; 2] = [4, 10024];
 
     let cause = cause.downcast_ref::<io::Error>()?;
+    // Other packages wrap the number.
+    #[cfg(unix)]
+    if let Some(code) = cause.get_ref().and_then(|inner| inner.downcast_ref::<Errno>()) {
+        return remedy(&io::Error::from(*code));
+    }
     match cause.kind() {
         ErrorKind::StorageFull => Some("the disk is full, so make room or use another one"),
         ErrorKind::QuotaExceeded => {

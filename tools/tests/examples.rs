@@ -225,25 +225,35 @@ fn bridge(examples: &[String]) {
 }
 
 /// Mosquitto at its usual port.
-struct Broker(Child);
+struct Broker {
+    child: Child,
+    _files: TempDir,
+}
 
 impl Broker {
     fn start() -> Option<Self> {
-        let child =
-            Command::new(mosquitto()?).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let program = mosquitto()?;
+        let files = tempfile::tempdir().unwrap();
+        let config = files.path().join("mosquitto.conf");
+        // There is no other user in this network.
+        let lines = "listener 1883 127.0.0.1\nallow_anonymous true\nuser root\n";
+        fs::write(&config, lines).unwrap();
+        let mut command = Command::new(program);
+        command.arg("-c").arg(config).stdout(Stdio::null()).stderr(Stdio::null());
+        let broker = Self { child: command.spawn().unwrap(), _files: files };
         let begin = Instant::now();
         while TcpStream::connect(("127.0.0.1", 1883)).is_err() {
             assert!(begin.elapsed() < DEADLINE, "Mosquitto does not listen");
             thread::sleep(Duration::from_millis(20));
         }
-        Some(Self(child))
+        Some(broker)
     }
 }
 
 impl Drop for Broker {
     fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 

@@ -32,6 +32,8 @@ pub(crate) struct Port {
     listener: Option<TcpListener>,
     /// A client may be waiting to be accepted.
     has_waiting_client: bool,
+    /// The log has why the client that waits could not be accepted.
+    has_warned: bool,
     poll: Poll,
     events: Events,
 }
@@ -46,7 +48,15 @@ impl Port {
         let poll = Poll::new()?;
         shared.add_waker(Waker::new(poll.registry(), WAKER)?, is_camera);
         let events = Events::with_capacity(4);
-        Ok(Self { shared, name, listener: None, has_waiting_client: false, poll, events })
+        Ok(Self {
+            shared,
+            name,
+            listener: None,
+            has_waiting_client: false,
+            has_warned: false,
+            poll,
+            events,
+        })
     }
 
     /// Accepts the clients of this listener, which does not block, from now on.
@@ -81,10 +91,17 @@ impl Port {
             stream.set_nodelay(true)?;
             Ok((stream, client))
         }) {
-            Ok(accepted) => return Some(accepted),
+            Ok(accepted) => {
+                self.has_warned = false;
+                return Some(accepted);
+            }
             Err(error) if error.kind() == ErrorKind::WouldBlock => self.has_waiting_client = false,
             // A client that has closed again, or too many open files: the next client may succeed.
-            Err(error) => log::warn!("a client could not be accepted: {error}"),
+            Err(error) if !std::mem::replace(&mut self.has_warned, true) => {
+                log::warn!("a client could not be accepted: {error}");
+            }
+            // It is tried again and again.
+            Err(_) => {}
         }
         None
     }

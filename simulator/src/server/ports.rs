@@ -1,6 +1,6 @@
 //! The three ports: those that were asked for, or free ones.
 
-use std::io;
+use std::io::{self, ErrorKind};
 use std::iter;
 use std::net::{IpAddr, TcpListener};
 use std::ops::Range;
@@ -76,8 +76,13 @@ fn behind(main: u16, distance: u16, asked_for: Option<u16>) -> io::Result<u16> {
 }
 
 fn listen_on(ip: IpAddr, port: u16) -> io::Result<TcpListener> {
-    let in_context =
-        |error: io::Error| io::Error::new(error.kind(), format!("port {port}: {error}"));
+    let in_context = |error: io::Error| match error.kind() {
+        ErrorKind::AddrInUse | ErrorKind::AddrNotAvailable | ErrorKind::PermissionDenied => {
+            io::Error::new(error.kind(), format!("port {port}: {error}"))
+        }
+        // It would be the same with another port.
+        _ => error,
+    };
     let listener = TcpListener::bind((ip, port)).map_err(in_context)?;
     listener.set_nonblocking(true)?;
     Ok(listener)

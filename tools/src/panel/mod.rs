@@ -149,7 +149,7 @@ pub(crate) fn classroom(txts: Vec<Simulated>, address: SocketAddr) -> anyhow::Re
         let own = Arc::new(Common::new());
         panels.push(Arc::new(Panel::new(vec![host], own, access)));
     }
-    site.serve(server::router(panels)?, None)?;
+    let _no_browser = site.serve(server::router(panels)?, None)?;
     Ok(links)
 }
 
