@@ -22,7 +22,7 @@ The kit was tested with 160x120 at 60 pictures per second, 320x240 at 30 and 640
 first picture takes a second or two. The controller goes online, which stops a program on it; no
 motor moves.
 
-Example: txt camera 192.168.7.2 -o pictures --every 60 --count 100";
+Example: txt camera 192.168.7.2 -o pictures --every 60";
 
 /// Save or show the camera's pictures
 #[derive(clap::Args)]

@@ -160,10 +160,9 @@ fn differing(
         let controller = if area == 0 { "TXT".to_owned() } else { format!("E{area}") };
         for (place, (part, name)) in value_names().enumerate() {
             let values = [&first, &second].map(|values| values.as_ref().map(|all| all[place]));
-            let unit = if changes::is_id(name) { " changes" } else { "" };
             let texts = values.map(|value| match value {
-                Some(value) => format!("{value}{unit}"),
-                None => text(None),
+                Some(changes) if changes::is_id(name) => changed(changes),
+                value => text(value),
             });
             note(format!("/{controller}/{part} {name}"), texts);
         }
@@ -173,6 +172,15 @@ fn differing(
 
 fn connection(cycle: &Cycle) -> String {
     if cycle.first { "begins" } else { "goes on" }.to_owned()
+}
+
+/// How often an id has changed.
+fn changed(times: i32) -> String {
+    match times {
+        0 => "unchanged".to_owned(),
+        1 => "changed once".to_owned(),
+        _ => format!("changed {times} times"),
+    }
 }
 
 fn text(value: Option<i32>) -> String {
