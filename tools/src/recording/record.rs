@@ -124,8 +124,11 @@ fn replaced(output: &Path) -> anyhow::Result<Option<PathBuf>> {
     if !output.is_file() {
         return Ok(None);
     }
-    let file = output.canonicalize().with_context(|| output.display().to_string())?;
-    Ok(Some(file))
+    if output.is_symlink() {
+        let file = output.canonicalize().with_context(|| output.display().to_string())?;
+        return Ok(Some(file));
+    }
+    Ok(Some(output.to_owned()))
 }
 
 /// A name beside this file, of which no other recording makes use.
