@@ -3,10 +3,10 @@
 use serde_json::Value;
 
 use super::ftrobopy::Ftrobopy;
-use super::{end_well, start, Exchange};
+use super::{start, Exchange};
 use crate::program::Program;
 
-/// What ftrobopy reads in a scenario without `txt watch` and through it. The logs have no warning.
+/// What ftrobopy reads in a scenario without `txt watch` and through it..
 fn both(
     ftrobopy: &Ftrobopy,
     scenario: &str,
@@ -19,7 +19,7 @@ fn both(
         if through_watch {
             assert_eq!(program.end_watch(), "", "all of {scenario} is understood");
         }
-        end_well(program);
+        program.interrupt();
         read
     })
 }
