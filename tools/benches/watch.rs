@@ -1,7 +1,8 @@
 //! How much time `txt watch` adds to a cycle, beside a direct connection.
 //!
 //! A controller that answers at once, and a program that asks: the time from the request to the response is all that
-//! there is. Both ways take turns, so that what else the computer does disturbs both alike.
+//! there is. A simulated TXT answers 10 ms after its last response, as a controller. Both ways take turns, so that what
+//! else the computer does disturbs both alike.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -10,11 +11,13 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{CmprHeader, CommandId, Compressor, ResponseId, StartOnline};
+use ft_transfer_area_simulator::SimulatedTxt;
 
 /// How often the ways take turns.
 const TURNS: usize = 10;
-/// Between two cycles there is no pause, or that of a controller; and how many cycles are measured in a turn.
-const PACES: [(Duration, usize); 2] = [(Duration::ZERO, 1000), (Duration::from_millis(10), 100)];
+/// A controller that answers at once, asked without a pause and with that of a cycle; and how often in a turn.
+const PACES: [(&str, Duration, usize); 2] =
+    [("at once", Duration::ZERO, 1000), ("at once, asked at 10 ms", Duration::from_millis(10), 50)];
 
 /// `txt watch`, which ends with the measurement.
 struct Watch(Child, SocketAddr);
@@ -28,40 +31,55 @@ impl Drop for Watch {
 }
 
 fn main() {
-    let controller = controller();
     println!(
         "from request to response, in microseconds\n\
-         pause        way       median    99 %  longest"
+         controller             way       median    99 %  longest"
     );
-    for (pause, count) in PACES {
+    let at_once = controller();
+    for (name, pause, count) in PACES {
         for with_page in [false, true] {
-            let watch = watch(controller, with_page);
-            let mut direct = Program::online(controller);
-            let mut watched = Program::online(watch.1);
-            let (mut without, mut with) = (Vec::new(), Vec::new());
-            // The first ones are slower.
-            direct.cycles(100, Duration::ZERO);
-            watched.cycles(100, Duration::ZERO);
-            for _ in 0..TURNS {
-                without.extend(direct.cycles(count, pause));
-                with.extend(watched.cycles(count, pause));
-            }
-            let way = if with_page { "page" } else { "no page" };
-            let (direct, watched) =
-                (print_row(pause, "direct", &mut without), print_row(pause, way, &mut with));
-            println!("{:>30.1} added in the median", watched - direct);
+            compare(name, [at_once; 2], with_page, pause, count);
         }
     }
+    // Each serves one program.
+    let txts = [(); 2].map(|()| SimulatedTxt::builder().start().expect("ports are free"));
+    let addresses = txts.each_ref().map(SimulatedTxt::address);
+    compare("simulated TXT", addresses, true, Duration::ZERO, 100);
 }
 
-fn print_row(pause: Duration, way: &str, times: &mut [Duration]) -> f64 {
+/// Measures both ways, in turns: the first controller directly, the second one through `txt watch`.
+fn compare(
+    name: &str,
+    controllers: [SocketAddr; 2],
+    with_page: bool,
+    pause: Duration,
+    count: usize,
+) {
+    let watch = watch(controllers[1], with_page);
+    let mut direct = Program::online(controllers[0]);
+    let mut watched = Program::online(watch.1);
+    let (mut without, mut with) = (Vec::new(), Vec::new());
+    // The first ones are slower.
+    direct.cycles(50, Duration::ZERO);
+    watched.cycles(50, Duration::ZERO);
+    for _ in 0..TURNS {
+        without.extend(direct.cycles(count, pause));
+        with.extend(watched.cycles(count, pause));
+    }
+    let way = if with_page { "page" } else { "no page" };
+    let direct = print_row(name, "direct", &mut without);
+    let watched = print_row(name, way, &mut with);
+    println!("{:>38.1} added in the median", watched - direct);
+}
+
+fn print_row(name: &str, way: &str, times: &mut [Duration]) -> f64 {
     times.sort_unstable();
     let micros = |part: f64| {
         let index = ((times.len() - 1) as f64 * part) as usize;
         times[index].as_secs_f64() * 1e6
     };
     let [median, most, longest] = [0.5, 0.99, 1.0].map(micros);
-    println!("{pause:<12?} {way:<8} {median:>7.1} {most:>7.1} {longest:>8.1}");
+    println!("{name:<22} {way:<8} {median:>7.1} {most:>7.1} {longest:>8.1}");
     median
 }
 

@@ -17,7 +17,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::ensure;
+use anyhow::{bail, ensure, Context};
+use crossbeam_channel::select;
 use ft_transfer_area::PORT;
 
 pub(crate) use self::decode::{Cycle, Happened, I2cExchange, Told};
@@ -115,14 +116,18 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let ending = Arc::clone(&ending);
         move || looker.run(&ending)
     })?;
-    interrupted.recv()?;
+    let failure = select! {
+        recv(interrupted) -> done => done.map(|()| None)?,
+        recv(relay.failure) -> error => error.ok(),
+    };
     // The connections end first: then the controller stops its motors.
     drop(relay);
     ending.store(true, Ordering::Relaxed);
-    match looks.join() {
-        Ok(done) => done,
-        Err(_) => anyhow::bail!("what has passed at the end was not looked at"),
+    let looked = looks.join();
+    if let Some(error) = failure {
+        return Err(error).context("nothing could be passed on any more");
     }
+    looked.unwrap_or_else(|_| bail!("what has passed at the end was not looked at"))
 }
 
 /// Says where the program has to connect to.

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use crossbeam_channel::{bounded, Receiver};
 use mio::net::TcpListener;
 use mio::{Events, Interest, Poll, Token, Waker};
 
@@ -37,6 +38,8 @@ pub(super) struct Relay {
     stop: Arc<AtomicBool>,
     waker: Waker,
     thread: Option<JoinHandle<()>>,
+    /// Why it has ended by itself.
+    pub(super) failure: Receiver<io::Error>,
 }
 
 impl Relay {
@@ -63,13 +66,15 @@ impl Relay {
         for (index, listener) in worker.listeners.iter_mut().enumerate() {
             worker.poll.registry().register(listener, Token(index), Interest::READABLE)?;
         }
+        let (failed, failure) = bounded(1);
         let work = move || {
             if let Err(error) = worker.run() {
-                log::error!("nothing is passed on any more: {error}");
+                // When nobody waits for it, the program ends already.
+                let _ = failed.send(error);
             }
         };
         let thread = thread::Builder::new().name("relay".to_owned()).spawn(work)?;
-        Ok(Self { stop, waker, thread: Some(thread) })
+        Ok(Self { stop, waker, thread: Some(thread), failure })
     }
 }
 
