@@ -33,7 +33,7 @@ impl Drop for Watch {
 fn main() {
     println!(
         "from request to response, in microseconds\n\
-         controller             way       median    99 %  longest"
+         controller               way       median    99 %  longest"
     );
     let at_once = controller();
     for (name, pause, count) in PACES {
@@ -69,7 +69,7 @@ fn compare(
     let way = if with_page { "page" } else { "no page" };
     let direct = print_row(name, "direct", &mut without);
     let watched = print_row(name, way, &mut with);
-    println!("{:>38.1} added in the median", watched - direct);
+    println!("{:>41.1} added in the median", watched - direct);
 }
 
 fn print_row(name: &str, way: &str, times: &mut [Duration]) -> f64 {
@@ -79,7 +79,7 @@ fn print_row(name: &str, way: &str, times: &mut [Duration]) -> f64 {
         times[index].as_secs_f64() * 1e6
     };
     let [median, most, longest] = [0.5, 0.99, 1.0].map(micros);
-    println!("{name:<22} {way:<8} {median:>7.1} {most:>7.1} {longest:>8.1}");
+    println!("{name:<24} {way:<8} {median:>7.1} {most:>7.1} {longest:>8.1}");
     median
 }
 
