@@ -4,6 +4,8 @@ const ALIVE_MS = 250;
 const RETRY_MS = 700;
 // States come 20 times a second. A program that sends none for this long hangs, whatever its socket says.
 const SILENT_MS = 2500;
+// A slow network needs some time for a connection.
+const CONNECT_MS = 10000;
 
 // From stop.js.
 export const token = window.panelToken;
@@ -28,6 +30,9 @@ export class Connection {
     this.heard = performance.now();
     // For stop.js.
     window.panelSocket = socket;
+    socket.addEventListener("open", () => {
+      this.heard = performance.now();
+    });
     socket.addEventListener("message", (event) => {
       this.heard = performance.now();
       this.take(JSON.parse(event.data));
@@ -57,8 +62,8 @@ export class Connection {
 
   tick() {
     if (!this.socket) return;
-    this.post({ do: "alive" });
-    if (performance.now() - this.heard > SILENT_MS) this.socket.close();
+    const limit = this.post({ do: "alive" }) ? SILENT_MS : CONNECT_MS;
+    if (performance.now() - this.heard > limit) this.socket.close();
   }
 
   post(message) {
