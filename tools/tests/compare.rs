@@ -143,14 +143,19 @@ fn both_are_drawn_over_each_other() {
 #[test]
 fn mistakes_are_no_differences() {
     let folder = tempfile::tempdir().unwrap();
-    let [one, missing] = ["one.mcap", "missing.mcap"].map(|name| in_folder(&folder, name));
+    let [one, empty, missing] =
+        ["one.mcap", "empty.mcap", "missing.mcap"].map(|name| in_folder(&folder, name));
     record(&one, &Plan::default());
+    let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
+    Recorder::start(&handler, &empty, Options::default()).unwrap().finish().unwrap();
     for args in [
         &["compare", &one, &missing][..],
         &["compare", &one],
         &["compare", &one, &one, "I9"],
         &["compare", &one, &one, "--plot", &one],
-        &["compare", &one, &one, "E4.I1", "--plot", "/no/such/folder/both.svg"],
+        &["compare", &one, &one, "E4.I1"],
+        &["compare", &one, &one, "M1", "--plot", "/no/such/folder/both.svg"],
+        &["compare", &empty, &empty],
     ] {
         let output = run(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));

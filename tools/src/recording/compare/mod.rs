@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use anyhow::bail;
 use ft_transfer_area::transfer_area::{MAX_AREAS, MAX_EXTENSIONS};
 use ft_transfer_area_recorder::{value_names, Column, Cycle};
 
@@ -112,6 +113,15 @@ fn compare(sides: &mut [Side; 2], names: &[Column]) -> anyhow::Result<Found> {
         }
         let (Some(first), Some(second)) = (sides[0].take()?, sides[1].take()?) else { break };
         progress.inc(1);
+        if found.same == 0 {
+            let has = |step: &Step, name: &Column| name.value(&step.cycle.areas).is_some();
+            let missing = names.iter().find(|name| !has(&first, name) && !has(&second, name));
+            if let Some(name) = missing {
+                bail!(
+                    "{name} is in none of the two recordings: their programs have no area for it"
+                );
+            }
+        }
         let values = differing([&first, &second], &mut changes, names);
         if !values.is_empty() {
             found.what =
@@ -121,6 +131,9 @@ fn compare(sides: &mut [Side; 2], names: &[Column]) -> anyhow::Result<Found> {
         found.same += 1;
     }
     progress.finish_and_clear();
+    if found.same == 0 && matches!(found.what, What::Same) {
+        bail!("the two recordings have no cycle in common");
+    }
     Ok(found)
 }
 
