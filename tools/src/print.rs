@@ -91,10 +91,10 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
         ErrorKind::OutOfMemory => Some("the memory is used up, so end other programs"),
         // Only the start of a thread ends with this; a connection would wait.
         ErrorKind::WouldBlock => Some(
-            "there is no room for another thread, so end other programs or raise the limits for threads and memory",
+            "no more threads can be started, so raise the limits for threads and memory or end other programs",
         ),
         _ if cause.raw_os_error().is_some_and(|code| FILES.contains(&code)) => Some(
-            "there may be no more open files and connections, so end other programs or raise the limit (ulimit -n)",
+            "no more files and connections can be opened, so raise the limit (ulimit -n) or end other programs",
         ),
         _ => None,
     }
@@ -141,7 +141,7 @@ mod tests {
         for (kind, part) in [
             (io::ErrorKind::StorageFull, "the disk is full"),
             (io::ErrorKind::QuotaExceeded, "your share of the disk"),
-            (io::ErrorKind::WouldBlock, "another thread"),
+            (io::ErrorKind::WouldBlock, "no more threads"),
         ] {
             let told = sentence(&error(kind));
             assert!(told.starts_with("a.mcap: ") && told.contains(part), "{told}");
