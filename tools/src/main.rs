@@ -8,6 +8,7 @@ mod classroom;
 mod commands;
 mod find;
 mod interrupt;
+mod lines;
 mod panel;
 mod print;
 mod recording;
@@ -17,11 +18,10 @@ mod values;
 mod watch;
 mod web;
 
-use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use env_logger::Env;
+use env_logger::{Env, Target};
 
 /// See, record, find and simulate fischertechnik ROBOTICS TXT controllers.
 #[derive(Parser)]
@@ -66,16 +66,14 @@ const LOG: &str =
     "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off,ft_transfer_area_recorder=off";
 
 fn main() -> ExitCode {
-    env_logger::Builder::from_env(Env::default().default_filter_or(LOG))
-        .format(|out, record| {
-            let text = print::clean_lines(&record.args().to_string());
-            writeln!(out, "[{:<5} {}] {text}", record.level(), record.target())
-        })
-        .init();
-    match Cli::<Any>::parse().tool {
+    let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
+    logger.target(Target::Pipe(Box::new(lines::Log))).init();
+    let code = match Cli::<Any>::parse().tool {
         Any::Tool(tool) => run(tool),
         Any::ShellFiles(args) => ended(shell_files::run(args, Cli::<Tool>::command())),
-    }
+    };
+    lines::flush();
+    code
 }
 
 fn run(tool: Tool) -> ExitCode {
@@ -114,7 +112,7 @@ fn ended(done: anyhow::Result<()>) -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{}", print::sentence(&error));
+            lines::print(&print::sentence(&error));
             ExitCode::FAILURE
         }
     }

@@ -29,7 +29,7 @@ use self::machine::{handler, Machine};
 use self::relay::Setup;
 use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
-use crate::{arguments, interrupt};
+use crate::{arguments, interrupt, lines};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
@@ -88,6 +88,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
+    lines::never_wait()?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let controllers = controllers(&args, simulated.as_ref())?;
     let broker_limit = Duration::from_millis(args.broker_limit);

@@ -1,12 +1,12 @@
 //! What a bridge tells about itself, and lines for the person at the screen.
 
-use std::io::Write;
 use std::time::Duration;
 
 use ft_transfer_area::{Event, EventKind};
 use serde::Serialize;
 
 use super::broker::random;
+use crate::lines;
 
 /// The events that the bridge tells: changes of inputs as values, the others as [`Happened`].
 pub(crate) const TOLD: [EventKind; 4] = [
@@ -146,7 +146,7 @@ pub(crate) fn json(payload: &impl Serialize) -> String {
     serde_json::to_string(payload).unwrap_or_default()
 }
 
-/// Prints a line about one controller. A terminal that has been closed is no reason to stop.
+/// Prints a line about one controller.
 pub(crate) fn say(name: &str, line: &str) {
-    let _ = writeln!(std::io::stderr(), "{name}: {line}");
+    lines::print(&format!("{name}: {line}"));
 }

@@ -4,6 +4,7 @@ mod alone;
 mod commands;
 mod faults;
 mod support;
+mod terminal;
 mod values;
 
 pub(crate) use support::mosquitto;

@@ -183,8 +183,7 @@ impl Bridge {
         arguments: impl IntoIterator<Item = &'a str>,
         password: Option<&str>,
     ) -> Self {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
-        command.args(["bridge", "--mqtt", &format!("127.0.0.1:{broker}")]).args(arguments);
+        let mut command = Self::command(broker, arguments);
         if let Some(password) = password {
             command.env("TXT_MQTT_PASSWORD", password);
         }
@@ -199,13 +198,34 @@ impl Bridge {
         Self { child, lines }
     }
 
+    /// With pipes that nobody reads: like a terminal that is paused.
+    pub(crate) fn start_unread<'a>(
+        broker: u16,
+        arguments: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        let mut command = Self::command(broker, arguments);
+        let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        Self { child, lines: Incoming::new() }
+    }
+
+    fn command<'a>(broker: u16, arguments: impl IntoIterator<Item = &'a str>) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(["bridge", "--mqtt", &format!("127.0.0.1:{broker}")]).args(arguments);
+        command
+    }
+
     /// Waits until it prints a line with this text, counted from its start.
-    pub(crate) fn wait_for(&self, text: &str) {
-        self.lines.wait(text, 0, |line| line.contains(text).then_some(()));
+    pub(crate) fn wait_for(&self, text: &str) -> String {
+        self.lines.wait(text, 0, |line| line.contains(text).then(|| line.clone()))
     }
 
     pub(crate) fn interrupt(&self) {
-        send_signal(&self.child, "INT");
+        self.signal("INT");
+    }
+
+    /// Sends it a signal: TERM, STOP, CONT.
+    pub(crate) fn signal(&self, signal: &str) {
+        send_signal(&self.child, signal);
     }
 
     pub(crate) fn kill(&mut self) {

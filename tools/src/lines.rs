@@ -1,0 +1,132 @@
+//! Lines for the person at the screen from a program that moves motors, written by a thread of their own.
+//!
+//! A terminal that is paused (Ctrl-S), and a pipe that nobody reads, block whoever writes to them. Here this is only
+//! that thread: everybody else leaves a line and goes on. What there is no room for is counted.
+
+use std::io::{self, Write};
+use std::panic;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Context;
+use crossbeam_channel::{bounded, Receiver, Sender};
+use jiff::Zoned;
+
+use crate::print::clean;
+
+/// How many lines wait at most.
+const ROOM: usize = 1000;
+
+/// How long the end of the program waits for the last lines.
+const LAST_LINES: Duration = Duration::from_millis(500);
+
+/// Where lines are left. Until there is one, they are written at once.
+static QUEUE: OnceLock<Queue> = OnceLock::new();
+
+struct Queue {
+    entries: Sender<Entry>,
+    /// Lines for which there was no room.
+    dropped: AtomicU64,
+}
+
+enum Entry {
+    Line(String),
+    /// Everything before it is written.
+    Flush(Sender<()>),
+}
+
+/// From now on nobody waits for the terminal, and each line has its time. Also for messages of panics.
+pub(crate) fn never_wait() -> anyhow::Result<()> {
+    let (entries, to_write) = bounded(ROOM);
+    thread::Builder::new()
+        .name("lines".to_owned())
+        .spawn(move || write(&to_write, &mut io::stderr()))
+        .context("the operating system refuses a thread")?;
+    if QUEUE.set(Queue { entries, dropped: AtomicU64::new(0) }).is_ok() {
+        panic::set_hook(Box::new(|panic| print(&panic.to_string())));
+    }
+    Ok(())
+}
+
+/// Prints a text, without control characters that came from others. Its lines stay lines.
+pub(crate) fn print(text: &str) {
+    match QUEUE.get() {
+        Some(queue) => {
+            let now = Zoned::now().strftime("%Y-%m-%d %H:%M:%S%.3f").to_string();
+            text.lines().for_each(|line| queue.leave(format!("{now} {}", clean(line))));
+        }
+        // A terminal that has been closed is no reason to stop.
+        None => text.lines().for_each(|line| drop(writeln!(io::stderr(), "{}", clean(line)))),
+    }
+}
+
+/// Waits for the last lines, but not for a terminal that is paused.
+pub(crate) fn flush() {
+    let Some(queue) = QUEUE.get() else { return };
+    let (done, written) = bounded(1);
+    if queue.entries.try_send(Entry::Flush(done)).is_ok() {
+        let _ = written.recv_timeout(LAST_LINES);
+    }
+}
+
+impl Queue {
+    fn leave(&self, line: String) {
+        let dropped = self.dropped.swap(0, Ordering::Relaxed);
+        if dropped > 0 {
+            let note = format!("{dropped} lines are missing here: nobody read them in time");
+            if self.entries.try_send(Entry::Line(note)).is_err() {
+                self.dropped.fetch_add(dropped, Ordering::Relaxed);
+            }
+        }
+        if self.entries.try_send(Entry::Line(line)).is_err() {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Writes until the program ends.
+fn write(entries: &Receiver<Entry>, to: &mut impl Write) {
+    for entry in entries {
+        match entry {
+            Entry::Line(line) => drop(writeln!(to, "{line}")),
+            Entry::Flush(done) => drop(done.send(())),
+        }
+    }
+}
+
+/// Where the logger writes to.
+pub(crate) struct Log;
+
+impl Write for Log {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        print(&String::from_utf8_lossy(bytes));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_without_room_are_counted_where_they_are_missing() {
+        let (entries, to_write) = bounded(2);
+        let queue = Queue { entries, dropped: AtomicU64::new(0) };
+        (0..5).for_each(|line| queue.leave(format!("line {line}")));
+        let mut written = Vec::new();
+        let Ok(Entry::Line(first)) = to_write.try_recv() else { panic!("a line") };
+        let Ok(Entry::Line(second)) = to_write.try_recv() else { panic!("a line") };
+        assert_eq!([&*first, &*second], ["line 0", "line 1"]);
+        queue.leave("line 5".to_owned());
+        drop(queue);
+        write(&to_write, &mut written);
+        let text = String::from_utf8(written).unwrap();
+        assert_eq!(text, "3 lines are missing here: nobody read them in time\nline 5\n");
+    }
+}
