@@ -1,18 +1,29 @@
 //! The connection to the broker: established again whenever it is lost, each time as a new client session.
 
+mod address;
+mod freshness;
+mod reason;
+
 use std::collections::hash_map::RandomState;
+use std::collections::HashSet;
 use std::hash::{BuildHasher, Hasher};
+use std::pin::pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use crossbeam_channel::{bounded, Receiver, Sender, TrySendError};
+use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError, TrySendError};
 use rumqttc::{
     AsyncClient, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions,
-    NetworkOptions, Outgoing, Packet, QoS, StateError, SubscribeFilter, SubscribeReasonCode,
+    NetworkOptions, Outgoing, Packet, QoS, SubscribeFilter, SubscribeReasonCode,
 };
-use tokio::runtime;
-use tokio::time::{timeout_at, Instant};
+use tokio::time::sleep_until;
+use tokio::{runtime, select};
+
+use self::address::host_and_port;
+use self::freshness::Freshness;
 
 /// How many messages wait for the broker at most.
 const QUEUE: usize = 10_000;
@@ -45,8 +56,6 @@ pub(crate) enum BrokerEvent {
     /// The broker does not want this client.
     Refused(String),
     Message(Message),
-    /// So many messages came faster than they could be carried out.
-    Dropped(u64),
 }
 
 pub(crate) struct Message {
@@ -54,6 +63,71 @@ pub(crate) struct Message {
     pub(crate) payload: Vec<u8>,
     /// Whether the broker has kept it since some earlier time.
     pub(crate) retained: bool,
+    /// It has not arrived at this computer before.
+    pub(crate) not_before: Instant,
+}
+
+/// What has come from the broker and was not read yet.
+pub(crate) struct Inbox {
+    events: Receiver<BrokerEvent>,
+    /// Messages for which there was no room.
+    missed: Arc<AtomicU64>,
+}
+
+impl Inbox {
+    /// How many messages were lost since the last call. They came after those that are still to be read.
+    pub(crate) fn missed(&self) -> u64 {
+        self.missed.swap(0, Ordering::AcqRel)
+    }
+
+    pub(crate) fn read(&self) -> Result<BrokerEvent, TryRecvError> {
+        self.events.try_recv()
+    }
+
+    pub(crate) fn wait(&self, deadline: Instant) -> Result<BrokerEvent, RecvTimeoutError> {
+        self.events.recv_deadline(deadline)
+    }
+}
+
+/// Where the thread of a connection leaves what has come.
+pub(crate) struct Outlet {
+    events: Sender<BrokerEvent>,
+    missed: Arc<AtomicU64>,
+}
+
+/// Nobody reads any more.
+#[derive(Debug)]
+pub(crate) struct Unread;
+
+impl Outlet {
+    pub(crate) fn new() -> (Self, Inbox) {
+        let ((sender, receiver), missed) = (bounded(INBOX), Arc::new(AtomicU64::new(0)));
+        (Self { events: sender, missed: Arc::clone(&missed) }, Inbox { events: receiver, missed })
+    }
+
+    /// Leaves what happened to the connection. It is never lost.
+    fn tell(&self, event: BrokerEvent) -> Result<(), Unread> {
+        self.events.send(event).map_err(|_| Unread)
+    }
+
+    /// Leaves a message. Never waits for room: the broker would think that this client is dead.
+    pub(crate) fn leave(&self, message: Message) -> Result<(), Unread> {
+        match self.events.try_send(BrokerEvent::Message(message)) {
+            Ok(()) => Ok(()),
+            Err(TrySendError::Full(_)) => {
+                self.missed.fetch_add(1, Ordering::AcqRel);
+                Ok(())
+            }
+            Err(TrySendError::Disconnected(_)) => Err(Unread),
+        }
+    }
+}
+
+/// What a client asks for.
+pub(crate) struct Subscription {
+    pub(crate) filters: Vec<String>,
+    /// Topics that the filters match, but nobody wants to read.
+    pub(crate) unread: HashSet<String>,
 }
 
 /// Sends messages on one connection. Never blocks.
@@ -85,19 +159,19 @@ impl Broker {
     pub(crate) fn connect(
         &self,
         will: LastWill,
-        filters: Vec<String>,
-    ) -> anyhow::Result<Receiver<BrokerEvent>> {
-        let (sender, receiver) = bounded(INBOX);
+        subscription: Subscription,
+    ) -> anyhow::Result<Inbox> {
+        let (outlet, inbox) = Outlet::new();
         let runtime = runtime::Builder::new_current_thread()
             .enable_all()
             .build()
             .context("the operating system gives no means to wait for the broker")?;
-        let client = Client { broker: self.clone(), will, filters, events: sender, dropped: 0 };
+        let client = Client { broker: self.clone(), will, subscription, outlet };
         thread::Builder::new()
             .name("broker".to_owned())
             .spawn(move || runtime.block_on(client.run()))
             .context("the operating system refuses a thread")?;
-        Ok(receiver)
+        Ok(inbox)
     }
 
     fn options(&self, will: LastWill) -> MqttOptions {
@@ -113,55 +187,14 @@ impl Broker {
         }
         options
     }
-
-    /// Why a connection failed, as a sentence.
-    fn reason(&self, error: &ConnectionError) -> String {
-        let at = format!("the broker at {}:{}", self.host, self.port);
-        match error {
-            ConnectionError::Io(cause) => {
-                format!("{at} can't be reached ({cause}); check its address and that it runs")
-            }
-            ConnectionError::ConnectionRefused(code) => refusal(&at, *code),
-            ConnectionError::MqttState(StateError::Io(cause)) => {
-                format!("the connection to {at} broke ({cause})")
-            }
-            ConnectionError::MqttState(StateError::ConnectionAborted) => {
-                format!("{at} closed the connection")
-            }
-            ConnectionError::NetworkTimeout
-            | ConnectionError::FlushTimeout
-            | ConnectionError::MqttState(StateError::AwaitPingResp) => self.silent(),
-            other => format!(
-                "{at} sent what is not MQTT 3.1.1, or a message of more than {MESSAGE_LIMIT} bytes \
-                 ({other})"
-            ),
-        }
-    }
-
-    fn silent(&self) -> String {
-        let Self { host, port, limit, .. } = self;
-        format!("the broker at {host}:{port} was silent for {limit:?}; check it and the network")
-    }
-}
-
-fn refusal(at: &str, code: ConnectReturnCode) -> String {
-    match code {
-        ConnectReturnCode::BadUserNamePassword | ConnectReturnCode::NotAuthorized => format!(
-            "{at} refuses this user; check --user, and the password in the environment variable \
-             TXT_MQTT_PASSWORD"
-        ),
-        other => format!("{at} refuses the connection ({other:?})"),
-    }
 }
 
 /// One client of the broker, in its thread.
 struct Client {
     broker: Broker,
     will: LastWill,
-    filters: Vec<String>,
-    events: Sender<BrokerEvent>,
-    /// Messages for which there was no room.
-    dropped: u64,
+    subscription: Subscription,
+    outlet: Outlet,
 }
 
 /// Why a connection has ended.
@@ -171,13 +204,19 @@ enum End {
     Failed(BrokerEvent),
 }
 
+impl From<Unread> for End {
+    fn from(Unread: Unread) -> Self {
+        Self::Done
+    }
+}
+
 impl Client {
     async fn run(mut self) {
         loop {
             match self.session().await {
                 End::Done => return,
                 End::Failed(event) => {
-                    if self.events.send(event).is_err() {
+                    if self.outlet.tell(event).is_err() {
                         return;
                     }
                 }
@@ -194,12 +233,13 @@ impl Client {
         network.set_connection_timeout(self.broker.limit.as_secs().max(1));
         events.set_network_options(network);
         let mut heard = Instant::now();
+        let mut freshness = Freshness::new(heard);
         let mut leaving = false;
         loop {
-            match self.next(&mut events, heard).await {
+            match self.next(&mut events, heard, &mut freshness).await {
                 Ok(Event::Incoming(packet)) => {
                     heard = Instant::now();
-                    if let Err(end) = self.take(packet, &client) {
+                    if let Err(end) = self.take(packet, &client, freshness.not_before()) {
                         return end;
                     }
                 }
@@ -213,9 +253,26 @@ impl Client {
     }
 
     /// What happens next on the connection, unless the broker is silent for too long.
-    async fn next(&self, events: &mut EventLoop, heard: Instant) -> Result<Event, End> {
-        let Ok(polled) = timeout_at(heard + self.broker.limit, events.poll()).await else {
-            return Err(End::Failed(BrokerEvent::Down(self.broker.silent())));
+    async fn next(
+        &self,
+        events: &mut EventLoop,
+        heard: Instant,
+        freshness: &mut Freshness,
+    ) -> Result<Event, End> {
+        let mut event = pin!(events.poll());
+        let mut silent = pin!(sleep_until((heard + self.broker.limit).into()));
+        let polled = loop {
+            // In this order: while something waits, neither is the broker silent nor is the connection empty.
+            select! {
+                biased;
+                polled = &mut event => break polled,
+                () = &mut silent => {
+                    return Err(End::Failed(BrokerEvent::Down(self.broker.silent())));
+                }
+                () = sleep_until(freshness.next_look().into()) => {
+                    freshness.nothing_waits(Instant::now());
+                }
+            }
         };
         polled.map_err(|error| {
             let reason = self.broker.reason(&error);
@@ -230,11 +287,11 @@ impl Client {
         })
     }
 
-    fn take(&mut self, packet: Packet, client: &AsyncClient) -> Result<(), End> {
+    fn take(&self, packet: Packet, client: &AsyncClient, not_before: Instant) -> Result<(), End> {
         match packet {
             Packet::ConnAck(_) => {
                 let filter = |path: &String| SubscribeFilter::new(path.clone(), QoS::AtLeastOnce);
-                let asked = client.try_subscribe_many(self.filters.iter().map(filter));
+                let asked = client.try_subscribe_many(self.subscription.filters.iter().map(filter));
                 asked.map_err(|error| End::Failed(BrokerEvent::Down(error.to_string())))
             }
             Packet::SubAck(answer) => {
@@ -243,29 +300,16 @@ impl Client {
                                   access list";
                     return Err(End::Failed(BrokerEvent::Refused(reason.to_owned())));
                 }
-                self.events.send(BrokerEvent::Up(Publisher(client.clone()))).map_err(|_| End::Done)
+                Ok(self.outlet.tell(BrokerEvent::Up(Publisher(client.clone())))?)
             }
-            Packet::Publish(message) => self.hand_over(Message {
+            Packet::Publish(message) if self.subscription.unread.contains(&message.topic) => Ok(()),
+            Packet::Publish(message) => Ok(self.outlet.leave(Message {
                 topic: message.topic,
                 payload: message.payload.to_vec(),
                 retained: message.retain,
-            }),
+                not_before,
+            })?),
             _ => Ok(()),
-        }
-    }
-
-    /// Never waits for room: the broker would think that this client is dead.
-    fn hand_over(&mut self, message: Message) -> Result<(), End> {
-        if self.dropped > 0 && self.events.try_send(BrokerEvent::Dropped(self.dropped)).is_ok() {
-            self.dropped = 0;
-        }
-        match self.events.try_send(BrokerEvent::Message(message)) {
-            Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => {
-                self.dropped += 1;
-                Ok(())
-            }
-            Err(TrySendError::Disconnected(_)) => Err(End::Done),
         }
     }
 }
@@ -275,51 +319,9 @@ pub(crate) fn random() -> u64 {
     RandomState::new().build_hasher().finish()
 }
 
-/// `HOST`, `HOST:PORT`, `[::1]:PORT`, each also behind `mqtt://`.
-fn host_and_port(address: &str) -> anyhow::Result<(String, u16)> {
-    let given = address.strip_prefix("mqtt://").unwrap_or(address).trim_end_matches('/');
-    let wrong = || {
-        format!(
-            "{address:?} is no address of a broker; write its host, as 192.168.1.5, or with a port, \
-             as 192.168.1.5:1883 or [::1]:1883"
-        )
-    };
-    let (host, port) = match given.rsplit_once(':') {
-        Some((host, port)) if !host.contains(':') || host.ends_with(']') => (host, Some(port)),
-        Some(_) if !given.starts_with('[') => anyhow::bail!(wrong()),
-        _ => (given, None),
-    };
-    let allowed = |c: char| c.is_alphanumeric() || ".-_:[]".contains(c);
-    if host.is_empty() || !host.chars().all(allowed) {
-        anyhow::bail!(wrong());
-    }
-    let port = port.map_or(Ok(1883), str::parse).with_context(wrong)?;
-    anyhow::ensure!(port > 0, wrong());
-    Ok((host.to_owned(), port))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn an_address_is_a_host_with_or_without_a_port() {
-        let found = |address| host_and_port(address).map_err(|error| error.to_string());
-        for (address, host, port) in [
-            ("broker", "broker", 1883),
-            ("192.168.1.5:1884", "192.168.1.5", 1884),
-            ("mqtt://broker/", "broker", 1883),
-            ("[::1]", "[::1]", 1883),
-            ("[::1]:7", "[::1]", 7),
-        ] {
-            assert_eq!(found(address), Ok((host.to_owned(), port)), "{address}");
-        }
-        let wrong = ["", ":1883", "broker:", "broker:0", "broker:70000", "::1", "mqtts://b", "a b"];
-        for address in wrong {
-            let error = found(address).unwrap_err();
-            assert!(error.contains("is no address of a broker"), "{address}: {error}");
-        }
-    }
 
     #[test]
     fn two_clients_never_have_one_id() {

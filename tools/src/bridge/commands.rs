@@ -1,14 +1,35 @@
 //! The commands that a bridge takes: from topic and payload to what they change in the areas.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::tx::{Counter, Input, Motor, Output, Sound};
+use ft_transfer_area::transfer_area::{CounterMode, InputMode, DUTY_MAX, MAX_EXTENSIONS};
+use ft_transfer_area::tx::{Counter, Input, Motor, Output};
 use ft_transfer_area::{Error, FishX1Transfer};
 
-use super::payload::{self, read};
+use super::payload::{short, Fields};
 use super::topics::{HEARTBEAT, STOP};
-use crate::commands::{sentence, stop_all, Command, Follower};
+use crate::commands::{sentence, stop_all, Command, Pair};
+
+/// What has commands: its terminals, and the last words of their topics.
+const COMMANDS: [(&str, &[&str]); 5] = [
+    ("M1 to M4", &["set", "move", "stop", "mode"]),
+    ("O1 to O8", &["set"]),
+    ("C1 to C4", &["reset", "mode"]),
+    ("I1 to I8", &["mode"]),
+    (SOUND, &["set"]),
+];
+
+const SOUND: &str = "sound";
+
+/// The duty of a motor, negative for counterclockwise.
+const POWER: RangeInclusive<i64> = -(DUTY_MAX as i64)..=DUTY_MAX as i64;
+
+/// The duty of a single output.
+const DUTY: RangeInclusive<i64> = 0..=DUTY_MAX as i64;
+
+/// How far a motor turns, in pulses of its counter.
+const DISTANCE: RangeInclusive<i64> = 1..=u16::MAX as i64;
 
 /// What a message on a command topic says.
 #[derive(Debug, PartialEq)]
@@ -26,11 +47,11 @@ impl Received {
         match tail {
             // Whatever a master likes to send there.
             HEARTBEAT => return Ok(Self::Heartbeat),
-            STOP => return nothing(payload).map(|()| Self::StopAll),
+            STOP => return Ok(Self::StopAll),
             _ => {}
         }
         let (area, place) = split_area(tail)?;
-        let (terminal, verb) = place.split_once('/').ok_or_else(|| unknown(place))?;
+        let (terminal, verb) = place.split_once('/').unwrap_or((place, ""));
         let command = parse_command(terminal, verb, payload)?;
         command.check().map_err(explain)?;
         Ok(Self::Area(area, command))
@@ -106,82 +127,93 @@ fn parse_command(terminal: &str, verb: &str, payload: &[u8]) -> Result<Command, 
     }
     match (named(&Output::ALL, terminal), named(&Input::ALL, terminal), verb) {
         (Some(output), _, "set") => {
-            let payload::Duty { duty } = read(payload, r#"{"duty": 0 to 512}"#)?;
-            return Ok(Command::Output { output, duty });
+            let mut fields = Fields::read(payload, r#"{"duty": 300}"#)?;
+            let duty = fields.number("duty", DUTY)?;
+            return fields.end().map(|()| Command::Output { output, duty });
         }
         (_, Some(input), "mode") => {
-            let form = r#"{"mode": "resistance", "digital": true}"#;
-            let payload::InputConfig { mode, digital } = read(payload, form)?;
-            return Ok(Command::InputMode { input, mode, digital });
+            let mut fields = Fields::read(payload, r#"{"mode": "resistance", "digital": true}"#)?;
+            let mode = fields.one_of("mode", InputMode::ALL, InputMode::name)?;
+            let digital = fields.truth("digital")?;
+            return fields.end().map(|()| Command::InputMode { input, mode, digital });
         }
         _ => {}
     }
     match (named(&Counter::ALL, terminal), terminal, verb) {
         (Some(counter), _, "reset") => {
-            nothing(payload)?;
-            Ok(Command::ResetCounter(counter))
+            Fields::read(payload, NOTHING)?.end().map(|()| Command::ResetCounter(counter))
         }
         (Some(counter), _, "mode") => {
-            let payload::CounterConfig { mode } = read(payload, r#"{"mode": "normal"}"#)?;
-            Ok(Command::CounterMode { counter, mode })
+            let mut fields = Fields::read(payload, r#"{"mode": "normal"}"#)?;
+            let mode = fields.one_of("mode", &CounterMode::ALL, CounterMode::name)?;
+            fields.end().map(|()| Command::CounterMode { counter, mode })
         }
-        (_, "sound", "set") => parse_sound(payload),
-        _ => Err(unknown(&format!("{terminal}/{verb}"))),
+        (_, SOUND, "set") => {
+            let mut fields = Fields::read(payload, r#"{"sound": "Bell", "repeat": 1}"#)?;
+            let index = fields.sound()?;
+            let repeat = fields.number_if_there("repeat", 0..=u16::MAX.into())?.unwrap_or(1);
+            // It is in the range.
+            fields.end().map(|()| Command::Sound { index, repeat: repeat as u16 })
+        }
+        _ => Err(unknown(terminal, verb)),
     }
 }
 
 fn parse_motor(motor: Motor, verb: &str, payload: &[u8]) -> Result<Command, String> {
     match verb {
         "set" => {
-            let payload::Duty { duty } = read(payload, r#"{"duty": -512 to 512}"#)?;
-            Ok(Command::Motor { motor, duty, stops_followers: false })
+            let mut fields = Fields::read(payload, r#"{"duty": 300}"#)?;
+            let duty = fields.number("duty", POWER)?;
+            fields.end().map(|()| Command::Motor { motor, duty, stops_followers: false })
         }
         "move" => {
             let form = r#"{"duty": 512, "distance": 100, "with": [{"motor": "M2"}]}"#;
-            let payload::Move { duty, distance, with } = read(payload, form)?;
-            let follower = |payload::Follower { motor, reverse }| {
-                let found = named(&Motor::ALL, &motor);
-                let motor = found.ok_or_else(|| format!("there is no motor {motor:?}"))?;
-                Ok(Follower { motor, opposite: reverse })
-            };
-            let with = with.into_iter().map(follower).collect::<Result<_, String>>()?;
-            Ok(Command::Move { motor, duty, pulses: distance, with })
+            let mut fields = Fields::read(payload, form)?;
+            let duty = fields.number("duty", POWER)?;
+            // It is in the range.
+            let pulses = fields.number_if_there("distance", DISTANCE)?.map(|pulses| pulses as u32);
+            let with = fields.followers()?;
+            fields.end().map(|()| Command::Move { motor, duty, pulses, with })
         }
-        "stop" => {
-            nothing(payload)?;
-            Ok(Command::StopMotor(motor))
-        }
+        // As with the stop of everything, nobody is asked for a right payload first.
+        "stop" => Ok(Command::StopMotor(motor)),
         "mode" => {
-            let payload::PairConfig { mode } = read(payload, r#"{"mode": "motor"}"#)?;
-            Ok(Command::Pair { motor, kind: mode })
+            let mut fields = Fields::read(payload, r#"{"mode": "motor"}"#)?;
+            let kind = fields.one_of("mode", &[Pair::Motor, Pair::Outputs], Pair::name)?;
+            fields.end().map(|()| Command::Pair { motor, kind })
         }
-        _ => Err(unknown(&format!("{motor}/{verb}"))),
+        _ => Err(unknown(&motor.to_string(), verb)),
     }
 }
 
-fn parse_sound(payload: &[u8]) -> Result<Command, String> {
-    let payload::Sound { sound, repeat } = read(payload, r#"{"sound": "Bell", "repeat": 1}"#)?;
-    let index = match sound {
-        payload::SoundName::Number(number) => number,
-        payload::SoundName::Name(name) => {
-            let found = Sound::ALL.iter().find(|sound| sound.name() == name);
-            found.ok_or_else(|| format!("there is no sound {name:?}"))?.index().into()
-        }
-    };
-    Ok(Command::Sound { index, repeat })
-}
+const NOTHING: &str = "{} or nothing";
 
-fn nothing(payload: &[u8]) -> Result<(), String> {
-    read::<payload::Nothing>(payload, "{} or nothing").map(drop)
-}
-
-fn named<T: Copy + Display>(all: &[T], name: &str) -> Option<T> {
+/// The terminal with this name.
+pub(crate) fn named<T: Copy + Display>(all: &[T], name: &str) -> Option<T> {
     all.iter().copied().find(|one| one.to_string() == name)
 }
 
-fn unknown(place: &str) -> String {
-    let short: String = place.chars().take(60).collect();
-    format!("there is no command {short:?}; docs/bridge.md lists the topics")
+/// What a topic could have been instead of one that is no command.
+fn unknown(terminal: &str, verb: &str) -> String {
+    let is_one = [
+        named(&Motor::ALL, terminal).is_some(),
+        named(&Output::ALL, terminal).is_some(),
+        named(&Counter::ALL, terminal).is_some(),
+        named(&Input::ALL, terminal).is_some(),
+        terminal == SOUND,
+    ];
+    if let Some(((_, verbs), _)) = COMMANDS.iter().zip(is_one).find(|(_, is_one)| *is_one) {
+        let topics: Vec<_> = verbs.iter().map(|verb| format!("{terminal}/{verb}")).collect();
+        let (verb, topics) = (short(verb), topics.join(", "));
+        return format!("{terminal} has no command {verb:?}; its commands are {topics}");
+    }
+    let all = COMMANDS.map(|(terminals, verbs)| format!("{terminals} with /{}", verbs.join(", /")));
+    format!(
+        "there is no terminal {:?} that takes commands; there are {}, on extensions behind ext1/ to \
+         ext{MAX_EXTENSIONS}/, and {STOP} and {HEARTBEAT} for the whole controller",
+        short(terminal),
+        all.join("; ")
+    )
 }
 
 #[cfg(test)]

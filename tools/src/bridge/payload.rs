@@ -1,92 +1,169 @@
-//! What payloads of commands have in them.
+//! What payloads of commands have in them. What is wrong is told by the names in the payload.
 
-use ft_transfer_area::transfer_area::{CounterMode, InputMode};
-use serde::de::DeserializeOwned;
-use serde::Deserialize;
+use std::fmt::Display;
+use std::ops::RangeInclusive;
 
-use crate::commands::{names, Pair};
+use ft_transfer_area::tx::{Motor, Sound, SILENCE};
+use serde_json::{Map, Value};
+
+use super::commands::named;
+use crate::commands::Follower;
 
 /// A payload longer than this is none of the commands.
 const PAYLOAD_LIMIT: usize = 4096;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Nothing {}
+/// So many characters of what came are told.
+const TOLD: usize = 60;
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Duty {
-    pub(crate) duty: i64,
+/// The numbers of sounds have two digits: there may be others than those that a TXT is delivered with.
+const SOUNDS: RangeInclusive<i64> = 0..=99;
+
+/// The fields of a payload. Each is taken once; at the end none may be left.
+pub(crate) struct Fields {
+    left: Map<String, Value>,
+    /// A right payload.
+    form: &'static str,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Move {
-    pub(crate) duty: i64,
-    #[serde(default)]
-    pub(crate) distance: Option<u32>,
-    #[serde(default)]
-    pub(crate) with: Vec<Follower>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Follower {
-    pub(crate) motor: String,
-    #[serde(default)]
-    pub(crate) reverse: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct InputConfig {
-    #[serde(deserialize_with = "names::input_mode")]
-    pub(crate) mode: InputMode,
-    pub(crate) digital: bool,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct CounterConfig {
-    #[serde(deserialize_with = "names::counter_mode")]
-    pub(crate) mode: CounterMode,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct PairConfig {
-    pub(crate) mode: Pair,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Sound {
-    pub(crate) sound: SoundName,
-    #[serde(default = "once")]
-    pub(crate) repeat: u16,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged, expecting = "a sound is a number or a name")]
-pub(crate) enum SoundName {
-    Number(i64),
-    Name(String),
-}
-
-fn once() -> u16 {
-    1
-}
-
-/// Reads a payload; a command without details may have none at all.
-pub(crate) fn read<T: DeserializeOwned>(payload: &[u8], form: &str) -> Result<T, String> {
-    if payload.len() > PAYLOAD_LIMIT {
-        let (length, limit) = (payload.len(), PAYLOAD_LIMIT);
-        return Err(format!("the payload has {length} bytes, but at most {limit} are read"));
+impl Fields {
+    /// Of a payload that should look like `form`; one without any text has no fields.
+    pub(crate) fn read(payload: &[u8], form: &'static str) -> Result<Self, String> {
+        if payload.len() > PAYLOAD_LIMIT {
+            let (length, limit) = (payload.len(), PAYLOAD_LIMIT);
+            return Err(format!("the payload has {length} bytes, but at most {limit} are read"));
+        }
+        let Ok(text) = std::str::from_utf8(payload) else {
+            return Err(format!("the payload is no UTF-8 text; send {form}"));
+        };
+        let text = if text.trim().is_empty() { "{}" } else { text };
+        match serde_json::from_str(text) {
+            Ok(Value::Object(left)) => Ok(Self { left, form }),
+            Ok(other) => Err(format!("the payload is {}; send {form}", short(&other))),
+            Err(error) => Err(format!("the payload is no JSON ({error}); send {form}")),
+        }
     }
-    let Ok(text) = std::str::from_utf8(payload) else {
-        return Err(format!("the payload is no UTF-8 text; send {form}"));
-    };
-    let text = if text.trim().is_empty() { "{}" } else { text };
-    serde_json::from_str(text)
-        .map_err(|error| format!("the payload is wrong: {error}; send {form}"))
+
+    /// A field that has to be there; `wanted` says what it is.
+    fn take<T>(
+        &mut self,
+        name: &str,
+        wanted: &str,
+        right: impl FnOnce(&Value) -> Option<T>,
+    ) -> Result<T, String> {
+        let form = self.form;
+        self.take_if_there(name, wanted, right)?
+            .ok_or_else(|| format!("{name} is missing: {wanted}; send {form}"))
+    }
+
+    /// A field that may be missing or `null`.
+    fn take_if_there<T>(
+        &mut self,
+        name: &str,
+        wanted: &str,
+        right: impl FnOnce(&Value) -> Option<T>,
+    ) -> Result<Option<T>, String> {
+        match self.left.remove(name) {
+            None | Some(Value::Null) => Ok(None),
+            Some(value) => match right(&value) {
+                Some(taken) => Ok(Some(taken)),
+                None => Err(format!("{name} is {wanted}, not {}", short(&value))),
+            },
+        }
+    }
+
+    pub(crate) fn number(&mut self, name: &str, range: RangeInclusive<i64>) -> Result<i64, String> {
+        self.take(name, &numbers(&range), |value| in_range(value, &range))
+    }
+
+    pub(crate) fn number_if_there(
+        &mut self,
+        name: &str,
+        range: RangeInclusive<i64>,
+    ) -> Result<Option<i64>, String> {
+        self.take_if_there(name, &numbers(&range), |value| in_range(value, &range))
+    }
+
+    pub(crate) fn truth(&mut self, name: &str) -> Result<bool, String> {
+        self.take(name, TRUTH, Value::as_bool)
+    }
+
+    /// One of several, by their names.
+    pub(crate) fn one_of<T: Copy>(
+        &mut self,
+        name: &str,
+        all: &[T],
+        name_of: impl Fn(T) -> &'static str,
+    ) -> Result<T, String> {
+        let names: Vec<_> = all.iter().map(|one| name_of(*one)).collect();
+        self.take(name, &names.join(" or "), |value| {
+            let given = value.as_str()?;
+            all.iter().copied().find(|one| name_of(*one) == given)
+        })
+    }
+
+    /// A sound by its name or number, as its number.
+    pub(crate) fn sound(&mut self) -> Result<i64, String> {
+        let right = |value: &Value| match value.as_str() {
+            Some(name) => Sound::ALL.iter().find(|sound| sound.name() == name).map(|&s| s.into()),
+            None => in_range(value, &SOUNDS),
+        };
+        self.take("sound", "a sound's name or number", right).map_err(|wrong| {
+            let name = |sound: &Sound| format!("{} {}", sound.index(), sound.name());
+            let names: Vec<_> = Sound::ALL.iter().map(name).collect();
+            let (silence, most) = (SILENCE, SOUNDS.end());
+            format!(
+                "{wrong}; the sounds are {}; {silence} is silence, and numbers up to {most} are for \
+                 sounds of your own",
+                names.join(", ")
+            )
+        })
+    }
+
+    /// Motors that turn together with another one.
+    pub(crate) fn followers(&mut self) -> Result<Vec<Follower>, String> {
+        const WANTED: &str = r#"a list of motors, as [{"motor": "M2", "reverse": true}]"#;
+        let form = self.form;
+        let list = self.take_if_there("with", WANTED, |value| value.as_array().cloned())?;
+        let follower = |one: Value| {
+            let Value::Object(left) = one else {
+                return Err(format!("with is {WANTED}, but {} is in it", short(&one)));
+            };
+            let mut fields = Self { left, form };
+            let motor =
+                fields.take("motor", "M1 to M4", |value| named(&Motor::ALL, value.as_str()?))?;
+            let opposite = fields.take_if_there("reverse", TRUTH, Value::as_bool)?;
+            fields.end()?;
+            Ok(Follower { motor, opposite: opposite.unwrap_or(false) })
+        };
+        list.unwrap_or_default().into_iter().map(follower).collect()
+    }
+
+    /// What is left has a name that nobody knows.
+    pub(crate) fn end(self) -> Result<(), String> {
+        match self.left.keys().next() {
+            None => Ok(()),
+            Some(name) => {
+                Err(format!("{} is no field of this command; send {}", short(name), self.form))
+            }
+        }
+    }
+}
+
+const TRUTH: &str = "true or false";
+
+fn numbers(range: &RangeInclusive<i64>) -> String {
+    format!("a whole number from {} to {}", range.start(), range.end())
+}
+
+fn in_range(value: &Value, range: &RangeInclusive<i64>) -> Option<i64> {
+    value.as_i64().filter(|number| range.contains(number))
+}
+
+/// The beginning of what came.
+pub(crate) fn short(given: &(impl Display + ?Sized)) -> String {
+    let text = given.to_string();
+    match text.char_indices().nth(TOLD) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
 }

@@ -1,13 +1,15 @@
 //! Between the broker and one controller: takes commands, tells values, and knows when to stop.
 
+use std::mem;
 use std::time::{Duration, Instant};
 
-use crossbeam_channel::{Receiver, TryRecvError};
+use crossbeam_channel::TryRecvError;
 use ft_transfer_area::{Event, FishX1Transfer, TimedEvent};
 use rumqttc::{LastWill, QoS};
 
-use super::broker::{Broker, BrokerEvent, Message, Publisher};
+use super::broker::{Broker, BrokerEvent, Inbox, Message, Publisher, Subscription};
 use super::commands::Received;
+use super::payload::short;
 use super::report::{json, say, Complaint, Happened, Master, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Noise, Values};
@@ -18,6 +20,9 @@ const LEAVE_LIMIT: Duration = Duration::from_secs(2);
 
 /// How many messages are read before the next cycle.
 const AT_A_TIME: usize = 1000;
+
+/// An older command is not carried out. The watchdog stops the motors after the same time.
+pub(crate) const COMMAND_AGE: Duration = Duration::from_secs(1);
 
 /// What a relay is set up with.
 pub(crate) struct Setup {
@@ -33,7 +38,7 @@ pub(crate) struct Setup {
 
 pub(crate) struct Relay {
     setup: Setup,
-    events: Receiver<BrokerEvent>,
+    inbox: Inbox,
     publisher: Option<Publisher>,
     /// Whether there has been a connection to the broker.
     has_been_up: bool,
@@ -46,6 +51,8 @@ pub(crate) struct Relay {
     untold: Option<String>,
     /// What was printed about the broker last.
     printed: Option<String>,
+    /// Whether the motors were stopped because a command was too old, and nobody was told.
+    too_late: bool,
 }
 
 impl Relay {
@@ -54,15 +61,17 @@ impl Relay {
         let reason = Some("the bridge has lost its connection to the broker".to_owned());
         let gone = json(&State { state: Stage::Gone, reason, ..state.clone() });
         let will = LastWill::new(setup.topics.of(STATE), gone, QoS::AtLeastOnce, true);
-        let events = setup.broker.connect(will, setup.topics.filters())?;
-        Ok(Self::new(setup, state, events))
+        let subscription =
+            Subscription { filters: setup.topics.filters(), unread: setup.topics.values() };
+        let inbox = setup.broker.connect(will, subscription)?;
+        Ok(Self::new(setup, state, inbox))
     }
 
-    fn new(setup: Setup, state: State, events: Receiver<BrokerEvent>) -> Self {
+    fn new(setup: Setup, state: State, inbox: Inbox) -> Self {
         let values = Values::new(&setup.topics, setup.areas, setup.noise);
         Self {
             setup,
-            events,
+            inbox,
             publisher: None,
             has_been_up: false,
             state,
@@ -71,14 +80,15 @@ impl Relay {
             heard: Instant::now(),
             untold: None,
             printed: None,
+            too_late: false,
         }
     }
 
     /// Without a broker: what comes from one is sent through a channel.
     #[cfg(test)]
-    pub(crate) fn without_broker(setup: Setup, events: Receiver<BrokerEvent>) -> Self {
+    pub(crate) fn without_broker(setup: Setup, inbox: Inbox) -> Self {
         let state = State::at_start(&setup.host);
-        Self::new(setup, state, events)
+        Self::new(setup, state, inbox)
     }
 
     pub(crate) fn say(&self, line: &str) {
@@ -121,8 +131,12 @@ impl Relay {
 
     /// Reads what has come from the broker. With areas, commands change them; without, they are refused.
     pub(crate) fn read(&mut self, mut areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
+        // One of those may have been a stop, or may have followed one. So none of the others counts.
+        let missed = self.inbox.missed();
+        let mut discarded = missed;
         for _ in 0..AT_A_TIME {
-            match self.events.try_recv() {
+            match self.inbox.read() {
+                Ok(BrokerEvent::Message(_)) if missed > 0 => discarded += 1,
                 Ok(event) => self.take(event, areas.as_deref_mut())?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
@@ -130,8 +144,27 @@ impl Relay {
                 }
             }
         }
+        if discarded > 0 {
+            let reason = format!(
+                "{discarded} messages came faster than they could be carried out, so none of them \
+                 was; send fewer"
+            );
+            self.report_error(&self.setup.topics.of("+"), &reason);
+            self.stop(areas.as_deref_mut(), reason);
+        }
+        if mem::take(&mut self.too_late) {
+            let reason = "commands came too late; the bridge's computer was busy or suspended";
+            self.stopped(reason.to_owned());
+        }
         self.check_master(areas);
         Ok(())
+    }
+
+    fn stop(&mut self, areas: Option<&mut [FishX1Transfer]>, reason: String) {
+        if let Some(areas) = areas {
+            stop_all(areas);
+            self.stopped(reason);
+        }
     }
 
     fn take(
@@ -144,10 +177,6 @@ impl Relay {
             BrokerEvent::Refused(reason) if !self.has_been_up => anyhow::bail!(reason),
             BrokerEvent::Down(reason) | BrokerEvent::Refused(reason) => self.lose(reason, areas),
             BrokerEvent::Message(message) => self.answer(&message, areas),
-            BrokerEvent::Dropped(count) => {
-                let error = format!("{count} messages came too fast and were not read");
-                self.report_error(&self.setup.topics.of("+"), &error);
-            }
         }
         Ok(())
     }
@@ -206,6 +235,19 @@ impl Relay {
             );
         }
         let command = Received::parse(tail, &message.payload)?;
+        let age = message.not_before.elapsed();
+        if age > COMMAND_AGE && command != Received::StopAll {
+            // Whatever it was to change did not change in time.
+            if let Some(areas) = areas {
+                stop_all(areas);
+                self.too_late = true;
+            }
+            return Err(format!(
+                "the command may have waited {age:.1?} in the bridge's computer and does nothing, \
+                 because only those of the last {COMMAND_AGE:?} do; all motors are stopped; send a \
+                 new one"
+            ));
+        }
         self.heard = Instant::now();
         self.set_master(true);
         match areas {
@@ -223,7 +265,7 @@ impl Relay {
             let topic = self.setup.topics.of(STATE);
             let error = format!(
                 "another bridge uses this topic ({}); if it still runs, give each its own --name",
-                told["host"].as_str().unwrap_or("of an unknown controller"),
+                short(told["host"].as_str().unwrap_or("of an unknown controller")),
             );
             self.say(&error);
             self.report_error(&topic, &error);
@@ -236,10 +278,7 @@ impl Relay {
             return;
         }
         self.set_master(false);
-        if let Some(areas) = areas {
-            stop_all(areas);
-            self.stopped(format!("no command and no heartbeat came for {limit:?}"));
-        }
+        self.stop(areas, format!("no command and no heartbeat came for {limit:?}"));
     }
 
     fn set_master(&mut self, alive: bool) {
@@ -290,8 +329,8 @@ impl Relay {
         }
         let deadline = Instant::now() + LEAVE_LIMIT;
         loop {
-            match self.events.recv_deadline(deadline) {
-                Ok(BrokerEvent::Message(_) | BrokerEvent::Dropped(_)) => {}
+            match self.inbox.wait(deadline) {
+                Ok(BrokerEvent::Message(_)) => {}
                 // The connection broke, the thread has ended, or the broker is too slow.
                 Ok(BrokerEvent::Up(_) | BrokerEvent::Down(_) | BrokerEvent::Refused(_))
                 | Err(_) => return,

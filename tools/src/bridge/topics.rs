@@ -1,7 +1,10 @@
 //! The topics of one controller.
 
-/// What the last part of a topic with commands can be.
-const VERBS: [&str; 5] = ["set", "move", "stop", "reset", "mode"];
+use std::collections::HashSet;
+
+use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
+
+use super::value::values_of;
 
 /// Topics of one controller that are not about a single terminal.
 pub(crate) const STATE: &str = "state";
@@ -37,14 +40,18 @@ impl Topics {
         format!("{}/{}/{tail}", self.prefix, self.name)
     }
 
-    /// The topics to subscribe to. The bridge's own values are not among them, because it would get each
-    /// value back.
+    /// The topics to subscribe to: also those that are no commands, so that a wrong one is answered. Those of inputs
+    /// and motors are not among them, because the bridge would get each of its own values back. No topic matches two.
     pub(crate) fn filters(&self) -> Vec<String> {
-        let of_master = VERBS.iter().map(|verb| self.of(&format!("+/{verb}")));
-        let of_extension = VERBS.iter().map(|verb| self.of(&format!("+/+/{verb}")));
-        let own = [STOP, HEARTBEAT, STATE].map(|tail| self.of(tail));
+        let own = ["+/+", "+/+/+", STOP, HEARTBEAT, STATE].map(|tail| self.of(tail));
         let of_all = [STOP, HEARTBEAT].map(|tail| format!("{}/{tail}", self.prefix));
-        of_master.chain(of_extension).chain(own).chain(of_all).collect()
+        own.into_iter().chain(of_all).collect()
+    }
+
+    /// The topics of all values that a bridge of this name publishes, or has published with more extensions.
+    pub(crate) fn values(&self) -> HashSet<String> {
+        let tails = (0..=MAX_EXTENSIONS).flat_map(values_of);
+        tails.map(|(tail, _)| self.of(&tail)).collect()
     }
 
     /// What a message on this topic is for; `None` for a topic that was not subscribed to.
@@ -71,7 +78,6 @@ pub(crate) fn is_prefix(prefix: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::value::values_of;
     use super::*;
 
     #[test]
@@ -90,16 +96,18 @@ mod tests {
     }
 
     #[test]
-    fn no_filter_matches_what_the_bridge_tells_often() {
-        let filters = Topics::new("ft", "press").filters();
-        assert!(filters.contains(&"ft/press/+/set".to_owned()));
+    fn own_values_are_not_subscribed_to_or_not_read() {
+        let topics = Topics::new("ft", "press");
+        let filters = topics.filters();
+        assert!(filters.contains(&"ft/press/+/+".to_owned()));
         assert!(filters.contains(&"ft/stop".to_owned()));
-        let last = |topic: &str| topic.rsplit('/').next().unwrap_or_default().to_owned();
-        let ends: Vec<String> = filters.iter().map(|filter| last(filter)).collect();
-        for area in 0..2 {
-            for (tail, _) in values_of(area) {
-                assert!(!ends.contains(&last(&tail)), "{tail}");
-            }
+        assert!(!filters.contains(&"ft/press/+".to_owned()), "each change of an input comes back");
+        let unread = topics.values();
+        for topic in ["ft/press/I1/config", "ft/press/ext1/I1", "ft/press/ext8/remote/any"] {
+            assert!(unread.contains(topic), "{topic}");
+        }
+        for topic in ["ft/press/M1/set", "ft/press/ext1/M1/set", "ft/press/state", "ft/stop"] {
+            assert!(!unread.contains(topic), "{topic}");
         }
     }
 

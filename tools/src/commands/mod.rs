@@ -10,7 +10,7 @@ use ft_transfer_area::tx::{
     check_duty, check_power, Counter, Direction, Input, Motor, Output, SILENCE,
 };
 use ft_transfer_area::{Error, FishX1Transfer};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 pub(crate) use self::sentence::sentence;
 
@@ -65,7 +65,7 @@ pub(crate) struct Follower {
 }
 
 /// What a pair of outputs is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Pair {
     Motor,
@@ -73,6 +73,14 @@ pub(crate) enum Pair {
 }
 
 impl Pair {
+    /// Its name in messages.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Outputs => "outputs",
+        }
+    }
+
     pub(crate) fn of(area: &FishX1Transfer, motor: Motor) -> Self {
         match area.config.motor[motor.index()] {
             0 => Self::Outputs,

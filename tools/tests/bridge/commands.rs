@@ -61,16 +61,18 @@ fn wrong_commands_are_answered_and_change_nothing() {
     listener.send("ft/press/M1/set", r#"{"duty": 200}"#);
     wait_machine(&txt, "M1 turns", |machine| m1(machine) == 200);
     let mut wrong: Vec<(&str, Vec<u8>, &str)> = vec![
-        ("M1/set", b"full speed".to_vec(), "the payload is wrong"),
-        ("M1/set", br#"{"duty": 4000}"#.to_vec(), "the duty is 4000"),
+        ("M1/set", b"full speed".to_vec(), "the payload is no JSON"),
+        ("M1/set", br#"{"duty": 4000}"#.to_vec(), "from -512 to 512, not 4000"),
         ("M1/set", vec![0xC3, 0x28, 0xFF], "no UTF-8"),
         ("M1/set", vec![b'5'; 5000], "5000 bytes"),
         ("O1/set", br#"{"duty": 1}"#.to_vec(), "are the motor M1"),
-        ("M9/set", br#"{"duty": 1}"#.to_vec(), "there is no command"),
+        ("M9/set", br#"{"duty": 1}"#.to_vec(), "there is no terminal \"M9\""),
+        ("M1/speed", br#"{"duty": 1}"#.to_vec(), "its commands are M1/set, M1/move"),
+        ("ext1/motor/left", vec![], "there is no terminal \"motor\""),
         ("ext1/M1/set", br#"{"duty": 1}"#.to_vec(), "there is no extension 1"),
     ];
     let long = format!("{}/set", "x".repeat(60_000));
-    wrong.push((&long, b"{}".to_vec(), "there is no command"));
+    wrong.push((&long, b"{}".to_vec(), "there is no terminal"));
     for (tail, payload, error) in wrong {
         let (from, topic) = (listener.now(), format!("ft/press/{tail}"));
         listener.send(&topic, payload);

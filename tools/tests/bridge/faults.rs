@@ -2,10 +2,14 @@
 
 use std::path::Path;
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
 
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use super::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener};
+use super::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener, PATIENCE};
 
 /// A bridge whose M1 turns.
 fn turning(broker: &Broker, listener: &Listener) -> (SimulatedTxt, Bridge) {
@@ -38,7 +42,7 @@ fn a_broker_that_dies_stops_the_motors_and_may_come_back() {
     let (txt, bridge) = turning(&broker, &listener);
     broker.kill();
     wait_machine(&txt, "M1 is stopped", |machine| m1(machine) == 0);
-    bridge.wait_for("all motors are stopped: ");
+    bridge.wait_for("closed the connection; it was stopped or restarted");
     let from = listener.now();
     broker.start_again();
     listener.wait(from, "subscribed", |_| true);
@@ -70,7 +74,7 @@ fn a_message_that_is_too_large_stops_the_motors_and_nothing_else() {
     std::fs::write(file.path(), vec![b' '; 2 << 20]).unwrap();
     large_message(&broker, file.path());
     wait_machine(&txt, "M1 is stopped", |machine| m1(machine) == 0);
-    bridge.wait_for("a message of more than 1048576 bytes");
+    bridge.wait_for("but more than 1048576 are not read");
     works_again(&txt, &listener, from);
 }
 
@@ -110,6 +114,43 @@ fn a_controller_that_goes_away_is_told_and_goes_on_when_it_is_back() {
     listener.send("ft/press/M1/set", r#"{"duty": 44}"#);
     wait_machine(&txt, "M1 turns again", |machine| m1(machine) == 44);
     drop(bridge);
+}
+
+/// As when a laptop is closed and opened again.
+#[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
+#[test]
+fn what_came_while_the_bridge_was_suspended_moves_nothing() {
+    const OLD: i16 = 400;
+    let Some(broker) = Broker::start() else { return };
+    let listener = Listener::new(&broker);
+    let has_turned = Arc::new(AtomicBool::new(false));
+    let turned = Arc::clone(&has_turned);
+    let script = move |machine: &mut Machine| {
+        turned.fetch_or(m1(machine) == OLD, Ordering::Relaxed);
+    };
+    let txt = SimulatedTxt::builder().on_exchange(script).start().unwrap();
+    let host = txt.address().to_string();
+    let limits = ["--master-limit", "0", "--broker-limit", "60000"];
+    let bridge = Bridge::start(broker.port, [&*host, "--name", "press"].into_iter().chain(limits));
+    listener.wait(0, "ft/press/state", is_state("online"));
+    bridge.signal("STOP");
+    let from = listener.now();
+    listener.send("ft/press/M1/set", format!("{{\"duty\": {OLD}}}"));
+    // The broker has passed it on when it comes here.
+    listener.wait(from, "ft/press/M1/set", |_| true);
+    thread::sleep(Duration::from_millis(2500));
+    bridge.signal("CONT");
+    let told = listener.wait(from, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
+    let error = told["error"].as_str().unwrap();
+    // The controller may have been left meanwhile.
+    assert!(error.contains("may have waited") || error.contains("not online"), "{error}");
+    let deadline = Instant::now() + PATIENCE;
+    while txt.with_machine(|machine| m1(machine)) != 77 {
+        assert!(Instant::now() < deadline, "new commands move it");
+        listener.send("ft/press/M1/set", r#"{"duty": 77}"#);
+        thread::sleep(Duration::from_millis(50));
+    }
+    assert!(!has_turned.load(Ordering::Relaxed), "the old command has moved it");
 }
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]

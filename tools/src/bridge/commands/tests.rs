@@ -66,29 +66,29 @@ fn counters_and_modes_are_set() {
 }
 
 #[test]
-fn what_is_wrong_is_a_sentence_and_changes_nothing() {
+fn what_is_wrong_is_told_in_words_of_the_field_and_changes_nothing() {
     for (tail, payload, error) in [
-        ("M1/set", "abc", "the payload is wrong: expected value"),
-        ("M1/set", "", "missing field `duty`"),
-        ("M1/set", r#"{"duty": 513}"#, "the duty is 513, but has to be -512 to 512"),
-        ("M1/set", r#"{"duty": 99999999999999999999}"#, "the payload is wrong"),
-        ("M1/set", r#"{"dutty": 5}"#, "unknown field `dutty`"),
-        ("M1/set", r#"{"duty": "5"}"#, "invalid type: string"),
-        ("M5/set", r#"{"duty": 5}"#, "there is no command \"M5/set\""),
-        ("M1/go", "{}", "there is no command \"M1/go\""),
+        ("M1/set", "abc", "the payload is no JSON (expected value at line 1 column 1)"),
+        ("M1/set", "300", r#"the payload is 300; send {"duty": 300}"#),
+        ("M1/set", "", r#"duty is missing: a whole number from -512 to 512; send {"duty": 300}"#),
+        ("M1/set", r#"{"duty": 513}"#, "duty is a whole number from -512 to 512, not 513"),
+        ("M1/set", r#"{"duty": 99999999999999999999}"#, "-512 to 512, not 1e20"),
+        ("M1/set", r#"{"dutty": 5}"#, "duty is missing"),
+        ("M1/set", r#"{"duty": 5, "dutty": 5}"#, r#""dutty" is no field of this command"#),
+        ("M1/set", r#"{"duty": "5"}"#, r#"-512 to 512, not "5""#),
         ("O1/set", r#"{"duty": 5}"#, "O1 and O2 are the motor M1"),
-        ("O1/set", r#"{"duty": -5}"#, "has to be 0 to 512"),
-        ("M1/move", r#"{"duty": 5, "distance": 0}"#, "a distance is 1 to 65535 pulses"),
+        ("O1/set", r#"{"duty": -5}"#, "duty is a whole number from 0 to 512, not -5"),
+        ("M1/move", r#"{"duty": 5, "distance": 0}"#, "distance is a whole number from 1 to 65535"),
         ("M1/move", r#"{"duty": 5, "with": [{"motor": "M1"}]}"#, "M1 is named twice"),
-        ("M1/move", r#"{"duty": 5, "with": [{"motor": "M9"}]}"#, "there is no motor \"M9\""),
-        ("I1/mode", r#"{"mode": "colour", "digital": true}"#, "unknown mode \"colour\""),
-        ("sound/set", r#"{"sound": 100}"#, "the sound's index is 100"),
-        ("sound/set", r#"{"sound": "Ding"}"#, "there is no sound \"Ding\""),
-        ("sound/set", r#"{"sound": []}"#, "a sound is a number or a name"),
+        ("M1/move", r#"{"duty": 5, "with": [{"motor": "M9"}]}"#, r#"motor is M1 to M4, not "M9""#),
+        ("M1/move", r#"{"duty": 5, "with": ["M2"]}"#, r#"with is a list of motors, as [{"motor""#),
+        ("I1/mode", r#"{"mode": "colour", "digital": true}"#, "mode is voltage or resistance or"),
+        ("I1/mode", r#"{"mode": "voltage", "digital": 1}"#, "digital is true or false, not 1"),
+        ("sound/set", r#"{"sound": 100}"#, "sound is a sound's name or number, not 100"),
+        ("sound/set", r#"{"sound": "Ding"}"#, "1 Airplane, 2 Alarm, 3 Bell,"),
+        ("sound/set", r#"{"sound": 1, "repeat": -1}"#, "repeat is a whole number from 0 to 65535"),
         ("ext9/M1/set", r#"{"duty": 5}"#, "there is no ext9"),
         ("ext2/M1/set", r#"{"duty": 5}"#, "there is no extension 2"),
-        ("ext1/stop", "", "there is no command"),
-        ("", "", "there is no command"),
     ] {
         let found = after(tail, payload).unwrap_err();
         assert!(found.contains(error), "{tail} {payload}: {found}");
@@ -99,6 +99,50 @@ fn what_is_wrong_is_a_sentence_and_changes_nothing() {
     assert!(error.contains("4097 bytes"), "{error}");
     let deep = "[".repeat(4000);
     assert!(Received::parse("M1/set", deep.as_bytes()).is_err());
+    let long = format!("{{\"duty\": \"{}\"}}", "ä".repeat(1000));
+    let error = Received::parse("M1/set", long.as_bytes()).unwrap_err();
+    assert!(error.len() < 300 && error.contains("ää…"), "{error}");
+}
+
+#[test]
+fn a_topic_that_is_no_command_is_answered_with_those_that_are() {
+    for (tail, error) in [
+        ("M1/go", "M1 has no command \"go\"; its commands are M1/set, M1/move, M1/stop, M1/mode"),
+        ("ext1/O8/go", "O8 has no command \"go\"; its commands are O8/set"),
+        ("I1/set", "its commands are I1/mode"),
+        ("sound/play", "its commands are sound/set"),
+        (
+            "M5/set",
+            "there is no terminal \"M5\" that takes commands; there are M1 to M4 with /set,",
+        ),
+        ("ext1/stop", "stop and heartbeat for the whole controller"),
+        ("", "there is no terminal \"\""),
+    ] {
+        let found = after(tail, r#"{"duty": 5}"#).unwrap_err();
+        assert!(found.contains(error), "{tail}: {found}");
+    }
+}
+
+#[test]
+fn each_command_that_is_named_is_one() {
+    for (terminals, verbs) in COMMANDS {
+        for verb in verbs {
+            let terminal = terminals.split(' ').next().unwrap();
+            let error = Received::parse(&format!("{terminal}/{verb}"), b"{}").err();
+            let error = error.unwrap_or_default();
+            assert!(!error.contains("has no command") && !error.contains("no terminal"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn a_stop_needs_no_right_payload() {
+    let mut areas = [FishX1Transfer::default(); 2];
+    for stop in ["M1/stop", "stop"] {
+        Received::parse("M1/set", br#"{"duty": 200}"#).unwrap().apply(&mut areas).unwrap();
+        Received::parse(stop, &[0xFF]).unwrap().apply(&mut areas).unwrap();
+        assert_eq!(areas[0].output.duty, [0; 8], "{stop}");
+    }
 }
 
 #[test]
