@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::broker::random;
 use crate::lines;
+use crate::print::clean;
 
 /// The events that the bridge tells: changes of inputs as values, the others as [`Happened`].
 pub(crate) const TOLD: [EventKind; 4] = [
@@ -146,7 +147,7 @@ pub(crate) fn json(payload: &impl Serialize) -> String {
     serde_json::to_string(payload).unwrap_or_default()
 }
 
-/// Prints a line about one controller.
+/// Prints a line about one controller. What others have sent may be in it, and makes no lines of its own.
 pub(crate) fn say(name: &str, line: &str) {
-    lines::print(&format!("{name}: {line}"));
+    lines::print(&format!("{name}: {}", clean(line)));
 }
