@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use super::commands::Received;
-use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
+use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE, STOP};
 use super::value::values_of;
 
 const DOCUMENT: &str = include_str!("../../../docs/bridge.md");
@@ -66,42 +66,75 @@ fn the_documented_commands_work() {
     }
 }
 
+/// What is wrong with a flow: ids that are used twice, or that nobody has.
+fn check_flow(flow: &[Value]) {
+    let ids: BTreeSet<&str> = flow.iter().map(|node| text(node, "id")).collect();
+    assert_eq!(ids.len(), flow.len(), "each node has an id of its own");
+    let ends = |node: &Value, key: &str| -> Vec<String> {
+        let lists = node[key].as_array().into_iter().flatten();
+        lists
+            .flat_map(|end| end["wires"].as_array().cloned().unwrap_or_default())
+            .map(|end| text(&end, "id").to_owned())
+            .collect()
+    };
+    for node in flow {
+        let wired = node["wires"].as_array().into_iter().flatten();
+        let wired =
+            wired.flat_map(|ends| ends.as_array().unwrap()).map(|end| end.as_str().unwrap());
+        let mut named: Vec<String> = wired.map(str::to_owned).collect();
+        named.extend(["in", "out"].iter().flat_map(|key| ends(node, key)));
+        let keys = match text(node, "type") {
+            // Its broker is an address.
+            "mqtt-broker" => &["z"][..],
+            _ => &["z", "broker", "server"],
+        };
+        named.extend(keys.iter().map(|key| text(node, key).to_owned()));
+        // An instance of a subflow has its id in its type.
+        named.extend(text(node, "type").strip_prefix("subflow:").map(str::to_owned));
+        for id in named.iter().filter(|id| !id.is_empty()) {
+            assert!(ids.contains(&**id), "{id} of {}", node["id"]);
+        }
+    }
+}
+
+fn text<'a>(node: &'a Value, key: &str) -> &'a str {
+    node[key].as_str().unwrap_or_default()
+}
+
 #[test]
 fn the_flow_for_node_red_is_well_formed_and_uses_the_topics() {
     let flow: Vec<Value> = serde_json::from_str(FLOW).unwrap();
-    let text = |node: &Value, key: &str| node[key].as_str().unwrap_or_default().to_owned();
-    let ids: BTreeSet<String> = flow.iter().map(|node| text(node, "id")).collect();
-    assert_eq!(ids.len(), flow.len(), "each node has an id of its own");
-    let topics = Topics::new("ft", "press");
-    let tail = |topic: &str| match topics.addressed(topic) {
-        Some(Addressed::Command(tail)) => tail.to_owned(),
-        Some(Addressed::State) => STATE.to_owned(),
-        None => panic!("{topic}"),
-    };
-    let is_command = |topic: &str| {
+    check_flow(&flow);
+    let is_command = |tail: &str| {
+        let error = Received::parse(tail, b"{}").err().unwrap_or_default();
         // The payload comes from other nodes.
-        let error = Received::parse(&tail(topic), b"{}").err().unwrap_or_default();
-        assert!(!error.contains("there is no"), "{error}");
+        assert!(error.is_empty() || error.contains("is missing"), "{tail}: {error}");
     };
+    let topics = Topics::new("ft", "press");
+    let mut controllers = BTreeSet::new();
     for node in &flow {
-        for wire in node["wires"].as_array().into_iter().flatten() {
-            for end in wire.as_array().unwrap() {
-                assert!(ids.contains(end.as_str().unwrap()), "{end}");
+        match text(node, "type") {
+            // Their topics come with messages.
+            "mqtt in" | "mqtt out" => assert_eq!(text(node, "topic"), ""),
+            "inject" if !text(node, "topic").is_empty() => is_command(text(node, "topic")),
+            "mqtt-broker" => {
+                let tail = |topic| match topics.addressed(topic) {
+                    Some(Addressed::Command(tail)) => tail,
+                    Some(Addressed::State) | None => panic!("{topic}"),
+                };
+                assert_eq!(tail(text(node, "willTopic")), STOP);
+                assert_eq!(text(node, "willRetain"), "false");
             }
-        }
-        let topic = text(node, "topic");
-        match &*text(node, "type") {
-            "mqtt in" => assert!(told().contains(&tail(&topic)), "{topic}"),
-            "mqtt out" => {
-                is_command(&topic);
-                assert_eq!(node["retain"], "false", "{topic}");
+            "subflow:ft-txt" => {
+                controllers.insert(node["env"][0]["value"].as_str().unwrap());
             }
-            "mqtt-broker" => is_command(&text(node, "willTopic")),
             _ => {}
         }
+        if text(node, "type") == "mqtt out" {
+            assert_eq!(text(node, "retain"), "false");
+        }
     }
-    let kinds: BTreeSet<String> = flow.iter().map(|node| text(node, "type")).collect();
-    for kind in ["mqtt in", "mqtt out", "mqtt-broker", "function", "debug"] {
-        assert!(kinds.contains(kind), "{kind}");
-    }
+    assert!(controllers.len() > 1, "{controllers:?}");
+    is_command("M1/set");
+    assert!(FLOW.contains(r#"topic: \"M1/set\""#) && told().contains("I1"));
 }
