@@ -113,7 +113,8 @@ pub enum Error {
         given: String,
     },
     /// No controller was found, by the host `auto` or by
-    /// [`find_controllers`](crate::find_controllers). Nothing was started.
+    /// [`find_controllers`](crate::find_controllers). Nothing was started. The only error that prints several
+    /// lines: after its sentence one for each address, and what to check.
     NoController {
         /// The addresses that were tried, and what happened there.
         tried: Vec<TriedAddress>,

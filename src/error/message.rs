@@ -71,13 +71,21 @@ impl fmt::Display for Error {
                 "{given:?} is no address of a controller; write the host alone, as 192.168.7.2, or \
                  with a port of 1 to 65535, as 192.168.7.2:65000 or [::1]:65000"
             ),
-            Self::NoController { tried } => write!(
-                f,
-                "no controller was found{}; check that the TXT is switched on and has finished \
-                 starting, that its cable is plugged in or the PC is in its Wi-Fi or paired by Bluetooth, \
-                 and that no other program uses it; for a TXT in another network, give its address",
-                if tried.is_empty() { String::new() } else { format!(" at {}", list(tried)) }
-            ),
+            Self::NoController { tried } => {
+                // The lines after the first one are for those who want to know more.
+                f.write_str(
+                    "no controller was found; switch the TXT on and connect it, or start a simulated one with \
+                     `txt simulate`",
+                )?;
+                for address in tried {
+                    write!(f, "\n  {address}")?;
+                }
+                f.write_str(
+                    "\n  A TXT must have finished starting, its cable must be plugged in or the PC be in its Wi-Fi \
+                     or paired by Bluetooth, and no other program may use it. For a TXT in another network, give \
+                     its address.",
+                )
+            }
             Self::SeveralControllers { found } => write!(
                 f,
                 "there are several controllers: {}; use the address of the one to control instead of \

@@ -153,7 +153,7 @@ fn what_happened_is_told_for_each_address_in_order() {
 fn without_addresses_no_controller_is_found() {
     let error = find_controllers_at::<&str>(&[], LIMIT).unwrap_err();
     assert_eq!(error, Error::NoController { tried: vec![] });
-    assert!(error.to_string().starts_with("no controller was found; check"), "{error}");
+    assert!(error.to_string().starts_with("no controller was found; switch the TXT on"), "{error}");
 }
 
 #[test]

@@ -126,9 +126,11 @@ fn without_a_controller_it_says_what_happened_and_what_to_check() {
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(text(&output.stdout), "");
     let said = text(&output.stderr);
-    assert_eq!(said.lines().count(), 1, "{said}");
-    assert!(said.contains("127.0.0.1:1 (this machine): nothing listens there"), "{said}");
-    assert!(said.contains("check that the TXT is switched on"), "{said}");
+    let lines: Vec<_> = said.lines().collect();
+    let [sentence, address, check] = lines[..] else { panic!("{said}") };
+    assert!(sentence.contains("`txt simulate`"), "{sentence}");
+    assert_eq!(address, "  127.0.0.1:1 (this machine): nothing listens there");
+    assert!(check.contains("must have finished starting"), "{check}");
 }
 
 #[test]

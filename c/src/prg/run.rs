@@ -48,6 +48,11 @@ pub(super) fn run(init: PrgInit, tic: PrgTic) -> c_int {
             words::say(&error.to_string());
             FAILED
         }),
+        // This one says itself that there is none, and where it was looked for.
+        Err(error @ Error::NoController { .. }) => {
+            words::say(&error.to_string());
+            FAILED
+        }
         Err(error) => {
             words::say(&format!("no controller at {host}: {error}"));
             FAILED

@@ -70,9 +70,13 @@ fn auto_without_a_controller_lists_the_addresses_and_what_to_check() {
         perhaps_in_use: false,
     };
     assert_eq!(error, Error::NoController { tried: vec![tried] });
-    let sentence = error.to_string();
-    assert!(sentence.contains("127.0.0.1:1 (this machine): nothing listens there"), "{sentence}");
-    assert!(sentence.contains("check that the TXT is switched on"), "{sentence}");
+    let text = error.to_string();
+    let lines: Vec<_> = text.lines().collect();
+    let [sentence, address, check] = lines[..] else { panic!("{text}") };
+    // It fits on a line of a terminal, and names what to try.
+    assert!(sentence.len() <= 110 && sentence.ends_with("`txt simulate`"), "{sentence}");
+    assert_eq!(address, "  127.0.0.1:1 (this machine): nothing listens there");
+    assert!(check.contains("no other program may use it"), "{check}");
 }
 
 #[test]
