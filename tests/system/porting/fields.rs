@@ -35,6 +35,8 @@ struct Field {
     /// Its path, with `[0]` after an array of structs.
     path: Vec<String>,
     place: Place,
+    /// The type that the compiler gives a field of the crate.
+    type_name: &'static str,
 }
 
 impl Field {
@@ -42,7 +44,7 @@ impl Field {
         let path: Vec<String> = path.split('.').map(str::to_owned).collect();
         let number = |text: &str| text.trim().parse().unwrap();
         let place = (number(offset), number(size), path.len());
-        Self { path, place }
+        Self { path, place, type_name: "" }
     }
 
     fn show(&self) -> String {
@@ -82,6 +84,12 @@ fn last_name(type_name: &'static str) -> &'static str {
     element.rsplit("::").next().unwrap_or_default()
 }
 
+/// A type as a program writes it: `[transfer_area::config::UniConfig; 8]` without the path.
+fn short(type_name: &str) -> String {
+    let parts = type_name.split_inclusive(['[', ' ']);
+    parts.map(|part| part.rsplit("::").next().unwrap_or(part)).collect()
+}
+
 macro_rules! parts {
     ($($name:ident { $($field:ident)+ })+) => {
         vec![$($(Part::new(stringify!($field), offset_of!($name, $field), |of: &$name| &of.$field)),+),+]
@@ -103,7 +111,8 @@ fn add_fields(parts: &[Part], of: &str, above: &[String], begin: usize, fields: 
     for part in parts.iter().filter(|part| part.of == of) {
         let mut path = [above, &[part.name.to_owned()]].concat();
         let (offset, depth) = (begin + part.offset, path.len());
-        fields.push(Field { path: path.clone(), place: (offset, part.size, depth) });
+        let place = (offset, part.size, depth);
+        fields.push(Field { path: path.clone(), place, type_name: part.type_name });
         if part.type_name.starts_with('[') {
             path[depth - 1] += "[0]";
         }
@@ -126,7 +135,8 @@ pub(crate) fn rows(source: &Source) -> (Vec<String>, Vec<String>) {
     }
     let mut places: Vec<&Place> = txt.keys().filter(|place| rust.contains_key(place)).collect();
     places.sort_by_key(|(offset, size, depth)| (*offset, *depth, *size));
-    let mut rows = vec!["| TXT | ROBO TX | Rust |".to_owned(), "|---|---|---|".to_owned()];
+    let mut rows =
+        vec!["| TXT | ROBO TX | Rust | type |".to_owned(), "|---|---|---|---|".to_owned()];
     for place in places {
         let (field, c) = (&rust[place], &txt[place]);
         let tx = robo_tx.get(place);
@@ -134,7 +144,8 @@ pub(crate) fn rows(source: &Source) -> (Vec<String>, Vec<String>) {
             mistakes.extend(misnamed(source, field, c));
         }
         let tx = tx.map(|tx| format!("`{}`", tx.show())).unwrap_or_default();
-        rows.push(format!("| `{}` | {tx} | `area.{}` |", c.show(), field.show()));
+        let (c, rust, kind) = (c.show(), field.show(), short(field.type_name));
+        rows.push(format!("| `{c}` | {tx} | `area.{rust}` | `{kind}` |"));
     }
     (rows, mistakes)
 }
