@@ -94,7 +94,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     handler.end_transfer()?;
     let statistics = handler.statistics();
     println!(
-        "The motors are stopped. {} exchanges of {:.1} to {:.1} ms were done, with {} late reactions.",
+        "The motors are stopped. {} exchanges of {:.1} to {:.1} ms were done; {} were answered too late for the \
+         next one.",
         statistics.cycles,
         statistics.shortest_cycle.as_secs_f64() * 1e3,
         statistics.longest_cycle.as_secs_f64() * 1e3,

@@ -6,6 +6,7 @@
 
 mod camera;
 mod links;
+mod troubleshooting;
 
 use std::{env, fs};
 
