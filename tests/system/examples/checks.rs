@@ -152,7 +152,7 @@ pub(crate) fn ways(lines: &[String]) {
 }
 
 /// I1, M1 and C1 of both controllers in a line of the sample's table: pressed, runs, count.
-fn columns(line: &str) -> Option<[(bool, bool, i64); 2]> {
+pub(crate) fn columns(line: &str) -> Option<[(bool, bool, i64); 2]> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let [_, "s", i1, _, "cm", m1, c1, "│", e_i1, _, "cm", e_m1, e_c1] = words[..] else {
         return None;
