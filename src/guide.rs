@@ -4,6 +4,7 @@
 //! one name the first counts, so a definition before a page here replaces the page's own.
 
 /// [c_functions.md]: c_functions
+/// [porting.md]: porting
 /// [reliability.md]: reliability
 /// [simulator.md]: simulator
 #[doc = include_str!("../docs/c_programs.md")]

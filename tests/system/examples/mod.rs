@@ -9,8 +9,6 @@ mod wifi;
 
 use std::io::{Read, Write};
 use std::net::{Ipv4Addr, TcpStream};
-use std::process::{Command, Output, Stdio};
-use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
@@ -18,26 +16,13 @@ use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::{ExchangeData, StartOnline};
 use ft_transfer_area::{FirmwareVersion, FishX1Transfer, TransferAreaComHandler};
 
-use crate::program::{simulate, Program, DEADLINE};
+use crate::program::{output_in_time, simulate, Program, DEADLINE};
 
 /// Without a pace, a step of the world is still one exchange of 10 ms.
 const UNPACED_SLIDE: [&str; 4] = ["--pace", "0", "--world", "slide"];
 
 fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
-}
-
-/// The output of a program. It is killed if it does not end.
-pub(crate) fn output_in_time(command: &mut Command) -> Output {
-    let begin = Instant::now();
-    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    while child.try_wait().unwrap().is_none() {
-        if begin.elapsed() > DEADLINE {
-            child.kill().unwrap();
-        }
-        thread::sleep(Duration::from_millis(1));
-    }
-    child.wait_with_output().unwrap()
 }
 
 #[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]

@@ -23,7 +23,7 @@ struct Sample {
     check: fn(&[String]),
 }
 
-const SAMPLES: [Sample; 11] = [
+const SAMPLES: [Sample; 12] = [
     Sample { name: "c_program", shows: &[], endless: false, check: checks::gate },
     Sample { name: "camera", shows: &[], endless: false, check: checks::pictures },
     Sample { name: "extended_motor_control", shows: &[], endless: false, check: checks::distances },
@@ -79,6 +79,12 @@ const SAMPLES: [Sample; 11] = [
     },
     Sample { name: "sound_and_lamps", shows: &[], endless: false, check: checks::lamps_and_sounds },
     Sample {
+        name: "warehouse",
+        shows: &["fetching A1", "A1 is outside", "A1 is back", "1 of 1 orders, 0 stops"],
+        endless: false,
+        check: |_| {},
+    },
+    Sample {
         name: "wifi",
         shows: &["M3 runs 50 pulses there.", "M3 runs 250 pulses back.", "  done after"],
         endless: true,
@@ -112,11 +118,13 @@ fn each_sample_runs_with_the_simulated_txt_in_another_terminal() {
 
 fn assert_plays_with_the_program(Sample { name, shows, endless, check }: &Sample) {
     let folder = tempfile::tempdir().unwrap();
-    let world = match *name {
-        "sorting_line" => quick_sorting_line(folder.path()),
-        _ => String::from("default"),
+    let (world, pace) = match *name {
+        "sorting_line" => (quick_sorting_line(folder.path()), "10"),
+        // It has to go far, and counts cycles.
+        "warehouse" => (String::from("high_bay_warehouse"), "0"),
+        _ => (String::from("default"), "10"),
     };
-    let program = Program::start(&["--world", &world]);
+    let program = Program::start(&["--world", &world, "--pace", pace]);
     let mut run = Run::start(name, &[&format!("127.0.0.1:{}", program.ports[0])]);
     shows.iter().for_each(|part| run.wait_for(part));
     if *endless {
@@ -167,7 +175,7 @@ struct Table {
     on: &'static [(usize, usize)],
 }
 
-const TABLES: [Table; 8] = [
+const TABLES: [Table; 9] = [
     Table { name: "c_program", user: press_i3, on: &[(0, 4)] },
     Table { name: "extended_motor_control", user: |_| {}, on: &[(0, 0)] },
     Table { name: "extension", user: press_i1, on: &[(0, 0), (1, 0)] },
@@ -175,6 +183,8 @@ const TABLES: [Table; 8] = [
     Table { name: "motor_on_off_switch", user: press_i1, on: &[(0, 0), (1, 0)] },
     Table { name: "slide_on_events", user: release_i3, on: &[(0, 4)] },
     Table { name: "sound_and_lamps", user: release_i3, on: &[(0, 7)] },
+    // Its fork looks for its switch, which is not there.
+    Table { name: "warehouse", user: |_| {}, on: &[(0, 4)] },
     Table { name: "wifi", user: |_| {}, on: &[(0, 4)] },
 ];
 

@@ -9,8 +9,7 @@ use ft_transfer_area::tx::Input;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::examples::output_in_time;
-use crate::program::{example, txt, Program, DEADLINE};
+use crate::program::{example, output_in_time, txt, Program, DEADLINE};
 
 /// The examples with the solutions, in the order of the lessons.
 const SOLUTIONS: [&str; 10] = [

@@ -11,6 +11,7 @@ mod names;
 mod public;
 mod rows;
 mod source;
+mod whole;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

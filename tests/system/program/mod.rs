@@ -2,9 +2,9 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
-use std::process::{Child, ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Output, Stdio};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 
@@ -28,6 +28,11 @@ pub(crate) fn txt() -> Command {
     built("", "txt", "cargo build --package txt-tools")
 }
 
+/// The program that runs C programs, built with the tests of all packages.
+pub(crate) fn tx_run() -> Command {
+    built("", "tx_run", "cargo build --package ft-transfer-area-c")
+}
+
 /// A program beside the tests, in the folder `target/debug`.
 fn built(folder: &str, name: &str, how: &str) -> Command {
     let tests: PathBuf = std::env::current_exe().unwrap();
@@ -44,6 +49,19 @@ pub(crate) fn read_all(mut stream: impl Read + Send + 'static) -> JoinHandle<Str
         stream.read_to_end(&mut said).unwrap();
         String::from_utf8(said).unwrap()
     })
+}
+
+/// The output of a program. It is killed if it does not end.
+pub(crate) fn output_in_time(command: &mut Command) -> Output {
+    let begin = Instant::now();
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while child.try_wait().unwrap().is_none() {
+        if begin.elapsed() > DEADLINE {
+            child.kill().unwrap();
+        }
+        thread::sleep(Duration::from_millis(1));
+    }
+    child.wait_with_output().unwrap()
 }
 
 /// The simulated TXT as a program on free ports. It ends when this is dropped.
