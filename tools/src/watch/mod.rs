@@ -1,10 +1,10 @@
 //! `txt watch`: looks at what a program and a controller say to each other, and passes it on.
 //!
 //! The relay passes the bytes on, in a thread of its own, and keeps a copy. All that looks at them has a second
-//! thread: it reads the copies, and tells the page, the recording and the lines what they mean.
+//! thread: it reads the copies, and tells the page, the recording and the changes what they mean.
 
+mod changes;
 mod decode;
-mod lines;
 mod passage;
 mod ports;
 mod record;
@@ -24,13 +24,13 @@ use ft_transfer_area::PORT;
 pub(crate) use self::decode::{Cycle, Happened, I2cExchange, Told};
 pub(crate) use self::ports::Line;
 
+use self::changes::Changes;
 use self::decode::Decoder;
-use self::lines::Lines;
 use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
 use crate::panel::{self, Watched};
-use crate::{interrupt, print};
+use crate::{interrupt, lines, print};
 
 /// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
 const LOOK: Duration = Duration::from_millis(5);
@@ -76,6 +76,8 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+    // A paused terminal must not hold up what passes.
+    lines::never_wait()?;
     if let Some(path) = &args.record {
         let is_there = path.is_file() && !args.force;
         ensure!(!is_there, "{} is there already; --force replaces it", path.display());
@@ -94,13 +96,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         _opening = Some(opening);
         (Some(url), Some(watched))
     };
-    let lines = args.json.then(Lines::start).transpose()?;
+    let changes = args.json.then(Changes::start).transpose()?;
 
     let (tap, pieces) = tap::tap();
     let relay = Relay::start(listeners, controller, tap)?;
     let (main, controller) = (main.to_string(), controller.to_string());
-    match &lines {
-        Some(lines) => lines.begin(&main, &controller, page.as_deref()),
+    match &changes {
+        Some(changes) => changes.begin(&main, &controller, page.as_deref()),
         None => announce(&main, &controller, page.as_deref())?,
     }
     let ending = Arc::new(AtomicBool::new(false));
@@ -109,7 +111,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         decoder: Decoder::default(),
         watched,
         record,
-        lines,
+        changes,
         notes: Notes::default(),
     };
     let looks = thread::Builder::new().name("looker".to_owned()).spawn({
@@ -143,7 +145,7 @@ struct Looker {
     decoder: Decoder,
     watched: Option<Watched>,
     record: Option<Record>,
-    lines: Option<Lines>,
+    changes: Option<Changes>,
     notes: Notes,
 }
 
@@ -158,14 +160,14 @@ impl Looker {
             }
             thread::sleep(LOOK);
         }
-        if let Some(lines) = self.lines {
-            lines.finish();
+        if let Some(changes) = self.changes {
+            changes.finish();
         }
         self.record.map_or(Ok(()), Record::finish)
     }
 
     fn look(&mut self) {
-        let Self { pieces, decoder, watched, record, lines, notes } = self;
+        let Self { pieces, decoder, watched, record, changes, notes } = self;
         while let Some(piece) = pieces.next() {
             decoder.take(piece, &mut |told| {
                 notes.take(&told);
@@ -176,8 +178,8 @@ impl Looker {
                 if let Some(record) = record {
                     record.take(&told);
                 }
-                if let Some(lines) = lines {
-                    lines.take(&told);
+                if let Some(changes) = changes {
+                    changes.take(&told);
                 }
             });
         }

@@ -23,7 +23,7 @@ const WAITING: usize = 20_000;
 const END_LIMIT: Duration = Duration::from_millis(500);
 
 /// Prints lines.
-pub(super) struct Lines {
+pub(super) struct Changes {
     sender: Sender<Value>,
     begin: Instant,
     /// The values of each area that were told last; none before the first cycle of a connection.
@@ -45,7 +45,7 @@ struct MotorValue {
     ready: bool,
 }
 
-impl Lines {
+impl Changes {
     pub(super) fn start() -> anyhow::Result<Self> {
         let (sender, lines) = bounded(WAITING);
         let (printing, printed) = bounded(0);
