@@ -19,7 +19,7 @@ fn txt() -> SimulatedTxt {
 }
 
 /// What a client receives that drives the slide back and forth.
-fn session(to: std::net::SocketAddr) -> Vec<u8> {
+fn received_by_client(to: std::net::SocketAddr) -> Vec<u8> {
     let mut client = KitClient::online(to);
     for number in 0..EXCHANGES {
         let duty = if number / 100 % 2 == 0 { [512 - number % 7, 0] } else { [0, 300] };
@@ -37,9 +37,9 @@ fn session(to: std::net::SocketAddr) -> Vec<u8> {
 fn a_client_of_the_kit_receives_the_same_bytes_as_without_it() {
     let (direct, watched) = (txt(), txt());
     let watch = Watch::start(watched.address(), &["--no-page"]);
-    let expected = session(direct.address());
+    let expected = received_by_client(direct.address());
     assert!(expected.len() > 20 * EXCHANGES as usize, "values change: {}", expected.len());
-    assert!(session(([127, 0, 0, 1], watch.port).into()) == expected);
+    assert!(received_by_client(([127, 0, 0, 1], watch.port).into()) == expected);
     let exchanges = |txt: &SimulatedTxt| txt.with_machine(|machine| machine.exchanges());
     assert_eq!(exchanges(&watched), exchanges(&direct));
 }
