@@ -207,9 +207,9 @@ fn the_page_comes_as_one_file_and_says_what_it_waits_for() -> Result<()> {
         page.ensure_no_console_errors().await?;
 
         let script = "const now = performance.now.bind(performance);
-            [window.later, window.closed] = [0, 0];
+            [window.later, window.givenUp] = [0, 0];
             performance.now = () => now() + window.later;
-            window.WebSocket = class extends EventTarget { readyState = 0; close() { window.closed += 1; } }";
+            window.WebSocket = class extends EventTarget { readyState = 0; close() { window.givenUp += 1; } }";
         let never_open = json!({ "source": script });
         client
             .issue_cmd(Beyond::browser("Page.addScriptToEvaluateOnNewDocument", never_open))
@@ -218,7 +218,7 @@ fn the_page_comes_as_one_file_and_says_what_it_waits_for() -> Result<()> {
         page.wait_for_text(".waiting", "Waiting for the program").await?;
         // A slow network may need some seconds for a connection, but not forever.
         let closed = "window.later = arguments[0];
-            return new Promise((done) => setTimeout(() => done(window.closed), 600))";
+            return new Promise((done) => setTimeout(() => done(window.givenUp), 600))";
         let early = page.run(closed, json!(5000)).await?;
         ensure!(early == json!(0), "it has given up {early} times");
         page.wait_for_value(closed, "20000", |closed| *closed != 0).await?;
