@@ -217,7 +217,7 @@ fn the_page_comes_as_one_file_and_says_what_it_waits_for() -> Result<()> {
         client.refresh().await?;
         page.wait_for_text(".waiting", "Waiting for the program").await?;
         // A slow network may need some seconds for a connection, but not forever.
-        let closed = "window.later = arguments[0];
+        let closed = "window.later = Number(arguments[0]);
             return new Promise((done) => setTimeout(() => done(window.givenUp), 600))";
         let early = page.run(closed, json!(5000)).await?;
         ensure!(early == json!(0), "it has given up {early} times");
