@@ -143,7 +143,7 @@ impl Fields {
         match self.left.keys().next() {
             None => Ok(()),
             Some(name) => {
-                Err(format!("{} is no field of this command; send {}", short(name), self.form))
+                Err(format!("{:?} is no field of this command; send {}", short(name), self.form))
             }
         }
     }
