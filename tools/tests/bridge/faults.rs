@@ -138,8 +138,8 @@ fn what_came_while_the_bridge_was_suspended_moves_nothing() {
     listener.send("ft/press/M1/set", format!("{{\"duty\": {OLD}}}"));
     // The broker has passed it on when it comes here.
     listener.wait(from, "ft/press/M1/set", |_| true);
-    // Longer than a command may wait, shorter than the controller waits.
-    thread::sleep(Duration::from_millis(1500));
+    // Much longer than a command may wait.
+    thread::sleep(Duration::from_millis(2500));
     bridge.signal("CONT");
     let told = listener.wait(from, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
     let error = told["error"].as_str().unwrap();
