@@ -98,7 +98,7 @@ pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result
 pub(crate) fn distance(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     for direction in [Direction::Cw, Direction::Ccw] {
         let together = [(Motor::M2, direction)];
-        let slaves = if matches!(mistake, "one_wheel" | "curve") { &[][..] } else { &together };
+        let slaves: &[_] = if matches!(mistake, "one_wheel" | "curve") { &[] } else { &together };
         let mut areas = handler.lock();
         let area = &mut areas[LOCAL_IO];
         area.start_motor_ex_cmd(Motor::M1, DUTY_MAX, direction, slaves, 500)?;
