@@ -93,6 +93,10 @@ fn run(start: impl FnOnce(&str) -> Command) -> Done {
     assert!(output.status.success(), "{}: {said}{errors}", output.status);
     let mut outputs = std::mem::take(&mut *noted.lock().unwrap());
     outputs.dedup();
+    // The end of a transfer stops the sound, too. C leaves it to its end.
+    if let Some((_, _, sound)) = outputs.last_mut() {
+        *sound = 0;
+    }
     let places = txt.with_machine(|machine| {
         assert_eq!(machine.oddities().next(), None);
         assert_eq!(machine.commands().last(), Some(CommandId::StopOnline));
