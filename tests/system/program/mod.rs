@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
-pub(crate) const DEADLINE: Duration = Duration::from_secs(60);
+pub(crate) const DEADLINE: Duration = Duration::from_secs(180);
 
 /// An example, built with the tests.
 pub(crate) fn example(name: &str) -> Command {
