@@ -26,7 +26,10 @@ const INSIDE: &str = "TXT_EXAMPLES_INSIDE";
 const ADDRESSES: [&str; 3] = ["192.168.7.2", "192.168.8.2", "192.168.1.17"];
 
 /// Commands that end by themselves. The others go on until Ctrl-C.
-const ENDING: [&str; 5] = ["compare", "csv", "find", "info", "plot"];
+const ENDING: [&str; 6] = ["check", "compare", "csv", "find", "info", "plot"];
+
+/// Commands that write a recording.
+const RECORDING: [&str; 2] = ["record", "watch"];
 
 /// The one without an address of its own, as in the example of `txt find`.
 const BESIDE: u16 = 65010;
@@ -69,32 +72,47 @@ fn text(output: &Output) -> String {
 /// Each example, in a folder with recordings, and with controllers at all addresses.
 fn run_all() {
     let recording = recording();
+    // It takes the ports of the controllers at all addresses.
+    run_each("classroom", &recording);
     let txts: Vec<SimulatedTxt> = ADDRESSES.iter().map(|address| controller_at(address)).collect();
     let beside = SimulatedTxt::builder().port(BESIDE).start().unwrap();
     let broker = Broker::start();
-    for command in COMMANDS.into_iter().map(Some).chain([None]) {
-        let examples = examples(command);
-        assert!(!examples.is_empty(), "{command:?} has no example");
-        if command == Some("bridge") {
-            match &broker {
-                Some(_) => bridge(&examples),
-                None => assert!(mosquitto().is_none()),
-            }
-            continue;
-        }
-        for example in &examples {
-            assert!(example.starts_with("txt "), "{example}");
-            let folder = tempfile::tempdir().unwrap();
-            // A recording is not in the way of another one.
-            if command != Some("record") {
-                for name in ["run.mcap", "yesterday.mcap", "today.mcap"] {
-                    fs::copy(recording.path().join("run.mcap"), folder.path().join(name)).unwrap();
-                }
-            }
-            try_out(example, !ENDING.contains(&command.unwrap_or_default()), folder.path());
+    for command in COMMANDS {
+        match command {
+            "classroom" => {}
+            "bridge" if broker.is_none() => assert!(mosquitto().is_none()),
+            "bridge" => bridge(&examples(Some(command))),
+            _ => run_each(command, &recording),
         }
     }
+    for example in examples(None) {
+        assert_eq!(try_out(&example, true, recording.path()), Some(0), "{example}");
+    }
     drop((txts, beside));
+}
+
+/// Runs all examples of a command, each in a folder of its own.
+fn run_each(command: &str, recording: &TempDir) {
+    let examples = examples(Some(command));
+    assert!(!examples.is_empty(), "{command} has no example");
+    for example in &examples {
+        assert!(example.starts_with("txt "), "{example}");
+        let folder = tempfile::tempdir().unwrap();
+        // A recording is not in the way of another one.
+        if !RECORDING.contains(&command) {
+            for name in ["run.mcap", "yesterday.mcap", "today.mcap"] {
+                fs::copy(recording.path().join("run.mcap"), folder.path().join(name)).unwrap();
+            }
+        }
+        let mut status = 0;
+        if command == "check" {
+            write_programs(folder.path());
+            // The pupil's programs do nothing yet, and that is what the check says.
+            status = 1;
+        }
+        let ended = try_out(example, !ENDING.contains(&command), folder.path());
+        assert_eq!(ended, Some(status), "{example}");
+    }
 }
 
 /// The lines of a command's examples: what comes after three spaces explains them.
@@ -110,8 +128,18 @@ fn examples(command: Option<&str>) -> Vec<String> {
     lines.map(|line| line.split("   ").next().unwrap().trim().to_owned()).collect()
 }
 
-/// Runs an example until it ends. One that is endless is ended with Ctrl-C when it has printed or written something.
-fn try_out(example: &str, is_endless: bool, folder: &Path) {
+/// The programs that the examples of `txt check` name.
+fn write_programs(folder: &Path) {
+    let lamp = folder.join("target/debug/lamp");
+    fs::create_dir_all(lamp.parent().unwrap()).unwrap();
+    fs::write(&lamp, "#!/bin/sh\nsleep 1\n").unwrap();
+    assert!(Command::new("chmod").arg("+x").arg(&lamp).status().unwrap().success());
+    fs::write(folder.join("end_switch.py"), "").unwrap();
+}
+
+/// Runs an example until it ends, and returns its status. One that is endless is ended with Ctrl-C when it has printed
+/// or written something.
+fn try_out(example: &str, is_endless: bool, folder: &Path) -> Option<i32> {
     let before = files(folder);
     let mut running = Example::start(example, folder);
     let begin = Instant::now();
@@ -126,8 +154,11 @@ fn try_out(example: &str, is_endless: bool, folder: &Path) {
         assert!(begin.elapsed() < DEADLINE, "{example}: there is nothing to see of it");
         thread::sleep(Duration::from_millis(20));
     };
-    assert!(ended.success(), "{example}: {ended}: {}", running.printed());
     assert!(files(folder) > before || running.has_printed(), "{example} does nothing");
+    if ended.code() != Some(0) {
+        eprintln!("{example}: {ended}: {}", running.printed());
+    }
+    ended.code()
 }
 
 /// How many bytes are in the files that an example writes.

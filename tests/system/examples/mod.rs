@@ -190,7 +190,11 @@ fn a_wrong_option_of_the_simulated_txt_ends_in_one_sentence() {
         (&["--fault", "fire@exchange:1"][..], 2, "there is no fault \"fire\""),
         (&["--firmware", "4.x"], 2, "a version such as 4.6.6"),
         (&["--world", "no/such/world.toml"], 2, "no/such/world.toml"),
-        (&["--world", "slides"], 2, "processing_station, slide, sorting_line, factory; or write"),
+        (
+            &["--world", "slides"],
+            2,
+            "processing_station, slide, sorting_line, factory; those of the lessons",
+        ),
         (&["--prot", "1"], 2, "--prot"),
         (&["--camera-connection", "usb"], 2, "usb"),
         (&["--port"], 2, "--port"),
