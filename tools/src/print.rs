@@ -35,15 +35,25 @@ pub(crate) fn clean_lines(text: &str) -> String {
 
 /// A value as JSON. What would be a command is written as its number, so it stays the same for a script.
 pub(crate) fn json(value: &impl Serialize) -> anyhow::Result<String> {
+    Ok(escaped(&serde_json::to_string_pretty(value)?))
+}
+
+/// The same on one line.
+pub(crate) fn json_line(value: &serde_json::Value) -> String {
+    escaped(&value.to_string())
+}
+
+/// JSON in which no character is a command for a terminal.
+fn escaped(json: &str) -> String {
     let mut text = String::new();
-    for character in serde_json::to_string_pretty(value)?.chars() {
+    for character in json.chars() {
         if is_command(character) && character != '\n' {
             text += &format!("\\u{:04x}", u32::from(character));
         } else {
             text.push(character);
         }
     }
-    Ok(text)
+    text
 }
 
 /// Whether a character is a command: also those that end a line or change the direction of writing.

@@ -58,7 +58,10 @@ impl Camera {
         state.running = true;
         state.frames += 1;
         match frame.jpeg() {
-            Ok(jpeg) => drop(self.picture.send_replace(Arc::from(&*jpeg))),
+            Ok(jpeg) => {
+                state.error = None;
+                self.picture.send_replace(Arc::from(&*jpeg));
+            }
             Err(error) => state.error = Some(error.into()),
         }
     }

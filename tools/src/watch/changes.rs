@@ -15,6 +15,7 @@ use serde_json::{json, Map, Value};
 
 use super::decode::{Cycle, Happened, Told};
 use crate::commands::Pair;
+use crate::print;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many lines may wait for their reader.
@@ -51,7 +52,7 @@ impl Changes {
         let (printing, printed) = bounded(0);
         thread::Builder::new().name("lines".to_owned()).spawn(move || {
             let _printing: Sender<()> = printing;
-            if let Err(error) = print(&lines) {
+            if let Err(error) = write(&lines) {
                 // A reader that has seen enough, such as head, is no error.
                 if error.kind() != ErrorKind::BrokenPipe {
                     log::warn!(
@@ -203,10 +204,10 @@ impl MotorValue {
     }
 }
 
-fn print(lines: &Receiver<Value>) -> io::Result<()> {
+fn write(lines: &Receiver<Value>) -> io::Result<()> {
     let mut out = BufWriter::new(io::stdout().lock());
     while let Ok(line) = lines.recv() {
-        writeln!(out, "{line}")?;
+        writeln!(out, "{}", print::json_line(&line))?;
         if lines.is_empty() {
             out.flush()?;
         }

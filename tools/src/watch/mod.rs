@@ -85,6 +85,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
+    ports::check_apart(&listeners, controller)?;
     let main = listeners[0].local_addr()?;
     let record =
         args.record.as_deref().map(|path| Record::start(path, controller.ip())).transpose()?;

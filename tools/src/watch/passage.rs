@@ -137,9 +137,14 @@ impl Passage {
         }
     }
 
-    /// Whether the connection was made so late that the program has given it up.
-    pub(super) fn is_stale(&self) -> bool {
-        self.stage == Stage::Open && self.program_ended && self.begun.elapsed() > GIVEN_UP
+    /// When the program has given up a connection, if it has gone.
+    pub(super) fn given_up_at(&self) -> Instant {
+        self.begun + GIVEN_UP
+    }
+
+    /// Whether the program has gone before the connection was made, and would not have waited for it.
+    pub(super) fn is_given_up(&self) -> bool {
+        self.program_ended && self.given_up_at() < Instant::now()
     }
 
     /// Passes on what is there in both directions. `may_send` is false while the program's bytes have to wait.

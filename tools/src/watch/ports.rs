@@ -67,6 +67,23 @@ pub(super) fn behind(main: SocketAddr, line: Line) -> SocketAddr {
     SocketAddr::new(main.ip(), main.port() + line.index() as u16)
 }
 
+/// An error when the controller's ports are among these, so that it would pass on to itself.
+pub(super) fn check_apart(
+    listeners: &[TcpListener; 3],
+    controller: SocketAddr,
+) -> anyhow::Result<()> {
+    let own: Vec<_> = listeners.iter().map(TcpListener::local_addr).collect::<Result<_, _>>()?;
+    let lines = [Line::Main, Line::Camera, Line::I2c];
+    let is_own = |line: &Line| own.contains(&behind(controller, *line));
+    if lines.iter().any(is_own) {
+        bail!(
+            "nothing answers at {controller}, and txt watch listens there itself; start what is to be watched first, or \
+             choose other ports with --port"
+        );
+    }
+    Ok(())
+}
+
 /// Listens at this port and the two after it; 0 is any three in a row.
 pub(super) fn listen(port: u16) -> anyhow::Result<[TcpListener; 3]> {
     if port > u16::MAX - 2 {
@@ -121,9 +138,21 @@ mod tests {
 
     #[test]
     fn three_ports_follow_each_other() {
-        let ports = listen(0).unwrap().map(|listener| listener.local_addr().unwrap().port());
+        let listeners = listen(0).unwrap();
+        let ports = listeners.each_ref().map(|one| one.local_addr().unwrap().port());
         assert_eq!(ports, [ports[0], ports[0] + 1, ports[0] + 2]);
-        let taken = listen(ports[0] + 1);
-        assert!(taken.is_ok() || taken.unwrap_err().to_string().contains("--port"));
+        let taken = listen(ports[1]).unwrap_err().to_string();
+        assert!(taken.contains("--port"), "{taken}");
+    }
+
+    #[test]
+    fn it_passes_nothing_on_to_itself() {
+        let listeners = listen(0).unwrap();
+        let main = listeners[0].local_addr().unwrap();
+        for port in main.port() - 2..=main.port() + 2 {
+            let error = check_apart(&listeners, SocketAddr::new(main.ip(), port)).unwrap_err();
+            assert!(error.to_string().contains("listens there itself"), "{error}");
+        }
+        check_apart(&listeners, SocketAddr::new(main.ip(), main.port() - 3)).unwrap();
     }
 }

@@ -11,6 +11,7 @@ use ft_transfer_area_recorder::{
 };
 
 use super::decode::{Cycle, Happened, Told};
+use crate::lines;
 
 /// Writes a recording.
 pub(super) struct Record {
@@ -110,7 +111,10 @@ impl Record {
         let path = self.recorder.path().to_owned();
         let Totals { cycles, lost, frames, .. } =
             self.recorder.finish().context("the recording is not whole")?;
-        eprintln!("{}: {cycles} cycles, {lost} lost, {frames} pictures", path.display());
+        lines::print(&format!(
+            "{}: {cycles} cycles, {lost} lost, {frames} pictures",
+            path.display()
+        ));
         Ok(())
     }
 }

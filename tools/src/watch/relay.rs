@@ -28,8 +28,10 @@ const FIRST: usize = 4;
 /// often it is tried.
 const CAMERA_LIMIT: Duration = Duration::from_secs(5);
 const CAMERA_RETRY: Duration = Duration::from_millis(20);
-/// How long the commands of a program wait for its connection to the camera or to I2C.
+/// How long the commands of a program wait for its connection to the camera or to I2C, and how long it takes until they
+/// wait for another one: a program that connects again and again does not hold up its own stop.
 const ORDER_LIMIT: Duration = Duration::from_millis(50);
+const ORDER_PAUSE: Duration = Duration::from_secs(1);
 /// How long to wait when no program can be accepted, as with too many open files.
 const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 
@@ -61,6 +63,8 @@ impl Relay {
             chunk: vec![0; CHUNK],
             busy: false,
             accept_at: None,
+            has_warned: false,
+            held: None,
             stop: Arc::clone(&stop),
         };
         for (index, listener) in worker.listeners.iter_mut().enumerate() {
@@ -103,6 +107,10 @@ struct Worker {
     busy: bool,
     /// When it is tried again to accept programs.
     accept_at: Option<Instant>,
+    /// The log has why no program could be accepted.
+    has_warned: bool,
+    /// When the connection was begun for which commands wait, or have waited last.
+    held: Option<Instant>,
     stop: Arc<AtomicBool>,
 }
 
@@ -151,7 +159,10 @@ impl Worker {
         let now = Instant::now();
         let times = self.passages.values().filter_map(|passage| match passage.stage {
             Stage::Again(at) => Some(at),
-            Stage::Connecting(since) => Some(since + ORDER_LIMIT).filter(|at| *at > now),
+            Stage::Connecting(since) => [since + ORDER_LIMIT, passage.given_up_at()]
+                .into_iter()
+                .filter(|at| *at > now)
+                .min(),
             Stage::Open => None,
         });
         let next = times.chain(self.accept_at).min()?;
@@ -176,11 +187,14 @@ impl Worker {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => {
-                    log::warn!("a program can't be accepted: {error}");
+                    if !std::mem::replace(&mut self.has_warned, true) {
+                        log::warn!("a program can't be accepted: {error}");
+                    }
                     self.accept_at = Some(Instant::now() + ACCEPT_RETRY);
                     return;
                 }
             };
+            self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
             self.numbers += 1;
@@ -189,7 +203,13 @@ impl Worker {
             let (address, tokens) = (behind(self.controller, line), tokens(number));
             let registry = self.poll.registry();
             match Passage::begin((line, number), program, address, registry, tokens) {
-                Ok(passage) => drop(self.passages.insert(number, passage)),
+                Ok(passage) => {
+                    let begun = passage.begun;
+                    if line != Line::Main && self.held.is_none_or(|at| begun - at > ORDER_PAUSE) {
+                        self.held = Some(begun);
+                    }
+                    self.passages.insert(number, passage);
+                }
                 Err(error) => {
                     self.tell(line, number, What::Refused(error));
                     self.tell(line, number, What::Closed);
@@ -220,7 +240,7 @@ impl Worker {
                 _ => passage.is_connected().map(drop),
             };
             let Err(error) = done else {
-                if passage.is_stale() {
+                if passage.is_given_up() {
                     passage.reset();
                     self.close(number);
                 }
@@ -242,8 +262,10 @@ impl Worker {
     /// Passes on what is there, on these connections.
     fn pass(&mut self, which: impl Fn(Line) -> bool) {
         let now = Instant::now();
+        let held = self.held;
         let is_coming = |passage: &Passage| {
             passage.line != Line::Main
+                && held == Some(passage.begun)
                 && matches!(passage.stage, Stage::Connecting(since) if since == passage.begun && now < since + ORDER_LIMIT)
         };
         let may_command = !self.passages.values().any(is_coming);
