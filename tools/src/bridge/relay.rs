@@ -131,17 +131,24 @@ impl Relay {
 
     /// Reads what has come from the broker. With areas, commands change them; without, they are refused.
     pub(crate) fn read(&mut self, mut areas: Option<&mut [FishX1Transfer]>) -> anyhow::Result<()> {
-        // One of those may have been a stop, or may have followed one. So none of the others counts.
-        let missed = self.inbox.missed();
-        let mut discarded = missed;
+        let mut events = Vec::new();
         for _ in 0..AT_A_TIME {
             match self.inbox.read() {
-                Ok(BrokerEvent::Message(_)) if missed > 0 => discarded += 1,
-                Ok(event) => self.take(event, areas.as_deref_mut())?,
+                Ok(event) => events.push(event),
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => {
                     anyhow::bail!("the thread that talks to the broker has ended")
                 }
+            }
+        }
+        // One of those for which there was no room may have been a stop, or may have followed one. So none of the
+        // others counts.
+        let missed = self.inbox.missed();
+        let mut discarded = missed;
+        for event in events {
+            match event {
+                BrokerEvent::Message(_) if missed > 0 => discarded += 1,
+                event => self.take(event, areas.as_deref_mut())?,
             }
         }
         if discarded > 0 {
@@ -153,7 +160,7 @@ impl Relay {
             self.stop(areas.as_deref_mut(), reason);
         }
         if mem::take(&mut self.too_late) {
-            let reason = "commands came too late; the bridge's computer was busy or suspended";
+            let reason = "commands waited for too long: the bridge was suspended, its computer busy, or the controller slow to answer";
             self.stopped(reason.to_owned());
         }
         self.check_master(areas);
@@ -243,7 +250,7 @@ impl Relay {
                 self.too_late = true;
             }
             return Err(format!(
-                "the command may have waited {age:.1?} in the bridge's computer and does nothing, \
+                "the command may have waited {age:.1?} in the bridge and does nothing, \
                  because only those of the last {COMMAND_AGE:?} do; all motors are stopped; send a \
                  new one"
             ));

@@ -128,9 +128,3 @@ fn an_old_command_stops_instead_of_moving() {
     assert!(!duties.contains(&500), "{duties:?}");
     assert!(duties.contains(&44), "later commands move it");
 }
-
-#[test]
-fn a_stop_has_no_age() {
-    let duties = stopped_by(|| vec![old(command("stop", "now!"))]);
-    assert!(duties.contains(&44), "{duties:?}");
-}
