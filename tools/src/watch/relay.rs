@@ -28,8 +28,8 @@ const FIRST: usize = 4;
 /// often it is tried.
 const CAMERA_LIMIT: Duration = Duration::from_secs(5);
 const CAMERA_RETRY: Duration = Duration::from_millis(20);
-/// How long the commands of a program wait for its connection to the camera or to I2C, and how long it takes until they
-/// wait for another one: a program that connects again and again does not hold up its own stop.
+/// How long the commands of a program wait for its connection to the camera or to I2C. If that was for nothing, they
+/// wait for none during the pause: a program that connects again and again does not hold up its own stop.
 const ORDER_LIMIT: Duration = Duration::from_millis(50);
 const ORDER_PAUSE: Duration = Duration::from_secs(1);
 /// How long to wait when no program can be accepted, as with too many open files.
@@ -64,7 +64,7 @@ impl Relay {
             busy: false,
             accept_at: None,
             has_warned: false,
-            held: None,
+            waits_from: None,
             stop: Arc::clone(&stop),
         };
         for (index, listener) in worker.listeners.iter_mut().enumerate() {
@@ -109,8 +109,8 @@ struct Worker {
     accept_at: Option<Instant>,
     /// The log has why no program could be accepted.
     has_warned: bool,
-    /// When the connection was begun for which commands wait, or have waited last.
-    held: Option<Instant>,
+    /// From when on commands wait for a connection again.
+    waits_from: Option<Instant>,
     stop: Arc<AtomicBool>,
 }
 
@@ -203,13 +203,7 @@ impl Worker {
             let (address, tokens) = (behind(self.controller, line), tokens(number));
             let registry = self.poll.registry();
             match Passage::begin((line, number), program, address, registry, tokens) {
-                Ok(passage) => {
-                    let begun = passage.begun;
-                    if line != Line::Main && self.held.is_none_or(|at| begun - at > ORDER_PAUSE) {
-                        self.held = Some(begun);
-                    }
-                    self.passages.insert(number, passage);
-                }
+                Ok(passage) => drop(self.passages.insert(number, passage)),
                 Err(error) => {
                     self.tell(line, number, What::Refused(error));
                     self.tell(line, number, What::Closed);
@@ -259,16 +253,28 @@ impl Worker {
         }
     }
 
+    /// Whether commands wait for a connection to the camera or to I2C that is being made.
+    fn is_one_coming(&mut self) -> bool {
+        let now = Instant::now();
+        let mut is_coming = false;
+        for passage in self.passages.values() {
+            let is_first = passage.stage == Stage::Connecting(passage.begun);
+            let until = passage.begun + ORDER_LIMIT;
+            if passage.line == Line::Main || !is_first {
+                continue;
+            }
+            if now < until {
+                is_coming = true;
+            } else {
+                self.waits_from = self.waits_from.max(Some(until + ORDER_PAUSE));
+            }
+        }
+        is_coming && self.waits_from.is_none_or(|from| from <= now)
+    }
+
     /// Passes on what is there, on these connections.
     fn pass(&mut self, which: impl Fn(Line) -> bool) {
-        let now = Instant::now();
-        let held = self.held;
-        let is_coming = |passage: &Passage| {
-            passage.line != Line::Main
-                && held == Some(passage.begun)
-                && matches!(passage.stage, Stage::Connecting(since) if since == passage.begun && now < since + ORDER_LIMIT)
-        };
-        let may_command = !self.passages.values().any(is_coming);
+        let may_command = !self.is_one_coming();
         let mut closed = Vec::new();
         for passage in self.passages.values_mut() {
             if passage.stage != Stage::Open || !which(passage.line) {
