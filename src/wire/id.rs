@@ -4,7 +4,10 @@ use std::fmt;
 
 use byteorder::LittleEndian;
 
-use super::{check_id, ID_LEN};
+use super::{
+    check_id, CmprHeader, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
+    StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
+};
 use crate::error::Error;
 
 /// Makes an enum of packet kinds, with their ids and their names in messages.
@@ -129,6 +132,35 @@ impl CommandId {
     pub fn emit(self, out: &mut Vec<u8>) {
         out.extend_from_slice(&self.id().to_le_bytes());
     }
+
+    /// The size of the command that starts with `start` and has this id, in bytes, as far as
+    /// `start` shows it: with that many bytes the result may be larger.
+    ///
+    /// # Errors
+    ///
+    /// As [`CmprHeader::parse_command`].
+    pub fn size(self, start: &[u8]) -> Result<usize, Error> {
+        Ok(match self {
+            Self::QueryStatus | Self::StopOnline | Self::StopCameraOnline => ID_LEN,
+            Self::StartOnline => StartOnline::LEN,
+            Self::UpdateConfig => UpdateConfig::LEN,
+            Self::StartCameraOnline => StartCameraOnline::LEN,
+            Self::ExchangeData => ExchangeData::LEN,
+            Self::ExchangeDataCmpr => compressed_size(start, CmprHeader::parse_command)?,
+        })
+    }
+}
+
+/// The size of a compressed packet, as far as its start shows it.
+fn compressed_size(
+    start: &[u8],
+    parse: fn(&[u8]) -> Result<CmprHeader, Error>,
+) -> Result<usize, Error> {
+    let header = match start.get(..CmprHeader::LEN) {
+        None => return Ok(CmprHeader::LEN),
+        Some(header) => parse(header)?,
+    };
+    Ok(CmprHeader::LEN + header.extra_size as usize)
 }
 
 impl ResponseId {
@@ -136,6 +168,25 @@ impl ResponseId {
     /// others.
     pub fn emit(self, out: &mut Vec<u8>) {
         out.extend_from_slice(&self.id().to_le_bytes());
+    }
+
+    /// The size of the response that starts with `start` and has this id, in bytes, as far as
+    /// `start` shows it: with that many bytes the result may be larger.
+    ///
+    /// # Errors
+    ///
+    /// As [`CmprHeader::parse_response`].
+    pub fn size(self, start: &[u8]) -> Result<usize, Error> {
+        Ok(match self {
+            Self::StartOnline
+            | Self::UpdateConfig
+            | Self::StopOnline
+            | Self::StartCameraOnline
+            | Self::StopCameraOnline => ID_LEN,
+            Self::QueryStatus => QueryStatusResponse::LEN,
+            Self::ExchangeData => ExchangeDataResponse::LEN,
+            Self::ExchangeDataCmpr => compressed_size(start, CmprHeader::parse_response)?,
+        })
     }
 
     /// Checks that `bytes`, at least [`ID_LEN`] of them, start with this id.
@@ -172,5 +223,35 @@ mod tests {
                 found: 0xDC21_219A
             })
         );
+    }
+
+    #[test]
+    fn the_size_of_a_packet_is_told_by_its_start() {
+        let header = CmprHeader { extra_size: 9, ..CmprHeader::default() };
+        let (mut command, mut response) = (Vec::new(), Vec::new());
+        header.emit_command(&mut command);
+        header.emit_response(&mut response);
+        for (there, size) in [(0, 16), (15, 16), (16, 25)] {
+            assert_eq!(CommandId::ExchangeDataCmpr.size(&command[..there]), Ok(size));
+            assert_eq!(ResponseId::ExchangeDataCmpr.size(&response[..there]), Ok(size));
+        }
+        assert_eq!(CommandId::StopOnline.size(&[]), Ok(4));
+        assert_eq!(CommandId::ExchangeData.size(&[]), Ok(ExchangeData::LEN));
+        assert_eq!(ResponseId::UpdateConfig.size(&[]), Ok(4));
+        assert_eq!(ResponseId::QueryStatus.size(&[]), Ok(QueryStatusResponse::LEN));
+    }
+
+    #[test]
+    fn a_packet_that_announces_too_much_has_no_size() {
+        let header = CmprHeader { extra_size: 4097, ..CmprHeader::default() };
+        let (mut command, mut response) = (Vec::new(), Vec::new());
+        header.emit_command(&mut command);
+        header.emit_response(&mut response);
+        for size in [
+            CommandId::ExchangeDataCmpr.size(&command),
+            ResponseId::ExchangeDataCmpr.size(&response),
+        ] {
+            assert!(matches!(size, Err(Error::TooLarge { announced: 4097, .. })));
+        }
     }
 }

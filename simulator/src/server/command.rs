@@ -4,10 +4,7 @@ use std::fmt;
 
 use byteorder::{ByteOrder, LittleEndian};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::wire::{
-    CmprHeader, CommandId, ExchangeData, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
-    MAX_EXTRA_SIZE,
-};
+use ft_transfer_area::wire::{CmprHeader, CommandId, ID_LEN, MAX_EXTRA_SIZE};
 use ft_transfer_area::Error;
 
 /// Why a client's connection is closed without an answer.
@@ -46,20 +43,7 @@ impl From<Error> for Misbehaviour {
 /// bytes the result may be larger.
 pub(crate) fn command_size(start: &[u8]) -> Result<usize, Misbehaviour> {
     let Some(id) = start.get(..ID_LEN) else { return Ok(ID_LEN) };
-    match command_id(id)? {
-        CommandId::QueryStatus | CommandId::StopOnline | CommandId::StopCameraOnline => Ok(ID_LEN),
-        CommandId::StartOnline => Ok(StartOnline::LEN),
-        CommandId::UpdateConfig => Ok(UpdateConfig::LEN),
-        CommandId::StartCameraOnline => Ok(StartCameraOnline::LEN),
-        CommandId::ExchangeData => Ok(ExchangeData::LEN),
-        CommandId::ExchangeDataCmpr => match start.get(..CmprHeader::LEN) {
-            None => Ok(CmprHeader::LEN),
-            Some(header) => {
-                let header = CmprHeader::parse_command(header)?;
-                Ok(CmprHeader::LEN + header.extra_size as usize)
-            }
-        },
-    }
+    Ok(command_id(id)?.size(start)?)
 }
 
 /// Which command these bytes are. There are at least [`ID_LEN`] of them.
@@ -154,6 +138,8 @@ impl Inbox {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area::wire::{ExchangeData, StartOnline, UpdateConfig};
+
     use super::*;
 
     #[test]

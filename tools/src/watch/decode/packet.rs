@@ -1,9 +1,6 @@
 //! Where the packets of the main connection end.
 
-use ft_transfer_area::wire::{
-    CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, QueryStatusResponse, ResponseId,
-    StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
-};
+use ft_transfer_area::wire::{CommandId, ResponseId, ID_LEN};
 
 /// The bytes of one side that make no whole packet yet.
 #[derive(Default)]
@@ -37,44 +34,23 @@ pub(super) fn id(bytes: &[u8]) -> Option<u32> {
 /// The size of the command that these bytes begin.
 pub(super) fn command_size(start: &[u8]) -> Result<usize, String> {
     let Some(id) = id(start) else { return Ok(ID_LEN) };
-    let command = CommandId::from_id(id);
-    Ok(match command.ok_or_else(|| format!("no command has the id {id:#010x}"))? {
-        CommandId::StartOnline => StartOnline::LEN,
-        CommandId::UpdateConfig => UpdateConfig::LEN,
-        CommandId::StartCameraOnline => StartCameraOnline::LEN,
-        CommandId::ExchangeData => ExchangeData::LEN,
-        CommandId::ExchangeDataCmpr => compressed_size(start, CmprHeader::parse_command)?,
-        _ => ID_LEN,
-    })
+    let command =
+        CommandId::from_id(id).ok_or_else(|| format!("no command has the id {id:#010x}"))?;
+    command.size(start).map_err(|error| error.to_string())
 }
 
 /// The size of the response that these bytes begin.
 pub(super) fn response_size(start: &[u8]) -> Result<usize, String> {
     let Some(id) = id(start) else { return Ok(ID_LEN) };
-    let response = ResponseId::from_id(id);
-    Ok(match response.ok_or_else(|| format!("no response has the id {id:#010x}"))? {
-        ResponseId::QueryStatus => QueryStatusResponse::LEN,
-        ResponseId::ExchangeData => ExchangeDataResponse::LEN,
-        ResponseId::ExchangeDataCmpr => compressed_size(start, CmprHeader::parse_response)?,
-        _ => ID_LEN,
-    })
-}
-
-fn compressed_size(
-    start: &[u8],
-    parse: fn(&[u8]) -> Result<CmprHeader, ft_transfer_area::Error>,
-) -> Result<usize, String> {
-    match start.get(..CmprHeader::LEN) {
-        None => Ok(CmprHeader::LEN),
-        Some(header) => {
-            let header = parse(header).map_err(|error| error.to_string())?;
-            Ok(CmprHeader::LEN + header.extra_size as usize)
-        }
-    }
+    let response =
+        ResponseId::from_id(id).ok_or_else(|| format!("no response has the id {id:#010x}"))?;
+    response.size(start).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area::wire::CmprHeader;
+
     use super::*;
 
     #[test]
