@@ -116,7 +116,7 @@ mod tests {
 
     use anyhow::anyhow;
 
-    use super::{clean, clean_lines, json, sentence};
+    use super::{clean, clean_lines, json, json_line, sentence};
 
     #[test]
     fn a_text_from_elsewhere_has_no_commands() {
@@ -143,6 +143,9 @@ mod tests {
         let text = json(&[name]).unwrap();
         assert!(text.is_ascii() && text.lines().count() == 3, "{text}");
         assert_eq!(serde_json::from_str::<[String; 1]>(&text).unwrap(), [name]);
+        let line = json_line(&[name].into());
+        assert!(line.is_ascii() && !line.contains('\n'), "{line}");
+        assert_eq!(serde_json::from_str::<[String; 1]>(&line).unwrap(), [name]);
     }
 
     #[test]

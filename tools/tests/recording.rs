@@ -84,6 +84,36 @@ fn with_force_the_old_file_is_there_until_the_transfer_has_begun() {
     assert_eq!(names(&folder), ["run.mcap"]);
 }
 
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn with_force_the_old_file_is_there_until_a_watched_program_drives() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    fs::write(&path, "the old one").unwrap();
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let address = txt.address().to_string();
+    let args = ["watch", &address, "--port", "0", "--no-page", "--record", &path, "--force"];
+    for drives in [false, true] {
+        let watch = Running::start(&mut self::txt(&args));
+        let main = watch.line();
+        let port = main.rsplit_once(':').unwrap().1.parse().unwrap();
+        watch.line();
+        if drives {
+            let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+            handler.begin_transfer().unwrap();
+            drop(handler.wait_cycle_for(DEADLINE).unwrap());
+            handler.end_transfer().unwrap();
+        }
+        watch.signal("INT");
+        let ended = watch.end();
+        assert!(ended.status.success(), "{}", said(&ended));
+        assert_eq!(names(&folder), ["run.mcap"], "nothing is left beside it");
+        let is_old = fs::read(&path).unwrap() == b"the old one";
+        assert_eq!(is_old, !drives, "{}", said(&ended));
+    }
+    assert!(run(&["info", &path]).status.success());
+}
+
 #[cfg_attr(not(unix), ignore = "links need rights there")]
 #[test]
 fn with_force_a_link_stays_a_link() {

@@ -14,7 +14,7 @@ use super::histogram::Histogram;
 use super::problem::Problem;
 use super::state::{self, HostState, Link, Newest, Phase};
 use super::worker::STATE_PERIOD;
-use crate::watch::{Cycle, Happened, I2cExchange, Line, Told};
+use crate::watch::{Cycle, Happened, I2cExchange, Line, Told, MISSED};
 
 /// Of how many answers the median is shown.
 const ANSWERS: usize = 256;
@@ -138,6 +138,14 @@ impl Watched {
                     "what the {side} sent on the {line} connection can't be understood, so nothing more of it is shown; it is passed on all the same: {why}"
                 );
                 self.error = Some(Problem::new("not_understood", text));
+            }
+            Happened::Missed => {
+                self.is_unclear |= told.line == Line::Main;
+                let line = told.line.name();
+                let text = format!(
+                    "{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same"
+                );
+                self.error = Some(Problem::new("missed", text));
             }
         }
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use anyhow::{bail, ensure, Context};
+use anyhow::{bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
@@ -13,6 +13,7 @@ use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::output::{discard, Output};
 use crate::{arguments, interrupt, print};
 
 /// How often the progress is shown, and the recorder looked after.
@@ -85,23 +86,13 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    ensure!(
-        args.force || !args.output.is_file(),
-        "{} is there already; --force replaces it",
-        args.output.display()
-    );
+    let mut output = Output::new(args.output.clone(), args.force)?;
     let interrupted = interrupt::receiver()?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
-    let replaced = replaced(&args.output)?;
-    let first = replaced.as_deref().map_or_else(|| args.output.clone(), beside);
-    let mut recorder = Recorder::start(&handler, first, Options::default())?;
+    let mut recorder = Recorder::start(&handler, output.first(), Options::default())?;
     let begun = handler.begin_transfer().map_err(anyhow::Error::from);
-    let begun = begun.and_then(|()| match &replaced {
-        Some(replaced) => Ok(recorder.rename(replaced)?),
-        None => Ok(()),
-    });
-    if let Err(error) = begun {
+    if let Err(error) = begun.and_then(|()| output.begun(&mut recorder)) {
         discard(recorder);
         return Err(error);
     }
@@ -116,37 +107,6 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     print::line(Progress { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
-}
-
-/// The file that is replaced when the recording has begun: until then, there is nothing better. A link stays a link,
-/// and a pipe or a device is written to.
-fn replaced(output: &Path) -> anyhow::Result<Option<PathBuf>> {
-    if !output.is_file() {
-        return Ok(None);
-    }
-    if output.is_symlink() {
-        let file = output.canonicalize().with_context(|| output.display().to_string())?;
-        return Ok(Some(file));
-    }
-    Ok(Some(output.to_owned()))
-}
-
-/// A name beside this file, of which no other recording makes use.
-fn beside(file: &Path) -> PathBuf {
-    let mut name = file.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.new", std::process::id()));
-    file.with_file_name(name)
-}
-
-/// Removes a file that has no cycle, so that it is not in the way of the next attempt.
-fn discard(recorder: Recorder) {
-    let path = recorder.path().to_owned();
-    drop(recorder);
-    // It may be a pipe or a device.
-    if path.is_file() {
-        // Without it the error of the transfer is told all the same.
-        let _ = std::fs::remove_file(path);
-    }
 }
 
 /// A handler that drives nothing.

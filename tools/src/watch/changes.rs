@@ -13,7 +13,7 @@ use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 use serde_json::{json, Map, Value};
 
-use super::decode::{Cycle, Happened, Told};
+use super::decode::{Cycle, Happened, Told, MISSED};
 use crate::commands::Pair;
 use crate::print;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
@@ -110,6 +110,7 @@ impl Changes {
             Happened::NotUnderstood { side, why } => {
                 json!({"what": "not_understood", "connection": line, "from": side.name(), "why": why})
             }
+            Happened::Missed => json!({"what": "missed", "connection": line, "why": MISSED}),
         };
         self.put(told.at, None, value);
     }

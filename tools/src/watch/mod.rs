@@ -17,11 +17,11 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::{bail, ensure, Context};
+use anyhow::{bail, Context};
 use crossbeam_channel::select;
 use ft_transfer_area::PORT;
 
-pub(crate) use self::decode::{Cycle, Happened, I2cExchange, Told};
+pub(crate) use self::decode::{Cycle, Happened, I2cExchange, Told, MISSED};
 pub(crate) use self::ports::Line;
 
 use self::changes::Changes;
@@ -30,6 +30,8 @@ use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
 use crate::panel::{self, Watched};
+use crate::recording::output::Output;
+use crate::web::browser::Opening;
 use crate::{interrupt, lines, print};
 
 /// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
@@ -61,7 +63,7 @@ pub(crate) struct Args {
     /// Record what passes into this MCAP file
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Replace a file that is there already
+    /// Replace a file that is there already, when a program has begun to drive
     #[arg(long, requires = "record")]
     force: bool,
     /// Print each change as a line of JSON
@@ -78,23 +80,19 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
-    if let Some(path) = &args.record {
-        let is_there = path.is_file() && !args.force;
-        ensure!(!is_there, "{} is there already; --force replaces it", path.display());
-    }
+    let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
     let interrupted = interrupt::receiver()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
     ports::check_apart(&listeners, controller)?;
     let main = listeners[0].local_addr()?;
-    let record =
-        args.record.as_deref().map(|path| Record::start(path, controller.ip())).transpose()?;
-    let mut _opening = None;
+    let record = output.map(|output| Record::start(output, controller.ip())).transpose()?;
+    let mut _opening = Opening::default();
     let (page, watched) = if args.no_page {
         (None, None)
     } else {
         let (url, watched, opening) = panel::watch(&controller.to_string(), !args.no_browser)?;
-        _opening = Some(opening);
+        _opening = opening;
         (Some(url), Some(watched))
     };
     let changes = args.json.then(Changes::start).transpose()?;
@@ -209,6 +207,9 @@ impl Notes {
             Happened::NotUnderstood { side, why } => log::warn!(
                 "what the {} sent on the {line} connection can't be understood, and is passed on all the same: {why}",
                 side.name()
+            ),
+            Happened::Missed => log::warn!(
+                "{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same"
             ),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             _ => {}

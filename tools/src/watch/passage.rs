@@ -77,7 +77,7 @@ impl Passage {
         [of_program, of_controller]: [Token; 2],
     ) -> io::Result<Self> {
         program.set_nodelay(true)?;
-        let mut to_controller = TcpStream::connect(controller)?;
+        let mut to_controller = TcpStream::connect(controller).inspect_err(|_| reset(&program))?;
         let both = Interest::READABLE | Interest::WRITABLE;
         registry.register(&mut program, of_program, both)?;
         registry.register(&mut to_controller, of_controller, both)?;
@@ -193,11 +193,15 @@ impl Passage {
 
     /// Both sides see that the connection has broken.
     pub(super) fn reset(&self) {
-        for side in [&self.program, &self.controller] {
-            // Then it ends a little more politely.
-            let _ = SockRef::from(side).set_linger(Some(Duration::ZERO));
-        }
+        reset(&self.program);
+        reset(&self.controller);
     }
+}
+
+/// The other side sees that the connection has broken when this one is closed.
+fn reset(side: &TcpStream) {
+    // Without it, the connection ends a little more politely.
+    let _ = SockRef::from(side).set_linger(Some(Duration::ZERO));
 }
 
 /// Tells what has passed, after it has passed.

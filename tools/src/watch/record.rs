@@ -1,7 +1,6 @@
 //! What passes, into a recording.
 
 use std::net::IpAddr;
-use std::path::Path;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -10,11 +9,13 @@ use ft_transfer_area_recorder::{
     Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
 };
 
-use super::decode::{Cycle, Happened, Told};
+use super::decode::{Cycle, Happened, Told, MISSED};
 use crate::lines;
+use crate::recording::output::{discard, Output};
 
 /// Writes a recording.
 pub(super) struct Record {
+    output: Output,
     recorder: Recorder,
     feed: Feed,
     frames: FrameSink,
@@ -29,10 +30,11 @@ pub(super) struct Record {
 }
 
 impl Record {
-    pub(super) fn start(path: &Path, address: IpAddr) -> anyhow::Result<Self> {
-        let (recorder, feed) = Recorder::fed(path, Options::default())?;
+    pub(super) fn start(output: Output, address: IpAddr) -> anyhow::Result<Self> {
+        let (recorder, feed) = Recorder::fed(output.first(), Options::default())?;
         let frames = recorder.frames();
         Ok(Self {
+            output,
             recorder,
             feed,
             frames,
@@ -56,6 +58,7 @@ impl Record {
                 self.unclear =
                     Some(format!("what the {} sent is not understood: {why}", side.name()));
             }
+            Happened::Missed => self.unclear = Some(MISSED.to_owned()),
             Happened::Offline { by_program } => {
                 let what = match self.unclear.take() {
                     Some(error) => {
@@ -73,11 +76,15 @@ impl Record {
             Happened::Picture(frame) => self.frames.record(frame),
             _ => {}
         }
-        if !self.failed {
-            if let Some(error) = self.recorder.error() {
-                self.failed = true;
-                log::warn!("{error}; everything is passed on as before");
-            }
+        if let Some(error) = self.recorder.error() {
+            self.fail(error.into());
+        }
+    }
+
+    /// Says once that nothing is recorded any more.
+    fn fail(&mut self, error: anyhow::Error) {
+        if !std::mem::replace(&mut self.failed, true) {
+            log::warn!("{error}; everything is passed on as before");
         }
     }
 
@@ -86,6 +93,9 @@ impl Record {
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };
             self.feed.transfer(told.at, began);
+            if let Err(error) = self.output.begun(&mut self.recorder) {
+                self.fail(error);
+            }
         }
         let statistics = &mut self.statistics;
         statistics.cycles = cycle.number;
@@ -108,6 +118,12 @@ impl Record {
 
     /// Ends the file, and says what is in it.
     pub(super) fn finish(self) -> anyhow::Result<()> {
+        if self.output.is_beside() {
+            discard(self.recorder);
+            let path = self.output.path().display();
+            lines::print(&format!("no program has driven: {path} is as it was"));
+            return Ok(());
+        }
         let path = self.recorder.path().to_owned();
         let Totals { cycles, lost, frames, .. } =
             self.recorder.finish().context("the recording is not whole")?;

@@ -7,28 +7,32 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::Error;
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
 use super::support::{KitClient, Watch};
 use super::LIMIT;
 
 /// A simulated TXT at ports that systems give to nobody by themselves, so that they are free when it is back.
-fn txt_elsewhere() -> SimulatedTxt {
+pub(super) fn at_free_ports(builder: impl Fn(u16) -> SimulatedTxtBuilder) -> SimulatedTxt {
     static NEXT: AtomicU16 = AtomicU16::new(20_100);
     loop {
         let port = NEXT.fetch_add(3, Ordering::Relaxed);
         assert!(port < 30_000, "no ports are free");
-        if let Ok(txt) = SimulatedTxt::builder().port(port).start() {
+        if let Ok(txt) = builder(port).start() {
             return txt;
         }
     }
+}
+
+fn at(port: u16) -> SimulatedTxtBuilder {
+    SimulatedTxt::builder().port(port)
 }
 
 /// A simulated TXT at this main port, which may have been in use a moment ago.
 fn txt_at(port: u16) -> SimulatedTxt {
     let deadline = Instant::now() + LIMIT;
     loop {
-        match SimulatedTxt::builder().port(port).start() {
+        match at(port).start() {
             Ok(txt) => return txt,
             Err(error) => assert!(Instant::now() < deadline, "{error}"),
         }
@@ -38,7 +42,7 @@ fn txt_at(port: u16) -> SimulatedTxt {
 
 #[test]
 fn without_a_controller_a_connection_ends_at_once() {
-    let txt = txt_elsewhere();
+    let txt = at_free_ports(at);
     let address = txt.address();
     drop(txt);
     let watch = Watch::start(address, &["--no-page"]);
@@ -62,7 +66,7 @@ fn without_a_controller_a_connection_ends_at_once() {
 
 #[test]
 fn a_transfer_goes_on_when_the_controller_is_back() {
-    let txt = txt_elsewhere();
+    let txt = at_free_ports(at);
     let (port, address) = (txt.port(), txt.address());
     let watch = Watch::start(address, &[]);
     let mut page = watch.page();

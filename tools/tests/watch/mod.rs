@@ -6,6 +6,8 @@ mod clients;
 mod slow;
 mod support;
 mod told;
+#[cfg(target_os = "linux")]
+mod unanswered;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);

@@ -78,7 +78,12 @@ pub(crate) enum Happened {
         side: Side,
         why: String,
     },
+    /// This computer was too busy to look at all that has passed on this connection.
+    Missed,
 }
+
+/// Why nothing more is told of a connection.
+pub(crate) const MISSED: &str = "this computer is too busy to look at all that passes";
 
 /// One exchange.
 #[derive(Debug)]
@@ -151,8 +156,7 @@ impl Decoder {
                 }
             }
             What::Missed => {
-                let why = "this computer is too busy to look at all of it".to_owned();
-                self.give_up(connection, Side::Program, why, &mut tell);
+                self.give_up(connection, Happened::Missed, &mut tell);
             }
             What::Closed => {
                 if let Some(Some(mut reader)) = self.readers.remove(&connection) {
@@ -173,20 +177,14 @@ impl Decoder {
     ) {
         let Some(Some(reader)) = self.readers.get_mut(&connection) else { return };
         if let Err(why) = reader.read(side, at, bytes, tell) {
-            self.give_up(connection, side, why, tell);
+            self.give_up(connection, Happened::NotUnderstood { side, why }, tell);
         }
     }
 
-    fn give_up(
-        &mut self,
-        connection: u64,
-        side: Side,
-        why: String,
-        tell: &mut dyn FnMut(Happened),
-    ) {
+    fn give_up(&mut self, connection: u64, why: Happened, tell: &mut dyn FnMut(Happened)) {
         let Some(place) = self.readers.get_mut(&connection) else { return };
         let Some(mut reader) = place.take() else { return };
-        tell(Happened::NotUnderstood { side, why });
+        tell(why);
         reader.end(tell);
     }
 }

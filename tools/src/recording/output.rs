@@ -1,0 +1,79 @@
+//! Where a recording goes, and what becomes of a file that is there already.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{ensure, Context};
+use ft_transfer_area_recorder::Recorder;
+
+/// The file of a recording.
+pub(crate) struct Output {
+    path: PathBuf,
+    /// The file that is replaced when the recording has begun: until then, there is nothing better.
+    replaced: Option<PathBuf>,
+}
+
+impl Output {
+    /// The error says that a file is there which is not to be replaced.
+    pub(crate) fn new(path: PathBuf, force: bool) -> anyhow::Result<Self> {
+        ensure!(
+            force || !path.is_file(),
+            "{} is there already; --force replaces it",
+            path.display()
+        );
+        let replaced = replaced(&path)?;
+        Ok(Self { path, replaced })
+    }
+
+    /// What the user calls it.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the recorder starts.
+    pub(crate) fn first(&self) -> PathBuf {
+        self.replaced.as_deref().map_or_else(|| self.path.clone(), beside)
+    }
+
+    /// The recording has begun, so the file takes its place.
+    pub(crate) fn begun(&mut self, recorder: &mut Recorder) -> anyhow::Result<()> {
+        match self.replaced.take() {
+            Some(replaced) => Ok(recorder.rename(replaced)?),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether another file is still in its place.
+    pub(crate) fn is_beside(&self) -> bool {
+        self.replaced.is_some()
+    }
+}
+
+/// A link stays a link, and a pipe or a device is written to.
+fn replaced(output: &Path) -> anyhow::Result<Option<PathBuf>> {
+    if !output.is_file() {
+        return Ok(None);
+    }
+    if output.is_symlink() {
+        let file = output.canonicalize().with_context(|| output.display().to_string())?;
+        return Ok(Some(file));
+    }
+    Ok(Some(output.to_owned()))
+}
+
+/// A name beside this file, of which no other recording makes use.
+fn beside(file: &Path) -> PathBuf {
+    let mut name = file.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.new", std::process::id()));
+    file.with_file_name(name)
+}
+
+/// Removes a file that has no cycle, so that it is not in the way of the next attempt.
+pub(crate) fn discard(recorder: Recorder) {
+    let path = recorder.path().to_owned();
+    drop(recorder);
+    // It may be a pipe or a device.
+    if path.is_file() {
+        // Without it the reason is told all the same.
+        let _ = std::fs::remove_file(path);
+    }
+}
