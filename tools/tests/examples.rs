@@ -2,14 +2,14 @@
 //! which controllers answer there.
 
 use std::io::{self, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 use std::{env, fs};
 
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{TransferAreaComHandler, PORT};
 use ft_transfer_area_recorder::{Options, Recorder};
 use ft_transfer_area_simulator::SimulatedTxt;
 use tempfile::TempDir;
@@ -74,7 +74,8 @@ fn run_all() {
     let recording = recording();
     // It takes the ports of the controllers at all addresses.
     run_each("classroom", &recording);
-    let txts: Vec<SimulatedTxt> = ADDRESSES.iter().map(|address| controller_at(address)).collect();
+    let at = |ip: &str| SimulatedTxt::builder().extensions(1).bind(ip.parse().unwrap()).port(PORT);
+    let txts: Vec<_> = ADDRESSES.iter().map(|ip| at(ip).start().unwrap()).collect();
     let beside = SimulatedTxt::builder().port(BESIDE).start().unwrap();
     let broker = Broker::start();
     for command in COMMANDS {
@@ -301,34 +302,4 @@ fn recording() -> TempDir {
     handler.end_transfer().unwrap();
     recorder.finish().unwrap();
     folder
-}
-
-/// A controller with its three ports at this address. A simulated TXT is only on this computer, so its connections are
-/// passed on.
-fn controller_at(address: &str) -> SimulatedTxt {
-    let txt = SimulatedTxt::builder().extensions(1).start().unwrap();
-    for (port, to) in [(65000, txt.port()), (65001, txt.camera_port()), (65002, txt.i2c_port())] {
-        let listener = TcpListener::bind((address, port)).unwrap();
-        thread::spawn(move || {
-            for client in listener.incoming().map_while(Result::ok) {
-                pass_on(client, to);
-            }
-        });
-    }
-    txt
-}
-
-/// Passes all bytes of a connection on, in both directions.
-fn pass_on(client: TcpStream, to: u16) {
-    let server = TcpStream::connect(("127.0.0.1", to)).unwrap();
-    for (mut from, mut into) in
-        [(client.try_clone().unwrap(), server.try_clone().unwrap()), (server, client)]
-    {
-        from.set_nodelay(true).unwrap();
-        thread::spawn(move || {
-            // An end of either side is an end of both.
-            let _ = io::copy(&mut from, &mut into);
-            let _ = into.shutdown(std::net::Shutdown::Both);
-        });
-    }
 }

@@ -2,7 +2,7 @@
 //!
 //! Every exchange is kept, so nothing is missed while a check is busy. Times are those of the machine.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -33,7 +33,14 @@ const SILENCE_LIMIT: Duration = Duration::from_secs(10);
 const LOOK: Duration = Duration::from_millis(50);
 
 /// The exchanges since the start.
-type Log = Arc<Mutex<Vec<Moment>>>;
+#[derive(Clone, Default)]
+struct Log(Arc<Mutex<Vec<Moment>>>);
+
+impl Log {
+    fn lock(&self) -> MutexGuard<'_, Vec<Moment>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 pub(super) struct Stage {
     // The program ends before its controller does.
@@ -46,26 +53,24 @@ pub(super) struct Stage {
     step: Option<Words>,
     language: Language,
     /// What leads the browser to the page.
-    _opening: Option<Opening>,
+    _opening: Opening,
 }
 
 impl Stage {
     pub(super) fn set(lesson: &Lesson, args: &Args, language: Language) -> anyhow::Result<Self> {
-        let world = World::from_toml(lesson.world)?;
+        let world = world(lesson)?;
         let log = Log::default();
-        let kept = Arc::clone(&log);
-        let keep = move |machine: &mut Machine| {
-            kept.lock().unwrap_or_else(PoisonError::into_inner).push(Moment::of(machine));
-        };
+        let kept = log.clone();
+        let keep = move |machine: &mut Machine| kept.lock().push(Moment::of(machine));
         let txt = SimulatedTxt::builder().world(world.clone()).on_exchange(keep).start()?;
         let address = txt.address().to_string();
         let txts = Arc::new(vec![(String::new(), txt)]);
-        let mut opening = None;
+        let mut opening = Opening::default();
         if args.show {
             let shown = Simulated::all(&txts, vec![Some(world)]);
             let (url, kept) = panel::show(shown, !args.no_browser)?;
             print::line(format_args!("page {url}"))?;
-            opening = Some(kept);
+            opening = kept;
         }
         let program = Program::start(&args.program, &address)?;
         Ok(Self { program, txts, log, mark: 0, step: None, language, _opening: opening })
@@ -127,7 +132,7 @@ impl Stage {
         let log = &self.log;
         let (done, mark) = self.txts[0].1.with_machine(|machine| {
             // No exchange takes place in between.
-            let mark = log.lock().unwrap_or_else(PoisonError::into_inner).len();
+            let mark = log.lock().len();
             (machine.world_mut().map(change), mark)
         });
         self.mark = mark;
@@ -185,9 +190,9 @@ impl Stage {
         Ok(())
     }
 
-    /// All exchanges so far.
-    pub(super) fn log(&self) -> Vec<Moment> {
-        self.log.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// All exchanges so far. No other takes place while this is held.
+    pub(super) fn log(&self) -> MutexGuard<'_, Vec<Moment>> {
+        self.log.lock()
     }
 
     /// All exchanges from the present on, until the last of them satisfies this or the time has passed. The second
@@ -216,12 +221,12 @@ impl Stage {
     }
 
     fn exchanges(&self) -> usize {
-        self.log.lock().unwrap_or_else(PoisonError::into_inner).len()
+        self.log.lock().len()
     }
 
     /// An exchange that has taken place.
     fn moment(&self, index: usize) -> Moment {
-        self.log.lock().unwrap_or_else(PoisonError::into_inner)[index]
+        self.log.lock()[index]
     }
 
     /// Goes from exchange to exchange until one satisfies this, or until so much time and so many exchanges have
@@ -254,8 +259,7 @@ impl Stage {
         let begin = Instant::now();
         loop {
             let log = &self.log;
-            let is_there =
-                |_: &Machine| log.lock().unwrap_or_else(PoisonError::into_inner).len() > index;
+            let is_there = |_: &Machine| log.lock().len() > index;
             if self.txts[0].1.wait_until(LOOK, is_there) {
                 return Ok(());
             }

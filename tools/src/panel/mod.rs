@@ -23,7 +23,7 @@ mod worker;
 mod world;
 
 use std::io::Write;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -182,11 +182,7 @@ fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
 
 /// Says where the page is.
 fn tell(site: &Site) -> anyhow::Result<String> {
-    let here = match site.address.ip() {
-        IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
-        IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
-        ip => ip,
-    };
+    let here = web::local(site.address.ip());
     let mut out = anstream::stdout().lock();
     writeln!(out, "{}", site.url(here))?;
     if !site.address.ip().is_loopback() {

@@ -10,6 +10,7 @@ use std::thread;
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::panel::{self, Simulated};
+use crate::web::browser::Opening;
 use crate::{interrupt, print};
 
 pub(crate) use options::Args;
@@ -25,11 +26,11 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         print::line(format_args!("{name}camera 127.0.0.1:{}", txt.camera_port()))?;
         print::line(format_args!("{name}i2c 127.0.0.1:{}", txt.i2c_port()))?;
     }
-    let mut _opening = None;
+    let mut _opening = Opening::default();
     if show {
         let (url, opening) = panel::show(Simulated::all(&txts, worlds), opens_browser)?;
         print::line(format_args!("page {url}"))?;
-        _opening = Some(opening);
+        _opening = opening;
     }
 
     let typed = Arc::downgrade(&txts);

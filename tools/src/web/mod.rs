@@ -67,13 +67,16 @@ impl Site {
 
 /// An address by which others reach what listens at this one.
 pub(crate) fn reachable(ip: IpAddr) -> IpAddr {
-    if !ip.is_unspecified() {
-        return ip;
+    own_address().filter(|_| ip.is_unspecified()).unwrap_or_else(|| local(ip))
+}
+
+/// The address by which programs on this computer reach what listens at this one.
+pub(crate) fn local(ip: IpAddr) -> IpAddr {
+    match ip {
+        IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
+        ip => ip,
     }
-    own_address().unwrap_or(match ip {
-        IpAddr::V4(_) => Ipv4Addr::LOCALHOST.into(),
-        IpAddr::V6(_) => Ipv6Addr::LOCALHOST.into(),
-    })
 }
 
 /// The address by which this computer reaches others. Nothing is sent for it.
