@@ -9,7 +9,7 @@ use ft_transfer_area::{Error, TransferAreaComHandler};
 #[derive(Clone, Copy)]
 enum State {
     /// Closed, or stopped on the way.
-    Stands,
+    Stopped,
     Opens,
     /// Since then.
     Open(Instant),
@@ -43,12 +43,12 @@ impl State {
     fn next(self, inputs: &Inputs, now: Instant) -> Self {
         match self {
             // This comes first, so it works in every state.
-            _ if inputs.stop => Self::Stands,
-            Self::Stands if inputs.button => Self::Opens,
+            _ if inputs.stop => Self::Stopped,
+            Self::Stopped if inputs.button => Self::Opens,
             Self::Opens if inputs.open => Self::Open(now),
             Self::Open(since) if now - since >= Duration::from_secs(2) => Self::Closes,
             Self::Closes if inputs.blocked => Self::Opens,
-            Self::Closes if inputs.closed => Self::Stands,
+            Self::Closes if inputs.closed => Self::Stopped,
             same => same,
         }
     }
@@ -57,7 +57,7 @@ impl State {
         match self {
             Self::Opens => Direction::Cw,
             Self::Closes => Direction::Ccw,
-            Self::Stands | Self::Open(_) => Direction::Halt,
+            Self::Stopped | Self::Open(_) => Direction::Halt,
         }
     }
 }
@@ -70,7 +70,7 @@ fn main() -> Result<(), Error> {
         handler.lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
     }
     handler.begin_transfer()?;
-    let mut state = State::Stands;
+    let mut state = State::Stopped;
     loop {
         let mut areas = handler.wait_cycle()?;
         let now = areas.arrived();

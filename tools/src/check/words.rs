@@ -23,6 +23,11 @@ impl Language {
     }
 }
 
+/// A number as it is written in German.
+pub(super) fn german(number: f64, decimals: usize) -> String {
+    format!("{number:.decimals$}").replace('.', ",")
+}
+
 /// A text in each language.
 #[derive(Clone, Debug)]
 pub(super) struct Words {

@@ -63,14 +63,14 @@ pub(crate) fn traffic_light(handler: &TransferAreaComHandler, mistake: &str) -> 
 
 #[derive(Clone, Copy)]
 enum Gate {
-    Stands,
+    Stopped,
     Opens,
     Open(Instant),
     Closes,
 }
 
 pub(crate) fn gate(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
-    let mut state = Gate::Stands;
+    let mut state = Gate::Stopped;
     loop {
         let mut areas = handler.wait_cycle()?;
         let now = areas.arrived();
@@ -83,19 +83,19 @@ pub(crate) fn gate(handler: &TransferAreaComHandler, mistake: &str) -> Result<()
         };
         let pause = Duration::from_millis(if mistake == "no_pause" { 500 } else { 2000 });
         state = match state {
-            _ if stop && mistake != "goes_on" => Gate::Stands,
-            Gate::Stands if is(Input::I3) => Gate::Opens,
+            _ if stop && mistake != "goes_on" => Gate::Stopped,
+            Gate::Stopped if is(Input::I3) => Gate::Opens,
             Gate::Opens if is(Input::I2) && mistake != "pushes" => Gate::Open(now),
             Gate::Open(since) if now - since >= pause && mistake != "stays_open" => Gate::Closes,
             Gate::Closes if !is(Input::I4) && mistake != "no_barrier" => Gate::Opens,
-            Gate::Closes if is(Input::I1) => Gate::Stands,
+            Gate::Closes if is(Input::I1) => Gate::Stopped,
             same => same,
         };
         let direction = match state {
             _ if stop => Direction::Halt,
             Gate::Opens => Direction::Cw,
             Gate::Closes => Direction::Ccw,
-            Gate::Stands | Gate::Open(_) => Direction::Halt,
+            Gate::Stopped | Gate::Open(_) => Direction::Halt,
         };
         area.set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
     }

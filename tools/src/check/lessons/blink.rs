@@ -6,7 +6,7 @@ use ft_transfer_area::tx::Output::O8;
 
 use crate::check::moment::Moment;
 use crate::check::stage::Stage;
-use crate::check::words::{Check, Wrong};
+use crate::check::words::{german, Check, Wrong};
 
 /// How long the program is watched.
 const WATCHED: Duration = Duration::from_secs(6);
@@ -62,8 +62,11 @@ fn judge(spells: &[(bool, f64)]) -> Check {
     if let Some((is_on, seconds)) = strange {
         let (en, de) = if *is_on { ("on", "an") } else { ("off", "aus") };
         return Err(Wrong::new(
-            format!("The lamp at O8 was {en} for {seconds:.2} s, but should be for 0.5 s."),
-            format!("Die Lampe an O8 war {seconds:.2} s lang {de}, soll es aber 0,5 s lang sein."),
+            format!("The lamp at O8 was {en} for {seconds:.2} s; it should be 0.5 s."),
+            format!(
+                "Die Lampe an O8 war {} s lang {de}, soll es aber 0,5 s lang sein.",
+                german(*seconds, 2)
+            ),
         )
         .hint(
             "half a second is Duration::from_millis(500), once for on and once for off.",
@@ -74,7 +77,7 @@ fn judge(spells: &[(bool, f64)]) -> Check {
     if whole < WATCHED.as_secs_f64() - 2.0 * MOST {
         return Err(Wrong::new(
             format!("The lamp at O8 blinked for {whole:.1} s, and then no more."),
-            format!("Die Lampe an O8 blinkte {whole:.1} s lang und dann nicht mehr."),
+            format!("Die Lampe an O8 blinkte {} s lang und dann nicht mehr.", german(whole, 1)),
         )
         .hint("a loop without an end is loop { … }.", "Eine Schleife ohne Ende ist loop { … }."));
     }

@@ -16,7 +16,7 @@ const LEAST: f64 = 99.0;
 const LIMIT: Duration = Duration::from_secs(8);
 
 pub(in crate::check) fn check(stage: &mut Stage) -> Check {
-    stage.step("nobody presses I1: the winch stands", "niemand drückt I1: die Winde steht");
+    stage.step("nobody presses I1: the winch does not turn", "niemand drückt I1: die Winde steht");
     stage.stays(
         A_WHILE,
         |now| now.motor(M1) == 0,
@@ -44,7 +44,7 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
 fn lower(stage: &mut Stage, is_first: bool) -> Check {
     let from = stage.log().last().map_or(0.0, |now| now.way(M1));
     stage.tap(I1)?;
-    stage.soon(|now| now.motor(M1) != 0, |_| stands(is_first))?;
+    stage.soon(|now| now.motor(M1) != 0, |_| no_turn(is_first))?;
     stage.within(LIMIT, |now| now.motor(M1) == 0, endless)?;
     // Until it has come to rest.
     stage.stays(
@@ -90,7 +90,7 @@ fn again(went: f64) -> Check {
     first(went)
 }
 
-fn stands(is_first: bool) -> Wrong {
+fn no_turn(is_first: bool) -> Wrong {
     if !is_first {
         return too_little(0.0);
     }

@@ -61,11 +61,11 @@ fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check
     for ((motor, way), other) in wheels.into_iter().zip([M2, M1]) {
         if way < 1.0 {
             return Err(Wrong::new(
-                format!("Only the wheel {other} turns; {motor} stands, so the car turns on the spot."),
+                format!("Only the wheel {other} turns; {motor} does not, so the car turns on the spot."),
                 format!("Nur das Rad {other} dreht sich, {motor} steht. So dreht sich das Auto auf der Stelle."),
             )
             .hint(
-                "M2 goes along when it is among the slaves: &[(Motor::M2, Direction::Cw)].",
+                "M2 drives along when it is among the slaves: &[(Motor::M2, Direction::Cw)].",
                 "M2 fährt mit, wenn er in der Liste der Mitläufer steht: &[(Motor::M2, Direction::Cw)].",
             ));
         }

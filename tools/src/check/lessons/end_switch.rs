@@ -16,7 +16,10 @@ const END: f64 = 396.0;
 const TRAVEL: Duration = Duration::from_secs(8);
 
 pub(in crate::check) fn check(stage: &mut Stage) -> Check {
-    stage.step("nobody presses I3: the slide stands", "niemand drückt I3: der Schlitten steht");
+    stage.step(
+        "nobody presses I3: the slide does not move",
+        "niemand drückt I3: der Schlitten steht",
+    );
     stage.stays(
         A_WHILE,
         |now| now.motor(M1) == 0,
@@ -116,7 +119,7 @@ fn not_started(now: &Moment, switch: &str) -> Wrong {
 fn not_arrived(now: &Moment, switch: &str) -> Wrong {
     let place = now.way(M1);
     Wrong::new(
-        format!("The slide has not reached {switch}. It stands at {place:.0} of 400 pulses."),
+        format!("The slide has not reached {switch}. It is at {place:.0} of 400 pulses."),
         format!("Der Schlitten kam nicht bei {switch} an. Er steht bei {place:.0} von 400 Impulsen."),
     )
     .hint(

@@ -10,7 +10,7 @@ use ft_transfer_area_simulator::world::Sensor;
 use super::A_WHILE;
 use crate::check::moment::Moment;
 use crate::check::stage::Stage;
-use crate::check::words::{Check, Wrong};
+use crate::check::words::{german, Check, Wrong};
 
 /// Where the end switches are pressed, in pulses.
 const CLOSED: f64 = 3.0;
@@ -24,7 +24,7 @@ const TOLERANCE: f64 = 0.7;
 const MIDDLE: f64 = 150.0;
 
 pub(in crate::check) fn check(stage: &mut Stage) -> Check {
-    stage.step("nobody is there: the gate stands", "niemand ist da: das Tor steht");
+    stage.step("nobody is there: the gate does not move", "niemand ist da: das Tor steht");
     stage.stays(
         A_WHILE,
         |now| now.motor(M1) == 0,
@@ -34,7 +34,7 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
                 "Das Tor fährt, obwohl niemand I3 gedrückt hat.",
             )
             .hint(
-                "begin with the state in which the gate is closed and M1 stands.",
+                "begin with the state in which the gate is closed and M1 is off.",
                 "Beginne mit dem Zustand, in dem das Tor zu ist und M1 steht.",
             )
         },
@@ -99,7 +99,7 @@ fn stop(stage: &mut Stage) -> Check {
     stage.tap(I5)?;
     stage.soon(|now| now.motor(M1) == 0, |_| {
         Wrong::new(
-            "I5 was pressed, but the gate moves on.",
+            "I5 was pressed, but the gate keeps moving.",
             "I5 wurde gedrückt, aber das Tor fährt weiter.",
         )
         .hint(
@@ -114,7 +114,7 @@ fn stop(stage: &mut Stage) -> Check {
         |now| now.motor(M1) == 0,
         |_| {
             Wrong::new(
-                "I5 stopped the gate, but it moved on when I5 was released.",
+                "I5 stopped the gate, but it moved again when I5 was released.",
                 "I5 hielt das Tor an, aber nach dem Loslassen fuhr es weiter.",
             )
             .hint(
@@ -153,7 +153,7 @@ fn pushes(switch: &str) -> Wrong {
         format!("Das Tor ist bei {switch}, aber M1 drückt weiter gegen den Anschlag."),
     )
     .hint(
-        "the end switch leads to the next state, in which M1 stands.",
+        "the end switch leads to the next state, in which M1 is off.",
         "Der Endschalter führt in den nächsten Zustand, und in dem steht M1.",
     )
 }
@@ -174,8 +174,8 @@ fn pause(seconds: f64) -> Check {
         return Ok(());
     }
     Err(Wrong::new(
-        format!("The gate was open for {seconds:.1} s, but should be for 2 s."),
-        format!("Das Tor war {seconds:.1} s lang offen, soll es aber 2 s lang sein."),
+        format!("The gate was open for {seconds:.1} s; it should be 2 s."),
+        format!("Das Tor war {} s lang offen, soll es aber 2 s lang sein.", german(seconds, 1)),
     )
     .hint(
         "the time begins when the gate reaches I2.",
@@ -185,7 +185,7 @@ fn pause(seconds: f64) -> Check {
 
 fn barrier_ignored() -> Wrong {
     Wrong::new(
-        "Something is in the light barrier I4, but the gate closes on.",
+        "Something is in the light barrier I4, but the gate keeps closing.",
         "In der Lichtschranke I4 ist etwas, aber das Tor schließt weiter.",
     )
     .hint(

@@ -8,7 +8,7 @@ use crate::check::stage::Stage;
 use crate::check::words::{Check, Wrong};
 
 pub(in crate::check) fn check(stage: &mut Stage) -> Check {
-    stage.step("nobody presses a button: M1 stands", "niemand drückt einen Taster: M1 steht");
+    stage.step("nobody presses a button: M1 is off", "niemand drückt einen Taster: M1 steht");
     stage.stays(
         A_WHILE,
         |now| now.motor(M1) == 0,
@@ -21,17 +21,17 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
         },
     )?;
     stage.step(
-        "I1 is pressed: M1 turns clockwise; released: it stands",
+        "I1 is pressed: M1 turns clockwise; released: it stops",
         "I1 wird gedrückt: M1 dreht nach rechts; losgelassen: er steht",
     );
     press(stage, I1, |now| now.motor(M1) > 0)?;
     stage.step(
-        "I2 is pressed: M1 turns counter-clockwise; released: it stands",
+        "I2 is pressed: M1 turns counter-clockwise; released: it stops",
         "I2 wird gedrückt: M1 dreht nach links; losgelassen: er steht",
     );
     press(stage, I2, |now| now.motor(M1) < 0)?;
 
-    stage.step("I1 and I2 are pressed: M1 stands", "I1 und I2 werden gedrückt: M1 steht");
+    stage.step("I1 and I2 are pressed: M1 is off", "I1 und I2 werden gedrückt: M1 steht");
     stage.press(I1, true);
     stage.soon(|now| now.motor(M1) > 0, |now| other_way(I1, now))?;
     stage.press(I2, true);
@@ -57,11 +57,11 @@ fn press(stage: &mut Stage, button: Input, turns: fn(&Moment) -> bool) -> Check 
     stage.press(button, false);
     stage.soon(|now| now.motor(M1) == 0, |_| {
         Wrong::new(
-            format!("M1 turns on after {button} was released."),
+            format!("M1 keeps turning after {button} was released."),
             format!("M1 dreht weiter, nachdem {button} losgelassen wurde."),
         )
         .hint(
-            "a motor goes on until the program stops it: with Direction::Halt when no button is pressed.",
+            "a motor keeps turning until the program stops it: with Direction::Halt when no button is pressed.",
             "Ein Motor läuft, bis das Programm ihn anhält: mit Direction::Halt, wenn kein Taster gedrückt ist.",
         )
     })?;
@@ -77,7 +77,7 @@ fn other_way(button: Input, now: &Moment) -> Wrong {
     };
     if now.motor(M1) == 0 {
         return Wrong::new(
-            format!("{button} is pressed, but M1 stands. It should turn {en}."),
+            format!("{button} is pressed, but M1 does not turn. It should turn {en}."),
             format!("{button} ist gedrückt, aber M1 steht. Er soll {de} drehen."),
         )
         .hint(
@@ -98,11 +98,11 @@ fn other_way(button: Input, now: &Moment) -> Wrong {
 fn both(now: &Moment) -> Wrong {
     let (en, de) = if now.motor(M1) > 0 { ("I1", "I1") } else { ("I2", "I2") };
     Wrong::new(
-        format!("I1 and I2 are both pressed, and M1 follows {en}. It should stand."),
+        format!("I1 and I2 are both pressed, and M1 follows {en}. It should be off."),
         format!("I1 und I2 sind beide gedrückt, und M1 folgt {de}. Er soll stehen."),
     )
     .hint(
-        "if … else if decides for the first one. match (i1, i2) has all four cases.",
+        "if … else if takes the first one that is true. match (i1, i2) has all four cases.",
         "if … else if nimmt den ersten. match (i1, i2) kennt alle vier Fälle.",
     )
 }

@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(100);
 const LOOKS: u32 = 150;
 
 pub(in crate::check) fn check(stage: &mut Stage) -> Check {
-    stage.step("nothing is on the belt: it stands", "nichts liegt auf dem Band: es steht");
+    stage.step("nothing is on the belt: it does not run", "nichts liegt auf dem Band: es steht");
     stage.stays(
         A_WHILE,
         |now| now.outputs_on().is_empty(),
@@ -60,7 +60,7 @@ fn sort(stage: &mut Stage, piece: Piece) -> Check {
     arrive(stage, piece, own, other)?;
     stage.soon(|now| now.motor(M1) == 0, |_| {
         Wrong::new(
-            "The disc is in its storage, but the belt runs on.",
+            "The disc is in its storage, but the belt keeps running.",
             "Die Scheibe ist in ihrem Lager, aber das Band läuft weiter.",
         )
         .hint(
@@ -96,7 +96,7 @@ fn arrive(stage: &mut Stage, piece: Piece, own: &str, other: &str) -> Check {
         }
     }
     Err(Wrong::new(
-        "The disc does not arrive: it lies on the belt, which stands, or it was not blown off.",
+        "The disc does not arrive: it lies on the belt, which is not running, or it was not blown off.",
         "Die Scheibe kommt nicht an: Sie liegt auf dem stehenden Band oder wurde nicht weggeblasen.",
     )
     .hint(

@@ -9,13 +9,13 @@ use crate::check::stage::Stage;
 use crate::check::words::{Check, Wrong};
 
 pub(in crate::check) fn check(stage: &mut Stage) -> Check {
-    stage.step("20 °C: the fan stands", "20 °C: der Lüfter steht");
+    stage.step("20 °C: the fan is off", "20 °C: der Lüfter steht");
     stage.stays(A_WHILE, |now| now.motor(M1) == 0, |_| runs_in_the_cold())?;
     stage.step("35 °C: the fan runs", "35 °C: der Lüfter läuft");
     celsius(stage, 35.0);
     stage.soon(|now| now.motor(M1) != 0, |_| {
         Wrong::new(
-            "It is 35 °C, and the fan stands.",
+            "It is 35 °C, but the fan is off.",
             "Es sind 35 °C, und der Lüfter steht.",
         )
         .hint(
@@ -40,7 +40,7 @@ fn celsius(stage: &mut Stage, celsius: f64) {
 
 fn runs_in_the_cold() -> Wrong {
     Wrong::new(
-        "It is 20 °C, and the fan runs.",
+        "It is 20 °C, but the fan is running.",
         "Es sind 20 °C, und der Lüfter läuft.",
     )
     .hint(
@@ -53,12 +53,12 @@ fn runs_in_the_cold() -> Wrong {
 fn between(now: &Moment) -> Wrong {
     let wrong = if now.motor(M1) == 0 {
         Wrong::new(
-            "It got 27 °C after 35 °C, and the fan stopped. It should run until it is colder than 25 °C.",
+            "It cooled down from 35 °C to 27 °C, and the fan stopped. It should run until it is colder than 25 °C.",
             "Nach 35 °C wurden es 27 °C, und der Lüfter hielt an. Er soll laufen, bis es kälter als 25 °C ist.",
         )
     } else {
         Wrong::new(
-            "It got 27 °C after 20 °C, and the fan started. It should start at 30 °C.",
+            "It warmed up from 20 °C to 27 °C, and the fan started. It should start at 30 °C.",
             "Nach 20 °C wurden es 27 °C, und der Lüfter lief an. Er soll erst bei 30 °C anlaufen.",
         )
     };

@@ -9,7 +9,7 @@ use ft_transfer_area::tx::Output::{O1, O2, O3};
 use super::A_WHILE;
 use crate::check::moment::Moment;
 use crate::check::stage::Stage;
-use crate::check::words::{Check, Wrong};
+use crate::check::words::{self, Check, Wrong};
 
 /// What is lit: red, yellow, green.
 type Light = [bool; 3];
@@ -142,8 +142,12 @@ fn missing(expected: Light) -> Wrong {
 
 fn wrong_time(light: Light, seconds: f64, lasted: f64) -> Wrong {
     Wrong::new(
-        format!("It was {} for {lasted:.1} s, but should be for {seconds:.0} s.", english(light)),
-        format!("Es war {lasted:.1} s lang {}, soll es aber {seconds:.0} s lang sein.", german(light)),
+        format!("It was {} for {lasted:.1} s; it should be {seconds:.0} s.", english(light)),
+        format!(
+            "Es war {} s lang {}, soll es aber {seconds:.0} s lang sein.",
+            words::german(lasted, 1),
+            german(light)
+        ),
     )
     .hint(
         "remember when a state began, and compare: now - since >= Duration::from_secs(3).",

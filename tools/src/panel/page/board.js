@@ -4,7 +4,7 @@ import { Counters } from "./counters.js";
 import { h, setAttribute, setDisabled, setText } from "./dom.js";
 import { Inputs } from "./inputs.js";
 import { Outputs } from "./outputs.js";
-import { t } from "./words.js";
+import { milliseconds, t } from "./words.js";
 
 export class Board {
   /** `area` is 0 for the master, else the number of the extension. */
@@ -33,7 +33,7 @@ export class Board {
     setAttribute(this.element, "data-absent", !area.alive);
     setText(this.title, this.area ? area.name : this.host.title);
     setText(this.line, this.area ? this.host.title : [state.link.firmware, this.host.simulated ? t("simulated") : ""].filter(Boolean).join(" · "));
-    setText(this.cycle, this.host.pace);
+    setText(this.cycle, milliseconds(this.host.cycle));
     const phase = area.alive || !this.area ? state.link.phase : "absent";
     setAttribute(this.phase, "data-phase", phase);
     setText(this.phase, phase === "absent" ? t("absent", { name: area.name }) : t(phase));

@@ -1,7 +1,7 @@
 // The connection to the controller: what it is, how fast it answers, and what went wrong.
 
 import { card, h, setAttribute, setStyle, setText, svg } from "./dom.js";
-import { number, sentence, t } from "./words.js";
+import { decimal, milliseconds, number, sentence, t } from "./words.js";
 
 const BINS = 31;
 const HEIGHT = 72;
@@ -45,12 +45,12 @@ export class Link {
   update({ link, watched }) {
     setText(this.facts.address, this.host.address);
     setText(this.facts.firmware, link.firmware || "–");
-    setText(this.facts.cycle, `${this.host.pace} ms`);
+    setText(this.facts.cycle, `${milliseconds(this.host.cycle)} ms`);
     // Before the first cycle there is nothing to count.
     for (const name of ["cycles", "late", "gaps"]) setText(this.facts[name], link.cycles ? number(link[name]) : "–");
     if (watched) {
       const { answer, commands } = watched;
-      setText(this.facts.answer, answer ? t("answerTime", { median: answer.median.toFixed(1), longest: answer.longest.toFixed(1) }) : "–");
+      setText(this.facts.answer, answer ? t("answerTime", { median: decimal(answer.median), longest: decimal(answer.longest) }) : "–");
       setText(this.facts.commands, number(commands));
     }
     setAttribute(this.facts.late, "data-some", link.late > 0);

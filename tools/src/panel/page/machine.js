@@ -1,7 +1,7 @@
 // The moving parts of a simulated machine: motors that turn, slides, lamps that glow.
 
 import { h, setAttribute, setStyle, svg } from "./dom.js";
-import { t } from "./words.js";
+import { decimal, t } from "./words.js";
 
 const TEETH = 16;
 // Gears turn slower than the motors, so that the eye sees which way.
@@ -69,7 +69,7 @@ export class MotorView {
         this.turn.updatePlaybackRate(speed);
         this.turn.play();
       }
-      setAttribute(this.gear, "aria-label", t("motorOf", { name: this.name, speed: speed.toFixed(1) }));
+      setAttribute(this.gear, "aria-label", t("motorOf", { name: this.name, speed: decimal(speed) }));
       setAttribute(this.element, "data-turns", Math.abs(speed) < STANDS ? false : speed > 0 ? "forward" : "backwards");
     }
     if (!this.track) return;

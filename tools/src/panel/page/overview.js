@@ -1,7 +1,7 @@
 // All controllers at once: a card for each, with what it does at a glance.
 
 import { button, h, setAttribute, setStyle, setText } from "./dom.js";
-import { sentence, t } from "./words.js";
+import { milliseconds, sentence, t } from "./words.js";
 
 class Tile {
   constructor(host, open) {
@@ -29,7 +29,7 @@ class Tile {
     if (!state) return setText(this.facts, address);
     const { link, areas, driver, you_drive } = state;
     const [{ alive, inputs, motors }] = areas;
-    const facts = [title === address ? link.name : address, link.firmware, `${this.host.pace} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
+    const facts = [title === address ? link.name : address, link.firmware, `${milliseconds(this.host.cycle)} ms`, ...areas.slice(1).filter((area) => area.alive).map((area) => area.name)];
     setText(this.facts, link.error ? sentence(link.error) : facts.filter(Boolean).join(" · "));
     setAttribute(this.facts, "data-error", Boolean(link.error));
     setAttribute(this.element, "data-absent", !alive);

@@ -44,11 +44,6 @@ class Host {
     this.state = state;
   }
 
-  /** The time of a cycle in ms, as a text. */
-  get pace() {
-    return this.cycle === null ? "–" : this.cycle.toFixed(1);
-  }
-
   /** The host's name for people. */
   get title() {
     const name = this.state?.link.name;

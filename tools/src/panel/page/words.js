@@ -133,7 +133,7 @@ const GERMAN_ERRORS = {
   connection_broke: "Die Verbindung ist abgerissen; ist der Controller noch an und in Reichweite?",
   connect_timed_out: "Der Controller antwortet nicht; ist er eingeschaltet, und stimmt die Adresse?",
   connection_closed: "Der Controller hat die Verbindung beendet; ist er noch an, und benutzt ihn ein anderes Programm?",
-  connection_lost: "Die Verbindung ist verloren und wird neu gemacht, alle Motoren sind aus",
+  connection_lost: "Die Verbindung ist abgebrochen und wird wieder aufgebaut; alle Motoren sind aus",
   connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
   firmware_too_old: "Die Firmware des Controllers ist zu alt",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
@@ -199,7 +199,17 @@ export function sentence({ code, text, cause }) {
   return (typed ? said : said.charAt(0).toUpperCase() + said.slice(1)) + (/[.!?]$/.test(said) ? "" : ".");
 }
 
-/** A whole number with the separators of the language. */
+/** A number with the separators of the language. */
 export function number(value) {
   return value.toLocaleString(language);
+}
+
+/** The same with one decimal. */
+export function decimal(value) {
+  return value.toLocaleString(language, { minimumFractionDigits: 1, maximumFractionDigits: 1 });
+}
+
+/** A time in ms, without its unit. There is none before the first cycle, and while the connection is lost. */
+export function milliseconds(value) {
+  return value === null ? "–" : decimal(value);
 }
