@@ -82,17 +82,18 @@ fn a_consumer_that_keeps_up_gets_every_frame() {
     let (txt, handler) = begin(SimulatedTxt::builder());
     // A bigger channel than the default, because a busy machine may delay the consumer.
     let options = CameraOptions::default().with_size(640, 480).with_channel_frames(20);
-    let frames = handler.start_camera(options).unwrap();
-    for sequence in 0..30 {
-        let frame = receive(&frames);
-        assert_eq!(frame.sequence, sequence, "a frame was dropped");
-        assert_eq!(frame.to_yuv422().unwrap().data.len(), 640 * 480 * 2);
-    }
+    let channel = handler.start_camera(options).unwrap();
+    let frames: Vec<_> = (0..30).map(|_| receive(&channel)).collect();
+    let sent = txt.with_machine(|machine| machine.camera_frames());
     let statistics = handler.camera_statistics();
     assert_eq!(statistics.dropped, 0);
     // Another frame may be on its way.
-    let sent = txt.with_machine(|machine| machine.camera_frames());
     assert!((30..=statistics.frames + 2).contains(&sent), "{sent} sent, {statistics:?}");
+    // An emulated processor may need longer for this than there is from frame to frame.
+    for (sequence, frame) in (0..).zip(frames) {
+        assert_eq!(frame.sequence, sequence, "a frame was dropped");
+        assert_eq!(frame.to_yuv422().unwrap().data.len(), 640 * 480 * 2);
+    }
 }
 
 #[test]
