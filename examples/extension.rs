@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Button and motor of a controller.
 fn describe(area: &FishX1Transfer) -> Result<String, Error> {
     let button = if area.get_in_io_value_binary(Input::I1)? { "pressed" } else { "open" };
-    let motor = if area.get_out_motor_values(Motor::M1)? != 0 { "runs" } else { "stands" };
+    let motor = if area.get_out_motor_values(Motor::M1)? != 0 { "runs" } else { "off" };
     Ok(format!("I1 {button:7}, M1 {motor:6}"))
 }
 

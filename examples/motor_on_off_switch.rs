@@ -114,7 +114,7 @@ fn columns(now: &FishX1Transfer, before: &FishX1Transfer) -> String {
     };
     let (count, counted) = (now.input.counter[0], now.input.counter[0] != before.input.counter[0]);
     let motor = match (now.output.duty[0], before.output.duty[0]) {
-        (0, _) => "stands",
+        (0, _) => "off",
         // A motor without an encoder, no motor, or a wheel that is blocked.
         (_, on) if on != 0 && !counted => "no count",
         _ => "runs",

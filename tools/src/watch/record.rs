@@ -10,6 +10,7 @@ use ft_transfer_area_recorder::{
 };
 
 use super::decode::{Cycle, Happened, Told, MISSED};
+use super::ports::Line;
 use crate::lines;
 use crate::recording::output::{discard, Output};
 
@@ -54,11 +55,12 @@ impl Record {
                 self.statistics = Statistics::default();
             }
             Happened::Cycle(cycle) => self.cycle(told, cycle),
-            Happened::NotUnderstood { side, why } => {
+            // The transfer does not end with the camera or I2C.
+            Happened::NotUnderstood { side, why } if told.line == Line::Main => {
                 self.unclear =
                     Some(format!("what the {} sent is not understood: {why}", side.name()));
             }
-            Happened::Missed => self.unclear = Some(MISSED.to_owned()),
+            Happened::Missed if told.line == Line::Main => self.unclear = Some(MISSED.to_owned()),
             Happened::Offline { by_program } => {
                 let what = match self.unclear.take() {
                     Some(error) => {
@@ -77,14 +79,9 @@ impl Record {
             _ => {}
         }
         if let Some(error) = self.recorder.error() {
-            self.fail(error.into());
-        }
-    }
-
-    /// Says once that nothing is recorded any more.
-    fn fail(&mut self, error: anyhow::Error) {
-        if !std::mem::replace(&mut self.failed, true) {
-            log::warn!("{error}; everything is passed on as before");
+            if !std::mem::replace(&mut self.failed, true) {
+                log::warn!("{error}; everything is passed on as before");
+            }
         }
     }
 
@@ -94,7 +91,8 @@ impl Record {
             let began = Transfer::Began { device_name, firmware, address, areas };
             self.feed.transfer(told.at, began);
             if let Err(error) = self.output.begun(&mut self.recorder) {
-                self.fail(error);
+                let path = self.recorder.path().display();
+                log::warn!("{error}; the recording goes on as {path}");
             }
         }
         let statistics = &mut self.statistics;

@@ -67,7 +67,7 @@ impl Site {
 
 /// An address by which others reach what listens at this one.
 pub(crate) fn reachable(ip: IpAddr) -> IpAddr {
-    own_address().filter(|_| ip.is_unspecified()).unwrap_or_else(|| local(ip))
+    ip.is_unspecified().then(own_address).flatten().unwrap_or_else(|| local(ip))
 }
 
 /// The address by which programs on this computer reach what listens at this one.

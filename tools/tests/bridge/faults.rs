@@ -128,9 +128,7 @@ fn what_came_while_the_bridge_was_suspended_moves_nothing() {
     let script = move |machine: &mut Machine| {
         turned.fetch_or(m1(machine) == OLD, Ordering::Relaxed);
     };
-    // Otherwise the controller is lost meanwhile, and with it every old command.
-    let builder = SimulatedTxt::builder().idle_limit(PATIENCE);
-    let txt = builder.on_exchange(script).start().unwrap();
+    let txt = SimulatedTxt::builder().on_exchange(script).start().unwrap();
     let host = txt.address().to_string();
     let limits = ["--master-limit", "0", "--broker-limit", "60000"];
     let bridge = Bridge::start(broker.port, [&*host, "--name", "press"].into_iter().chain(limits));
@@ -140,8 +138,8 @@ fn what_came_while_the_bridge_was_suspended_moves_nothing() {
     listener.send("ft/press/M1/set", format!("{{\"duty\": {OLD}}}"));
     // The broker has passed it on when it comes here.
     listener.wait(from, "ft/press/M1/set", |_| true);
-    // Much longer than a command may wait.
-    thread::sleep(Duration::from_millis(2500));
+    // Longer than a command may wait, but not so long that the controller is given up.
+    thread::sleep(Duration::from_millis(1400));
     bridge.signal("CONT");
     let told = listener.wait(from, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
     let error = told["error"].as_str().unwrap();

@@ -76,7 +76,7 @@ fn judge(spells: &[(bool, f64)]) -> Check {
     let whole: f64 = spells.iter().map(|(_, seconds)| seconds).sum();
     if whole < WATCHED.as_secs_f64() - 2.0 * MOST {
         return Err(Wrong::new(
-            format!("The lamp at O8 blinked for {whole:.1} s, and then no more."),
+            format!("The lamp at O8 blinked for {whole:.1} s, and then stopped."),
             format!("Die Lampe an O8 blinkte {} s lang und dann nicht mehr.", german(whole, 1)),
         )
         .hint("a loop without an end is loop { … }.", "Eine Schleife ohne Ende ist loop { … }."));

@@ -1,4 +1,4 @@
-//! Lesson 3: M1 turns clockwise while I1 is pressed, counter-clockwise while I2 is, and stands for both and none.
+//! Lesson 3: M1 turns clockwise while I1 is pressed, counter-clockwise while I2 is, and is off for both and none.
 
 use ft_transfer_area::tx::{Input, Input::I1, Input::I2, Motor::M1};
 
