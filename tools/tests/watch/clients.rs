@@ -1,6 +1,7 @@
 //! This library's handler through it: cycles, reconnects, camera, I2C, a recording.
 
 use std::io::{Read, Write};
+use std::net::TcpListener;
 use std::process::Command;
 use std::time::Duration;
 
@@ -12,7 +13,8 @@ use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{CameraConnection, SimulatedTxt};
 
-use super::support::Watch;
+use super::away::at_free_ports;
+use super::support::{accept, connect, Watch};
 use super::LIMIT;
 
 #[test]
@@ -60,6 +62,37 @@ fn cycles(path: &std::path::Path) -> Vec<Vec<FishX1Transfer>> {
     entries.filter_map(cycle).collect()
 }
 
+/// How the transfers of a recording began and ended.
+#[cfg(unix)]
+fn transfers(path: &std::path::Path) -> Vec<Transfer> {
+    let entries = Recording::open(path).unwrap().map(|entry| entry.unwrap().what);
+    let transfer =
+        |what| if let Recorded::Transfer(transfer) = what { Some(transfer) } else { None };
+    entries.filter_map(transfer).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn a_camera_that_is_not_understood_ends_no_transfer() {
+    let txt = at_free_ports(|port| SimulatedTxt::builder().port(port).camera_port(0));
+    let camera = TcpListener::bind(("127.0.0.1", txt.port() + 1)).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let arguments = ["--no-page", "--record", path.to_str().unwrap()];
+    let watch = Watch::start(txt.address(), &arguments);
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    let mut program = connect(([127, 0, 0, 1], watch.port + 1).into());
+    program.write_all(&[0; 64]).unwrap();
+    // It has passed.
+    accept(&camera).read_exact(&mut [0; 64]).unwrap();
+    handler.end_transfer().unwrap();
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    assert!(matches!(&transfers[..], [Transfer::Began { .. }, Transfer::Ended]), "{transfers:?}");
+}
+
 #[cfg(unix)]
 #[test]
 fn what_passes_is_recorded_as_by_the_program_itself() {
@@ -85,13 +118,7 @@ fn what_passes_is_recorded_as_by_the_program_itself() {
     for (number, (own, expected)) in own.iter().zip(&expected).enumerate() {
         assert!(own == expected, "cycle {number}: {own:?}\ninstead of {expected:?}");
     }
-    let transfers: Vec<_> = Recording::open(&passed)
-        .unwrap()
-        .filter_map(|entry| match entry.unwrap().what {
-            Recorded::Transfer(transfer) => Some(transfer),
-            _ => None,
-        })
-        .collect();
+    let transfers = transfers(&passed);
     assert!(
         matches!(&transfers[..], [Transfer::Began { device_name, .. }, Transfer::Ended] if device_name == "TX2013"),
         "{transfers:?}"

@@ -196,3 +196,31 @@ fn reader(line: Line) -> Box<dyn Reader + Send> {
         Line::I2c => Box::new(I2cReader::default()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn after_a_gap_in_what_was_looked_at_nothing_more_is_told() {
+        let (mut decoder, mut told) = (Decoder::default(), Vec::new());
+        let query = || What::FromProgram(CommandId::QueryStatus.id().to_le_bytes().to_vec());
+        let from = SocketAddr::from(([127, 0, 0, 1], 1));
+        for what in [What::Opened(from), query(), What::Missed, query(), What::Closed] {
+            let piece = Piece { line: Line::Main, connection: 1, at: Instant::now(), what };
+            decoder.take(piece, &mut |one| told.push(one.what));
+        }
+        assert!(
+            matches!(
+                &told[..],
+                [
+                    Happened::Connected(_),
+                    Happened::Command(CommandId::QueryStatus),
+                    Happened::Missed,
+                    Happened::Closed
+                ]
+            ),
+            "{told:?}"
+        );
+    }
+}
