@@ -128,14 +128,18 @@ def steps(unpacked: Unpacked, system: str) -> list[str]:
 def try_archive(archive: Path, system: str) -> int:
     run = runner(system)
     if run is None:
-        print(f"{system}: not tried, nothing here runs its programs")
-        return 0
+        return keep(system, "ignored", "nothing here runs its programs")
     with tempfile.TemporaryDirectory() as scratch:
         try:
             how, text = "passed", ", ".join(steps(Unpacked(archive, system, run, Path(scratch)), system))
         except (AssertionError, OSError, subprocess.SubprocessError) as error:
             print(error)
             how, text = "failed", str(error).splitlines()[0]
+    return keep(system, how, text)
+
+
+def keep(system: str, how: str, text: str) -> int:
+    """Says what came out, and keeps it for docs/systems.md."""
     print(f"{how}: {text}", flush=True)
     names = {"linux-x86_64": "Linux x86_64", "linux-aarch64": "Linux aarch64 (qemu)", "linux-armv7": "Linux armv7 (qemu)",
              "windows-x86_64": "Windows x86_64"}

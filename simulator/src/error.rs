@@ -101,6 +101,9 @@ impl fmt::Display for Error {
                     ErrorKind::AddrInUse => {
                         f.write_str("; check that no other program uses its port")
                     }
+                    ErrorKind::PermissionDenied => f.write_str(
+                        "; the system allows this port to nobody or to administrators only: choose another one",
+                    ),
                     _ => Ok(()),
                 }
             }

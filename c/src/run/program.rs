@@ -12,6 +12,7 @@ use crate::inputs::{Inputs, Language, Source};
 use crate::kind::Kind;
 use crate::link;
 use crate::options::Options;
+use crate::say;
 use crate::sources::{Include, OwnFiles};
 use crate::symbols::{self, Entry};
 use crate::work;
@@ -162,7 +163,7 @@ impl Plan {
         let over = &self.copies.passed_over;
         if !over.is_empty() {
             let names: Vec<String> = over.iter().map(|file| file.display().to_string()).collect();
-            eprintln!("tx_run: its own headers are used in place of {}", names.join(", "));
+            say(&format!("its own headers are used in place of {}", names.join(", ")));
         }
     }
 

@@ -37,7 +37,13 @@ impl Shown {
         signals::stop_passing_on(id);
         signals::check("the world was opened")?;
         // Without a page it has said why.
-        say(&format!("the world is shown at {}", page.ok_or("txt shows no world")?));
+        let page = page.ok_or("txt shows no world")?;
+        if shown.address.is_empty() {
+            return Err("this world has several controllers, and a program drives one: start it with txt simulate \
+                        --show, and give the program an address with --host"
+                .into());
+        }
+        say(&format!("the world is shown at {page}"));
         Ok(shown)
     }
 

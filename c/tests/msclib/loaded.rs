@@ -42,6 +42,7 @@ fn python() -> Option<Command> {
     name.map(Command::new)
 }
 
+#[cfg_attr(windows, ignore = "no Python is expected there")]
 #[test]
 fn the_sample_in_python_drives_a_motor_in_both_exchanges() {
     for mode in ["compressed", "simple"] {

@@ -107,10 +107,14 @@ impl Connection<'_> {
             if machine.camera_run() != Some(self.run) {
                 return Ok(Err(STOPPED));
             }
-            let now = machine.now();
-            machine
-                .time_until(due)
-                .map_or_else(|| Ok(Ok(self.run.format.newest(now.saturating_sub(self.begin)))), Err)
+            match machine.time_until(due) {
+                Some(rest) => Err(rest),
+                // Only now it is certain that the frame is due.
+                None => {
+                    let passed = machine.now().saturating_sub(self.begin);
+                    Ok(Ok(self.run.format.newest(passed)))
+                }
+            }
         })?
     }
 

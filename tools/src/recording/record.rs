@@ -25,8 +25,8 @@ const RECONNECT: Duration = Duration::from_secs(7 * 24 * 3600);
 const AFTER_HELP: &str = "\
 Goes online, drives nothing, and records every cycle with all extensions into an MCAP file, which
 Foxglove, PlotJuggler and txt plot open. A lost connection is re-established. A controller has one
-client at a time: to record what a program does, attach the recorder to the program, as
-docs/recording.md shows.
+client at a time: to record what a program does, use txt watch --record, or attach the recorder
+to the program, as docs/recording.md shows.
 
 Example: txt record 192.168.7.2 -o run.mcap --input I2=cm --input E1.I1=ohm";
 

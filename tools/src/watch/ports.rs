@@ -50,6 +50,10 @@ pub(super) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
     } else {
         let bad = || anyhow!(Error::BadAddress { given: host.to_owned() });
         let given = if host.contains(':') { host.to_owned() } else { format!("{host}:{PORT}") };
+        if given.starts_with(':') {
+            // Windows takes no name as that of this computer.
+            bail!(bad());
+        }
         let all = given.to_socket_addrs().with_context(|| format!("{host} has no address"))?;
         let all: Vec<_> = all.collect();
         let ipv4 = all.iter().find(|address| address.is_ipv4());
@@ -94,6 +98,10 @@ pub(super) fn listen(port: u16) -> anyhow::Result<[TcpListener; 3]> {
             io::ErrorKind::AddrInUse => anyhow!(
                 "a port from {port} to {} is taken by another program, such as a simulated TXT; \
                  choose others with --port",
+                port + 2
+            ),
+            io::ErrorKind::PermissionDenied => anyhow!(
+                "the system does not allow the ports {port} to {} ({error}); choose others with --port",
                 port + 2
             ),
             _ => anyhow!("ports {port} to {} can't be opened ({error})", port + 2),

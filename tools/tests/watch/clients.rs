@@ -63,7 +63,6 @@ fn cycles(path: &std::path::Path) -> Vec<Vec<FishX1Transfer>> {
 }
 
 /// How the transfers of a recording began and ended.
-#[cfg(unix)]
 fn transfers(path: &std::path::Path) -> Vec<Transfer> {
     let entries = Recording::open(path).unwrap().map(|entry| entry.unwrap().what);
     let transfer =
@@ -71,7 +70,7 @@ fn transfers(path: &std::path::Path) -> Vec<Transfer> {
     entries.filter_map(transfer).collect()
 }
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn a_camera_that_is_not_understood_ends_no_transfer() {
     let txt = at_free_ports(|port| SimulatedTxt::builder().port(port).camera_port(0));
@@ -93,7 +92,7 @@ fn a_camera_that_is_not_understood_ends_no_transfer() {
     assert!(matches!(&transfers[..], [Transfer::Began { .. }, Transfer::Ended]), "{transfers:?}");
 }
 
-#[cfg(unix)]
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn what_passes_is_recorded_as_by_the_program_itself() {
     let world = World::shipped("slide").unwrap();

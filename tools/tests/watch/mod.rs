@@ -6,7 +6,6 @@ mod clients;
 mod slow;
 mod support;
 mod told;
-#[cfg(target_os = "linux")]
 mod unanswered;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
