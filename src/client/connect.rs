@@ -58,7 +58,12 @@ fn connect_to_one<S>(
 
 /// Connects to an address within the limit.
 fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<TcpStream> {
-    TcpStream::connect_timeout(&address, limit.max(SHORTEST_LIMIT))
+    let stream = TcpStream::connect_timeout(&address, limit.max(SHORTEST_LIMIT))?;
+    // Where nothing listens on this computer, a system may connect the port with itself.
+    if stream.local_addr()? == stream.peer_addr()? {
+        return Err(ErrorKind::ConnectionRefused.into());
+    }
+    Ok(stream)
 }
 
 /// The error for an address that could not be connected to within the limit.

@@ -84,6 +84,34 @@ fn with_force_the_old_file_is_there_until_the_transfer_has_begun() {
     assert_eq!(names(&folder), ["run.mcap"]);
 }
 
+/// Where nothing listens, a system may connect a port of this computer with itself: here it has no other choice.
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has networks of their own for programs")]
+#[test]
+fn a_port_that_is_connected_with_itself_is_no_controller() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "run.mcap");
+    let ports = "/proc/sys/net/ipv4/ip_local_port_range";
+    let inside = format!("ip link set lo up && echo 50000 50001 > {ports} && exec \"$@\"");
+    let unshare = |program: &[&str]| {
+        let mut command = Command::new("unshare");
+        command.args(["--user", "--map-root-user", "--net", "sh", "-c", &inside, "sh"]);
+        command.args(program).output()
+    };
+    if !unshare(&["true"]).is_ok_and(|output| output.status.success()) {
+        // Not into the test's captured output, so that the note is always shown.
+        let note =
+            "SKIPPED: no network of its own for a test of txt record (unshare and ip are needed)\n";
+        std::io::Write::write_all(&mut std::io::stderr(), note.as_bytes()).unwrap();
+        return;
+    }
+    for port in [50000, 50001] {
+        let address = format!("127.0.0.1:{port}");
+        let txt = [env!("CARGO_BIN_EXE_txt"), "record", &address, "-o", &path];
+        let output = unshare(&txt).unwrap();
+        assert!(said(&output).starts_with(&format!("nothing listens at {address}")), "{output:?}");
+    }
+}
+
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn with_force_the_old_file_is_there_until_a_watched_program_drives() {

@@ -118,6 +118,10 @@ impl Passage {
             return Err(error);
         }
         match self.controller.peer_addr() {
+            // Where nothing listens on this computer, a system may connect the port with itself.
+            Ok(peer) if self.controller.local_addr()? == peer => {
+                Err(ErrorKind::ConnectionRefused.into())
+            }
             Ok(_) => {
                 self.controller.set_nodelay(true)?;
                 self.stage = Stage::Open;
