@@ -109,12 +109,13 @@ int main(int argc, char **argv)
         const auto wait = [&](const std::string &station, const std::string &state) {
             wait_for(station + ": " + state, 300, [&] { return messages.state_of(station) == state; });
         };
+        std::map<std::string, int> taken;
         Robot robot(controller.area(LOCAL_IO));
         robot.find_places();
         messages.tell("ready");
         for (int number = 0; number < workpieces; number++) {
-            // A row of shelves after the other.
-            const std::string shelf = {char('A' + number / 3 % 3), char('1' + number % 3)};
+            // The containers in column 1 are empty.
+            const std::string shelf = {char('A' + number % 3), '1'};
             wait_for("a workpiece is delivered", 600, [&] { return robot.has_delivery(); });
             robot.grip(DELIVERY);
             const Colour &colour = robot.look();
@@ -128,9 +129,15 @@ int main(int argc, char **argv)
             wait("high_bay_warehouse", "offers " + shelf);
             robot.grip(IN_CONTAINER);
             messages.tell("has taken " + shelf);
+            wait("processing_station", "free");
             robot.release(OVEN);
             messages.tell(std::string("has brought ") + colour.name);
-            wait("sorting_line", std::string("sorted ") + colour.name);
+            // In a storage one may lie that the robot has not brought.
+            const std::string sorted = std::string("sorted ") + colour.name;
+            const int before = taken[colour.name]++;
+            wait_for("sorting_line: " + sorted, 300, [&] {
+                return messages.times_told("sorting_line", sorted) > before;
+            });
             robot.grip(colour.storage);
             wait_for("the pickup is free", 600, [&] { return robot.is_pickup_free(); });
             robot.release(PICKUP);

@@ -1,7 +1,8 @@
 // Fetches containers from their shelves, brings them out on the belt, and stores them again. The arguments are shelves,
-// such as A1 or C3. Without any it does what the gripper robot asks for over MQTT: "wants B2", and later "has taken B2".
+// such as A1 or C3. Without any it does what the gripper robot asks for over MQTT: "wants B2", and later "has taken
+// B2". With a number, such as 6, it ends after so many of these orders; the robot has two for each workpiece.
 #include <cctype>
-#include <vector>
+#include <climits>
 
 #include "station.h"
 
@@ -109,15 +110,16 @@ std::string shelf_in(const std::string &state, const std::string &words)
 int main(int argc, char **argv)
 {
     return run([&] {
-        const std::vector<std::string> shelves(argv + 1, argv + argc);
+        const bool ordered = argc < 2 || std::isdigit(argv[1][0]);
+        const int count = argc < 2 ? INT_MAX : ordered ? std::atoi(argv[1]) : argc - 1;
         Controller controller;
         Messages messages("high_bay_warehouse");
         Warehouse warehouse(controller.area(LOCAL_IO));
         warehouse.find_places();
         messages.tell("ready");
-        for (size_t number = 0; shelves.empty() || number < shelves.size(); number++) {
-            std::string name = shelves.empty() ? "" : shelves[number];
-            if (shelves.empty())
+        for (int number = 0; number < count; number++) {
+            std::string name = ordered ? "" : argv[number + 1];
+            if (ordered)
                 wait_for("an order", 3600, [&] {
                     name = shelf_in(messages.state_of("gripper_robot"), "wants ");
                     return !name.empty();
@@ -126,7 +128,7 @@ int main(int argc, char **argv)
             warehouse.fetch(shelf);
             warehouse.bring_out();
             messages.tell("offers " + name);
-            if (shelves.empty())
+            if (ordered)
                 wait_for("the robot takes the workpiece", 600, [&] {
                     return shelf_in(messages.state_of("gripper_robot"), "has taken ") == name;
                 });

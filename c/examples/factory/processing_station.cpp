@@ -108,6 +108,8 @@ int main(int argc, char **argv)
         station.find_places();
         messages.tell("ready");
         for (int workpiece = 0; workpiece < workpieces; workpiece++) {
+            if (!station.has_workpiece())
+                messages.tell("free");
             wait_for("a workpiece is put on the feeder", 600, [&] { return station.has_workpiece(); });
             // Who puts it there needs a moment to let go of it.
             pause(3000);

@@ -2,8 +2,9 @@
 // between the stations.
 //
 // Each station is a program of its own with a controller of its own. Several axes of a station move at once, each in
-// a thread. Everything looks each 10 ms. The stations talk over an MQTT broker; a state is retained, so a station
-// that starts later knows it at once.
+// a thread. Everything looks after each exchange with the controller. There is one each 10 ms, and pauses are counted
+// in exchanges: they follow the controller's time. The stations talk over an MQTT broker; a state is retained, so a
+// station that starts later knows it at once.
 #pragma once
 
 #include <atomic>
@@ -17,6 +18,7 @@
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <mosquitto.h>
 
@@ -26,17 +28,47 @@
 namespace factory {
 
 const INT16 FULL = 512;
+const int EXCHANGE_MS = 10;
 const int LONGEST_MOVE_S = 20;
 
-inline void pause(int ms = 10) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+// The exchanges with the controller so far, which are counted in the library's thread.
+struct Exchanges {
+    std::mutex mutex;
+    std::condition_variable changed;
+    long count = 0;
+};
 
-// Looks each 10 ms until it is done.
+inline Exchanges &exchanges()
+{
+    static Exchanges all;
+    return all;
+}
+
+inline bool count_exchange(FISH_X1_TRANSFER *, int)
+{
+    const std::lock_guard<std::mutex> lock(exchanges().mutex);
+    exchanges().count++;
+    exchanges().changed.notify_all();
+    return true;
+}
+
+// Ends early, with an error, when there are no more exchanges.
+inline void pause(int ms = EXCHANGE_MS)
+{
+    std::unique_lock<std::mutex> lock(exchanges().mutex);
+    const long end = exchanges().count + ms / EXCHANGE_MS;
+    while (exchanges().count < end) {
+        if (!MotorIOLib_ThreadIsRunning())
+            throw std::runtime_error("the controller has gone");
+        exchanges().changed.wait_for(lock, std::chrono::milliseconds(100));
+    }
+}
+
+// Looks after each exchange until it is done.
 template <class Done> void wait_for(const std::string &what, int seconds, Done done)
 {
     const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(seconds);
     while (!done()) {
-        if (!MotorIOLib_ThreadIsRunning())
-            throw std::runtime_error("the controller has gone");
         if (std::chrono::steady_clock::now() > end)
             throw std::runtime_error(what + ": it takes more than " + std::to_string(seconds) + " s");
         pause();
@@ -48,6 +80,7 @@ class Controller {
 public:
     Controller()
     {
+        SetTransferAreaCompleteCallback(count_exchange);
         if (StartTxtDownloadProg() != KELIB_ERROR_NONE)
             throw std::runtime_error("the controller does not answer");
     }
@@ -246,18 +279,28 @@ public:
         return states["factory/" + station];
     }
 
+    // How often another station has told this.
+    int times_told(const std::string &station, const std::string &state)
+    {
+        const std::lock_guard<std::mutex> lock(mutex);
+        return told[{"factory/" + station, state}];
+    }
+
 private:
     static void receive(mosquitto *, void *self, const mosquitto_message *message)
     {
         Messages &messages = *static_cast<Messages *>(self);
         const std::lock_guard<std::mutex> lock(messages.mutex);
-        messages.states[message->topic].assign(static_cast<char *>(message->payload), message->payloadlen);
+        std::string &state = messages.states[message->topic];
+        state.assign(static_cast<char *>(message->payload), message->payloadlen);
+        messages.told[{message->topic, state}]++;
     }
 
     std::string topic;
     mosquitto *client;
     std::mutex mutex;
     std::map<std::string, std::string> states;
+    std::map<std::pair<std::string, std::string>, int> told;
 };
 
 // Runs a station until it ends or something goes wrong.

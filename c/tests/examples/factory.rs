@@ -1,16 +1,17 @@
-//! The stations of the factory, each on its shipped world and with a broker of its own. Without Mosquitto or its library
-//! they are skipped.
+//! The stations of the factory, each on its shipped world and all together, with a broker for each test. Without
+//! Mosquitto or its library they are skipped.
 
 use std::env;
 use std::io::{self, Write};
+use std::iter;
 use std::net::{TcpListener, TcpStream};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area_simulator::world::{Piece, World};
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::world::{Factory, Piece, Whereabouts, World};
+use ft_transfer_area_simulator::{SimulatedFactory, SimulatedTxt, SimulatedTxtBuilder};
 
 use super::run::{compilers, text, tx_run_with, DEADLINE};
 
@@ -59,33 +60,46 @@ fn has_library() -> bool {
     compiler.output().is_ok_and(|output| output.status.success())
 }
 
+/// A broker, if the programs can be compiled and have one. If not, this is said.
+fn broker() -> Option<Broker> {
+    let broker = Broker::start().filter(|_| compilers() && has_library());
+    if broker.is_none() {
+        // A test's own print would only be shown if it fails.
+        let _ = writeln!(io::stderr(), "skipped: there is no Mosquitto or no library of it here");
+    }
+    broker
+}
+
 /// All places, each with what lies there.
 type Places = Vec<(String, Option<Piece>)>;
 
-/// Runs a station with these arguments on its world: what it has said, and what lies where.
-fn drive(station: &str, arguments: &[&str]) -> Option<(String, Places)> {
-    let broker = Broker::start().filter(|_| compilers() && has_library());
-    let Some(broker) = broker else {
-        // A test's own print would only be shown if it fails.
-        let _ = writeln!(io::stderr(), "skipped: there is no Mosquitto or no library of it here");
-        return None;
-    };
-    let world = World::shipped(station).expect("it is shipped");
-    let txt = SimulatedTxt::builder().world(world).start().expect("free ports");
-    let mut line = vec![format!("c/examples/factory/{station}.cpp")];
-    let address = txt.address().to_string();
-    let options =
-        ["-l", "mosquitto", "--host", &address, "--"].into_iter().chain(arguments.iter().copied());
-    line.extend(options.map(str::to_owned));
+/// Each exchange is 10 ms for the machine, and for the programs, which count exchanges. Here it takes less.
+fn hasten(builder: SimulatedTxtBuilder) -> SimulatedTxtBuilder {
+    builder.pace(Duration::ZERO)
+}
+
+/// Runs a station with these arguments until it ends. Returns what it has said.
+fn run(station: &str, arguments: &str, txt: &SimulatedTxt, broker: &Broker) -> String {
+    let address = txt.address();
+    let line =
+        format!("c/examples/factory/{station}.cpp -l mosquitto --host {address} -- {arguments}");
+    let line: Vec<_> = line.split(' ').map(str::to_owned).collect();
     let output = tx_run_with(&line, &[("FACTORY_BROKER", format!("127.0.0.1:{}", broker.port))]);
     let (said, errors) = (text(&output.stdout), text(&output.stderr));
-    assert!(output.status.success(), "{}: {said}{errors}", output.status);
+    assert!(output.status.success(), "{station}: {}: {said}{errors}", output.status);
     assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()), "the connection stays open");
-    txt.with_machine(|machine| {
-        let world = machine.world().expect("it has one");
-        assert_eq!(world.mishaps(), [""; 0]);
-        Some((said, world.places()))
-    })
+    let mishaps = txt.with_machine(|machine| Some(machine.world()?.mishaps()));
+    assert_eq!(mishaps, Some(Vec::new()), "{said}");
+    said
+}
+
+/// Runs a station on its shipped world: what it has said, and what lies where.
+fn drive(station: &str, arguments: &str) -> Option<(String, Places)> {
+    let broker = broker()?;
+    let world = World::shipped(station).expect("it is shipped");
+    let txt = hasten(SimulatedTxt::builder()).world(world).start().expect("free ports");
+    let said = run(station, arguments, &txt, &broker);
+    Some((said, txt.with_machine(|machine| machine.world().expect("it has one").places())))
 }
 
 fn piece(places: &[(String, Option<Piece>)], name: &str) -> Option<Piece> {
@@ -95,7 +109,7 @@ fn piece(places: &[(String, Option<Piece>)], name: &str) -> Option<Piece> {
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn discs_end_in_the_storages_of_their_colours() {
-    let Some((said, places)) = drive("sorting_line", &["3"]) else { return };
+    let Some((said, places)) = drive("sorting_line", "3") else { return };
     for (colour, wanted) in [("white", Piece::White), ("red", Piece::Red), ("blue", Piece::Blue)] {
         assert!(said.contains(&format!("sorted {colour}")), "{said}");
         assert_eq!(piece(&places, &format!("{colour}_storage")), Some(wanted), "{said}");
@@ -105,7 +119,7 @@ fn discs_end_in_the_storages_of_their_colours() {
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_disc_is_burnt_and_sawn_and_leaves_the_processing_station() {
-    let Some((said, places)) = drive("processing_station", &["1"]) else { return };
+    let Some((said, places)) = drive("processing_station", "1") else { return };
     assert!(said.ends_with("factory/processing_station: done\n"), "{said}");
     assert_eq!((piece(&places, "oven"), piece(&places, "exit")), (None, Some(Piece::White)));
 }
@@ -113,9 +127,75 @@ fn a_disc_is_burnt_and_sawn_and_leaves_the_processing_station() {
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]
 #[test]
 fn a_container_comes_out_of_the_warehouse_and_back_to_its_shelf() {
-    let Some((said, places)) = drive("high_bay_warehouse", &["A1"]) else { return };
+    let Some((said, places)) = drive("high_bay_warehouse", "A1") else { return };
     assert!(said.contains("offers A1") && said.contains("has stored A1"), "{said}");
     for shelf in ["A1", "B2", "C3"] {
         assert_eq!(piece(&places, shelf), Some(Piece::Container), "{shelf}");
+    }
+}
+
+/// Delivers a workpiece to the robot, and takes it away where the robot brings it in the end.
+fn order(robot: &SimulatedTxt, wanted: Piece) {
+    let put = robot.with_machine(|machine| {
+        machine.world_mut().is_some_and(|world| world.put(wanted, "delivery"))
+    });
+    assert!(put, "{wanted} can't be delivered");
+    let is_there = |places: Places| piece(&places, "robot.pickup") == Some(wanted);
+    let comes = robot.wait_until(DEADLINE, |machine| {
+        machine.world().is_some_and(|world| is_there(world.places()))
+    });
+    assert!(comes, "{wanted} does not come back");
+    assert_eq!(robot.with_machine(|machine| machine.world_mut()?.take("pickup")), Some(wanted));
+}
+
+/// The shipped factory with faster motors, to save time.
+fn factory() -> SimulatedFactory {
+    let mut factory = Factory::shipped("factory").expect("it is shipped");
+    // The sorting line is as it is: it counts what its belt runs.
+    for (_, world) in factory.controllers.iter_mut().filter(|(name, _)| name != "sorting") {
+        let boards = iter::once(&mut world.master).chain(&mut world.extensions);
+        boards.flat_map(|board| board.motors.values_mut()).for_each(|motor| motor.top_speed *= 4.0);
+    }
+    SimulatedFactory::start(factory, 0, |_, builder| hasten(builder)).expect("free ports")
+}
+
+/// Controllers, with their programs and arguments as in the documents.
+const STATIONS: [(&str, &str, &str); 4] = [
+    ("warehouse", "high_bay_warehouse", "6"),
+    ("robot", "gripper_robot", "3"),
+    ("processing", "processing_station", "4"),
+    ("sorting", "sorting_line", "4"),
+];
+
+#[cfg_attr(windows, ignore = "no C compiler is expected there")]
+#[test]
+fn workpieces_go_through_the_whole_factory_and_come_back() {
+    let Some(broker) = broker() else { return };
+    let factory = factory();
+    let txt = |name| factory.txt(name).expect("it is one of them");
+    thread::scope(|scope| {
+        for (name, station, arguments) in STATIONS {
+            let (txt, broker) = (txt(name), &broker);
+            // What it has said is shown if the test fails.
+            scope.spawn(move || print!("{}", run(station, arguments, txt, broker)));
+        }
+        for wanted in [Piece::White, Piece::Red, Piece::Blue] {
+            order(txt("robot"), wanted);
+        }
+    });
+    let mut pieces =
+        txt("robot").with_machine(|machine| machine.world().expect("it has one").pieces());
+    // As many as at the start. The robot has taken the white one that was in the oven for its own.
+    assert_eq!(pieces.len(), 16);
+    pieces.retain(|(_, place)| !is_in_a_shelf(place));
+    let white = Whereabouts::Place(String::from("sorting.white_storage"));
+    assert_eq!(pieces, [(Piece::White, white)]);
+}
+
+/// Or in a container, which is a piece itself.
+fn is_in_a_shelf(place: &Whereabouts) -> bool {
+    match place {
+        Whereabouts::Place(name) => name.starts_with("warehouse.") && !name.contains("belt"),
+        place => matches!(place, Whereabouts::Container(_)),
     }
 }
