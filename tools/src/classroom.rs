@@ -14,12 +14,13 @@ const PORTS: u16 = 3;
 const PUPILS: i64 = 60;
 
 const AFTER: &str = "\
-Each pupil has a controller with a machine: programs connect to the address that is printed, with its
-port, and the link shows the machine with its buttons. The link for all shows every controller, and
-only looks. A link is all that is needed to come in, so give each pupil only their own.
+Each pupil has a controller with a machine: programs connect to the address that is printed,
+with its port, and the link shows the machine with its buttons. The link for all shows every
+controller, and only looks. A link is all that is needed to come in, so give each pupil only
+their own.
 
-With --bind 0.0.0.0 the pupils' computers reach it, and whoever reaches it can drive the simulated
-controllers. Ctrl-C ends it.
+With --bind 0.0.0.0 the pupils' computers reach it, and whoever reaches it can drive the
+simulated controllers. Ctrl-C ends it.
 
 Examples:
   txt classroom 12 --bind 0.0.0.0                for the computers of twelve pupils

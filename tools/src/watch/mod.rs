@@ -39,11 +39,11 @@ const LOOK: Duration = Duration::from_millis(5);
 
 const AFTER: &str = "\
 Let your program connect to 127.0.0.1 instead of the controller: ftrobopy, ROBO Pro, the kit's
-programs and those of this library. Every byte is passed on as it is, in both directions, and the page
-shows what the bytes mean. The page drives nothing.
+programs and those of this library. Every byte is passed on as it is, in both directions, and
+the page shows what the bytes mean. The page drives nothing.
 
-The camera is one port after the main port, and I2C two, on both sides. Ctrl-C closes all connections;
-the controller then stops its motors.
+The camera is one port after the main port, and I2C two, on both sides. Ctrl-C closes all
+connections; the controller then stops its motors.
 
 Examples:
   txt watch 192.168.7.2                          the program uses 127.0.0.1
