@@ -38,7 +38,7 @@ const MISTAKES: &[(&str, &str)] = &[
     ("lamp/kept_guard", "I1 was pressed, but the lamp at O8 stayed dark."),
     ("blink/kept_guard", "The lamp at O8 stays dark."),
     ("blink/no_second_sleep", "s; it should be 0.5 s."),
-    ("blink/slow", "The lamp at O8 was on for "),
+    ("blink/slow", "The lamp at O8 was on for 1."),
     ("blink/three_times", "s, and then stopped."),
     ("blink/only_on", "The lamp at O8 is lit all the time."),
     ("motor/runs_at_once", "M1 turns although nobody has pressed a button."),

@@ -14,7 +14,7 @@ use super::histogram::Histogram;
 use super::problem::Problem;
 use super::state::{self, HostState, Link, Newest, Phase};
 use super::worker::STATE_PERIOD;
-use crate::watch::{Cycle, Happened, I2cExchange, Line, Told, MISSED};
+use crate::watch::{missed, Cycle, Happened, I2cExchange, Line, Told};
 
 /// Of how many answers the median is shown.
 const ANSWERS: usize = 256;
@@ -141,11 +141,7 @@ impl Watched {
             }
             Happened::Missed => {
                 self.is_unclear |= told.line == Line::Main;
-                let line = told.line.name();
-                let text = format!(
-                    "{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same"
-                );
-                self.error = Some(Problem::new("missed", text));
+                self.error = Some(Problem::new("missed", missed(told.line)));
             }
         }
     }

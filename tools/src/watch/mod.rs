@@ -21,7 +21,7 @@ use anyhow::{bail, Context};
 use crossbeam_channel::select;
 use ft_transfer_area::PORT;
 
-pub(crate) use self::decode::{Cycle, Happened, I2cExchange, Told, MISSED};
+pub(crate) use self::decode::{missed, Cycle, Happened, I2cExchange, Told};
 pub(crate) use self::ports::Line;
 
 use self::changes::Changes;
@@ -208,9 +208,7 @@ impl Notes {
                 "what the {} sent on the {line} connection can't be understood, and is passed on all the same: {why}",
                 side.name()
             ),
-            Happened::Missed => log::warn!(
-                "{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same"
-            ),
+            Happened::Missed => log::warn!("{}", missed(told.line)),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             _ => {}
         }

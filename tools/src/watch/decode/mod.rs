@@ -83,7 +83,13 @@ pub(crate) enum Happened {
 }
 
 /// Why nothing more is told of a connection.
-pub(crate) const MISSED: &str = "this computer is too busy to look at all that passes";
+pub(super) const MISSED: &str = "this computer is too busy to look at all that passes";
+
+/// The same as a sentence for people.
+pub(crate) fn missed(line: Line) -> String {
+    let line = line.name();
+    format!("{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same")
+}
 
 /// One exchange.
 #[derive(Debug)]
