@@ -82,7 +82,7 @@ fn measure(broker: &support::Broker, processes: usize) -> Vec<Duration> {
     // Each bridge tells all its values at the beginning, and this one last.
     let mut ready = [false; CONTROLLERS];
     while ready.contains(&false) {
-        let first = arrivals.recv_timeout(support::PATIENCE).expect("all come online");
+        let first = arrivals.recv_timeout(support::LONGEST_WAIT).expect("all come online");
         ready[first.controller] |= first.tail == "extensions";
     }
     for changes in &changes {

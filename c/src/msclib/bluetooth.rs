@@ -142,7 +142,7 @@ pub(crate) extern "C" fn BtListenConOn(
     switched_off_with(handle, channel, address, callback)
 }
 
-/// Stops to wait for a connection.
+/// Stops waiting for a connection.
 #[no_mangle]
 pub(crate) extern "C" fn BtListenConOff(
     handle: Handle,
@@ -165,7 +165,7 @@ pub(crate) extern "C" fn BtReadMsgOn(
     })
 }
 
-/// Stops to wait for messages.
+/// Stops waiting for messages.
 #[no_mangle]
 pub(crate) extern "C" fn BtReadMsgOff(
     handle: Handle,

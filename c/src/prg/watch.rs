@@ -103,7 +103,7 @@ impl RunState {
 }
 
 /// Watches the program from other threads, while it lives. They were made before they are needed, and the one
-/// that ends the process does not allocate: the program may have crashed with the memory's lock in its hands.
+/// that ends the process does not allocate: the program may have crashed while holding the allocator lock.
 pub(super) struct Watch {
     ender: JoinHandle<()>,
     watcher: JoinHandle<()>,

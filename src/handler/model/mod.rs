@@ -4,7 +4,7 @@
 //!
 //! The locks, threads and time are those of [`sync`](super::sync) for the models, and the connection is that of a
 //! [`controller`] in the model. All else is the code of the library. A thread that waits forever fails a model, as
-//! does one that never stops to work.
+//! does one that never stops working.
 
 mod commands;
 mod controller;

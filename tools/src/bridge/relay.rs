@@ -10,7 +10,7 @@ use rumqttc::{LastWill, QoS};
 use super::broker::{Broker, BrokerEvent, Inbox, Message, Publisher, Subscription};
 use super::commands::Received;
 use super::payload::short;
-use super::report::{json, say, Complaint, Happened, Master, Stage, State};
+use super::report::{json, say, Complaint, Master, PublishedEvent, Stage, State};
 use super::topics::{Addressed, Topics, ERROR, EVENT, MASTER, STATE};
 use super::values::{Noise, Values};
 use crate::commands::stop_all;
@@ -123,7 +123,7 @@ impl Relay {
     /// The motors have been stopped; everybody is told why.
     pub(crate) fn stopped(&mut self, reason: String) {
         self.say(&format!("all motors are stopped: {reason}"));
-        let told = json(&Happened::Stopped { reason: reason.clone() });
+        let told = json(&PublishedEvent::Stopped { reason: reason.clone() });
         if !self.publish(EVENT, false, told) {
             self.untold = Some(reason);
         }
@@ -198,7 +198,7 @@ impl Relay {
         self.publish(STATE, true, json(&self.state));
         self.publish(MASTER, true, json(&self.master));
         if let Some(reason) = self.untold.take() {
-            self.publish(EVENT, false, json(&Happened::Stopped { reason }));
+            self.publish(EVENT, false, json(&PublishedEvent::Stopped { reason }));
         }
     }
 
@@ -309,13 +309,13 @@ impl Relay {
             let send = |topic: &str, payload: String| publisher.send(topic, true, payload);
             return self.values.tell_change((area, input), pressed, told.cycle, send);
         }
-        Happened::new(&told.event)
+        PublishedEvent::new(&told.event)
             .is_none_or(|happened| self.publish(EVENT, false, json(&happened)))
     }
 
     pub(crate) fn tell_lost(&self, changes: u64) {
         self.say(&format!("{changes} changes came faster than the broker takes them"));
-        self.publish(EVENT, false, json(&Happened::Lost { changes }));
+        self.publish(EVENT, false, json(&PublishedEvent::Lost { changes }));
     }
 
     fn report_error(&self, topic: &str, error: &str) {

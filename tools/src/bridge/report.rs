@@ -9,7 +9,7 @@ use super::broker::random;
 use crate::lines;
 use crate::print::clean;
 
-/// The events that the bridge tells: changes of inputs as values, the others as [`Happened`].
+/// The events that the bridge publishes: changes of inputs as values, the others as [`PublishedEvent`].
 pub(crate) const TOLD: [EventKind; 4] = [
     EventKind::InputChanged,
     EventKind::CounterReset,
@@ -79,7 +79,7 @@ pub(crate) enum Stage {
 /// Something that has happened once.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
-pub(crate) enum Happened {
+pub(crate) enum PublishedEvent {
     MotorReached {
         motor: String,
         position: u16,
@@ -114,7 +114,7 @@ pub(crate) struct Complaint<'a> {
     pub(crate) error: &'a str,
 }
 
-impl Happened {
+impl PublishedEvent {
     /// What an event of the transfer tells; `None` for what is told in another way.
     pub(crate) fn new(event: &Event) -> Option<Self> {
         Some(match event {

@@ -82,8 +82,8 @@ fn a_broker_that_sends_garbage_is_left_and_tried_again() {
     let host = txt.address().to_string();
     let mut bridge = Bridge::start(port, [&*host, "--broker-limit", "2000"]);
     bridge.wait_for("sent what is not MQTT");
-    tries.recv_timeout(super::support::PATIENCE).unwrap();
-    tries.recv_timeout(super::support::PATIENCE).unwrap();
+    tries.recv_timeout(super::support::LONGEST_WAIT).unwrap();
+    tries.recv_timeout(super::support::LONGEST_WAIT).unwrap();
     wait_machine(&txt, "online", |machine| machine.online());
     bridge.interrupt();
     assert!(bridge.wait().success());

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::json;
 
-use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, PATIENCE};
+use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener, LONGEST_WAIT};
 
 #[cfg_attr(not(unix), ignore = "the tests end the bridge by a signal")]
 #[test]
@@ -116,7 +116,7 @@ fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
     let listener = Listener::new(&broker);
     listener.wait(0, "ft/press/state", is_state("online"));
     // This thread may be late on a busy machine. Then the bridge is right to stop, and it is tried again.
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + LONGEST_WAIT;
     while !keeps_turning(&listener, &txt, LIMIT) {
         assert!(Instant::now() < deadline, "the heartbeat does not keep the motor turning");
     }

@@ -9,7 +9,9 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use super::support::{is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener, PATIENCE};
+use super::support::{
+    is_state, m1, mosquitto, wait_machine, Bridge, Broker, Listener, LONGEST_WAIT,
+};
 
 /// A bridge whose M1 turns.
 fn turning(broker: &Broker, listener: &Listener) -> (SimulatedTxt, Bridge) {
@@ -144,7 +146,7 @@ fn what_came_while_the_bridge_was_suspended_moves_nothing() {
     let told = listener.wait(from, "ft/press/error", |told| told["topic"] == "ft/press/M1/set");
     let error = told["error"].as_str().unwrap();
     assert!(error.contains("may have waited"), "{error}");
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + LONGEST_WAIT;
     while txt.with_machine(|machine| m1(machine)) != 77 {
         assert!(Instant::now() < deadline, "new commands move it");
         listener.send("ft/press/M1/set", r#"{"duty": 77}"#);

@@ -15,7 +15,7 @@ use serde_json::Value;
 use tempfile::TempDir;
 
 /// For everything that has to happen; a busy machine may need long.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(40);
+pub(crate) const LONGEST_WAIT: Duration = Duration::from_secs(40);
 
 /// Where Mosquitto is; `None`, and a sentence, when it is not installed.
 pub(crate) fn mosquitto() -> Option<PathBuf> {
@@ -75,7 +75,7 @@ impl Broker {
     }
 
     pub(crate) fn start_again(&mut self) {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + LONGEST_WAIT;
         loop {
             match launch(&self.program, self.files.path(), self.port) {
                 Ok(child) => {
@@ -106,7 +106,7 @@ fn launch(program: &Path, files: &Path, port: u16) -> Result<Child, String> {
     command.arg("-c").arg(files.join("mosquitto.conf"));
     command.stdout(Stdio::null()).stderr(Stdio::null());
     let mut child = command.spawn().map_err(|error| format!("{}: {error}", program.display()))?;
-    let deadline = Instant::now() + PATIENCE;
+    let deadline = Instant::now() + LONGEST_WAIT;
     loop {
         if let Ok(Some(status)) = child.try_wait() {
             return Err(format!("it ended with {status}"));
@@ -147,7 +147,7 @@ impl<T: Clone + std::fmt::Debug> Incoming<T> {
 
     /// The first one from `from` on that is right.
     fn wait<R>(&self, what: &str, from: usize, mut right: impl FnMut(&T) -> Option<R>) -> R {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + LONGEST_WAIT;
         let (mut all, mut seen) = (self.all.lock().unwrap(), from);
         loop {
             if let Some(found) = all[seen..].iter().find_map(&mut right) {
@@ -233,7 +233,7 @@ impl Bridge {
     }
 
     pub(crate) fn wait(&mut self) -> ExitStatus {
-        let deadline = Instant::now() + PATIENCE;
+        let deadline = Instant::now() + LONGEST_WAIT;
         loop {
             if let Some(status) = self.child.try_wait().unwrap() {
                 return status;
@@ -329,7 +329,7 @@ pub(crate) fn is_state(state: &'static str) -> impl Fn(&Value) -> bool {
 
 /// Waits until the simulated machine is as it should be.
 pub(crate) fn wait_machine(txt: &SimulatedTxt, what: &str, right: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(PATIENCE, right), "the machine never came to this: {what}");
+    assert!(txt.wait_until(LONGEST_WAIT, right), "the machine never came to this: {what}");
 }
 
 /// The duty of the master's M1, clockwise.

@@ -1,7 +1,7 @@
 //! What the bytes mean that have passed.
 //!
-//! Each connection has a reader of its own. What one can't understand ends what is told of this connection, not the
-//! connection: the state of the compression is lost with it.
+//! Each connection has a reader of its own. After something that it can't understand, nothing more of this
+//! connection is reported, because the state of the compression is lost; the connection itself goes on.
 
 mod camera;
 mod i2c;
@@ -82,7 +82,7 @@ pub(crate) enum Happened {
     Missed,
 }
 
-/// Why nothing more is told of a connection.
+/// Why nothing more of a connection is reported.
 pub(super) const MISSED: &str = "this computer is too busy to look at all that passes";
 
 /// The same as a sentence for people.
