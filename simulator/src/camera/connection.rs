@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crossbeam_channel::{unbounded, Receiver, Sender};
 use mio::net::TcpStream;
+use socket2::{Domain, Socket, Type};
 
 use crate::machine::Machine;
 use crate::server::port::Port;
@@ -20,10 +21,7 @@ pub enum CameraConnection {
     #[default]
     Waits,
     /// As with a TXT: connections are refused before the camera serves, after it is stopped, and while
-    /// another client is served.
-    ///
-    /// Meanwhile another program can take the port. Then the camera does not serve, and a warning is
-    /// logged.
+    /// another client is served. No other program can take the port meanwhile.
     Txt,
     /// As with the server program for the TXT 4.0, which ftrobopy uses: the port accepts connections all
     /// the time, but the server looks for a client only once, when StartCameraOnline arrives. A client
@@ -37,7 +35,7 @@ pub(crate) enum Clients {
     /// A port that accepts connections all the time.
     Open,
     /// A port that accepts connections while the camera serves.
-    WhileServing(SocketAddr),
+    WhileServing(Reserved),
     /// The clients that the main connection's thread finds.
     Found(Receiver<TcpStream>),
 }
@@ -61,7 +59,12 @@ impl Clients {
                 port.listen(listener)?;
                 (Self::Open, None)
             }
-            CameraConnection::Txt => (Self::WhileServing(listener.local_addr()?), None),
+            CameraConnection::Txt => {
+                let address = listener.local_addr()?;
+                drop(listener);
+                let socket = Some(reserve(address)?);
+                (Self::WhileServing(Reserved { address, socket }), None)
+            }
             CameraConnection::Txt40 => {
                 let (found, clients) = unbounded();
                 (Self::Found(clients), Some(ClientFinder { listener, found }))
@@ -70,11 +73,15 @@ impl Clients {
     }
 
     /// Waits for the next client.
-    pub(super) fn next(&self, port: &mut Port, start_up: Duration) -> Result<TcpStream, Stopped> {
+    pub(super) fn next(
+        &mut self,
+        port: &mut Port,
+        start_up: Duration,
+    ) -> Result<TcpStream, Stopped> {
         match self {
             Self::Open => port.accept(),
-            Self::WhileServing(address) => loop {
-                if let Some(stream) = accept_while_serving(*address, port, start_up)? {
+            Self::WhileServing(reserved) => loop {
+                if let Some(stream) = accept_while_serving(reserved, port, start_up)? {
                     return Ok(stream);
                 }
             },
@@ -117,24 +124,67 @@ fn serves(machine: &Machine, start_up: Duration) -> Result<(), Duration> {
 
 /// Waits until the camera serves and then for a client, if one comes before it is stopped.
 fn accept_while_serving(
-    address: SocketAddr,
+    reserved: &mut Reserved,
     port: &mut Port,
     start_up: Duration,
 ) -> Result<Option<TcpStream>, Stopped> {
     port.shared().wait_for_camera(|machine| serves(machine, start_up))?;
-    if let Err(error) = listen(address, port) {
-        log::warn!("the camera does not serve at {address}: {error}");
+    if let Err(error) = reserved.listen(port) {
+        log::warn!("the camera does not serve at {}: {error}", reserved.address);
         port.shared().with_machine(Machine::stop_camera);
         return Ok(None);
     }
     let client =
         port.accept_while(|shared| shared.read(|machine| serves(machine, start_up).is_ok()));
     port.close();
+    // If it fails, it is tried again before the camera serves.
+    reserved.socket = reserve(reserved.address).ok();
     client
 }
 
-fn listen(address: SocketAddr, port: &mut Port) -> io::Result<()> {
-    let listener = TcpListener::bind(address)?;
-    listener.set_nonblocking(true)?;
-    port.listen(listener)
+/// A port that refuses connections.
+#[derive(Debug)]
+pub(crate) struct Reserved {
+    address: SocketAddr,
+    socket: Option<Socket>,
+}
+
+impl Reserved {
+    /// Accepts connections from now on.
+    fn listen(&mut self, port: &mut Port) -> io::Result<()> {
+        let socket = self.socket.take().map_or_else(|| reserve(self.address), Ok)?;
+        socket.listen(128)?;
+        socket.set_nonblocking(true)?;
+        port.listen(socket.into())
+    }
+}
+
+/// A socket that has this port, so that no other program can take it, but does not listen.
+fn reserve(address: SocketAddr) -> io::Result<Socket> {
+    let socket = Socket::new(Domain::for_address(address), Type::STREAM, None)?;
+    // Connections that have ended there are no obstacle. On Windows they never are.
+    #[cfg(unix)]
+    socket.set_reuse_address(true)?;
+    socket.bind(&address.into())?;
+    Ok(socket)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind;
+    use std::net::Ipv4Addr;
+
+    use super::*;
+
+    #[test]
+    fn a_reserved_port_refuses_clients_and_is_given_to_nobody_else() {
+        let socket = reserve((Ipv4Addr::LOCALHOST, 0).into()).unwrap();
+        let address = socket.local_addr().unwrap().as_socket().unwrap();
+        let refused = std::net::TcpStream::connect(address).unwrap_err();
+        assert_eq!(refused.kind(), ErrorKind::ConnectionRefused);
+        let other = Socket::new(Domain::for_address(address), Type::STREAM, None).unwrap();
+        assert_eq!(other.bind(&address.into()).unwrap_err().kind(), ErrorKind::AddrInUse);
+        socket.listen(1).unwrap();
+        std::net::TcpStream::connect(address).unwrap();
+    }
 }
