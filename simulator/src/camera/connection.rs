@@ -21,7 +21,8 @@ pub enum CameraConnection {
     #[default]
     Waits,
     /// As with a TXT: connections are refused before the camera serves, after it is stopped, and while
-    /// another client is served. No other program can take the port meanwhile.
+    /// another client is served. Meanwhile the port is reserved. On some systems a program that asks for
+    /// this very port can still get it; then the camera does not serve, and a warning is logged.
     Txt,
     /// As with the server program for the TXT 4.0, which ftrobopy uses: the port accepts connections all
     /// the time, but the server looks for a client only once, when StartCameraOnline arrives. A client
@@ -159,7 +160,7 @@ impl Reserved {
     }
 }
 
-/// A socket that has this port, so that no other program can take it, but does not listen.
+/// A socket that has this port but does not listen. The system gives the port to nobody who asks for any.
 fn reserve(address: SocketAddr) -> io::Result<Socket> {
     let socket = Socket::new(Domain::for_address(address), Type::STREAM, None)?;
     // Connections that have ended there are no obstacle. On Windows they never are.
