@@ -131,14 +131,15 @@ struct Connection<'a> {
     pace: Duration,
     incoming: Incoming,
     exchanges: usize,
-    last: Instant,
+    /// When the next exchange response is due.
+    due: Instant,
 }
 
 impl<'a> Connection<'a> {
     fn new(stream: TcpStream, canned: &'a Canned, pace: Duration) -> Result<Self> {
         stream.set_nodelay(true)?;
-        let (incoming, last) = (Incoming::default(), Instant::now());
-        Ok(Self { stream, canned, pace, incoming, exchanges: 0, last })
+        let (incoming, due) = (Incoming::default(), Instant::now());
+        Ok(Self { stream, canned, pace, incoming, exchanges: 0, due })
     }
 
     fn serve(mut self) -> Result<()> {
@@ -168,8 +169,12 @@ impl<'a> Connection<'a> {
         if self.pace.is_zero() {
             return;
         }
-        thread::sleep(self.pace.saturating_sub(self.last.elapsed()));
-        self.last = Instant::now();
+        let rest = self.due.saturating_duration_since(Instant::now());
+        thread::sleep(rest);
+        let now = Instant::now();
+        // As in the simulated TXT.
+        let on_time = !rest.is_zero() && now < self.due + self.pace / 2;
+        self.due = if on_time { self.due } else { now } + self.pace;
     }
 
     /// Sends packets of the same sizes back and forth, without a look at them.

@@ -125,7 +125,8 @@ impl SimulatedTxtBuilder {
     }
 
     /// The time from one exchange response to the next, if the client does not take longer. The
-    /// default is 10 ms, the maximum an hour.
+    /// default is 10 ms, the maximum an hour. A response that a busy computer sends late, by less than
+    /// half of this time, does not move those that follow.
     ///
     /// The machine follows the clock then, from StartOnline until its client has left. So motors turn
     /// on while the client pauses, until the [idle limit](Self::idle_limit) ends the connection. If

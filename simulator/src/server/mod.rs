@@ -85,7 +85,7 @@ impl Server {
             response: Vec::new(),
             responses: 0,
             exchanges: 0,
-            last_exchange: None,
+            due: None,
         };
         loop {
             connection.serve_command()?;
@@ -119,8 +119,8 @@ struct Connection<'a> {
     responses: u64,
     /// The number of responses to exchanges.
     exchanges: u64,
-    /// When the last exchange response was sent.
-    last_exchange: Option<Instant>,
+    /// When the next exchange response is due.
+    due: Option<Instant>,
 }
 
 impl Connection<'_> {
@@ -137,7 +137,7 @@ impl Connection<'_> {
         self.delay(outgoing.delay)?;
         self.look_ahead(is_exchange);
         if is_exchange {
-            self.last_exchange = Some(Instant::now());
+            self.due = Some(next_due(self.due, Instant::now(), self.server.pace));
         }
         self.send(outgoing)?;
         self.refuse_others();
@@ -209,10 +209,12 @@ impl Connection<'_> {
         }
     }
 
-    /// How long it is until the next exchange response may be sent.
-    fn time_to_response(&self) -> Duration {
-        let passed = self.last_exchange.map_or(Duration::MAX, |last| last.elapsed());
-        self.server.pace.saturating_sub(passed)
+    /// How long it is until the next exchange response may be sent. If that is past, the client is late, and
+    /// no response is due any more.
+    fn time_to_response(&mut self) -> Duration {
+        let now = Instant::now();
+        self.due = self.due.filter(|due| *due > now);
+        self.due.map_or(Duration::ZERO, |due| due - now)
     }
 
     /// Delays a response by this time.
@@ -295,5 +297,40 @@ impl Connection<'_> {
         outgoing.bytes.clear();
         self.response = outgoing.bytes;
         Ok(())
+    }
+}
+
+/// When the exchange response is due that follows one sent now.
+///
+/// A response that a busy computer sends after it was `due` does not move those that follow, unless it is late by half
+/// a pace: then the client would have too little time for the next request.
+fn next_due(due: Option<Instant>, now: Instant, pace: Duration) -> Instant {
+    due.filter(|due| now < *due + pace / 2).unwrap_or(now) + pace
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PACE: Duration = Duration::from_millis(10);
+
+    #[test]
+    fn a_response_that_is_a_little_late_does_not_move_the_next_one() {
+        let due = Instant::now();
+        let now = due + PACE / 2 - Duration::from_nanos(1);
+        assert_eq!(next_due(Some(due), now, PACE), due + PACE);
+    }
+
+    #[test]
+    fn a_response_that_is_late_by_half_a_pace_moves_the_next_one() {
+        let due = Instant::now();
+        let now = due + PACE / 2;
+        assert_eq!(next_due(Some(due), now, PACE), now + PACE);
+    }
+
+    #[test]
+    fn the_response_after_one_that_was_not_due_comes_a_pace_later() {
+        let now = Instant::now();
+        assert_eq!(next_due(None, now, PACE), now + PACE);
     }
 }
