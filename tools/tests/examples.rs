@@ -81,8 +81,9 @@ fn run_all() {
     for command in COMMANDS {
         match command {
             "classroom" => {}
-            "bridge" if broker.is_none() => assert!(mosquitto().is_none()),
-            "bridge" => bridge(&examples(Some(command))),
+            "bridge" if broker.is_some() && clients() => bridge(&examples(Some(command))),
+            // What is missing has been said.
+            "bridge" => {}
             _ => run_each(command, &recording),
         }
     }
@@ -254,6 +255,20 @@ fn bridge(examples: &[String]) {
     listening.wait_for("300");
     bridge.interrupt();
     assert!(bridge.end(Instant::now()).success(), "{}", bridge.printed());
+}
+
+/// Whether the programs that the bridge's example listens and publishes with are there. Debian has them in a package
+/// of their own.
+fn clients() -> bool {
+    let runs = |program| Command::new(program).arg("--help").output().is_ok();
+    let found = runs("mosquitto_sub") && runs("mosquitto_pub");
+    if !found {
+        // Not into the test's captured output, so that the note is always shown.
+        let note =
+            "SKIPPED: the example of `txt bridge` (mosquitto_sub and mosquitto_pub are needed)\n";
+        io::stderr().write_all(note.as_bytes()).unwrap();
+    }
+    found
 }
 
 /// Mosquitto at its usual port.
