@@ -6,7 +6,7 @@ use ft_transfer_area::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, Expander, QueryStatusResponse,
     ResponseId, StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
 };
-use ft_transfer_area::Error;
+use ft_transfer_area::{Error, FirmwareVersion};
 use ft_transfer_area_simulator::fuzzing::{command_size, look_ahead, MainPort};
 use ft_transfer_area_simulator::Machine;
 
@@ -19,7 +19,7 @@ const REQUEST_WORDS: usize = 27;
 struct Conversation {
     machine: Machine,
     port: MainPort,
-    microphone: bool,
+    firmware: FirmwareVersion,
     /// Reads the compressed requests, as the controller does.
     requests: Expander,
     /// Reads the compressed responses, as a client does.
@@ -40,11 +40,14 @@ fn converse(input: &mut Unstructured) -> Result<()> {
     } else {
         Machine::new(extensions)
     };
-    let microphone = input.arbitrary()?;
+    let firmware = match input.arbitrary()? {
+        false => FirmwareVersion::OLDEST_SUPPORTED,
+        true => FirmwareVersion::WITH_MICROPHONE,
+    };
     let mut conversation = Conversation {
         machine,
-        port: MainPort::new(microphone),
-        microphone,
+        port: MainPort::new(firmware),
+        firmware,
         requests: Expander::new(),
         responses: Expander::new(),
     };
@@ -193,7 +196,7 @@ impl Conversation {
         let header = CmprHeader::parse_response(header).expect("a whole response");
         assert_eq!(header.extra_size as usize, data.len());
         let alive = header.active_extensions;
-        let words_per_area = if self.microphone { 52 } else { 50 };
+        let words_per_area = self.firmware.response_words();
         let count = words_per_area * (1 + alive.count_ones() as usize);
         let words = self.responses.expand(data, count, header.crc).expect("a whole response");
         let extensions = (0..MAX_EXTENSIONS).filter(|extension| alive >> extension & 1 != 0);

@@ -359,9 +359,12 @@ impl SimulatedTxtBuilder {
 
     fn settings(&self) -> Settings {
         let device_name = name_bytes(&self.device_name);
-        let promised = self.firmware >= FirmwareVersion::WITH_MICROPHONE;
-        let microphone = self.microphone.unwrap_or(promised);
-        Settings { device_name, firmware: self.firmware, microphone }
+        let answers_as = match self.microphone {
+            None => self.firmware,
+            Some(false) => FirmwareVersion::OLDEST_SUPPORTED,
+            Some(true) => self.firmware.max(FirmwareVersion::WITH_MICROPHONE),
+        };
+        Settings { device_name, firmware: self.firmware, words: answers_as.response_words() }
     }
 }
 
@@ -418,11 +421,11 @@ mod tests {
 
     #[test]
     fn the_microphone_is_as_the_firmware_promises_or_as_asked_for() {
-        for (patch, promised) in [(3, false), (4, true)] {
+        for (patch, promised) in [(3, 50), (4, 52)] {
             let builder = || SimulatedTxtBuilder::new().firmware(FirmwareVersion::new(4, 2, patch));
-            assert_eq!(builder().settings().microphone, promised);
-            for asked_for in [false, true] {
-                assert_eq!(builder().microphone(asked_for).settings().microphone, asked_for);
+            assert_eq!(builder().settings().words, promised);
+            for (asked_for, words) in [(false, 50), (true, 52)] {
+                assert_eq!(builder().microphone(asked_for).settings().words, words);
             }
         }
     }

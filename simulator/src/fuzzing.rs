@@ -16,11 +16,11 @@ pub struct MainPort {
 
 impl MainPort {
     /// A port to which a client has just connected.
-    pub fn new(microphone: bool) -> Self {
+    pub fn new(firmware: FirmwareVersion) -> Self {
         let settings = Settings {
             device_name: *b"ROBOTICS TXT 001",
-            firmware: FirmwareVersion::new(4, 6, 6),
-            microphone,
+            firmware,
+            words: firmware.response_words(),
         };
         let protocol = Protocol::new(settings.clone());
         Self { settings, protocol, script: Box::new(|_| {}) }

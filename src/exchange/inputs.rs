@@ -10,10 +10,20 @@ pub(super) const RESPONSES: [(FirmwareVersion, usize); 2] = [
     (FirmwareVersion::WITH_MICROPHONE, ExchangeDataResponse::WORDS + 2),
 ];
 
-/// How many words per area a compressed response of this firmware has.
-pub(super) fn words_of(firmware: FirmwareVersion) -> usize {
-    let newest = RESPONSES.iter().rev().find(|(since, _)| *since <= firmware);
-    newest.unwrap_or(&RESPONSES[0]).1
+impl FirmwareVersion {
+    /// How many words of each controller a compressed response of this firmware has: 50 for inputs and finished
+    /// commands, and from 4.2.4 on 2 more for the microphone.
+    ///
+    /// ```
+    /// use ft_transfer_area::FirmwareVersion;
+    ///
+    /// assert_eq!(FirmwareVersion::new(4, 1, 6).response_words(), 50);
+    /// assert_eq!(FirmwareVersion::new(4, 6, 6).response_words(), 52);
+    /// ```
+    pub fn response_words(self) -> usize {
+        let newest = RESPONSES.iter().rev().find(|(since, _)| *since <= self);
+        newest.unwrap_or(&RESPONSES[0]).1
+    }
 }
 
 /// The inputs from the responses of one transfer so far.

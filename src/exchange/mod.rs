@@ -85,7 +85,7 @@ impl Exchange {
     pub fn new(mode: TransferMode, firmware: FirmwareVersion) -> Self {
         Self {
             mode,
-            word_count: inputs::words_of(firmware),
+            word_count: firmware.response_words(),
             word_count_is_known: false,
             compressor: Compressor::new(),
             expander: Expander::new(),

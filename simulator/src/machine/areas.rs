@@ -111,9 +111,12 @@ impl Machine {
     }
 }
 
+/// Newer than any, so its responses have all words.
+const FIRMWARE: FirmwareVersion = FirmwareVersion::from_code(u32::MAX);
+
 /// The client's side of an exchange with the master alone.
 fn exchange(mode: TransferMode) -> Exchange {
-    Exchange::new(mode, FirmwareVersion::WITH_MICROPHONE)
+    Exchange::new(mode, FIRMWARE)
 }
 
 /// The outputs of an area as a client sends them.
@@ -126,7 +129,7 @@ fn outputs(area: &FishX1Transfer) -> Option<ExchangeData> {
 /// Writes a controller's response into an area as a client does.
 fn apply(controller: &Controller, area: &mut FishX1Transfer) {
     let (mut words, mut data, mut response) = (Vec::new(), Vec::new(), Vec::new());
-    words::push_report(controller, true, &mut words);
+    words::push_report(controller, FIRMWARE.response_words(), &mut words);
     let crc = Compressor::new().compress(&words, &mut data);
     // At most 18 bits for each word.
     let extra_size = data.len() as u32;

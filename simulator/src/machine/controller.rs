@@ -229,6 +229,11 @@ impl Controller {
             ir: self.ir,
         })
     }
+
+    /// The words that newer firmware reports after these, the oldest first.
+    pub(crate) fn later_words(&self) -> [u16; 2] {
+        [self.mic_lin, self.mic_log]
+    }
 }
 
 #[cfg(test)]

@@ -23,12 +23,12 @@ pub(crate) fn outputs(words: &[u16]) -> ExchangeData {
     }
 }
 
-/// Appends the words of one controller in a response.
-pub(crate) fn push_report(controller: &Controller, microphone: bool, words: &mut Vec<u16>) {
+/// Appends the words of one controller in a response: as many as its firmware sends.
+pub(crate) fn push_report(controller: &Controller, count: usize, words: &mut Vec<u16>) {
+    let end = words.len() + count;
     push_inputs(&controller.report(), words);
-    if microphone {
-        words.extend([controller.mic_lin, controller.mic_log]);
-    }
+    words.extend(controller.later_words());
+    words.truncate(end);
 }
 
 /// Appends the 50 words of one controller's inputs.

@@ -24,8 +24,8 @@ pub(crate) struct Settings {
     pub(crate) device_name: [u8; 16],
     /// Version of its firmware.
     pub(crate) firmware: FirmwareVersion,
-    /// Whether a compressed response has the microphone's words.
-    pub(crate) microphone: bool,
+    /// How many words of each controller a compressed response has.
+    pub(crate) words: usize,
 }
 
 /// An exchange whose outputs are taken over, and which is not answered yet.
@@ -188,7 +188,7 @@ impl Protocol {
     fn report(&mut self, machine: &Machine, out: &mut Vec<u8>) {
         self.words.clear();
         for controller in machine.reachable() {
-            words::push_report(controller, self.settings.microphone, &mut self.words);
+            words::push_report(controller, self.settings.words, &mut self.words);
         }
         self.data.clear();
         let crc = self.compressor.compress(&self.words, &mut self.data);
@@ -243,7 +243,7 @@ mod tests {
     fn protocol() -> Protocol {
         let firmware = FirmwareVersion::new(4, 6, 6);
         let device_name = *b"ROBOTICS TXT 001";
-        Protocol::new(Settings { device_name, firmware, microphone: true })
+        Protocol::new(Settings { device_name, firmware, words: firmware.response_words() })
     }
 
     fn oddities(machine: &Machine) -> Vec<&str> {
@@ -284,9 +284,9 @@ mod tests {
 
     #[test]
     fn the_microphone_is_reported_by_every_controller_or_none() {
-        for with_microphone in [false, true] {
+        for (words, with_microphone) in [(50, false), (52, true)] {
             let mut protocol = protocol();
-            protocol.settings.microphone = with_microphone;
+            protocol.settings.words = words;
             let mut machine = Machine::new(1);
             machine.start_online();
             machine.controllers[0].mic_lin = 7;
@@ -294,9 +294,8 @@ mod tests {
             let response = answer(&mut protocol, &mut machine, &compressed(&[0; 54], 1)).unwrap();
             let header = CmprHeader::parse_response(&response[..16]).unwrap();
             assert_eq!(header.active_extensions, 1);
-            let count = if with_microphone { 104 } else { 100 };
             let mut expander = Expander::new();
-            let words = expander.expand(&response[16..], count, header.crc).unwrap();
+            let words = expander.expand(&response[16..], 2 * words, header.crc).unwrap();
             if with_microphone {
                 assert_eq!((&words[50..52], &words[102..]), (&[7, 0][..], &[0, 9][..]));
             }

@@ -12,6 +12,9 @@ const CLOSED_BELOW: f64 = 0.5;
 /// A digital voltage input reports 1 from this many mV on.
 const HIGH_FROM: f64 = 5000.0;
 
+/// A new mode needs an arm in `report`.
+const _: () = assert!(InputMode::ALL.len() == 4);
+
 /// What an input with this configuration reports for what is plugged in.
 pub(super) fn report(sensor: Option<&Sensor>, config: UniConfig) -> i16 {
     let digital = config.digital != 0;

@@ -1,5 +1,5 @@
-//! What a transfer consists of: parts that know neither each other nor a lock. They meet in
-//! [`shared`](crate::handler::shared).
+//! What a transfer consists of: parts that know neither each other nor a lock; only `hand_over` is built on
+//! `unfinished`. They meet in [`shared`](crate::handler::shared).
 
 pub(crate) mod area_lock;
 pub(crate) mod clock;
