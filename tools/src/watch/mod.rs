@@ -210,7 +210,13 @@ impl Notes {
             ),
             Happened::Missed => log::warn!("{}", missed(told.line)),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
-            _ => {}
+            Happened::Refused(_)
+            | Happened::Connected(_)
+            | Happened::Closed
+            | Happened::Controller { .. }
+            | Happened::Online { .. }
+            | Happened::Offline { .. }
+            | Happened::Cycle(_) => {}
         }
     }
 }

@@ -76,7 +76,14 @@ impl Record {
                 self.feed.transfer(told.at, what);
             }
             Happened::Picture(frame) => self.frames.record(frame),
-            _ => {}
+            Happened::Connected(_)
+            | Happened::Refused(_)
+            | Happened::Closed
+            | Happened::Controller { .. }
+            | Happened::Command(_)
+            | Happened::I2c(_)
+            | Happened::NotUnderstood { .. }
+            | Happened::Missed => {}
         }
         if let Some(error) = self.recorder.error() {
             if !std::mem::replace(&mut self.failed, true) {

@@ -231,7 +231,7 @@ impl Worker {
                     let address = behind(self.controller, line);
                     passage.try_again(address, self.poll.registry(), tokens(number)[1])
                 }
-                _ => passage.is_connected().map(drop),
+                Stage::Connecting(_) | Stage::Open => passage.is_connected().map(drop),
             };
             let Err(error) = done else {
                 if passage.is_given_up() {

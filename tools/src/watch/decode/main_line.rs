@@ -130,17 +130,23 @@ impl MainReader {
                 self.outgoing.compressed(bytes)?;
                 Some(self.outgoing.areas)
             }
-            _ => {
-                match command {
-                    CommandId::StartOnline => self.outgoing = Outgoing::default(),
-                    CommandId::UpdateConfig => self.outgoing.configure(bytes)?,
-                    _ => {}
-                }
-                self.stops = command == CommandId::StopOnline;
-                tell(Happened::Command(command));
+            CommandId::StartOnline => {
+                self.outgoing = Outgoing::default();
                 None
             }
+            CommandId::UpdateConfig => {
+                self.outgoing.configure(bytes)?;
+                None
+            }
+            CommandId::QueryStatus
+            | CommandId::StopOnline
+            | CommandId::StartCameraOnline
+            | CommandId::StopCameraOnline => None,
         };
+        if sent.is_none() {
+            self.stops = command == CommandId::StopOnline;
+            tell(Happened::Command(command));
+        }
         let answer = self.last_response.map(|before| at.saturating_duration_since(before));
         self.waiting.push_back(Waiting { command, answer, sent });
         Ok(())
@@ -185,7 +191,9 @@ impl MainReader {
                 cycle.config_updates = self.outgoing.config_updates;
                 tell(Happened::Cycle(Box::new(cycle)));
             }
-            _ => {}
+            ResponseId::UpdateConfig
+            | ResponseId::StartCameraOnline
+            | ResponseId::StopCameraOnline => {}
         }
         self.last_response = Some(at);
         Ok(())
@@ -281,10 +289,9 @@ impl Online {
             area.output = sent.output;
             area.txt_outputs = sent.txt_outputs;
         }
-        let exchange = match response {
-            ResponseId::ExchangeData => &mut self.simple,
-            _ => &mut self.compressed,
-        };
+        // No other response than these two is an exchange's.
+        let is_simple = response == ResponseId::ExchangeData;
+        let exchange = if is_simple { &mut self.simple } else { &mut self.compressed };
         let inputs = exchange.receive(bytes).map_err(|error| error.to_string())?;
         inputs.apply(&mut self.areas);
         for area in &mut self.areas {
