@@ -5,7 +5,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use ft_transfer_area::PORT;
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::panel::{self, Simulated};
+use crate::panel::pages::{self, Simulated};
 use crate::{arguments, interrupt, print, web};
 
 /// How many ports each simulated TXT has.
@@ -67,7 +67,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         ports.push(txt.port());
         txts.push(Simulated::alone(txt, Some(world.clone()), name));
     }
-    let links = panel::classroom(txts, SocketAddr::new(args.bind, args.page_port))?;
+    let links = pages::classroom(txts, SocketAddr::new(args.bind, args.page_port))?;
     let ip = web::reachable(args.bind);
     print::line(format_args!("all {}", links.all))?;
     for (index, (port, link)) in ports.iter().zip(&links.each).enumerate() {

@@ -14,6 +14,7 @@ mod print;
 mod recording;
 mod shell_files;
 mod simulate;
+mod told;
 mod values;
 mod watch;
 mod web;

@@ -7,20 +7,15 @@ use std::process::{Command, ExitStatus};
 use crate::program::Program;
 use crate::signals;
 use crate::symbols::Entry;
-use crate::target::Target;
 use crate::{say, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
 
 /// Runs the program, and returns the exit status for `tx_run`.
-pub(crate) fn run(
-    program: &Program,
-    target: &Target,
-    arguments: &[OsString],
-) -> Result<i32, Sentence> {
+pub(crate) fn run(program: &Program, host: &str, arguments: &[OsString]) -> Result<i32, Sentence> {
     let mut command = Command::new(&program.path);
-    command.args(arguments).env(HOST, target.host());
+    command.args(arguments).env(HOST, host);
     if cfg!(windows) {
         let before = env::var_os("PATH").unwrap_or_default();
         let own = std::iter::once(program.library_folder.clone());

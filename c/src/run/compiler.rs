@@ -6,7 +6,7 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::inputs::Language;
+use crate::inputs::{Inputs, Language};
 use crate::options::Options;
 use crate::Sentence;
 
@@ -176,7 +176,7 @@ impl Compiler {
     }
 
     /// The folders in which the compiler itself has headers.
-    pub(crate) fn system_folders(&self) -> Vec<PathBuf> {
+    fn system_folders(&self) -> Vec<PathBuf> {
         let mut command = self.command();
         // The heading of the list is in English then.
         command.env("LC_ALL", "C").args(["-E", "-v", "-x", self.language.option(), "-"]);
@@ -231,6 +231,67 @@ fn first_found(language: Language) -> Result<(Vec<OsString>, String), Sentence> 
         language.variables()[0]
     )
     .into())
+}
+
+/// The compilers for the languages of a program.
+#[derive(Default)]
+pub(crate) struct Compilers {
+    c: Option<Compiler>,
+    cpp: Option<Compiler>,
+}
+
+impl Compilers {
+    pub(crate) fn find(inputs: &Inputs, options: &Options) -> Result<Self, Sentence> {
+        let mut compilers = Self::default();
+        for source in &inputs.sources {
+            compilers.need(source.language, options)?;
+        }
+        if inputs.sources.is_empty() {
+            // It can link whatever the compiled files were written in.
+            compilers.need(Language::Cpp, options)?;
+        }
+        Ok(compilers)
+    }
+
+    pub(crate) fn need(&mut self, language: Language, options: &Options) -> Result<(), Sentence> {
+        let place = match language {
+            Language::C => &mut self.c,
+            Language::Cpp => &mut self.cpp,
+        };
+        if place.is_none() {
+            *place = Some(Compiler::find(language, options)?);
+        }
+        Ok(())
+    }
+
+    /// The one for a language that was needed.
+    pub(crate) fn of(&self, language: Language) -> Result<&Compiler, Sentence> {
+        let found = match language {
+            Language::C => &self.c,
+            Language::Cpp => &self.cpp,
+        };
+        found.as_ref().ok_or_else(|| format!("there is no {} compiler", language.name()).into())
+    }
+
+    pub(crate) fn for_linking(&self) -> Result<&Compiler, Sentence> {
+        self.of(if self.cpp.is_some() { Language::Cpp } else { Language::C })
+    }
+
+    /// Whether a compiler itself has a header with this name. The compilers are asked when this is asked first.
+    pub(crate) fn have_header(&self) -> impl Fn(&str) -> bool + '_ {
+        let folders = std::cell::OnceCell::new();
+        move |name| {
+            let folders: &Vec<PathBuf> = folders.get_or_init(|| {
+                [&self.c, &self.cpp]
+                    .into_iter()
+                    .flatten()
+                    .flat_map(Compiler::system_folders)
+                    .collect()
+            });
+            // None of them has headers for Windows.
+            !name.starts_with("..") && folders.iter().any(|folder| folder.join(name).is_file())
+        }
+    }
 }
 
 #[cfg(test)]

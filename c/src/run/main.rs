@@ -11,6 +11,7 @@
 mod cache;
 mod child;
 mod compiler;
+mod copies;
 mod headers;
 mod inputs;
 mod kind;
@@ -75,5 +76,5 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
-    child::run(&program, &target, &options.arguments)
+    child::run(&program, &target.host(), &options.arguments)
 }

@@ -10,16 +10,84 @@ use std::sync::Mutex;
 use std::thread;
 
 use crate::cache::{self, Cache, Compiled, Key};
-use crate::compiler::Compiler;
-use crate::inputs::Source;
+use crate::compiler::{self, Compiler, Compilers};
+use crate::copies::Copies;
+use crate::headers::Headers;
+use crate::inputs::{Inputs, Source};
+use crate::kind::Kind;
 use crate::link::folder_of;
+use crate::options::Options;
 use crate::packages;
-use crate::program::{Compilers, Plan, TX_MAIN};
 use crate::signals;
-use crate::Sentence;
+use crate::sources::{Include, OwnFiles};
+use crate::{say, Sentence};
 
 /// What else compilers take from the environment.
 const VARIABLES: [&str; 3] = ["CPATH", "C_INCLUDE_PATH", "CPLUS_INCLUDE_PATH"];
+
+/// The main function of programs with PrgTic.
+pub(crate) const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
+
+/// What the compilation of all sources needs.
+pub(crate) struct Plan {
+    build: PathBuf,
+    pub(crate) kind: Option<Kind>,
+    headers: Headers,
+    copies: Copies,
+    own: OwnFiles,
+}
+
+impl Plan {
+    pub(crate) fn new(
+        inputs: &Inputs,
+        options: &Options,
+        compilers: &Compilers,
+        build: &Path,
+    ) -> Result<Self, Sentence> {
+        let folders = compiler::include_folders(options);
+        let sources = inputs.sources.iter().map(|source| source.path.as_path());
+        let own = OwnFiles::read(sources, &folders)
+            .map_err(|(file, error)| format!("{} can't be read: {error}", file.display()))?;
+        let names: Vec<String> = own.includes().map(Include::name).collect();
+        let texts = own.files.values().map(|file| file.text.as_slice());
+        let kind = Kind::of(names.iter().map(String::as_str), texts);
+        let headers = Headers::write(kind.unwrap_or(Kind::Downloaded), build)?;
+        let copies = Copies::write(&own, &headers, &build.join("own"), &compilers.have_header())?;
+        Ok(Self { build: build.to_owned(), kind, headers, copies, own })
+    }
+
+    /// Whether `char` has no sign, as on the controllers.
+    fn has_unsigned_char(&self) -> bool {
+        matches!(self.kind, Some(Kind::Downloaded | Kind::KeLib))
+    }
+
+    pub(crate) fn tell_what_is_passed_over(&self) {
+        let over = &self.copies.passed_over;
+        if !over.is_empty() {
+            let names: Vec<String> = over.iter().map(|file| file.display().to_string()).collect();
+            say(&format!("its own headers are used in place of {}", names.join(", ")));
+        }
+    }
+
+    /// What of the program's files a source consists of, for the key of a cache: the source and what it
+    /// includes directly or not, with what each include means. It is the same in each run.
+    fn parts_of<'a>(&'a self, source: &'a Path) -> Vec<(&'a Path, u128, Vec<&'a Path>)> {
+        let mut known = BTreeSet::new();
+        let mut open = vec![source];
+        let mut parts = Vec::new();
+        while let Some(path) = open.pop() {
+            if !known.insert(path) {
+                continue;
+            }
+            let Some(file) = self.own.files.get(path) else { continue };
+            let own = file.includes.iter().filter_map(|include| include.own.as_ref());
+            let means: Vec<&Path> = own.map(|own| own.file.as_path()).collect();
+            open.extend(&means);
+            parts.push((path, file.content, means));
+        }
+        parts
+    }
+}
 
 /// Compiles sources; returns the compiled files in their order. After one that does not compile no other is begun.
 pub(crate) fn compile_all(

@@ -1,13 +1,12 @@
 //! The commands that a bridge takes: from topic and payload to what they change in the areas.
 
-use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use ft_transfer_area::transfer_area::{CounterMode, InputMode, DUTY_MAX, MAX_EXTENSIONS};
 use ft_transfer_area::tx::{Counter, Input, Motor, Output};
 use ft_transfer_area::{Error, FishX1Transfer};
 
-use super::payload::{short, Fields};
+use super::payload::{named, short, Fields};
 use super::topics::{HEARTBEAT, STOP};
 use crate::commands::{sentence, stop_all, Command, Pair};
 
@@ -187,11 +186,6 @@ fn parse_motor(motor: Motor, verb: &str, payload: &[u8]) -> Result<Command, Stri
 }
 
 const NOTHING: &str = "{} or nothing";
-
-/// The terminal with this name.
-pub(crate) fn named<T: Copy + Display>(all: &[T], name: &str) -> Option<T> {
-    all.iter().copied().find(|one| one.to_string() == name)
-}
 
 /// What a topic could have been instead of one that is no command.
 fn unknown(terminal: &str, verb: &str) -> String {

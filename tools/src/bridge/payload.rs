@@ -6,7 +6,6 @@ use std::ops::RangeInclusive;
 use ft_transfer_area::tx::{Motor, Sound, SILENCE};
 use serde_json::{Map, Value};
 
-use super::commands::named;
 use crate::commands::Follower;
 
 /// A payload longer than this is none of the commands.
@@ -157,6 +156,11 @@ fn numbers(range: &RangeInclusive<i64>) -> String {
 
 fn in_range(value: &Value, range: &RangeInclusive<i64>) -> Option<i64> {
     value.as_i64().filter(|number| range.contains(number))
+}
+
+/// The terminal with this name.
+pub(crate) fn named<T: Copy + Display>(all: &[T], name: &str) -> Option<T> {
+    all.iter().copied().find(|one| one.to_string() == name)
 }
 
 /// The beginning of what came.

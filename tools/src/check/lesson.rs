@@ -1,5 +1,8 @@
 //! The lessons of `docs/lessons`.
 
+use anyhow::Context;
+use ft_transfer_area_simulator::world::World;
+
 use super::lessons;
 use super::stage::Stage;
 use super::words::{Check, Words};
@@ -54,6 +57,10 @@ impl Lesson {
     /// The name of its world for `--world`.
     pub(super) fn world_name(&self) -> String {
         format!("lesson{}", self.number)
+    }
+
+    pub(super) fn read_world(&self) -> anyhow::Result<World> {
+        World::from_toml(self.world).with_context(|| self.world_name())
     }
 
     pub(super) fn next(&self) -> Option<&'static Self> {

@@ -54,7 +54,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let language = args.language.unwrap_or_else(Language::of_system);
     let lesson = args.lesson;
     let title = lesson.title.text(language);
-    let mut stage = Stage::set(lesson, &args, language)?;
+    let mut stage = Stage::set(lesson.read_world()?, &args, language)?;
     print::line(match language {
         Language::En => format!("Lesson {}: {title}", lesson.number),
         Language::De => format!("Lektion {}: {title}", lesson.number),
@@ -80,7 +80,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 /// The world of a lesson, if it has this name.
 pub(crate) fn world(name: &str) -> Option<anyhow::Result<World>> {
-    Lesson::of_world(name).map(stage::world)
+    Lesson::of_world(name).map(Lesson::read_world)
 }
 
 fn lesson(text: &str) -> Result<&'static Lesson, String> {

@@ -5,17 +5,15 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use anyhow::Context;
 use ft_transfer_area::tx::Input;
 use ft_transfer_area_simulator::world::{Sensor, World, WorldState};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use super::lesson::Lesson;
 use super::moment::Moment;
 use super::program::Program;
 use super::words::{Check, Language, Words, Wrong};
 use super::Args;
-use crate::panel::{self, Simulated};
+use crate::panel::pages::{self, Simulated};
 use crate::print;
 use crate::web::browser::Opening;
 
@@ -57,8 +55,7 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    pub(super) fn set(lesson: &Lesson, args: &Args, language: Language) -> anyhow::Result<Self> {
-        let world = world(lesson)?;
+    pub(super) fn set(world: World, args: &Args, language: Language) -> anyhow::Result<Self> {
         let log = Log::default();
         let kept = log.clone();
         let keep = move |machine: &mut Machine| kept.lock().push(Moment::of(machine));
@@ -68,7 +65,7 @@ impl Stage {
         let mut opening = Opening::default();
         if args.show {
             let shown = Simulated::all(&txts, vec![Some(world)]);
-            let (url, kept) = panel::show(shown, !args.no_browser)?;
+            let (url, kept) = pages::show(shown, !args.no_browser)?;
             print::line(format_args!("page {url}"))?;
             opening = kept;
         }
@@ -335,9 +332,4 @@ fn lost(error: std::io::Error) -> Wrong {
         format!("The program can't be watched: {error}"),
         format!("Das Programm lässt sich nicht beobachten: {error}"),
     )
-}
-
-/// The world of a lesson, by its name.
-pub(super) fn world(lesson: &Lesson) -> anyhow::Result<World> {
-    World::from_toml(lesson.world).with_context(|| lesson.world_name())
 }

@@ -11,7 +11,7 @@ use tokio::time::{self, MissedTickBehavior};
 use super::control_lock::PageId;
 use super::dispatch::Panel;
 use super::reply::Answers;
-use super::worker::STATE_PERIOD;
+use super::state::STATE_PERIOD;
 
 /// Leaves the panel when the connection ends, however it ends.
 struct OpenPage {

@@ -9,8 +9,7 @@ use tokio::sync::watch;
 use super::camera::CameraState;
 use super::common::Common;
 use super::histogram::Histogram;
-use super::state::{self, HostState, Link, Newest, Phase};
-use super::worker::STATE_PERIOD;
+use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
 
 /// A simulated TXT that is shown.

@@ -1,6 +1,7 @@
 //! What a page learns about a controller.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use ft_transfer_area::FishX1Transfer;
@@ -9,10 +10,12 @@ use tokio::sync::watch;
 
 use super::camera::CameraState;
 use super::problem::Problem;
-use super::watched::WatchedState;
 use super::world::WorldReport;
 use crate::commands::Pair;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
+
+/// How often the state is told.
+pub(super) const STATE_PERIOD: Duration = Duration::from_millis(50);
 
 /// Everything of one controller except who drives it, which differs from page to page.
 #[derive(Serialize)]
@@ -91,6 +94,32 @@ struct MotorState {
     done: u16,
     ready: bool,
     with: Option<u8>,
+}
+
+/// What a page shows only of a controller that is watched.
+#[derive(Serialize)]
+pub(super) struct WatchedState {
+    /// `None` before the first.
+    pub(super) answer: Option<AnswerState>,
+    /// Commands that were no exchange.
+    pub(super) commands: u64,
+    pub(super) i2c: Option<I2cState>,
+}
+
+/// How long the program took from a response to its next request, in ms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(super) struct AnswerState {
+    pub(super) last: f64,
+    /// Of the last few hundred.
+    pub(super) median: f64,
+    pub(super) longest: f64,
+}
+
+#[derive(Serialize)]
+pub(super) struct I2cState {
+    pub(super) device: u32,
+    pub(super) written: Vec<u8>,
+    pub(super) read: Option<Vec<u8>>,
 }
 
 /// The areas of a controller and its extensions.

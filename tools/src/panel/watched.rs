@@ -5,16 +5,16 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::FishX1Transfer;
-use serde::Serialize;
 use tokio::sync::watch;
 
 use super::camera::Camera;
 use super::common::Common;
 use super::histogram::Histogram;
 use super::problem::Problem;
-use super::state::{self, HostState, Link, Newest, Phase};
-use super::worker::STATE_PERIOD;
-use crate::watch::{missed, Cycle, Happened, I2cExchange, Line, Told};
+use super::state::{
+    self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
+};
+use crate::told::{missed, Cycle, Happened, I2cExchange, Line, Told};
 
 /// Of how many answers the median is shown.
 const ANSWERS: usize = 256;
@@ -43,32 +43,6 @@ pub(crate) struct Watched {
     answers: Answers,
     commands: u64,
     i2c: Option<I2cExchange>,
-}
-
-/// What a page shows only of a controller that is watched.
-#[derive(Serialize)]
-pub(super) struct WatchedState {
-    /// `None` before the first.
-    answer: Option<AnswerState>,
-    /// Commands that were no exchange.
-    commands: u64,
-    i2c: Option<I2cState>,
-}
-
-/// How long the program took from a response to its next request, in ms.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-struct AnswerState {
-    last: f64,
-    /// Of the last few hundred.
-    median: f64,
-    longest: f64,
-}
-
-#[derive(Serialize)]
-struct I2cState {
-    device: u32,
-    written: Vec<u8>,
-    read: Option<Vec<u8>>,
 }
 
 impl Watched {

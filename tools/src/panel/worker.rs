@@ -14,12 +14,10 @@ use super::common::Common;
 use super::histogram::Histogram;
 use super::order::{not_connected, stopped, Order};
 use super::problem::Problem;
-use super::state::{self, HostState, Link, Newest, Phase};
+use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
 use crate::commands::Command;
 
-/// How often the state is told.
-pub(crate) const STATE_PERIOD: Duration = Duration::from_millis(50);
 /// How long to wait for a response before looking after everything else.
 const WAIT: Duration = Duration::from_millis(40);
 /// How long to wait before connecting again to a controller that is not there.

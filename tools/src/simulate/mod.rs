@@ -9,7 +9,7 @@ use std::thread;
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use crate::panel::{self, Simulated};
+use crate::panel::pages::{self, Simulated};
 use crate::web::browser::Opening;
 use crate::{interrupt, print};
 
@@ -28,7 +28,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     let mut _opening = Opening::default();
     if show {
-        let (url, opening) = panel::show(Simulated::all(&txts, worlds), opens_browser)?;
+        let (url, opening) = pages::show(Simulated::all(&txts, worlds), opens_browser)?;
         print::line(format_args!("page {url}"))?;
         _opening = opening;
     }

@@ -13,9 +13,9 @@ use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 use serde_json::{json, Map, Value};
 
-use super::decode::{Cycle, Happened, Told, MISSED};
 use crate::commands::Pair;
 use crate::print;
+use crate::told::{Cycle, Happened, Told, MISSED};
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
 /// How many lines may wait for their reader.

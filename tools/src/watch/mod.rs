@@ -21,16 +21,14 @@ use anyhow::{bail, Context};
 use crossbeam_channel::select;
 use ft_transfer_area::PORT;
 
-pub(crate) use self::decode::{missed, Cycle, Happened, I2cExchange, Told};
-pub(crate) use self::ports::Line;
-
 use self::changes::Changes;
 use self::decode::Decoder;
 use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
-use crate::panel::{self, Watched};
+use crate::panel::pages::{self, Watched};
 use crate::recording::output::Output;
+use crate::told::{missed, Happened, Told};
 use crate::web::browser::Opening;
 use crate::{interrupt, lines, print};
 
@@ -91,7 +89,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let (page, watched) = if args.no_page {
         (None, None)
     } else {
-        let (url, watched, opening) = panel::watch(&controller.to_string(), !args.no_browser)?;
+        let (url, watched, opening) = pages::watch(&controller.to_string(), !args.no_browser)?;
         _opening = opening;
         (Some(url), Some(watched))
     };

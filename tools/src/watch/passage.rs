@@ -8,8 +8,8 @@ use mio::net::TcpStream;
 use mio::{Interest, Registry, Token};
 use socket2::SockRef;
 
-use super::ports::Line;
 use super::tap::{Piece, Tap, What};
+use crate::told::Line;
 
 /// How much is passed on in one direction before the other connections have their turn.
 const TURN: usize = 1 << 20;

@@ -8,33 +8,12 @@ use anyhow::{anyhow, bail, Context};
 use ft_transfer_area::{find_controllers, Error, PORT};
 use mio::net::TcpListener;
 
+use crate::told::Line;
+
 /// How often three free ports in a row are tried from a port that the system chooses.
 const ATTEMPTS: usize = 50;
 /// How long a controller may take to answer when it is looked for.
 const FIND_LIMIT: Duration = Duration::from_millis(1500);
-
-/// What a connection is for, in the order of the ports.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Line {
-    Main,
-    Camera,
-    I2c,
-}
-
-impl Line {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Main => "main",
-            Self::Camera => "camera",
-            Self::I2c => "i2c",
-        }
-    }
-
-    /// Its distance from the main port.
-    pub(crate) fn index(self) -> usize {
-        self as usize
-    }
-}
 
 /// The address of the controller's main port; that of its camera is the next one, and then comes I2C.
 pub(super) fn controller(host: &str) -> anyhow::Result<SocketAddr> {

@@ -9,10 +9,9 @@ use ft_transfer_area_recorder::{
     Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
 };
 
-use super::decode::{Cycle, Happened, Told, MISSED};
-use super::ports::Line;
 use crate::lines;
 use crate::recording::output::{discard, Output};
+use crate::told::{Cycle, Happened, Line, Told, MISSED};
 
 /// Writes a recording.
 pub(super) struct Record {

@@ -17,8 +17,9 @@ use mio::net::TcpListener;
 use mio::{Events, Interest, Poll, Token, Waker};
 
 use super::passage::{Passage, Stage, Then, CHUNK};
-use super::ports::{behind, Line};
+use super::ports::behind;
 use super::tap::{Piece, Tap, What};
+use crate::told::Line;
 
 const WAKER: Token = Token(3);
 /// The first token of a connection; each has two.

@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use crossbeam_channel::{unbounded, Receiver, Sender};
 
-use super::ports::Line;
+use crate::told::Line;
 
 /// How many bytes may wait to be looked at.
 const WAITING_MAX: usize = 32 << 20;

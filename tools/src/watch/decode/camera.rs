@@ -6,7 +6,8 @@ use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE, ID_LEN
 use ft_transfer_area::CameraFrame;
 
 use super::packet::Inbox;
-use super::{Happened, Reader, Side};
+use super::Reader;
+use crate::told::{Happened, Side};
 
 /// No picture is longer.
 const PICTURE_MAX: usize = 16 << 20;

@@ -6,7 +6,8 @@ use std::time::Instant;
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
 
 use super::packet::Inbox;
-use super::{Happened, I2cExchange, Reader, Side};
+use super::Reader;
+use crate::told::{Happened, I2cExchange, Side};
 
 /// No request writes more.
 const WRITE_MAX: u32 = 64 * 1024;

@@ -11,7 +11,8 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
 use super::packet::{command_size, id, response_size, Inbox};
-use super::{Cycle, Happened, Reader, Side};
+use super::Reader;
+use crate::told::{Cycle, Happened, Side};
 
 /// Words per area in a compressed command.
 const WORDS: usize = 27;

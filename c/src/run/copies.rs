@@ -1,0 +1,280 @@
+//! Copies of the program's files, in which includes say what they mean.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::headers::{Headers, COMMON};
+use crate::sources::{Include, Own, OwnFiles};
+
+/// What an include means, and whether a compiler finds it without our help.
+enum Meaning {
+    Ours { ours: PathBuf, is_found: bool, passed_over: Option<PathBuf> },
+    Own { own: Own, is_found: bool },
+    Elsewhere,
+}
+
+impl Meaning {
+    /// What an include means.
+    fn of(include: &Include, headers: &Headers, system: &impl Fn(&str) -> bool) -> Self {
+        let name = include.name();
+        let ours = headers.ours(&name).map(Path::to_owned);
+        let is_literal =
+            |ours: &Path| ours.file_name().is_some_and(|file| *include.written == *file);
+        match (&include.own, ours) {
+            (Some(own), Some(ours)) if is_replaced(own, &name, headers) => {
+                // A program may name our own folders.
+                let is_same = fs::read(&own.file).ok() == fs::read(&ours).ok();
+                let passed_over = (!is_same).then(|| own.file.clone());
+                Self::Ours { is_found: !own.is_beside && is_literal(&ours), ours, passed_over }
+            }
+            (Some(own), _) => {
+                let is_hidden = !own.is_beside && headers.of_kit.contains_key(&name);
+                if !own.is_exact && system(&include.written) {
+                    return Self::Elsewhere;
+                }
+                Self::Own { own: own.clone(), is_found: own.is_exact && !is_hidden }
+            }
+            (None, Some(ours)) => {
+                let is_found = is_literal(&ours);
+                if !is_found && system(&include.written) {
+                    return Self::Elsewhere;
+                }
+                Self::Ours { ours, is_found, passed_over: None }
+            }
+            (None, None) => Self::Elsewhere,
+        }
+    }
+}
+
+/// Whether our header takes the place of the program's own file: the headers of that time were for other
+/// compilers, with integers that are longer today.
+fn is_replaced(own: &Own, name: &str, headers: &Headers) -> bool {
+    if !headers.of_kit.contains_key(name) {
+        return false;
+    }
+    if name != COMMON {
+        return true;
+    }
+    let text = fs::read(&own.file).unwrap_or_default();
+    let text = String::from_utf8_lossy(&text);
+    text.contains("typedef") && text.contains("UINT16")
+}
+
+/// The files of a program in which includes say what they mean.
+#[derive(Default)]
+pub(crate) struct Copies {
+    /// Where the copy of a file is.
+    pub(crate) of: BTreeMap<PathBuf, PathBuf>,
+    /// Files of the program in place of which our headers are used.
+    pub(crate) passed_over: BTreeSet<PathBuf>,
+}
+
+impl Copies {
+    /// Copies the files in which an include would not be found, or not as it is meant, and those that include
+    /// them. Messages name the files where they were. `system` says whether the compiler itself has a header.
+    pub(crate) fn write(
+        own: &OwnFiles,
+        headers: &Headers,
+        to: &Path,
+        system: &impl Fn(&str) -> bool,
+    ) -> io::Result<Self> {
+        let meanings: BTreeMap<&Path, Vec<Meaning>> = own
+            .files
+            .iter()
+            .map(|(path, file)| {
+                let all = file.includes.iter().map(|include| Meaning::of(include, headers, system));
+                (path.as_path(), all.collect())
+            })
+            .collect();
+        let mut copies = Self::default();
+        copies.choose(&meanings, to);
+        for (path, copy) in &copies.of {
+            let text = copies.text(path, &own.files[path].text, own, &meanings[path.as_path()]);
+            fs::create_dir_all(copy.parent().unwrap_or(to))?;
+            fs::write(copy, text)?;
+        }
+        Ok(copies)
+    }
+
+    fn choose(&mut self, meanings: &BTreeMap<&Path, Vec<Meaning>>, to: &Path) {
+        let needs_copy = |meaning: &Meaning, copied: &BTreeMap<PathBuf, PathBuf>| match meaning {
+            Meaning::Ours { is_found, .. } => !is_found,
+            Meaning::Own { own, is_found } => !is_found || copied.contains_key(&own.file),
+            Meaning::Elsewhere => false,
+        };
+        loop {
+            let before = self.of.len();
+            for (path, all) in meanings {
+                if !self.of.contains_key(*path) && all.iter().any(|it| needs_copy(it, &self.of)) {
+                    let copy = to.join(self.of.len().to_string());
+                    let name = path.file_name().unwrap_or_default();
+                    self.of.insert(path.to_path_buf(), copy.join(name));
+                }
+            }
+            if self.of.len() == before {
+                break;
+            }
+        }
+        for meaning in meanings.values().flatten() {
+            if let Meaning::Ours { passed_over, .. } = meaning {
+                self.passed_over.extend(passed_over.clone());
+            }
+        }
+    }
+
+    /// The text of a copy: its includes name what they mean, because nothing lies beside it any more.
+    fn text(&self, path: &Path, text: &[u8], own: &OwnFiles, meanings: &[Meaning]) -> Vec<u8> {
+        let mut copy = format!("#line 1 {}\n", quoted(path)).into_bytes();
+        let mut end = if text.starts_with(b"\xEF\xBB\xBF") { 3 } else { 0 };
+        for (include, meaning) in own.files[path].includes.iter().zip(meanings) {
+            let named = match meaning {
+                Meaning::Ours { ours, is_found: false, .. } => ours.clone(),
+                Meaning::Own { own, .. } => match self.of.get(&own.file) {
+                    Some(copy) => copy.clone(),
+                    None => std::path::absolute(&own.file).unwrap_or_else(|_| own.file.clone()),
+                },
+                Meaning::Ours { is_found: true, .. } | Meaning::Elsewhere => continue,
+            };
+            copy.extend_from_slice(&text[end..include.place.start]);
+            copy.extend_from_slice(quoted(&named).as_bytes());
+            end = include.place.end;
+        }
+        copy.extend_from_slice(&text[end..]);
+        copy
+    }
+}
+
+/// A path as C has it in quotes.
+fn quoted(path: &Path) -> String {
+    // Compilers for Windows know `/`, too, and `\` may mean something else.
+    let path = path.display().to_string();
+    format!("\"{}\"", if cfg!(windows) { path.replace('\\', "/") } else { path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kind::Kind;
+
+    struct Made {
+        folder: tempfile::TempDir,
+        build: tempfile::TempDir,
+        copies: Copies,
+    }
+
+    /// What becomes of files with these texts, of which those that end with `.c` are the sources, with the
+    /// include folder `inc`.
+    fn made(kind: Kind, files: &[(&str, &str)]) -> Made {
+        let (folder, build) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        for (name, text) in files {
+            let path = folder.path().join(name);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        let sources = files.iter().filter(|(name, _)| name.ends_with(".c"));
+        let sources: Vec<PathBuf> = sources.map(|(name, _)| folder.path().join(name)).collect();
+        let include = [folder.path().join("inc")];
+        let own = OwnFiles::read(sources.iter().map(PathBuf::as_path), &include).unwrap();
+        let headers = Headers::write(kind, build.path()).unwrap();
+        assert!(headers.folders.iter().all(|folder| folder.is_dir()), "{:?}", headers.folders);
+        let system = |name: &str| name == "math.h" || name == "lib/common.h";
+        let copies = Copies::write(&own, &headers, &build.path().join("own"), &system).unwrap();
+        Made { folder, build, copies }
+    }
+
+    fn in_sources(path: &Path) -> String {
+        quoted(path).trim_matches('"').to_owned()
+    }
+
+    impl Made {
+        /// The include lines of a copy, with OURS and PROGRAM for the two folders; `None` without a copy.
+        fn copy(&self, name: &str) -> Option<Vec<String>> {
+            let copy = self.copies.of.get(&self.folder.path().join(name))?;
+            let text = fs::read_to_string(copy).unwrap();
+            let text = text.replace(&in_sources(&self.build.path().join("include")), "OURS");
+            let text = text.replace(&in_sources(self.folder.path()), "PROGRAM");
+            assert!(text.starts_with(&format!("#line 1 \"PROGRAM/{name}\"\n")), "{text}");
+            Some(text.lines().filter(|line| line.contains("include")).map(str::to_owned).collect())
+        }
+
+        fn passed_over(&self) -> Vec<&Path> {
+            let folder = self.folder.path();
+            self.copies.passed_over.iter().map(|file| file.strip_prefix(folder).unwrap()).collect()
+        }
+    }
+
+    #[cfg_attr(windows, ignore = "names of files have no case there")]
+    #[test]
+    fn headers_are_found_as_programs_spell_them() {
+        let a = "#include \"ROBO_TX_PRG.H\"\n#include \"../../Common/robo_tx_fw.h\"\n#include <Math.h>\n";
+        let b = "#include \"ROBO_TX_PRG.h\"\n#include <math.h>\n#include <lib/common.h>\n";
+        // `math.h` is not the program's own header, though Windows would take that.
+        let made = made(Kind::Downloaded, &[("a.c", a), ("b.c", b), ("inc/Math.h", "")]);
+        let expected = [
+            "#include \"OURS/ROBO_TX_PRG.h\"",
+            "#include \"OURS/ROBO_TX_FW.h\"",
+            "#include \"PROGRAM/inc/Math.h\"",
+        ];
+        assert_eq!(made.copy("a.c").unwrap(), expected);
+        assert_eq!(made.copy("b.c"), None);
+    }
+
+    #[test]
+    fn old_headers_of_the_program_are_replaced_and_its_own_are_not() {
+        let made = made(
+            Kind::Downloaded,
+            &[
+                ("a.c", "#include \"ROBO_TX_FW.h\"\n#include \"common.h\"\n#include \"own.h\"\n"),
+                ("b.c", "#include \"inc.h\"\n"),
+                ("ROBO_TX_FW.h", "typedef unsigned long UINT32;\n"),
+                ("common.h", "int b;\n"),
+                ("own.h", "int c;\n"),
+                ("inc/inc.h", "#include \"other.h\"\n"),
+                ("inc/other.h", "#include \"ROBO_TX_FW.h\"\n#include <conio.h>\n"),
+                ("inc/ROBO_TX_FW.h", "typedef unsigned long UINT32;\n"),
+                ("inc/conio.h", "int d;\n"),
+            ],
+        );
+        let expected = [
+            "#include \"OURS/ROBO_TX_FW.h\"",
+            "#include \"PROGRAM/common.h\"",
+            "#include \"PROGRAM/own.h\"",
+        ];
+        assert_eq!(made.copy("a.c").unwrap(), expected);
+        // What includes a copy is a copy, too.
+        let other = &made.copies.of[&made.folder.path().join("inc/other.h")];
+        let inc =
+            fs::read_to_string(&made.copies.of[&made.folder.path().join("inc/inc.h")]).unwrap();
+        assert!(inc.contains(&in_sources(other)), "{inc}");
+        assert_eq!(made.copy("own.h"), None);
+        assert_eq!(made.copy("common.h"), None);
+        let over = [Path::new("ROBO_TX_FW.h"), Path::new("inc/ROBO_TX_FW.h")];
+        assert_eq!(made.passed_over(), over);
+    }
+
+    #[cfg_attr(windows, ignore = "names of files have no case there")]
+    #[test]
+    fn copies_in_include_folders_are_passed_over_and_own_files_there_are_not_hidden() {
+        let made = made(
+            Kind::KeLib,
+            &[
+                ("a.c", "#include <KeLibTxtDl.h>\n#include \"common.h\"\n#include \"Own.h\"\n"),
+                ("b.c", "#include \"FtShmem.h\"\n"),
+                ("inc/KeLibTxtDl.h", "typedef unsigned long UINT32;\n"),
+                ("inc/FtShmem.h", "typedef unsigned long UINT32;\n"),
+                ("inc/common.h", "int own;\n"),
+                ("inc/own.h", ""),
+            ],
+        );
+        let expected = [
+            "#include <KeLibTxtDl.h>",
+            "#include \"PROGRAM/inc/common.h\"",
+            "#include \"PROGRAM/inc/own.h\"",
+        ];
+        assert_eq!(made.copy("a.c").unwrap(), expected);
+        assert_eq!(made.copy("b.c"), None);
+        assert_eq!(made.passed_over(), [Path::new("inc/FtShmem.h"), Path::new("inc/KeLibTxtDl.h")]);
+    }
+}

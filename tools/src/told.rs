@@ -1,0 +1,124 @@
+//! What has happened on the connections between a program and a controller, for all that tell of it.
+
+use std::io;
+use std::net::SocketAddr;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::{CameraFrame, FirmwareVersion, FishX1Transfer};
+
+/// What a connection is for, in the order of the ports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Line {
+    Main,
+    Camera,
+    I2c,
+}
+
+impl Line {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Main => "main",
+            Self::Camera => "camera",
+            Self::I2c => "i2c",
+        }
+    }
+
+    /// Its distance from the main port.
+    pub(crate) fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// Who has sent something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Side {
+    Program,
+    Controller,
+}
+
+impl Side {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Program => "program",
+            Self::Controller => "controller",
+        }
+    }
+}
+
+/// What has happened, and when.
+#[derive(Debug)]
+pub(crate) struct Told {
+    pub(crate) at: Instant,
+    pub(crate) line: Line,
+    pub(crate) what: Happened,
+}
+
+#[derive(Debug)]
+pub(crate) enum Happened {
+    /// A program has connected, from this address.
+    Connected(SocketAddr),
+    /// The controller does not take the connection.
+    Refused(io::Error),
+    /// The connection is closed, by whichever side.
+    Closed,
+    /// The controller has said what it is.
+    Controller {
+        name: String,
+        firmware: FirmwareVersion,
+    },
+    /// The program has sent a command that is no exchange.
+    Command(CommandId),
+    /// Online mode has begun.
+    Online {
+        name: String,
+        firmware: FirmwareVersion,
+    },
+    /// Online mode has ended, by the program or without it.
+    Offline {
+        by_program: bool,
+    },
+    Cycle(Box<Cycle>),
+    Picture(CameraFrame),
+    I2c(I2cExchange),
+    /// What this side has sent can't be understood. It was passed on.
+    NotUnderstood {
+        side: Side,
+        why: String,
+    },
+    /// This computer was too busy to look at all that has passed on this connection.
+    Missed,
+}
+
+/// Why nothing more of a connection is reported.
+pub(crate) const MISSED: &str = "this computer is too busy to look at all that passes";
+
+/// The same as a sentence for people.
+pub(crate) fn missed(line: Line) -> String {
+    let line = line.name();
+    format!("{MISSED}: nothing more of this {line} connection is shown, and everything is passed on all the same")
+}
+
+/// One exchange.
+#[derive(Debug)]
+pub(crate) struct Cycle {
+    /// Its number since online mode began, from 1.
+    pub(crate) number: u64,
+    /// The time since the response before; `None` for the first.
+    pub(crate) since_last: Option<Duration>,
+    /// How long the program took from the response before to this request; `None` for the first.
+    pub(crate) answer: Option<Duration>,
+    /// How many configurations were sent since online mode began.
+    pub(crate) config_updates: u64,
+    /// The configurations and outputs of the request, the inputs of the response.
+    pub(crate) areas: Vec<FishX1Transfer>,
+}
+
+/// A request to an I2C device, and its answer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct I2cExchange {
+    pub(crate) device: u32,
+    pub(crate) written: Vec<u8>,
+    /// `None` when no device has answered.
+    pub(crate) read: Option<Vec<u8>>,
+}
