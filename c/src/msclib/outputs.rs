@@ -2,7 +2,8 @@
 
 use std::ffi::c_int;
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+use ft_transfer_area::transfer_area::{IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+use ft_transfer_area::tx::check_duty;
 
 use super::arguments::Handle;
 use super::callbacks::{self, Event, EventCallback};
@@ -44,12 +45,12 @@ impl<'a> Outputs<'a> {
     }
 
     /// Sets one output.
-    fn set_duty(&self, channel: usize, duty: u16) {
-        self.array.store(self.duty.wrapping_add(channel), duty as i16);
+    fn set_duty(&self, channel: usize, duty: i16) {
+        self.array.store(self.duty.wrapping_add(channel), duty);
     }
 
     /// Gives a motor a new command; `master` is 0 or the number of the motor to follow, from 1.
-    fn command(&self, motor: usize, duties: [u16; 2], distance: u16, master: u8) {
+    fn command(&self, motor: usize, duties: [i16; 2], distance: u16, master: u8) {
         self.set_duty(2 * motor, duties[0]);
         self.set_duty(2 * motor + 1, duties[1]);
         self.array.store(self.distance.wrapping_add(motor), distance);
@@ -80,8 +81,13 @@ fn with_outputs(
     })
 }
 
+/// A duty that an output can have.
+fn duty_of(given: c_int) -> Result<i16, u32> {
+    check_duty(given).map_err(|_| FTLIB_ERR_INVALID_PARAM)
+}
+
 /// The duties of a motor's two outputs: 0 is clockwise, 1 counter-clockwise.
-fn duties(duty: u16, direction: c_int) -> Result<[u16; 2], u32> {
+fn duties(duty: i16, direction: c_int) -> Result<[i16; 2], u32> {
     match direction {
         0 => Ok([duty, 0]),
         1 => Ok([0, duty]),
@@ -113,8 +119,7 @@ pub(crate) extern "C" fn SetOutMotorValues(
 ) -> u32 {
     with_outputs(handle, controller, |outputs| {
         let motor = index(motor, IZ_MOTOR)?;
-        let (plus, minus) =
-            (number(duty_plus, DUTY_MAX as u16)?, number(duty_minus, DUTY_MAX as u16)?);
+        let (plus, minus) = (duty_of(duty_plus)?, duty_of(duty_minus)?);
         outputs.set_duty(2 * motor, plus);
         outputs.set_duty(2 * motor + 1, minus);
         Ok(())
@@ -130,7 +135,7 @@ pub(crate) extern "C" fn SetOutPwmValues(
     duty: c_int,
 ) -> u32 {
     with_outputs(handle, controller, |outputs| {
-        outputs.set_duty(index(channel, IZ_PWM_CHAN)?, number(duty, DUTY_MAX as u16)?);
+        outputs.set_duty(index(channel, IZ_PWM_CHAN)?, duty_of(duty)?);
         Ok(())
     })
 }
@@ -150,7 +155,7 @@ pub(crate) extern "C" fn StartMotorExCmd(
 ) -> u32 {
     with_outputs(handle, controller, |outputs| {
         let motor = index(motor, IZ_MOTOR)?;
-        let (duty, pulses) = (number(duty, DUTY_MAX as u16)?, number(pulses, u16::MAX)?);
+        let (duty, pulses) = (duty_of(duty)?, number(pulses, u16::MAX)?);
         let own_duties = duties(duty, direction)?;
         let slave = match index(slave, IZ_MOTOR).ok().filter(|slave| *slave != motor) {
             Some(slave) => Some((slave, duties(duty, slave_direction)?)),
