@@ -4,6 +4,8 @@
 //! clock, which comes every 15.6 ms by default: too coarse for a controller's cycle of 10 ms.
 //! `thread::sleep` has a timer of high resolution there, but nothing can wake it. So the last part
 //! of a wait is made of short sleeps, with a check of the condition after each.
+//!
+//! The library waits in the same way, but not in public.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -29,14 +31,18 @@ impl Timing {
     /// The timing of the system that this is compiled for.
     pub(crate) const OF_SYSTEM: Self = if cfg!(windows) { Self::Coarse } else { Self::Fine };
 
-    /// Waits for a change, but not beyond the deadline; returns whether the deadline has passed. May end
-    /// without either.
+    /// Waits for a change, but not beyond the deadline if there is one; returns whether the deadline has
+    /// passed. May end without either.
     pub(crate) fn wait_until<T>(
         self,
         changed: &Condvar,
         guard: &mut MutexGuard<'_, T>,
-        deadline: Instant,
+        deadline: Option<Instant>,
     ) -> bool {
+        let Some(deadline) = deadline else {
+            changed.wait(guard);
+            return false;
+        };
         if self == Self::Fine {
             return changed.wait_until(guard, deadline).timed_out();
         }
@@ -48,25 +54,6 @@ impl Timing {
         }
         left.is_zero()
     }
-
-    /// Waits as long as the condition holds, but not longer than `limit`. The condition is checked first,
-    /// and after each change.
-    pub(crate) fn wait_while_for<T>(
-        self,
-        changed: &Condvar,
-        guard: &mut MutexGuard<'_, T>,
-        limit: Duration,
-        mut condition: impl FnMut(&mut T) -> bool,
-    ) {
-        let Some(deadline) = Instant::now().checked_add(limit) else {
-            return changed.wait_while(guard, condition);
-        };
-        while condition(guard) {
-            if self.wait_until(changed, guard, deadline) {
-                return;
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -75,73 +62,25 @@ mod tests {
 
     use super::*;
 
-    const TIMINGS: [Timing; 2] = [Timing::Fine, Timing::Coarse];
-    /// Far more than any test takes.
-    const LONG: Duration = Duration::from_secs(3600);
-
-    /// How often the condition is checked in a wait of this length that nothing else ends.
-    fn looks(timing: Timing, limit: Duration) -> usize {
-        let mut looks = 0;
-        let begin = Instant::now();
-        timing.wait_while_for(&Condvar::new(), &mut Mutex::new(()).lock(), limit, |()| {
-            looks += 1;
-            true
-        });
+    /// How many waits a limit of this length takes that nothing else ends.
+    fn waits(timing: Timing, limit: Duration) -> usize {
+        let (mutex, begin) = (Mutex::new(()), Instant::now());
+        let mut guard = mutex.lock();
+        let mut waits = 1;
+        while !timing.wait_until(&Condvar::new(), &mut guard, Some(begin + limit)) {
+            waits += 1;
+        }
         assert!(begin.elapsed() >= limit);
-        looks
+        waits
     }
 
     #[test]
     fn a_coarse_clock_is_not_relied_on_for_the_last_part_of_a_wait() {
-        let limit = COARSE / 2;
         // Each sleep may last longer on a busy machine, but not all of them every time.
-        assert!((0..100).any(|_| looks(Timing::Coarse, limit) > 4));
-        assert!(looks(Timing::Fine, limit) <= 2);
+        assert!((0..100).any(|_| waits(Timing::Coarse, COARSE / 2) > 4));
+        assert!(waits(Timing::Fine, COARSE / 2) <= 2);
         // The first part is slept through.
-        assert!(
-            looks(Timing::Coarse, 3 * COARSE)
-                < 10 + (COARSE.as_micros() / NAP.as_micros()) as usize
-        );
-    }
-
-    #[test]
-    fn a_wait_ends_when_its_condition_does() {
-        for timing in TIMINGS {
-            for limit in [COARSE, LONG, Duration::MAX] {
-                let (waiting, changed) = (Mutex::new(true), Condvar::new());
-                thread::scope(|scope| {
-                    scope.spawn(|| {
-                        *waiting.lock() = false;
-                        changed.notify_all();
-                    });
-                    timing.wait_while_for(&changed, &mut waiting.lock(), limit, |waiting| *waiting);
-                });
-            }
-        }
-    }
-
-    #[test]
-    fn the_lock_is_free_during_a_wait() {
-        for timing in TIMINGS {
-            let (count, changed) = (Mutex::new(0), Condvar::new());
-            thread::scope(|scope| {
-                scope.spawn(|| {
-                    while *count.lock() < 3 {
-                        *count.lock() += 1;
-                    }
-                });
-                let mut guard = count.lock();
-                while *guard < 3 {
-                    timing.wait_while_for(&changed, &mut guard, NAP, |count| *count < 3);
-                }
-            });
-        }
-    }
-
-    #[test]
-    fn without_time_the_condition_is_looked_at_and_nothing_waited_for() {
-        for timing in TIMINGS {
-            assert!(looks(timing, Duration::ZERO) >= 1);
-        }
+        let naps = (COARSE.as_micros() / NAP.as_micros()) as usize;
+        assert!(waits(Timing::Coarse, 3 * COARSE) < 10 + naps);
     }
 }

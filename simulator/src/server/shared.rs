@@ -112,12 +112,8 @@ impl Shared {
                 Ok(result) => return Ok(result),
                 Err(limit) => limit,
             };
-            match Instant::now().checked_add(limit) {
-                Some(deadline) => {
-                    self.timing.wait_until(&self.camera_changed, &mut machine, deadline);
-                }
-                None => self.camera_changed.wait(&mut machine),
-            }
+            let deadline = Instant::now().checked_add(limit);
+            self.timing.wait_until(&self.camera_changed, &mut machine, deadline);
         }
     }
 
@@ -155,8 +151,9 @@ impl Shared {
         if time.is_zero() {
             return self.check();
         }
+        let deadline = Instant::now().checked_add(time);
         let mut stopping = self.stopping.lock();
-        self.timing.wait_while_for(&self.stopped, &mut stopping, time, |stopping| !*stopping);
+        while !*stopping && !self.timing.wait_until(&self.stopped, &mut stopping, deadline) {}
         if *stopping {
             return Err(Stopped);
         }
