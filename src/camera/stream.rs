@@ -21,7 +21,7 @@ const RETRY: Duration = Duration::from_millis(50);
 /// The longest that a single attempt to connect may take, so that stopping does not take longer.
 const ATTEMPT: Duration = Duration::from_secs(1);
 
-/// The name of the command in the camera connection's errors. The acknowledge of a frame is the
+/// The name of the command in the camera connection's errors. The acknowledgement of a frame is the
 /// request for the next one.
 const REQUEST: &str = "the request for a camera frame";
 

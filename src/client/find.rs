@@ -293,7 +293,7 @@ fn outcome(error: &Error, limit: Duration) -> String {
         Error::ConnectionClosed { .. } => {
             "it closed the connection, so another program may be using it".to_owned()
         }
-        Error::WrongId { .. } | Error::WrongSize { .. } => "what answers is no TXT".to_owned(),
+        Error::WrongId { .. } | Error::WrongSize { .. } => "what answers is not a TXT".to_owned(),
         other => other.to_string(),
     }
 }

@@ -68,8 +68,8 @@ impl fmt::Display for Error {
             }
             Self::BadAddress { given } => write!(
                 f,
-                "{given:?} is no address of a controller; write the host alone, as 192.168.7.2, or \
-                 with a port of 1 to 65535, as 192.168.7.2:65000 or [::1]:65000"
+                "{given:?} is not a controller's address; write just the host, such as 192.168.7.2, or \
+                 a host and a port of 1 to 65535, such as 192.168.7.2:65000 or [::1]:65000"
             ),
             Self::NoController { tried } => {
                 // The lines after the first one are for those who want to know more.
@@ -181,7 +181,7 @@ impl fmt::Display for Error {
                  CameraOptions::max_frame_size"
             ),
             Self::BadPicture { reason } => {
-                write!(f, "the camera's frame is no usable picture: {reason}")
+                write!(f, "the camera's frame is not a usable picture: {reason}")
             }
             Self::I2cNoDevice { device } => write!(
                 f,

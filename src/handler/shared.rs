@@ -6,8 +6,8 @@
 //! outputs](crate::handler::parts::interruptions), and the [cycle hook](crate::handler::parts::hook_slot). None of them uses another
 //! part or a lock. Here they are under one lock, which is held only for moments, and the threads wait on
 //! the condition variables next to it. What the program's threads do with the parts is in
-//! [`program_side`](crate::handler::program::calls), what the transfer thread does in
-//! [`transfer_side`](crate::handler::transfer::calls).
+//! [`program::calls`](crate::handler::program::calls), what the transfer thread does in
+//! [`transfer::calls`](crate::handler::transfer::calls).
 //!
 //! The only other lock is that of the listeners. It is taken first.
 
@@ -140,7 +140,7 @@ impl Shared {
     }
 
     /// The same for the transfer thread, because the controller waits for it: while other threads lock all
-    /// the time, it does not give its core away immediately.
+    /// the time, it does not yield its core immediately.
     pub(crate) fn state_soon(&self) -> MutexGuard<'_, State> {
         lock_soon(&self.state)
     }

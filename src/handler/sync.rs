@@ -92,8 +92,8 @@ mod real {
     /// How often a lock that is held only for moments is tried: for about 10 µs.
     const TRIES: usize = 1000;
 
-    /// Locks, and tries for longer than usual before it gives the core away: if other threads use their cores
-    /// fully, a thread that yields may get its core back milliseconds later.
+    /// Locks, and spins longer than usual before it yields its core: if other threads use their cores fully, a
+    /// thread that yields may get its core back milliseconds later.
     pub(crate) fn lock_soon<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
         for _ in 0..TRIES {
             if let Some(guard) = mutex.try_lock() {

@@ -117,7 +117,7 @@ impl UniConfig {
         Self { mode: mode as u8, digital: 1, dummy: [0; 2] }
     }
 
-    /// What it measures; `None` for a number that is no mode.
+    /// What it measures; `None` for a number that is not a mode.
     pub fn input_mode(&self) -> Option<InputMode> {
         InputMode::try_from(self.mode).ok()
     }
@@ -127,7 +127,7 @@ impl UniConfig {
         self.digital != 0
     }
 
-    /// The unit of what it reports; empty for 0 or 1, and for a number that is no mode.
+    /// The unit of what it reports; empty for 0 or 1, and for a number that is not a mode.
     pub fn unit(&self) -> &'static str {
         self.input_mode().filter(|_| !self.is_digital()).map_or("", InputMode::unit)
     }

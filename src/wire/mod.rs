@@ -6,7 +6,7 @@
 //! into a buffer.
 //!
 //! The fields of each packet are those of the protocol, so these structs are closed on purpose: a program
-//! can write them out. A new firmware may add packets, so the enums of ids are not closed.
+//! can write them out. The enums of ids are exhaustive, too.
 //!
 //! Source: the sections of the kit's document on the commands, and for the rest
 //! [`guide::protocol`](crate::guide::protocol).

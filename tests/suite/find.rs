@@ -95,9 +95,9 @@ fn without_a_controller_the_error_says_what_happened_at_each_address() {
         for (tried, (outcome, perhaps_in_use)) in tried.iter().zip([
             ("nothing listens there", false),
             ("did not answer within 2s, so another program may be using it", true),
-            ("what answers is no TXT", false),
+            ("what answers is not a TXT", false),
             ("it closed the connection, so another program may be using it", true),
-            ("is no address", false),
+            ("is not a controller's address", false),
         ]) {
             assert!(tried.outcome.contains(outcome), "{tried}");
             assert_eq!(tried.perhaps_in_use, perhaps_in_use, "{tried}");

@@ -111,9 +111,9 @@ fn hosts_that_are_no_controller_are_not_in_the_list() {
     assert!(columns(table, &silence)[5].starts_with("perhaps: it accepted"), "{table}");
     assert_eq!(table.lines().count(), 3, "{table}");
     for (address, outcome) in [
-        (&*garbage, "what answers is no TXT"),
+        (&*garbage, "what answers is not a TXT"),
         (REFUSES, "nothing listens there"),
-        ("txt:port", "is no address"),
+        ("txt:port", "is not a controller's address"),
     ] {
         let line = said.lines().find(|line| line.starts_with(address));
         assert!(line.is_some_and(|line| line.contains(outcome)), "{said}");

@@ -72,12 +72,12 @@ fn frame(byte: u8) -> Vec<u8> {
     frame
 }
 
-/// Sends a frame of one byte, and waits for its acknowledge.
+/// Sends a frame of one byte, and waits for its acknowledgement.
 fn send_frame(stream: &mut TcpStream, byte: u8) {
     stream.write_all(&frame(byte)).unwrap();
-    let mut acknowledge = [0; 4];
-    stream.read_exact(&mut acknowledge).unwrap();
-    assert_eq!(acknowledge, CAMERA_FRAME_ACKNOWLEDGE);
+    let mut acknowledgement = [0; 4];
+    stream.read_exact(&mut acknowledgement).unwrap();
+    assert_eq!(acknowledgement, CAMERA_FRAME_ACKNOWLEDGE);
 }
 
 fn assert_closed(stream: &mut TcpStream) {

@@ -187,7 +187,7 @@ macro_rules! kinds {
                 }
             }
 
-            /// Whether such events come from responses. The others tell of the transfer itself, and a
+            /// Whether such events come from responses. The others are about the transfer itself, and a
             /// [`CycleLog`](crate::CycleLog) has them, too.
             pub const fn is_of_response(self) -> bool {
                 match self {

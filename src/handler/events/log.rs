@@ -14,7 +14,7 @@ use crate::firmware::FirmwareVersion;
 use crate::handler::statistics::Statistics;
 use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 
-/// Places for entries that are no cycles: the beginnings, gaps and ends of a transfer.
+/// Places for entries that are not cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
 
 /// An entry of a [`CycleLog`](crate::CycleLog).
@@ -188,7 +188,7 @@ impl Logs {
         self.0.iter_mut().for_each(|log| log.put(0, || Logged::Cycle(*cycle)));
     }
 
-    /// Logs what is no cycle. Does not block.
+    /// Logs an entry that is not a cycle. Does not block.
     pub(crate) fn note(&mut self, what: &Logged) {
         self.0.iter_mut().for_each(|log| log.put(RESERVED, || what.clone()));
     }

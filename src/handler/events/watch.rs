@@ -7,7 +7,7 @@ use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};
 use crate::tx::IrDevice;
 use crate::wire::ExchangeDataResponse;
 
-/// What two responses tell of one area, and the outputs to which the newer one is the response.
+/// What two responses say about one area, and the outputs to which the newer one is the response.
 struct Told<'a> {
     area: usize,
     sent: &'a FishX1Transfer,

@@ -39,10 +39,10 @@ fn lost_at_once(lock_step: bool) {
             let known = &mut Known::default();
             let mut answered = 0;
             while answered < 3 {
-                if let Ok(taken) = shared.wait_cycle(known, None) {
-                    let mut taken = taken.unwrap();
-                    known.returned = taken.window;
-                    shared.release(&mut taken, false);
+                if let Ok(lease) = shared.wait_cycle(known, None) {
+                    let mut lease = lease.unwrap();
+                    known.returned = lease.window;
+                    shared.release(&mut lease, false);
                     answered += 1;
                 }
             }

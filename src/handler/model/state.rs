@@ -55,12 +55,12 @@ fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Tran
 
 /// A program's part: waits for a response and answers it in two outputs.
 fn answer(shared: &Shared, known: &mut Known) -> Result<i16, Error> {
-    let mut taken = shared.wait_cycle(known, None)?.expect("there is no limit");
-    known.returned = taken.window;
-    let asked = taken.areas[0].input.uni[0];
-    taken.areas[0].output.duty[0] = asked;
-    taken.areas[0].output.duty[1] = asked;
-    shared.release(&mut taken, false);
+    let mut lease = shared.wait_cycle(known, None)?.expect("there is no limit");
+    known.returned = lease.window;
+    let asked = lease.areas[0].input.uni[0];
+    lease.areas[0].output.duty[0] = asked;
+    lease.areas[0].output.duty[1] = asked;
+    shared.release(&mut lease, false);
     Ok(asked)
 }
 
@@ -124,14 +124,14 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
                 let known = &mut Known::default();
                 for number in 1..=3 {
                     for pin in 0..2 {
-                        let mut taken = shared.lock(*known);
-                        taken.areas[0].output.duty[pin] = number;
-                        shared.release(&mut taken, false);
+                        let mut lease = shared.lock(*known);
+                        lease.areas[0].output.duty[pin] = number;
+                        shared.release(&mut lease, false);
                     }
-                    let mut taken = shared.wait_cycle(known, None).unwrap().unwrap();
-                    known.returned = taken.window;
-                    assert_eq!(taken.cycle, number as u64);
-                    shared.release(&mut taken, false);
+                    let mut lease = shared.wait_cycle(known, None).unwrap().unwrap();
+                    known.returned = lease.window;
+                    assert_eq!(lease.cycle, number as u64);
+                    shared.release(&mut lease, false);
                 }
                 shared.ask_to_end();
             })
@@ -140,10 +140,10 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
             let shared = Arc::clone(&shared);
             thread::spawn(move || {
                 for number in 1..=2 {
-                    let mut taken = shared.lock(Known::default());
-                    taken.areas[0].output.duty[2] = number;
-                    taken.areas[0].output.duty[3] = number;
-                    shared.release(&mut taken, false);
+                    let mut lease = shared.lock(Known::default());
+                    lease.areas[0].output.duty[2] = number;
+                    lease.areas[0].output.duty[3] = number;
+                    shared.release(&mut lease, false);
                 }
             })
         };
@@ -206,9 +206,9 @@ fn threads_that_lock_keep_no_other_out_and_none_of_their_writes_is_lost() {
                 let shared = Arc::clone(&shared);
                 thread::spawn(move || {
                     for _ in 0..3 {
-                        let mut taken = shared.lock(Known::default());
-                        taken.areas[0].config.uni[index].mode += 1;
-                        shared.release(&mut taken, false);
+                        let mut lease = shared.lock(Known::default());
+                        lease.areas[0].config.uni[index].mode += 1;
+                        shared.release(&mut lease, false);
                     }
                 })
             })
@@ -239,9 +239,9 @@ fn what_is_written_across_a_gap_moves_nothing() {
             thread::spawn(move || {
                 let known = Known::default();
                 for _ in 0..2 {
-                    let mut taken = shared.lock(known);
-                    taken.areas[0].output.duty[0] = 512;
-                    shared.release(&mut taken, false);
+                    let mut lease = shared.lock(known);
+                    lease.areas[0].output.duty[0] = 512;
+                    shared.release(&mut lease, false);
                 }
             })
         };
@@ -267,18 +267,18 @@ fn a_panic_under_a_guard_leaves_nothing_half_written() {
         let panics = {
             let shared = Arc::clone(&shared);
             thread::spawn(move || {
-                let mut taken = shared.lock(Known::default());
-                taken.areas[0].output.duty[0] = 1;
+                let mut lease = shared.lock(Known::default());
+                lease.areas[0].output.duty[0] = 1;
                 // As a guard does that is dropped by a panic.
-                shared.release(&mut taken, true);
+                shared.release(&mut lease, true);
             })
         };
         let other = {
             let shared = Arc::clone(&shared);
             thread::spawn(move || {
-                let mut taken = shared.lock(Known::default());
-                taken.areas[0].output.duty[4] = 4;
-                shared.release(&mut taken, false);
+                let mut lease = shared.lock(Known::default());
+                lease.areas[0].output.duty[4] = 4;
+                shared.release(&mut lease, false);
             })
         };
         let requests = exchange(&shared, 5, NO_END);

@@ -198,7 +198,7 @@ mod tests {
     #[test]
     fn only_its_own_thread_does_not_wait_for_itself() {
         let (mut slot, version) = set();
-        assert!(!slot.has_older(version, thread_id()), "it is no older one");
+        assert!(!slot.has_older(version, thread_id()), "it is not an older one");
         let cleared = slot.clear();
         assert!(slot.has_older(cleared, thread_id()) && slot.is_over(version));
         slot.begin(thread_id(), version, true);

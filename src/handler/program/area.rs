@@ -166,7 +166,7 @@ impl TransferArea {
     }
 
     /// Does the same as [`wait_cycle`](Self::wait_cycle), but does not wait longer than `limit`;
-    /// [`Duration::MAX`] is no limit.
+    /// [`Duration::MAX`] means no limit.
     ///
     /// The lock itself may take longer when another thread holds a guard.
     ///
@@ -186,9 +186,9 @@ impl TransferArea {
     #[track_caller]
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
         let deadline = limit.and_then(|limit| self.shared.clock().deadline_after(limit));
-        let taken = self.wait_for_next(self.known(), deadline)?;
+        let lease = self.wait_for_next(self.known(), deadline)?;
         let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
-        let guard = self.guard(taken.ok_or_else(timed_out)?);
+        let guard = self.guard(lease.ok_or_else(timed_out)?);
         self.note_returned(guard.window());
         Ok(guard)
     }
@@ -200,9 +200,9 @@ impl TransferArea {
     }
 
     /// The guard of areas that this thread has taken.
-    pub(crate) fn guard(&self, taken: Lease) -> TransferAreaGuard<'_> {
-        self.known.shown.fetch_max(taken.newest, Ordering::Relaxed);
-        TransferAreaGuard::new(&self.shared, taken)
+    pub(crate) fn guard(&self, lease: Lease) -> TransferAreaGuard<'_> {
+        self.known.shown.fetch_max(lease.newest, Ordering::Relaxed);
+        TransferAreaGuard::new(&self.shared, lease)
     }
 
     /// Waits until the controller has the configuration that the areas hold now.
@@ -317,8 +317,9 @@ impl TransferArea {
     /// This is for motors with an encoder at the counter of the same number; for others an unchanged counter
     /// means nothing. The time is measured between responses, and starts with the response to the first
     /// request that makes the motor turn. Choose a limit above the time that the motor needs to start, about
-    /// 100 ms; zero tells of it with that response, and [`Duration::MAX`] never. The limit is the same for all listeners, and stays for later transfers. It is checked only
-    /// while there is a listener for this kind of event.
+    /// 100 ms; zero sends it with that response, and [`Duration::MAX`] never. The limit is the same for all
+    /// listeners, and stays for later transfers. It is checked only while there is a listener for this kind
+    /// of event.
     ///
     /// ```
     /// use std::time::Duration;

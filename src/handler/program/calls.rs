@@ -24,9 +24,9 @@ impl Shared {
     #[track_caller]
     pub(crate) fn lock(&self, known: Known) -> Lease {
         let mut state = self.state_of_others();
-        let taken = self.take(&mut state, known, None);
+        let lease = self.take(&mut state, known, None);
         MutexGuard::unlock_fair(state);
-        taken
+        lease
     }
 
     /// Takes the areas, for a thread that may have waited for a window.
@@ -83,20 +83,20 @@ impl Shared {
     }
 
     /// Takes the areas back from a guard; after a panic as they were before it.
-    pub(crate) fn release(&self, taken: &mut Lease, panicked: bool) {
-        let mut areas = std::mem::take(&mut taken.areas);
+    pub(crate) fn release(&self, lease: &mut Lease, panicked: bool) {
+        let mut areas = std::mem::take(&mut lease.areas);
         let mut state = self.state();
         // Others may have got new ones from a hook that did not return.
-        if state.area_lock.is_current(taken.number) {
+        if state.area_lock.is_current(lease.number) {
             if panicked {
                 state.hand_over.restore(&mut areas);
                 state.transfer.ask_to_stop(Stop::ProgramPanicked);
             } else {
-                state.take_answer(taken, &areas);
+                state.take_answer(lease, &areas);
             }
-            let next = state.area_lock.put_back(areas, taken.number);
+            let next = state.area_lock.put_back(areas, lease.number);
             self.wake_next(next);
-            match taken.purpose {
+            match lease.purpose {
                 Purpose::Hook => state.hook.returned(thread_id()),
                 Purpose::Reacts(window) => state.window.react(window),
                 Purpose::Looks | Purpose::Locks => {}
@@ -147,9 +147,9 @@ impl Shared {
     ) -> Result<Option<Lease>, Error> {
         let mut state = self.state_of_others();
         let response = self.wait_for_response(&mut state, known, deadline)?;
-        let taken = response.map(|response| self.take(&mut state, *known, Some(response)));
+        let lease = response.map(|response| self.take(&mut state, *known, Some(response)));
         MutexGuard::unlock_fair(state);
-        Ok(taken)
+        Ok(lease)
     }
 
     /// Locks the areas with the newest inputs. Waits only if there were none yet in this transfer. The rest
@@ -169,9 +169,9 @@ impl Shared {
             return self.wait_cycle(known, deadline);
         }
         let reacts_to = state.join_window();
-        let taken = self.take(&mut state, *known, reacts_to);
+        let lease = self.take(&mut state, *known, reacts_to);
         MutexGuard::unlock_fair(state);
-        Ok(Some(taken))
+        Ok(Some(lease))
     }
 
     /// The program is alive; returns an error that the handle has not been told yet.
@@ -270,14 +270,14 @@ impl Shared {
 
 impl State {
     /// Takes what a guard leaves in the areas.
-    fn take_answer(&mut self, taken: &Lease, areas: &[FishX1Transfer]) {
-        let counts = taken.outputs_count && self.interruptions.count() == taken.interruptions;
-        let reacts = match taken.purpose {
+    fn take_answer(&mut self, lease: &Lease, areas: &[FishX1Transfer]) {
+        let counts = lease.outputs_count && self.interruptions.count() == lease.interruptions;
+        let reacts = match lease.purpose {
             Purpose::Hook | Purpose::Reacts(_) => true,
             Purpose::Looks => self.hand_over.differs(areas),
             Purpose::Locks => false,
         };
-        if !self.window.note_answer(taken.newest) && reacts && self.transfer.stop().is_none() {
+        if !self.window.note_answer(lease.newest) && reacts && self.transfer.stop().is_none() {
             self.statistics.late_reactions += 1;
         }
         self.hand_over.take(areas, counts);

@@ -26,16 +26,16 @@ use crate::transfer_area::FishX1Transfer;
 /// [built](crate::TransferAreaComHandlerBuilder::areas) with panics; `get` returns `None` for it.
 pub struct TransferAreaGuard<'a> {
     shared: &'a Shared,
-    taken: Lease,
+    lease: Lease,
     panicking: PanicCheck,
     /// The holder of the areas is known by its thread.
     stays_in_its_thread: PhantomData<Rc<()>>,
 }
 
 impl<'a> TransferAreaGuard<'a> {
-    pub(crate) fn new(shared: &'a Shared, taken: Lease) -> Self {
+    pub(crate) fn new(shared: &'a Shared, lease: Lease) -> Self {
         let panicking = PanicCheck::new();
-        Self { shared, taken, panicking, stays_in_its_thread: PhantomData }
+        Self { shared, lease, panicking, stays_in_its_thread: PhantomData }
     }
 
     /// The number of the response whose inputs are in the areas, as in
@@ -68,7 +68,7 @@ impl<'a> TransferAreaGuard<'a> {
     /// ```
     #[must_use]
     pub fn cycle(&self) -> u64 {
-        self.taken.cycle
+        self.lease.cycle
     }
 
     /// When the response came in whose inputs are in the areas; before the first one of a transfer, when
@@ -77,19 +77,19 @@ impl<'a> TransferAreaGuard<'a> {
     /// The transfer thread takes this time, so it does not depend on when this thread was woken.
     #[must_use]
     pub fn arrived(&self) -> Instant {
-        self.taken.arrived
+        self.lease.arrived
     }
 
     /// The newest window when this was locked.
     pub(crate) fn window(&self) -> u64 {
-        self.taken.window
+        self.lease.window
     }
 
     /// The newest window that does not have to be waited for any more. One that opened while this thread
     /// did not expect it has to be: it still waits for a thread.
     pub(crate) fn attended(&self) -> u64 {
-        let window = self.taken.window;
-        if self.taken.purpose == Purpose::Reacts(window) {
+        let window = self.lease.window;
+        if self.lease.purpose == Purpose::Reacts(window) {
             window
         } else {
             window.saturating_sub(1)
@@ -101,13 +101,13 @@ impl Deref for TransferAreaGuard<'_> {
     type Target = [FishX1Transfer];
 
     fn deref(&self) -> &Self::Target {
-        &self.taken.areas
+        &self.lease.areas
     }
 }
 
 impl DerefMut for TransferAreaGuard<'_> {
     fn deref_mut(&mut self) -> &mut Self::Target {
-        &mut self.taken.areas
+        &mut self.lease.areas
     }
 }
 
@@ -153,14 +153,14 @@ fn no_area(index: &dyn fmt::Debug, count: usize) -> ! {
 
 impl fmt::Debug for TransferAreaGuard<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.taken.areas.iter()).finish()
+        f.debug_list().entries(self.lease.areas.iter()).finish()
     }
 }
 
 impl Drop for TransferAreaGuard<'_> {
     fn drop(&mut self) {
         // A panic may have left half of what belongs together in the areas.
-        self.shared.release(&mut self.taken, self.panicking.has_begun());
+        self.shared.release(&mut self.lease, self.panicking.has_begun());
     }
 }
 

@@ -154,7 +154,7 @@ impl HookThread {
         let shared = self.area.shared();
         let transfer = shared.number();
         // A panic drops the guard, which undoes what was written.
-        let mut guard = call.map(|taken| self.area.guard(taken));
+        let mut guard = call.map(|lease| self.area.guard(lease));
         let areas = guard.as_mut().map_err(|error| error.clone());
         if hook(areas).is_break() {
             // Before the next request can leave.
@@ -230,7 +230,7 @@ impl Shared {
         ControlFlow::Break(Some(Ok(Lease::new(state, areas, *known, Purpose::Hook))))
     }
 
-    /// A call begins. Who waits for its end learns that it has a limit from now on.
+    /// A call begins. Whoever waits for its end learns that it has a limit from now on.
     fn begin_call(&self, state: &mut State, version: u64, answers: bool) {
         state.hook.begin(thread_id(), version, answers);
         if state.looks_again.is_none_or(|at| Some(at) > state.hook.deadline()) {
@@ -278,7 +278,7 @@ impl Shared {
         state.statistics.missed_hook_calls += u64::from(left_out);
         if state.hook.is_about_to_take() {
             state.area_lock.expect(Waiter::Hook, 1);
-            // A hook whose thread does not run is no sign of life.
+            // A hook whose thread does not run is not a sign of life.
             if !left_out {
                 state.feed_for_waiting();
             }

@@ -175,9 +175,9 @@ impl Shared {
             Wait::Told(window) => window,
             Wait::For { window, .. } => window + 1,
         };
-        let taken = self.take(&mut state, known, Some(window));
+        let lease = self.take(&mut state, known, Some(window));
         MutexGuard::unlock_fair(state);
-        taken
+        lease
     }
 }
 

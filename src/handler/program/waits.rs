@@ -242,8 +242,8 @@ impl TransferArea {
                 Some((index, Ok(()))) => {
                     put_off(areas, &waits, Some(index));
                     let area = areas[index];
-                    let taken = area.learn(|known| area.shared().take_after(&waits[index], *known));
-                    let guard = area.guard(taken);
+                    let lease = area.learn(|known| area.shared().take_after(&waits[index], *known));
+                    let guard = area.guard(lease);
                     area.note_returned(guard.window());
                     return (index, Ok(guard));
                 }
@@ -313,7 +313,7 @@ mod tests {
             known.returned = seen;
             area.shared().wait_cycle(known, Some(Instant::now()))
         };
-        area.learn(wait).unwrap().map(|taken| area.guard(taken))
+        area.learn(wait).unwrap().map(|lease| area.guard(lease))
     }
 
     #[test]

@@ -348,7 +348,7 @@ impl Shared {
         let mut listeners = self.listeners.lock();
         let mut state = self.state();
         let at = state.clock.now();
-        // A transfer that another thread has ended is no failure.
+        // A transfer that another thread has ended is not a failure.
         let error = Some(error).filter(|error| *error != Error::NotStarted);
         state.transfer.end(at, error.clone());
         self.wake_waiting(&state);

@@ -25,7 +25,7 @@ pub(crate) enum Attempts {
     Stopped(Stop),
 }
 
-/// Makes the connection again, with repeated attempts within the limit.
+/// Re-establishes the connection, with repeated attempts within the limit.
 ///
 /// The outputs are stopped before this is called. The first request has the outputs that the program has
 /// written since it knew of that.

@@ -22,7 +22,7 @@ fn refused(arguments: &[&str]) -> String {
 fn wrong_arguments_are_a_sentence() {
     for (arguments, sentence) in [
         (&["--mqtt", "", "txt"][..], "is no address of a broker"),
-        (&["--mqtt", "b", "txt:x"], "is no address of a controller"),
+        (&["--mqtt", "b", "txt:x"], "is not a controller's address"),
         (&["--mqtt", "b", "--prefix", "a/#", "txt"], "can't begin a topic"),
         (&["--mqtt", "b", "txt", "txt"], "two controllers have the name \"txt\""),
         (&["--mqtt", "b", "--name", "a", "one", "two"], "2 controllers, but 1 times --name"),

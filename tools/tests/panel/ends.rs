@@ -61,7 +61,7 @@ fn wrong_arguments_are_told() {
         (&["--extensions", "9"], "9 is not in 0..=8"),
         (&["--bind", "192.0.2.1"], "192.0.2.1 is no address of this computer"),
         (&["--bind", "here"], "invalid value 'here'"),
-        (&["192.168.7.2:x"], "is no address of a controller"),
+        (&["192.168.7.2:x"], "is not a controller's address"),
     ] {
         let output = command(arguments).arg("--no-browser").output().unwrap();
         assert!(!output.status.success(), "{arguments:?}");

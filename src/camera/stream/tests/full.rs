@@ -1,4 +1,4 @@
-//! A server that takes no acknowledges.
+//! A server that takes no acknowledgements.
 
 use super::*;
 
@@ -10,7 +10,8 @@ fn an_acknowledge_that_is_not_taken_ends_the_stream_after_its_frame() {
     let mut connection = server.accept();
     // As the stream does it: on Windows writing does not block then, and finds more room under Wine.
     let _closer = transport.closer().unwrap();
-    // Until the buffers of the system are full, which have room for hundreds of thousands of acknowledges.
+    // Until the buffers of the system are full, which have room for hundreds of thousands of
+    // acknowledgements.
     for size in [1 << 16, 1] {
         while transport.write(&vec![0; size], SHORT).is_ok() {}
     }

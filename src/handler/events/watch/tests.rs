@@ -173,7 +173,7 @@ fn a_motor_has_reached_its_position_when_its_own_command_with_a_distance_is_done
     let mut pair = Pair::new(inputs(response(7, 100), &[]), inputs(response(8, 101), &[]));
     let only = [EventKind::MotorReached];
     pair.sent[0].output.motor_ex_cmd_id[3] = 8;
-    assert_eq!(pair.events_of(&only), [], "leaving the mode is no arrival");
+    assert_eq!(pair.events_of(&only), [], "leaving the mode is not an arrival");
     pair.sent[0].output.distance[3] = 101;
     let (area, motor) = (LOCAL_IO, Motor::M4);
     let told = Event::MotorReached { area, motor, position: 101, command_id: 8 };
@@ -218,7 +218,7 @@ fn disconnected_extensions_keep_their_values_and_are_compared_with_these_when_th
     let told = |extension, alive| Event::ExtensionChanged { extension, alive };
     respond(&mut now, master, &[(2, pressed(&[Input::I2]))]);
     pair.now = now.clone();
-    // The second extension's first inputs are no change.
+    // The second extension's first inputs are not a change.
     assert_eq!(pair.events(), [told(1, false), told(2, true), told(8, false)]);
     pair.before = now.clone();
     respond(&mut now, master, &[(1, pressed(&[])), (2, pressed(&[Input::I2]))]);
