@@ -155,7 +155,9 @@ impl FromStr for Fault {
     /// Reads `WHAT@WHERE`; the table is at [`Fault`].
     fn from_str(text: &str) -> Result<Self, ParseFaultError> {
         let (what, place) = text.split_once('@').ok_or_else(|| {
-            error(format!("{text:?} is no fault: WHAT@WHERE is expected, such as crc@exchange:100"))
+            error(format!(
+                "{text:?} is not a fault: WHAT@WHERE is expected, such as crc@exchange:100"
+            ))
         })?;
         Ok(Self { place: parse_place(place)?, kind: parse_kind(what)? })
     }
@@ -231,7 +233,9 @@ fn parse_number<T: TryFrom<u64>>(whole: &str, number: &str) -> Result<T, ParseFa
         None => digits(number, 10),
     };
     value.and_then(|value| T::try_from(value).ok()).ok_or_else(|| {
-        error(format!("{number:?} in {whole:?} is no number that fits there, such as 20 or 0x14"))
+        error(format!(
+            "{number:?} in {whole:?} is not a number that fits there, such as 20 or 0x14"
+        ))
     })
 }
 
@@ -271,12 +275,12 @@ mod tests {
             ("crc", "WHAT@WHERE is expected"),
             ("crc@", "can't strike at \"\""),
             ("crc@cycle:3", "exchange:each is expected"),
-            ("crc@exchange:", "\"\" in \"exchange:\" is no number"),
-            ("crc@exchange:-1", "\"-1\" in \"exchange:-1\" is no number"),
-            ("crc@exchange:+1", "\"+1\" in \"exchange:+1\" is no number"),
+            ("crc@exchange:", "\"\" in \"exchange:\" is not a number"),
+            ("crc@exchange:-1", "\"-1\" in \"exchange:-1\" is not a number"),
+            ("crc@exchange:+1", "\"+1\" in \"exchange:+1\" is not a number"),
             ("crc:1@exchange:1", "there is no fault \"crc:1\""),
-            ("delay@exchange:1", "\"\" in \"delay\" is no number"),
-            ("mask:65536@exchange:1", "\"65536\" in \"mask:65536\" is no number that fits"),
+            ("delay@exchange:1", "\"\" in \"delay\" is not a number"),
+            ("mask:65536@exchange:1", "\"65536\" in \"mask:65536\" is not a number that fits"),
             ("delay:3600001@exchange:1", "\"delay:3600001\" is too long: 0 to 3600000 ms"),
             ("jitter:0xFFFFFFFFFFFFFFFF@exchange:each", "is too long: 0 to 3600000 ms"),
             ("fire@exchange:1", "there is no fault \"fire\": delay:MS"),

@@ -106,7 +106,7 @@
 //!   as 1280×720. With any other size the camera does not start.
 //! * A frame is a baseline JPEG, 4:2:2, with no EOI marker and 40 bytes of garbage after it. In
 //!   frames with odd numbers the garbage has the marker bytes FF C0, FF DA and FF D3.
-//! * If the client sends anything but the acknowledge, the camera connection ends.
+//! * If the client sends anything but the acknowledgement, the camera connection ends.
 //!
 //! The picture is a test card: colour bars (grey, yellow, cyan, green, magenta, red, blue,
 //! black), a white bar that crosses them from left to right in 64 frames, the lowest 16 bits of

@@ -33,8 +33,8 @@ pub(super) struct Camera {
     starts: u64,
     /// Frames sent so far.
     pub(super) frames: u64,
-    /// Acknowledges received so far.
-    pub(super) acknowledges: u64,
+    /// Acknowledgements received so far.
+    pub(super) acknowledgements: u64,
 }
 
 /// One start of the camera by StartCameraOnline.

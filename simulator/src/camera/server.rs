@@ -65,7 +65,7 @@ impl CameraServer {
         let mut connection = Connection { server: self, link, run, begin, sent: 0, next: 0 };
         loop {
             connection.send_frame()?;
-            connection.read_acknowledge()?;
+            connection.read_acknowledgement()?;
         }
     }
 }
@@ -141,14 +141,16 @@ impl Connection<'_> {
         Ok(packet)
     }
 
-    /// Reads the acknowledge of the frame.
-    fn read_acknowledge(&mut self) -> Result<(), End> {
+    /// Reads the acknowledgement of the frame.
+    fn read_acknowledgement(&mut self) -> Result<(), End> {
         let mut id = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
         self.read(&mut id)?;
         if id != CAMERA_FRAME_ACKNOWLEDGE {
-            return Err(End::Misbehaved(format!("{id:02X?} is not the acknowledge of a frame")));
+            return Err(End::Misbehaved(format!(
+                "{id:02X?} is not the acknowledgement of a frame"
+            )));
         }
-        self.server.port.shared().with_machine(Machine::note_camera_acknowledge);
+        self.server.port.shared().with_machine(Machine::note_camera_acknowledgement);
         Ok(())
     }
 

@@ -37,15 +37,15 @@ enum CameraTime {
 struct Follower {
     /// How long time passes after a command, until the next one.
     longest_pause: Duration,
-    /// How far it has come; `None` while nobody is online.
+    /// The clock's position; `None` while nobody is online.
     place: Option<Place>,
 }
 
 #[derive(Clone, Debug)]
 struct Place {
-    /// Until here, time has passed in the machine.
+    /// The clock time reached by the machine.
     passed: Instant,
-    /// Until here it may pass without another command.
+    /// The clock time it may reach without another command.
     end: Instant,
 }
 

@@ -279,9 +279,9 @@ impl Machine {
         self.camera.frames
     }
 
-    /// How many acknowledges of camera frames have arrived since the start.
+    /// How many acknowledgements of camera frames have arrived since the start.
     pub fn camera_acknowledges(&self) -> u64 {
-        self.camera.acknowledges
+        self.camera.acknowledgements
     }
 
     /// How many I2C connections have been served since the start, the present one included.

@@ -121,9 +121,9 @@ impl Machine {
         self.camera.frames += 1;
     }
 
-    /// Counts an acknowledge of a camera frame.
-    pub(crate) fn note_camera_acknowledge(&mut self) {
-        self.camera.acknowledges += 1;
+    /// Counts an acknowledgement of a camera frame.
+    pub(crate) fn note_camera_acknowledgement(&mut self) {
+        self.camera.acknowledgements += 1;
     }
 
     /// Takes over a configuration, unless its id is the last one or the controller does not exist.

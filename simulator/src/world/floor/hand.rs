@@ -18,7 +18,7 @@ pub(super) struct Hand {
     pub(super) grip: Grip,
     /// Where the fork was lifted to when it went out; `None` while it is in.
     pub(super) out_at: Option<f64>,
-    /// Whether it was told why it can't do what it should.
+    /// Whether it has reported why it can't do what it should.
     pub(super) is_told: bool,
 }
 

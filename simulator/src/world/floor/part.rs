@@ -29,7 +29,7 @@ pub(super) struct Pusher {
     pub(super) compressor: Option<Plug<Output>>,
     pub(super) from: usize,
     pub(super) to: usize,
-    /// Whether it was told that the other place is taken, since its valve is open.
+    /// Whether it has reported that the other place is taken, since its valve is open.
     pub(super) is_told: bool,
 }
 
