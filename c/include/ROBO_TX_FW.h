@@ -305,7 +305,7 @@ typedef struct ta_hook_table_s {
     /* Not 0 while the display still takes up what is new. */
     BOOL32 (*IsDisplayBeingRefreshed)(struct ta_s *p_ta);
 
-    /* Bluetooth; what comes of it is told by callback, unless that is NULL. */
+    /* Bluetooth; what comes of it is reported by callback, unless that is NULL. */
     void (*BtConnect)(UINT32 channel, UCHAR8 *btaddr, P_CB_FUNC p_cb_func);
     void (*BtDisconnect)(UINT32 channel, P_CB_FUNC p_cb_func);
     void (*BtSend)(UINT32 channel, UINT32 len, UCHAR8 *p_msg, P_CB_FUNC p_cb_func);
@@ -316,7 +316,7 @@ typedef struct ta_hook_table_s {
     /* Writes an address as xx:xx:xx:xx:xx:xx and returns `str`. */
     char *(*BtAddrToStr)(UCHAR8 *btaddr, char *str);
 
-    /* I2C: returns whether the transfer begins; its result is told by callback. */
+    /* I2C: returns whether the transfer begins; its result is reported by callback. */
     UINT32 (*I2cRead)(UCHAR8 devaddr, UINT32 offset, UCHAR8 protocol, P_I2C_CB_FUNC p_cb_func);
     UINT32 (*I2cWrite)(UCHAR8 devaddr, UINT32 offset, UINT16 data, UCHAR8 protocol,
                        P_I2C_CB_FUNC p_cb_func);

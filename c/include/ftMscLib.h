@@ -153,7 +153,7 @@ DWORD BtReadMsgOn(HANDLE device, DWORD channel, void (__stdcall *callback)(BT_RE
 DWORD BtReadMsgOff(HANDLE device, DWORD channel, void (__stdcall *callback)(BT_CB *));
 void StatusBtConnection(DWORD channel, BT_STATUS *status);
 
-/* I2C: returns whether the transfer begins; its result is told by callback. */
+/* I2C: returns whether the transfer begins; its result is reported by callback. */
 DWORD ftxI2cRead(HANDLE device, BYTE address, DWORD offset, BYTE protocol, void (__stdcall *callback)(I2C_CB *));
 DWORD ftxI2cWrite(HANDLE device, BYTE address, DWORD offset, WORD data, BYTE protocol,
                   void (__stdcall *callback)(I2C_CB *));

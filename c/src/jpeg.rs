@@ -67,7 +67,7 @@ impl Buffer {
 }
 
 /// Decodes a frame to YUV 4:2:2, interleaved. `read` gets the length of the picture without its end marker.
-/// Returns 0 when it is no picture, or does not fit.
+/// Returns 0 when it is not a picture, or does not fit.
 ///
 /// # Safety
 ///

@@ -70,7 +70,7 @@ impl Ports {
         ports
     }
 
-    /// Adds the entries of a text. One that is wrong is told about, and left out.
+    /// Adds the entries of a text. One that is wrong is reported, and left out.
     fn add(&mut self, origin: &str, text: &str) {
         let lines = text.lines().map(|line| line.split('#').next().unwrap_or_default());
         let entries = lines.flat_map(|line| line.split([',', ';'])).map(str::trim);

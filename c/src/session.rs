@@ -307,14 +307,14 @@ impl<A: Area> SessionParts<A> {
         Ok(flow)
     }
 
-    /// Waits for a response. If it was no call of the program that kept this thread from going on, its computer was
-    /// too busy: then the program knows nothing of the outputs that were off, and wants them on again.
+    /// Waits for a response. If no call of the program kept this thread from going on, its computer was too busy:
+    /// then the program knows nothing of the outputs that were off, and wants them on again.
     fn wait_cycle<'a>(&self, area: &'a TransferArea) -> Result<TransferAreaGuard<'a>, Error> {
         match area.wait_cycle() {
             Err(Error::WatchdogExpired { limit }) if !self.took_long.load(Ordering::Relaxed) => {
                 log::warn!(
-                    "this computer was too busy to exchange with the controller for {limit:?}: \
-                     meanwhile all outputs were off, now the program goes on with them"
+                    "this computer was too busy to exchange with the controller for {limit:?}; all \
+                     outputs were off meanwhile, and are on again as the program set them"
                 );
                 area.wait_cycle()
             }

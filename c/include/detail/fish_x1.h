@@ -103,7 +103,7 @@ typedef struct ftX1output {
     UINT16 motor_ex_cmd_id[4];
 } FTX1_OUTPUT;
 
-/* The display of a ROBO TX, which a TXT online has not got. */
+/* The display of a ROBO TX, which a TXT online does not have. */
 typedef struct display_msg_s {
     UINT8 id;
     char text[DISPL_MSG_LEN_MAX + 1];

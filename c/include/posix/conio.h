@@ -10,7 +10,7 @@ extern "C" {
 int _kbhit(void);
 int kbhit(void);
 /* Waits for a key and returns it, without showing it; -1 when there is none any more. A key without a
-   character is told by two calls, the first of which returns 0 or 224. */
+   character is reported by two calls, the first of which returns 0 or 224. */
 int _getch(void);
 int getch(void);
 /* The same, and shows it. */

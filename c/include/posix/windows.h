@@ -93,7 +93,7 @@ BOOL TryEnterCriticalSection(LPCRITICAL_SECTION section);
 void LeaveCriticalSection(LPCRITICAL_SECTION section);
 void DeleteCriticalSection(LPCRITICAL_SECTION section);
 
-/* The processors. Each is told as a core of its own. Of the kinds of information there are those about cores
+/* The processors. Each is reported as a core of its own. Of the kinds of information there are those about cores
    and groups; for another one the list is empty. */
 #define ERROR_SUCCESS 0U
 #define ERROR_INVALID_PARAMETER 87U

@@ -167,7 +167,7 @@ fn end_within_limit() {
 }
 
 /// Whether `main` has ended by `pthread_exit`, and of all threads only this library's are left: they would
-/// keep the motors turning for ever.
+/// keep the motors turning forever.
 #[cfg(target_os = "linux")]
 fn program_has_left() -> bool {
     use std::fs;

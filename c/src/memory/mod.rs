@@ -1,8 +1,8 @@
 //! Areas in memory that a C program reads and writes at any time, from any thread, without a lock.
 //!
 //! Rust must not make references to such memory. It is reached by pointers only, field by field, by atomic
-//! accesses of the field's width: a 16-bit field never tears, and who writes first is all that a race with
-//! the program decides.
+//! accesses of the field's width: a 16-bit field never tears, and a race with the program only decides who
+//! writes first.
 
 mod array;
 mod cells;

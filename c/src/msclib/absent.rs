@@ -1,4 +1,4 @@
-//! What a TXT online hasn't got: files, programs, a remote shell, new firmware, a display, another name. Each
+//! What a TXT online does not have: files, programs, a remote shell, new firmware, a display, another name. Each
 //! call checks what it is given, changes nothing and says so.
 
 use std::ffi::{c_int, c_ulong, c_void};

@@ -1,4 +1,4 @@
-//! Bluetooth messages between controllers, which a TXT online hasn't got: each call is answered by its
+//! Bluetooth messages between controllers, which a TXT online does not have: each call is answered by its
 //! callback with `BT_SWITCHED_OFF`.
 
 use std::sync::Arc;

@@ -120,7 +120,7 @@ impl Callbacks {
             return;
         }
         if queue.waiting.len() >= WAITING {
-            log::error!("a callback does not return, and the program is not told of an event");
+            log::error!("a callback does not return, so the program is not notified of an event");
             return;
         }
         queue.waiting.push_back((owner, call));
@@ -131,8 +131,8 @@ impl Callbacks {
         while let Some((owner, call)) = self.next() {
             match call {
                 Call::Event(event, area, what) => {
-                    // Under no lock: the callback may set callbacks. `next` has seen one, and who has taken it
-                    // away since then waits for this call.
+                    // Under no lock: the callback may set callbacks. `next` has seen one, and a thread that has
+                    // removed it since then waits for this call.
                     if let Some(callback) = set_for(event) {
                         // SAFETY: the program has set it as a function of this kind.
                         unsafe { callback(area, what) };

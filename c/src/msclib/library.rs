@@ -194,7 +194,7 @@ impl Library {
             }
         });
         for device in &devices {
-            // One that another thread closes is no error.
+            // One that another thread closes is not an error.
             let _ = self.close_device(device);
         }
     }

@@ -15,7 +15,7 @@
 //!
 //! - Any thread may call any function, also from a callback, and while another closes the device or the
 //!   library. The call then works, or answers that the device is closed.
-//! - A handle is a number that is not given a second time, and no address: one that was never given is
+//! - A handle is a number, not an address, and is not given a second time: one that was never given is
 //!   answered with `FTLIB_ERR_UNKNOWN_DEVICE_HANDLE`, one of a closed device with
 //!   `FTLIB_ERR_DEVICE_NOT_OPEN`.
 //! - A null pointer and an index out of range are answered with `FTLIB_ERR_INVALID_PARAM`, and nothing is

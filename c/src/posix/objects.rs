@@ -239,7 +239,7 @@ pub unsafe extern "C" fn WaitForMultipleObjects(
     })
 }
 
-/// Closes a handle. Who waits for it is told that the wait has failed; a thread goes on.
+/// Closes a handle. Waits for it fail; a thread goes on.
 #[no_mangle]
 pub extern "C" fn CloseHandle(object: Handle) -> i32 {
     guarded(FALSE, || close(object).into())

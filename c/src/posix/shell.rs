@@ -46,7 +46,7 @@ fn wait_for_key(is_silent: bool) {
     // SAFETY: everything that the program has printed goes out before it waits.
     unsafe { libc::fflush(std::ptr::null_mut()) };
     if !is_silent {
-        keyboard::show(b"Press a key to go on . . . ");
+        keyboard::show(b"Press any key to continue . . . ");
     }
     keyboard::wait_for_any();
     if !is_silent {

@@ -125,7 +125,7 @@ pub(super) fn decode(bytes: &[u8]) -> String {
         Ok(text) => text.to_owned(),
         Err(_) => bytes.iter().copied().map(char::from).collect(),
     };
-    // What moves a terminal's cursor is no text.
+    // What moves a terminal's cursor is not text.
     text.chars().filter(|c| *c == '\n' || !c.is_control()).take(MESSAGE_MAX).collect()
 }
 

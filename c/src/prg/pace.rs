@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 /// The time from one call of `PrgTic` to the next.
 pub(super) const TIC: Duration = Duration::from_millis(1);
 
-/// How late a tic may be to be made up. What is later was no short delay: the machine had other work, or was
-/// suspended, and a program that caught up with minutes of tics would not see its inputs meanwhile.
+/// How late a tic may be to be made up. If it is later, the machine had other work for long or was suspended,
+/// and a program that caught up with minutes of tics would not see its inputs meanwhile.
 const MOST_LATE: Duration = Duration::from_millis(100);
 
 /// A time table with a tic every millisecond. Tics that come late do not move those after them.

@@ -13,7 +13,7 @@ use super::terminal::{Key, Terminal};
 /// How often the thread looks for keys. Messages wait no longer, either.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How long a key counts as pressed after the terminal has told of it. Terminals tell of a key that is held
+/// How long a key counts as pressed after the terminal has reported it. Terminals report a key that is held
 /// down some thirty times a second, but the second time only after about half a second.
 const HELD: Duration = Duration::from_millis(100);
 const FIRST_HELD: Duration = Duration::from_millis(550);

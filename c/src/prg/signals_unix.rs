@@ -14,7 +14,7 @@ const CRASHES: &[(c_int, &str)] = &[
     (libc::SIGSEGV, "SIGSEGV: memory that is not the program's, or no room left on the stack"),
     (libc::SIGBUS, "SIGBUS: memory that is not there, or no room left on the stack"),
     (libc::SIGFPE, "SIGFPE: a division by zero, or an overflow in one"),
-    (libc::SIGILL, "SIGILL: something that is no instruction"),
+    (libc::SIGILL, "SIGILL: something that is not an instruction"),
     (libc::SIGABRT, "SIGABRT: abort was called"),
 ];
 

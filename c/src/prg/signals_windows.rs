@@ -25,7 +25,7 @@ const CRASHES: &[(c_int, &str)] = &[
     (EXCEPTION_STACK_OVERFLOW, "a stack overflow: no room left on the stack"),
     (EXCEPTION_INT_DIVIDE_BY_ZERO, "a division by zero"),
     (EXCEPTION_FLT_DIVIDE_BY_ZERO, "a division by zero"),
-    (EXCEPTION_ILLEGAL_INSTRUCTION, "something that is no instruction"),
+    (EXCEPTION_ILLEGAL_INSTRUCTION, "something that is not an instruction"),
     (SIGABRT, "abort was called"),
 ];
 

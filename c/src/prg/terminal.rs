@@ -17,7 +17,7 @@ pub(super) enum Key {
     Right,
 }
 
-/// A terminal that tells of keys immediately. Ctrl-C and what the program prints stay as they are, so this is
+/// A terminal that reports keys immediately. Ctrl-C and what the program prints stay as they are, so this is
 /// not the raw mode of `crossterm`.
 pub(super) struct Terminal(());
 

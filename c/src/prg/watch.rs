@@ -63,7 +63,7 @@ impl Place {
     }
 }
 
-/// What the threads here and the program's share. It is no allocation, so a program that writes beyond its own
+/// What the threads here and the program's share. It is not an allocation, so a program that writes beyond its own
 /// allocations leaves it as it is.
 static RUN: RunState = RunState::new();
 

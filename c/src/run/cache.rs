@@ -2,7 +2,7 @@
 //!
 //! An entry is one file, which is replaced as a whole, so several `tx_run` may use the cache at once. Its name is
 //! made of what is known before a source is compiled. In it are the headers that the compiler has read, with their
-//! contents at that time: only when all are as they were is the entry used. One that is damaged is no entry.
+//! contents at that time: only when all are as they were is the entry used. One that is damaged does not count.
 
 use std::collections::HashMap;
 use std::env;

@@ -96,7 +96,7 @@ impl Inputs {
             }
             None => {
                 return Err(format!(
-                    "{} is no source: .c, .cpp, .cc or .cxx; and nothing to link: .o, .a or .so",
+                    "{} is neither a source (.c, .cpp, .cc or .cxx) nor something to link (.o, .a or .so)",
                     file.display()
                 )
                 .into());
@@ -198,7 +198,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::write(at("a.txt"), "").unwrap();
-        assert!(inputs(&[at("a.txt")]).unwrap_err().contains("a.txt is no source"));
+        assert!(inputs(&[at("a.txt")]).unwrap_err().contains("a.txt is neither a source"));
         assert!(inputs(&[at("a.o")]).unwrap_err().contains("a.o can't be read"));
         assert!(inputs(&[at("src")]).unwrap_err().contains("there is no folder"));
         assert!(inputs(&[folder.path().into()]).unwrap_err().contains("there is no source in"));

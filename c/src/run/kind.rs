@@ -19,7 +19,7 @@ pub(crate) enum Kind {
     FtTxtLib,
 }
 
-/// The headers that tell the kind, in lower case. The first that is included tells it, so those that others
+/// The headers that show the kind, in lower case. The first that is included decides, so those that others
 /// bring along come last.
 const HEADERS: &[(&str, Kind)] = &[
     ("fttxtlib.h", Kind::FtTxtLib),
@@ -35,7 +35,7 @@ const HEADERS: &[(&str, Kind)] = &[
     ("ftshmem.h", Kind::KeLib),
 ];
 
-/// What programs use of kit 4.6.6 that kit 4.1.6 has not got.
+/// What programs use of kit 4.6.6 that kit 4.1.6 does not have.
 const OF_KIT_4_6_6: &[&str] = &["IF_TXT_MAX", "ShmIfId_TXT", "AreaComHandlerEx", "DoTransfer("];
 
 impl Kind {

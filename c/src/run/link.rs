@@ -95,7 +95,7 @@ pub(crate) fn library() -> Result<PathBuf, Sentence> {
     ];
     let changed = |place: &PathBuf| fs::metadata(place).and_then(|data| data.modified()).ok();
     let newest = places.into_iter().filter_map(|place| Some((changed(&place)?, place))).max();
-    newest.map(|(_, place)| place).ok_or_else(|| {
-        format!("{LIBRARY} is not there: it belongs into {}", folder.display()).into()
-    })
+    newest
+        .map(|(_, place)| place)
+        .ok_or_else(|| format!("{LIBRARY} is not there: it belongs in {}", folder.display()).into())
 }

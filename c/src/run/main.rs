@@ -63,7 +63,7 @@ fn main() -> ExitCode {
             }
         },
         Err(error) => {
-            say(&format!("{error}; --help tells how it is used"));
+            say(&format!("{error}; --help shows the usage"));
             ExitCode::from(2)
         }
     }

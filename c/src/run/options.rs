@@ -111,8 +111,8 @@ fn standard(rest: Option<OsString>) -> Result<String, lexopt::Error> {
 fn unknown(option: char, rest: &OsStr) -> lexopt::Error {
     let option = format!("-{option}{}", rest.to_string_lossy());
     format!(
-        "the option {option} is not known. Options that are for the compiler alone belong into CFLAGS and \
-         CXXFLAGS, those for the linker into LDFLAGS"
+        "the option {option} is not known. Options that are for the compiler alone belong in CFLAGS and \
+         CXXFLAGS, those for the linker in LDFLAGS"
     )
     .into()
 }

@@ -43,16 +43,16 @@ pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
 fn name_of_status(code: i32) -> Option<&'static str> {
     Some(match code as u32 {
         0xC000_0005 => "an access violation (memory that is not the program's)",
-        0xC000_0006 => "an error of a page (memory that could not be read)",
+        0xC000_0006 => "a page error (memory that could not be read)",
         0xC000_001D => "an instruction that the processor does not know",
         0xC000_008E | 0xC000_0094 => "a division by zero",
         0xC000_0095 => "an overflow in a division",
         0xC000_00FD => "a stack overflow (no room left on the stack)",
         0xC000_0135 => "Windows (a DLL is missing)",
-        0xC000_0139 => "Windows (a DLL has not all functions)",
+        0xC000_0139 => "Windows (a DLL lacks a function)",
         0xC000_013A => "Ctrl-C",
-        0xC000_0374 => "Windows (memory of malloc was destroyed)",
-        0xC000_0409 => "abort (or a stack that was destroyed)",
+        0xC000_0374 => "Windows (the heap was corrupted)",
+        0xC000_0409 => "abort (or a corrupted stack)",
         _ => return None,
     })
 }
@@ -161,7 +161,7 @@ mod windows {
 
     static CAME: AtomicBool = AtomicBool::new(false);
 
-    /// A console tells all of its processes of Ctrl-C, so the program needs nothing from this one, which
+    /// A console passes Ctrl-C to all of its processes, so the program needs nothing from this one, which
     /// goes on until the program has ended.
     pub(crate) fn take_up() -> io::Result<()> {
         ctrlc::set_handler(|| CAME.store(true, Ordering::SeqCst)).map_err(io::Error::other)

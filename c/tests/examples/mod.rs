@@ -17,7 +17,7 @@ fn last_with(run: &Run, condition: impl Fn(&run::Seen) -> bool) -> &run::Seen {
 fn number_before(said: &str, words: &str) -> i32 {
     let (before, _) = said.split_once(words).unwrap_or_else(|| panic!("no {words:?} in {said}"));
     let number = before.split_whitespace().next_back().expect("a number");
-    number.parse().unwrap_or_else(|_| panic!("{number:?} is no number"))
+    number.parse().unwrap_or_else(|_| panic!("{number:?} is not a number"))
 }
 
 #[cfg_attr(windows, ignore = "no C compiler is expected there")]

@@ -1,5 +1,5 @@
 //! The headers in `include`, compiled as programs compile them: with every compiler that is here, from C89 on
-//! and as C++. A compiler or a standard that is missing is told, not failed.
+//! and as C++. A compiler or a standard that is missing is reported, not failed.
 
 mod alone;
 mod compilers;

@@ -193,7 +193,7 @@ fn pause_waits_for_a_line_and_takes_no_more() {
         let mut child = program.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
         let output = child.wait_with_output().unwrap();
-        let said = format!("one Press a key to go on . . . \n0 0 1 {rest}\n");
+        let said = format!("one Press any key to continue . . . \n0 0 1 {rest}\n");
         assert_eq!(String::from_utf8_lossy(&output.stdout), said, "{input:?}");
         assert!(output.stderr.is_empty());
     }

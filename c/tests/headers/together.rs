@@ -54,7 +54,7 @@ fn bool_does_not_clash() {
             if headers.contains(&"ROBO_TX_PRG.h") {
                 compiler.check_all(&source(headers, values));
             }
-            // C89 has no stdbool.h; what compilers have in its place is no C89 either.
+            // C89 has no stdbool.h; what compilers have in its place is not C89 either.
             for standard in ["c99", "c2x"].iter().filter(|one| compiler.standards.contains(one)) {
                 for headers in
                     [&[&["stdbool.h"], headers].concat(), &[headers, &["stdbool.h"]].concat()]

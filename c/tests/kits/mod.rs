@@ -1,5 +1,5 @@
 //! Programs for the TXT itself and of its kits, compiled against the headers and the library, and run against
-//! a simulated TXT. Without a C++ compiler this is told, and nothing is tested.
+//! a simulated TXT. Without a C++ compiler this is reported, and nothing is tested.
 #![cfg(unix)]
 
 mod ex2;

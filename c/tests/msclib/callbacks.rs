@@ -64,7 +64,7 @@ fn each_event_is_told_once_in_a_thread_of_the_library() {
         assert_eq!(StopAllMotorExCmd(device.0, 0), SUCCESS);
         assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 0, 0, 0, 0), SUCCESS);
         wait("pulses", || device.input(0).counter[0] > 20);
-        // Nor is anything told of a callback that was taken away.
+        // Nor is a callback called that was removed.
         SetCBCounterResetted(None);
         assert_eq!(StartCounterReset(device.0, 0, 3), SUCCESS);
         wait("the reset", || device.input(0).cnt_resetted[3] == 1);

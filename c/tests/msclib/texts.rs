@@ -1,4 +1,4 @@
-//! Texts and numbers about the library and the controllers, and what a TXT online hasn't got.
+//! Texts and numbers about the library and the controllers, and what a TXT online does not have.
 
 use std::ptr::{null, null_mut};
 

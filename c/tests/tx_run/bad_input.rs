@@ -73,7 +73,7 @@ fn without_a_compiler_there_is_a_sentence() {
 #[test]
 fn sources_hosts_and_worlds_that_are_not_there_are_named() {
     Run::start(&mut tx_run(&["/none/a.c"])).end().badly("/none/a.c can't be read");
-    Run::start(&mut tx_run(&["a.txt"])).end().badly("a.txt is no source");
+    Run::start(&mut tx_run(&["a.txt"])).end().badly("a.txt is neither a source");
     Run::start(&mut tx_run(&[])).end().badly("no source");
     if !has_compiler() {
         return;

@@ -210,7 +210,7 @@ fn ctrl_c_ends_a_program_whose_world_is_still_being_opened() {
     if !has_compiler() {
         return;
     }
-    // A program `txt` that opens its world for ever is found beside `tx_run`.
+    // A program `txt` that opens its world forever is found beside `tx_run`.
     let tx_run = Path::new(env!("CARGO_BIN_EXE_tx_run"));
     let name = format!("{DLL_PREFIX}ftMscLib{DLL_SUFFIX}");
     let library = tx_run.with_file_name("deps").join(&name);

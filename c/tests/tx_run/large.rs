@@ -186,7 +186,7 @@ fn a_broken_cache_is_made_again() {
     assert_eq!(line.compiled(), ALL);
     line.run(&SOURCES);
     assert_eq!(line.compiled(), [""; 0]);
-    // No folder can be made here, which is no error.
+    // No folder can be made here, which is not an error.
     fs::remove_dir_all(line.path().join("cache")).unwrap();
     fs::write(line.path().join("cache"), "").unwrap();
     line.run(&SOURCES);

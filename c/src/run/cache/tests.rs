@@ -90,7 +90,7 @@ fn a_damaged_entry_is_none() {
     fs::remove_file(&place).unwrap();
     fs::create_dir(&place).unwrap();
     assert_eq!(made.take(KEY), None);
-    // It can't be replaced either, which is no error.
+    // It can't be replaced either, which is not an error.
     made.add(&cache, KEY);
 }
 
