@@ -140,7 +140,7 @@ fn wrong_lines_are_answered_and_change_nothing() {
         ("I9 1", "there is no \"I9\" to set"),
         ("E1.I8 1", "nothing is plugged into E1.I8 in this world"),
         ("E2.I1 1", "there is no extension \"E2\"; --extensions sets how many there are"),
-        ("I3 nan", "NaN is no value for I3"),
+        ("I3 nan", "NaN is not a value for I3"),
         ("I3", "I3 wants 1 number(s), not \"\""),
         ("E1.I4 0", "E1.I4 looks at the place exit; PUT puts a workpiece there"),
         ("PUT blue", "PUT wants a workpiece and a place, not \"blue\""),

@@ -135,7 +135,7 @@ fn watch(controller: SocketAddr, with_page: bool) -> Watch {
     let out = child.stdout.take().expect("it is piped");
     BufReader::new(out).read_line(&mut line).expect("it says its port");
     let address = line.trim().strip_prefix("main ").and_then(|address| address.parse().ok());
-    Watch(child, address.unwrap_or_else(|| panic!("{line:?} is no address")))
+    Watch(child, address.unwrap_or_else(|| panic!("{line:?} is not an address")))
 }
 
 /// A program that is online.

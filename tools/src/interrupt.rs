@@ -7,7 +7,7 @@ use crossbeam_channel::{bounded, Receiver};
 pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     let (sender, interrupted) = bounded(1);
     let watched = ctrlc::set_handler(move || {
-        // One that is full has told of it already.
+        // A full one already has the message.
         let _ = sender.try_send(());
     });
     let watched = watched.map_err(|error| match error {

@@ -43,7 +43,7 @@ pub(crate) fn never_wait() -> anyhow::Result<()> {
     thread::Builder::new()
         .name("lines".to_owned())
         .spawn(move || write(&to_write, &mut io::stderr()))
-        .context("the operating system refuses a thread")?;
+        .context("the operating system could not start a thread")?;
     if QUEUE.set(Queue { entries, dropped: AtomicU64::new(0) }).is_ok() {
         panic::set_hook(Box::new(|panic| print(&panic.to_string())));
     }

@@ -52,7 +52,7 @@ enum Tool {
     Check(check::Args),
 }
 
-/// Also what no completion and no manual page has.
+/// Also what completions and manual pages leave out.
 #[derive(Subcommand)]
 enum Any {
     #[command(flatten)]
@@ -62,7 +62,7 @@ enum Any {
 }
 
 /// What is logged unless `RUST_LOG` says more. The errors of a transfer, a camera and a recording are returned to
-/// the commands, which tell them.
+/// the commands, which report them.
 const LOG: &str =
     "warn,ft_transfer_area::handler=off,ft_transfer_area::camera=off,ft_transfer_area_recorder=off";
 

@@ -9,7 +9,7 @@ use anyhow::Context;
 use nix::errno::Errno;
 use serde::Serialize;
 
-/// Prints a line, or several. A reader that has seen enough, such as `head`, is no error.
+/// Prints a line, or several. A reader that has seen enough, such as `head`, is not an error.
 pub(crate) fn line(text: impl Display) -> anyhow::Result<()> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{}", clean_lines(&text.to_string())).and_then(|()| out.flush()) {
@@ -62,7 +62,7 @@ fn is_command(character: char) -> bool {
         || matches!(character, '\u{61C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-/// An error with its causes, and with what to do if something is used up. Some errors tell their cause themselves;
+/// An error with its causes, and with what to do if something is used up. Some errors name their cause themselves;
 /// it is not told again.
 pub(crate) fn sentence(error: &anyhow::Error) -> String {
     let mut told = String::new();
@@ -96,7 +96,7 @@ fn remedy(cause: &(dyn std::error::Error + 'static)) -> Option<&'static str> {
     match cause.kind() {
         ErrorKind::StorageFull => Some("the disk is full, so make room or use another one"),
         ErrorKind::QuotaExceeded => {
-            Some("your share of the disk is used up, so make room or use another disk")
+            Some("your disk quota is used up, so make room or use another disk")
         }
         ErrorKind::OutOfMemory => Some("the memory is used up, so end other programs"),
         // Only the start of a thread ends with this; a connection would wait.
@@ -153,7 +153,7 @@ mod tests {
         let error = |kind: io::ErrorKind| anyhow!(io::Error::from(kind)).context("a.mcap");
         for (kind, part) in [
             (io::ErrorKind::StorageFull, "the disk is full"),
-            (io::ErrorKind::QuotaExceeded, "your share of the disk"),
+            (io::ErrorKind::QuotaExceeded, "your disk quota"),
             (io::ErrorKind::WouldBlock, "no more threads"),
         ] {
             let told = sentence(&error(kind));

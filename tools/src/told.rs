@@ -58,7 +58,7 @@ pub(crate) struct Told {
 pub(crate) enum Happened {
     /// A program has connected, from this address.
     Connected(SocketAddr),
-    /// The controller does not take the connection.
+    /// The controller refuses the connection.
     Refused(io::Error),
     /// The connection is closed, by whichever side.
     Closed,
@@ -67,7 +67,7 @@ pub(crate) enum Happened {
         name: String,
         firmware: FirmwareVersion,
     },
-    /// The program has sent a command that is no exchange.
+    /// The program has sent a command that is not an exchange.
     Command(CommandId),
     /// Online mode has begun.
     Online {

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(crate) struct InputValue {
-    /// Empty for a number that is no mode.
+    /// Empty for a number that is not a mode.
     pub(crate) mode: &'static str,
     pub(crate) digital: bool,
     pub(crate) value: i16,

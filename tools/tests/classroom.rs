@@ -14,7 +14,7 @@ const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);
 /// A page's address and token, from its link.
 fn place(link: &str) -> (String, String) {
     let place = link.strip_prefix("http://").and_then(|rest| rest.split_once("/?token="));
-    let (address, token) = place.unwrap_or_else(|| panic!("{link:?} is no link"));
+    let (address, token) = place.unwrap_or_else(|| panic!("{link:?} is not a link"));
     (address.to_owned(), token.to_owned())
 }
 

@@ -32,7 +32,7 @@ fn the_help_of_each_command_fits_on_a_screen_and_ends_with_an_example() {
             assert!(line.chars().count() <= 100, "{command}: {line:?} is too long");
         }
         let end = help.trim_end().rsplit("\n\n").next().unwrap();
-        assert!(end.starts_with("Example"), "{command}: {end:?} is no example");
+        assert!(end.starts_with("Example"), "{command}: {end:?} is not an example");
         assert!(end.contains(&format!("txt {command} ")), "{command}: {end:?}");
     }
 }

@@ -173,7 +173,7 @@ fn mistakes_end_with_a_sentence() {
         (&path, &["I1", "-o", "/no/such/folder/a.svg"], 1, "can't write /no/such/folder/a.svg: "),
         (&path, &["I1", "--from", "2", "--to", "1"], 1, "--from has to be before --to"),
         (&path, &["I1", "--from", "x"], 2, "seconds are expected"),
-        (&other, &["I1"], 1, "other.mcap is no MCAP file"),
+        (&other, &["I1"], 1, "other.mcap is not an MCAP file"),
         (&missing, &["I1"], 1, "can't read"),
     ] {
         let output = plot(file, options);

@@ -223,7 +223,7 @@ fn what_can_not_be_recorded_or_read_is_told_in_a_sentence() {
     }
     fs::write(&path, "no recording").unwrap();
     for command in ["info", "csv", "replay"] {
-        assert!(sentence(&[command, &path]).trim_end().ends_with("is no MCAP file"));
+        assert!(sentence(&[command, &path]).trim_end().ends_with("is not an MCAP file"));
     }
     let missing = sentence(&["record", "--simulate", "nowhere", "-o", "other.mcap"]);
     assert!(missing.contains("nowhere"), "{missing}");

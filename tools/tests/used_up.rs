@@ -33,7 +33,7 @@ fn when_no_more_files_may_be_open_it_says_so() {
         }
         let said = said(&output);
         assert_eq!(output.status.code(), Some(1), "{limit}: {said}");
-        // The simulated TXT tells of a client that it can't accept in the log, but not again and again.
+        // The simulated TXT logs a client that it can't accept, but not again and again.
         assert!(
             said.contains("open files") && said.trim_end().lines().count() < 6,
             "{limit}: {said}"

@@ -36,7 +36,7 @@ pub enum Error {
         /// The file.
         path: PathBuf,
     },
-    /// The file is no MCAP file.
+    /// The file is not an MCAP file.
     #[non_exhaustive]
     NotMcap {
         /// The file.
@@ -47,7 +47,7 @@ pub enum Error {
     OtherMcap {
         /// The file.
         path: PathBuf,
-        /// What its header says about who has written it.
+        /// What its header says about who wrote it.
         library: String,
     },
     /// The file was written by a newer version of this program.
@@ -94,10 +94,10 @@ impl fmt::Display for Error {
             Self::Empty { path } => {
                 write!(f, "{} is empty, or cut off before its first entry", path.display())
             }
-            Self::NotMcap { path } => write!(f, "{} is no MCAP file", path.display()),
+            Self::NotMcap { path } => write!(f, "{} is not an MCAP file", path.display()),
             Self::OtherMcap { path, library } => {
                 let by = if library.is_empty() { "another program" } else { library };
-                write!(f, "{} is an MCAP file, but no recording of a TXT: it was written by {by}", path.display())
+                write!(f, "{} is an MCAP file, but not a recording of a TXT: it was written by {by}", path.display())
             }
             Self::Newer { path, format } => write!(
                 f,

@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::feed::{Fed, FedEntry, Feed};
 use crate::writer::{Losses, Writer};
 
-/// How often it is looked for new entries.
+/// How often the recorder looks for new entries.
 const LOOK: Duration = Duration::from_millis(10);
 
 /// How often everything is handed to the operating system, and the statistics are written.

@@ -274,7 +274,7 @@ impl Writer {
             Transfer::Lost(why) => (WARNING, format!("the connection is lost: {}", why.error)),
             Transfer::Restored { after_ms } => {
                 let after = *after_ms as f64 / 1e3;
-                (INFO, format!("the connection was made again after {after:.2} s"))
+                (INFO, format!("the connection was re-established after {after:.2} s"))
             }
             Transfer::WatchdogExpired { limit_ms } => {
                 let limit = *limit_ms as f64 / 1e3;

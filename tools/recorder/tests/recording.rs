@@ -270,14 +270,14 @@ fn what_is_no_recording_is_told_in_a_sentence() {
     assert!(sentence(folder.path()).starts_with("can't read "));
     assert!(sentence(&write("empty", b"")).ends_with("is empty, or cut off before its first entry"));
     let text = write("text", b"I1;I2;I3\n0;1;0\n and so on, line for line");
-    assert!(sentence(&text).ends_with("is no MCAP file"), "{}", sentence(&text));
+    assert!(sentence(&text).ends_with("is not an MCAP file"), "{}", sentence(&text));
 
     let mut other = mcap::WriteOptions::new().library("other 1.0").profile("ros1");
     other = other.compression(None);
     let mut bytes = std::io::Cursor::new(Vec::new());
     other.create(&mut bytes).unwrap().finish().unwrap();
     let other = sentence(&write("other", bytes.get_ref()));
-    assert!(other.ends_with("no recording of a TXT: it was written by other 1.0"), "{other}");
+    assert!(other.ends_with("not a recording of a TXT: it was written by other 1.0"), "{other}");
 
     let path = folder.path().join("run.mcap");
     record(&path, 10);

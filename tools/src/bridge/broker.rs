@@ -165,12 +165,12 @@ impl Broker {
         let runtime = runtime::Builder::new_current_thread()
             .enable_all()
             .build()
-            .context("the operating system gives no means to wait for the broker")?;
+            .context("the operating system provides no way to wait for the broker")?;
         let client = Client { broker: self.clone(), will, subscription, outlet };
         thread::Builder::new()
             .name("broker".to_owned())
             .spawn(move || runtime.block_on(client.run()))
-            .context("the operating system refuses a thread")?;
+            .context("the operating system could not start a thread")?;
         Ok(inbox)
     }
 

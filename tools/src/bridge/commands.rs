@@ -1,4 +1,4 @@
-//! The commands that a bridge takes: from topic and payload to what they change in the areas.
+//! The commands that a bridge accepts: from topic and payload to what they change in the areas.
 
 use std::ops::RangeInclusive;
 
@@ -187,7 +187,7 @@ fn parse_motor(motor: Motor, verb: &str, payload: &[u8]) -> Result<Command, Stri
 
 const NOTHING: &str = "{} or nothing";
 
-/// What a topic could have been instead of one that is no command.
+/// What a topic could have been instead of one that is not a command.
 fn unknown(terminal: &str, verb: &str) -> String {
     let is_one = [
         named(&Motor::ALL, terminal).is_some(),

@@ -10,7 +10,7 @@ use ft_transfer_area::{Error, Events, FishX1Transfer, TimeLimits, TransferAreaCo
 use super::relay::{Relay, Setup};
 use super::report::{Stage, TOLD};
 
-/// How long a response may take before the broker is looked after without one.
+/// How long a response may take before the broker is checked without one.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// For how long to try to re-establish a lost connection before the transfer counts as ended.
@@ -19,7 +19,7 @@ const GAP_LIMIT: Duration = Duration::from_secs(10);
 /// How long to wait before the next transfer is begun.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// When this program itself hangs for so long, the motors are stopped.
+/// When this program itself hangs for this time, the motors are stopped.
 const WATCHDOG: Duration = Duration::from_secs(1);
 
 /// Connecting may take this long; a lookup or a controller that hangs delays the end of the program.

@@ -73,14 +73,14 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MS", default_value_t = 100)]
     #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
     every: u64,
-    /// The smallest change of a measured value that is told
+    /// The smallest change of a measured value that is published
     #[arg(long, value_name = "UNITS", default_value_t = 1)]
     deadband: u16,
-    /// Without command and heartbeat for so long, motors stop; 0: never
+    /// Stop the motors after this time without a command or heartbeat; 0: never
     #[arg(long, value_name = "MS", default_value_t = 3000)]
     #[arg(value_parser = clap::value_parser!(u64).range(0..=3_600_000))]
     master_limit: u64,
-    /// When the broker is silent for so long, motors stop
+    /// Stop the motors when the broker has been silent for this time
     #[arg(long, value_name = "MS", default_value_t = 4000)]
     #[arg(value_parser = clap::value_parser!(u64).range(2000..=60_000))]
     broker_limit: u64,
@@ -111,7 +111,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
             let started = thread::Builder::new().spawn_scoped(scope, work);
             if let Err(error) = started {
                 stop.store(true, Ordering::Relaxed);
-                bail!("the operating system refuses a thread ({error})");
+                bail!("the operating system could not start a thread ({error})");
             }
         }
         drop(ended);

@@ -1,4 +1,4 @@
-//! What payloads of commands have in them. What is wrong is told by the names in the payload.
+//! What payloads of commands have in them. What is wrong is reported by the names in the payload.
 
 use std::fmt::Display;
 use std::ops::RangeInclusive;
@@ -11,7 +11,7 @@ use crate::commands::Follower;
 /// A payload longer than this is none of the commands.
 const PAYLOAD_LIMIT: usize = 4096;
 
-/// So many characters of what came are told.
+/// How many characters of what came are reported.
 const TOLD: usize = 60;
 
 /// The numbers of sounds have two digits: there may be others than those that a TXT is delivered with.
@@ -32,13 +32,13 @@ impl Fields {
             return Err(format!("the payload has {length} bytes, but at most {limit} are read"));
         }
         let Ok(text) = std::str::from_utf8(payload) else {
-            return Err(format!("the payload is no UTF-8 text; send {form}"));
+            return Err(format!("the payload is not UTF-8 text; send {form}"));
         };
         let text = if text.trim().is_empty() { "{}" } else { text };
         match serde_json::from_str(text) {
             Ok(Value::Object(left)) => Ok(Self { left, form }),
             Ok(other) => Err(format!("the payload is {}; send {form}", short(&other))),
-            Err(error) => Err(format!("the payload is no JSON ({error}); send {form}")),
+            Err(error) => Err(format!("the payload is not JSON ({error}); send {form}")),
         }
     }
 
@@ -142,7 +142,7 @@ impl Fields {
         match self.left.keys().next() {
             None => Ok(()),
             Some(name) => {
-                Err(format!("{:?} is no field of this command; send {}", short(name), self.form))
+                Err(format!("{:?} is not a field of this command; send {}", short(name), self.form))
             }
         }
     }

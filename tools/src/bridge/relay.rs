@@ -1,4 +1,4 @@
-//! Between the broker and one controller: takes commands, tells values, and knows when to stop.
+//! Between the broker and one controller: takes commands, publishes values, and knows when to stop.
 
 use std::mem;
 use std::time::{Duration, Instant};
@@ -47,11 +47,11 @@ pub(crate) struct Relay {
     master: Master,
     /// When the master gave its last sign of life.
     heard: Instant,
-    /// Why the motors were stopped while nobody could be told.
+    /// Why the motors were stopped while nobody could be notified.
     untold: Option<String>,
     /// What was printed about the broker last.
     printed: Option<String>,
-    /// Whether the motors were stopped because a command was too old, and nobody was told.
+    /// Whether the motors were stopped because a command was too old, and nobody was notified.
     too_late: bool,
 }
 
@@ -107,7 +107,7 @@ impl Relay {
         self.enter(Stage::Online, None);
     }
 
-    /// Tells a new state, and says so.
+    /// Publishes a new state, and says so.
     pub(crate) fn enter(&mut self, stage: Stage, reason: Option<String>) {
         if self.is(stage) && self.state.reason == reason {
             return;
@@ -120,7 +120,7 @@ impl Relay {
         self.publish(STATE, true, json(&self.state));
     }
 
-    /// The motors have been stopped; everybody is told why.
+    /// The motors have been stopped; everybody is notified why.
     pub(crate) fn stopped(&mut self, reason: String) {
         self.say(&format!("all motors are stopped: {reason}"));
         let told = json(&PublishedEvent::Stopped { reason: reason.clone() });
@@ -211,7 +211,7 @@ impl Relay {
         if was_up {
             self.stopped(reason);
         } else if self.printed.as_ref() != Some(&reason) {
-            self.say(&format!("{reason}; it is tried again"));
+            self.say(&format!("{reason}; trying again"));
             self.printed = Some(reason);
         }
     }

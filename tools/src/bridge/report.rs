@@ -1,4 +1,4 @@
-//! What a bridge tells about itself, and lines for the person at the screen.
+//! What a bridge publishes about itself, and lines for the person at the screen.
 
 use std::time::Duration;
 
@@ -17,7 +17,7 @@ pub(crate) const TOLD: [EventKind; 4] = [
     EventKind::ConnectionRestored,
 ];
 
-/// The events that it does not tell: values and its own state say the same.
+/// The events that it does not publish: values and its own state say the same.
 const NOT_TOLD: [EventKind; 7] = [
     EventKind::CounterChanged,
     EventKind::MotorStalled,
@@ -70,7 +70,7 @@ pub(crate) enum Stage {
     Online,
     /// The connection to the controller was lost and is being re-established.
     Gap,
-    /// There is no connection to the controller; it is tried again.
+    /// There is no connection to the controller; the bridge tries again.
     Ended,
     /// The bridge has ended, or has lost the broker.
     Gone,
@@ -91,11 +91,11 @@ pub(crate) enum PublishedEvent {
     Stopped {
         reason: String,
     },
-    /// The controller was away for so long.
+    /// The controller was away for this time.
     Restored {
         after_ms: u64,
     },
-    /// More changes came than could be told.
+    /// More changes came than could be published.
     Lost {
         changes: u64,
     },
@@ -115,7 +115,7 @@ pub(crate) struct Complaint<'a> {
 }
 
 impl PublishedEvent {
-    /// What an event of the transfer tells; `None` for what is told in another way.
+    /// What is published for an event of the transfer; `None` for what is published in another way.
     pub(crate) fn new(event: &Event) -> Option<Self> {
         Some(match event {
             Event::MotorReached { area, motor, position, .. } => {

@@ -26,7 +26,7 @@ pub(crate) struct Topics {
 pub(crate) enum Addressed<'a> {
     /// A command: the topic without prefix and name. Commands for all controllers have it, too.
     Command(&'a str),
-    /// The state that a bridge of this name has told.
+    /// The state that a bridge of this name has published.
     State,
 }
 
@@ -40,7 +40,7 @@ impl Topics {
         format!("{}/{}/{tail}", self.prefix, self.name)
     }
 
-    /// The topics to subscribe to: also those that are no commands, so that a wrong one is answered. Those of inputs
+    /// The topics to subscribe to: also those that are not commands, so that a wrong one is answered. Those of inputs
     /// and motors are not among them, because the bridge would get each of its own values back. No topic matches two.
     pub(crate) fn filters(&self) -> Vec<String> {
         let own = ["+/+", "+/+/+", STOP, HEARTBEAT, STATE].map(|tail| self.of(tail));

@@ -1,4 +1,4 @@
-//! Which values are told: those that differ from what was told before.
+//! Which values are published: those that differ from what was published before.
 
 use std::time::{Duration, Instant};
 
@@ -8,22 +8,22 @@ use ft_transfer_area::FishX1Transfer;
 use super::topics::Topics;
 use super::value::{values_of, Read, Value};
 
-/// Which changes of measured values are told.
+/// Which changes of measured values are published.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise {
     /// The shortest time between two messages about one value.
     pub(crate) every: Duration,
-    /// The smallest change that is told.
+    /// The smallest change that is published.
     pub(crate) deadband: u16,
 }
 
-/// All values of a controller, with what was told about each.
+/// All values of a controller, with what was published about each.
 pub(crate) struct Values {
     values: Vec<Tracked>,
     noise: Noise,
 }
 
-/// One value, and what was told about it last.
+/// One value, and what was published about it last.
 struct Tracked {
     area: usize,
     topic: String,
@@ -58,7 +58,7 @@ impl Values {
         }
     }
 
-    /// Everything is to be told again.
+    /// Everything is to be published again.
     pub(crate) fn forget(&mut self) {
         for told in &mut self.values {
             told.last = None;
@@ -69,7 +69,7 @@ impl Values {
     /// keeps. What `send` does not take is tried again the next time.
     ///
     /// `cycle` is the number of the response that the areas show. The events that came before this call are
-    /// to be told before: they know the changes between two calls, and may be newer than the areas.
+    /// to be published before: they know the changes between two calls, and may be newer than the areas.
     pub(crate) fn tell(
         &mut self,
         areas: &[FishX1Transfer],
@@ -103,7 +103,7 @@ impl Values {
         told.newest = cycle;
         let value = Some(Value::Digital { value: i16::from(pressed) });
         match told.last {
-            // It is told with all others.
+            // It is published with all others.
             None => true,
             Some((last, _)) => last == value || told.tell(value, Instant::now(), &mut send),
         }
@@ -154,7 +154,7 @@ mod tests {
         Values::new(&Topics::new("ft", "press"), 1, NOISE)
     }
 
-    /// What is told about this area at this time, in ms.
+    /// What is published about this area at this time, in ms.
     fn told(values: &mut Values, area: FishX1Transfer, begin: Instant, ms: u64) -> Vec<String> {
         let mut told = Vec::new();
         values.tell(&[area], 1, begin + Duration::from_millis(ms), |topic, payload| {
@@ -215,7 +215,7 @@ mod tests {
         told(&mut values(), area, begin, 0).len()
     }
 
-    /// What is told when the areas of response `cycle` come after these events.
+    /// What is published when the areas of response `cycle` come after these events.
     fn told_with_events(
         values: &mut Values,
         events: &[(u64, bool)],
@@ -245,7 +245,7 @@ mod tests {
         // Three responses came at once.
         let events = [(2, true), (3, false), (4, true)];
         assert_eq!(told_with_events(values, &events, 4, 1), [line(1), line(0), line(1)]);
-        // The areas are before the event, which then tells nothing new.
+        // The areas are before the event, which then says nothing new.
         assert_eq!(told_with_events(values, &[], 5, 0), [line(0)]);
         assert_eq!(told_with_events(values, &[(5, false)], 6, 0), [""; 0]);
         // The event is before its areas.

@@ -18,7 +18,7 @@ use self::words::Language;
 use crate::print;
 
 const AFTER: &str = "\
-It simulates the machine of the lesson, presses its buttons, and tells what the program does wrong.
+It simulates the machine of the lesson, presses its buttons, and says what the program does wrong.
 PROGRAM is in any language. It gets the address of the controller as its last argument, and in the
 variable TXT_ADDRESS. It is ended when the check is over. Options come before LESSON.
 
@@ -39,7 +39,7 @@ pub(crate) struct Args {
     /// The program and its arguments
     #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
     program: Vec<OsString>,
-    /// Language of what it tells [default: that of the system]
+    /// Language of its messages [default: that of the system]
     #[arg(long, value_enum, hide_possible_values = true, value_name = "en|de")]
     language: Option<Language>,
     /// Show the machine on a page in the browser

@@ -91,7 +91,7 @@ impl Stage {
             (false, Language::En) => "wrong",
             (false, Language::De) => "falsch",
         };
-        // A step that can't be printed is no reason to stop; the result tells it.
+        // A step that can't be printed is no reason to stop; the result says it.
         let _ = print::line(format_args!("  {sign:6}  {}", step.text(self.language)));
     }
 
@@ -100,14 +100,14 @@ impl Stage {
         self.await_exchange(0, START_LIMIT)
     }
 
-    /// Presses or lets go a button.
+    /// Presses or releases a button.
     pub(super) fn press(&mut self, input: Input, pressed: bool) {
         self.change(|world| {
             world.press(0, input, pressed);
         });
     }
 
-    /// Presses a button and lets it go.
+    /// Presses a button and releases it.
     pub(super) fn tap(&mut self, input: Input) -> Check {
         self.press(input, true);
         let mark = self.mark;

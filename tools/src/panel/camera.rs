@@ -18,7 +18,7 @@ const WAITING: usize = 4;
 /// How long the next picture may take.
 const FRAME_LIMIT: Duration = Duration::from_secs(3);
 
-/// What the camera's thread tells all others.
+/// What the camera's thread publishes for all others.
 #[derive(Debug)]
 pub(crate) struct Camera {
     state: Mutex<CameraState>,

@@ -40,7 +40,7 @@ pub(crate) enum ReleaseReason {
     Stop,
     /// It was silent.
     Silent,
-    /// This program did not look after a controller for too long.
+    /// This program did not check a controller for too long.
     Hang,
 }
 
@@ -108,7 +108,7 @@ impl ControlLock {
         self.state().free(ReleaseReason::Stop);
     }
 
-    /// The same, because this program did not look after a controller for too long.
+    /// The same, because this program did not check a controller for too long.
     pub(crate) fn stop_after_hang(&self) {
         self.state().free(ReleaseReason::Hang);
     }
@@ -144,7 +144,7 @@ impl State {
     }
 
     fn free(&mut self, why: ReleaseReason) {
-        // Who did not drive has lost nothing: the reason of the last driver stays.
+        // A page that did not drive has lost nothing: the reason of the last driver stays.
         if self.driver.take().is_some() {
             self.freed = Some(why);
         }

@@ -23,7 +23,7 @@ use super::world::Simulated;
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
 const WAITING: usize = 64;
-/// How long the library goes on to make a lost connection again. After it, this program begins anew.
+/// How long the library tries to re-establish a lost connection. After that, this program begins a new transfer.
 const RECONNECT: Duration = Duration::from_secs(3600);
 /// When the outputs are stopped because the worker hangs.
 const WATCHDOG: Duration = Duration::from_millis(500);

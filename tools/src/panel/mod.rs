@@ -39,7 +39,7 @@ use self::world::Simulated;
 use crate::web::{self, qr, Site};
 use crate::{arguments, interrupt};
 
-/// The host that is no address.
+/// The host that is not an address.
 const SIMULATED: &str = "simulated";
 /// How long the controllers may take to end their transfers.
 const END_LIMIT: Duration = Duration::from_secs(5);

@@ -10,7 +10,7 @@ use crate::commands::sentence;
 pub(crate) struct Problem {
     pub(crate) code: &'static str,
     pub(crate) text: String,
-    /// The code of what led to it. The text tells it already.
+    /// The code of what led to it. The text names it already.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) cause: Option<&'static str>,
 }

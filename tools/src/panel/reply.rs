@@ -34,7 +34,7 @@ impl Answers {
 impl Reply {
     /// Answers. A page that has gone, or that reads none of so many answers, gets none.
     pub(crate) fn send(self, result: Result<Option<Value>, Problem>) {
-        // A mistake is told even if the message was too wrong to have a number.
+        // A mistake is reported even if the message was too wrong to have a number.
         if self.seq.is_none() && result.is_ok() {
             return;
         }

@@ -14,7 +14,7 @@ use super::world::WorldReport;
 use crate::commands::Pair;
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
-/// How often the state is told.
+/// How often the state is published.
 pub(super) const STATE_PERIOD: Duration = Duration::from_millis(50);
 
 /// Everything of one controller except who drives it, which differs from page to page.
@@ -101,7 +101,7 @@ struct MotorState {
 pub(super) struct WatchedState {
     /// `None` before the first.
     pub(super) answer: Option<AnswerState>,
-    /// Commands that were no exchange.
+    /// Commands that were not an exchange.
     pub(super) commands: u64,
     pub(super) i2c: Option<I2cState>,
 }

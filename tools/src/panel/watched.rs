@@ -83,7 +83,7 @@ impl Watched {
             Happened::Connected(_) => self.programs += usize::from(told.line == Line::Main),
             Happened::Closed => self.closed(told.line),
             Happened::Refused(error) => {
-                let text = format!("the controller does not take the connection: {error}");
+                let text = format!("the controller refuses the connection: {error}");
                 self.error = Some(Problem::new("connect_failed", text));
             }
             Happened::Controller { name, firmware } => {

@@ -1,4 +1,4 @@
-//! The thread of one controller: keeps the connection, carries out commands, tells the state.
+//! The thread of one controller: keeps the connection, carries out commands, publishes the state.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
@@ -181,7 +181,7 @@ impl Worker {
         }
     }
 
-    /// Whether it is time to tell the state.
+    /// Whether it is time to publish the state.
     fn is_due(&mut self) -> bool {
         let now = Instant::now();
         if now < self.next_state {

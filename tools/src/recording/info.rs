@@ -15,7 +15,7 @@ is cut off is read up to there.
 
 Example: txt info run.mcap";
 
-/// Tell what is in a recording
+/// Show what is in a recording
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {

@@ -73,7 +73,7 @@ pub(crate) fn discard(recorder: Recorder) {
     drop(recorder);
     // It may be a pipe or a device.
     if path.is_file() {
-        // Without it the reason is told all the same.
+        // Without it the reason is reported all the same.
         let _ = std::fs::remove_file(path);
     }
 }

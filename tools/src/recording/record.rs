@@ -16,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::output::{discard, Output};
 use crate::{arguments, interrupt, print};
 
-/// How often the progress is shown, and the recorder looked after.
+/// How often the progress is shown, and the recorder is checked.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// For how long to try to re-establish a lost connection: practically always.
@@ -73,7 +73,7 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
     let (name, kind) = given.split_once('=').ok_or("write I1=cm, for example")?;
     let column: Column = name.parse().map_err(|error| format!("{error}"))?;
     if column.input().is_none() {
-        return Err(format!("{column} is no universal input"));
+        return Err(format!("{column} is not a universal input"));
     }
     let found = KINDS.iter().find(|(name, _)| name.eq_ignore_ascii_case(kind));
     match found {
@@ -216,7 +216,7 @@ mod tests {
         for (wrong, sentence) in [
             ("I1", "write I1=cm, for example"),
             ("I1=bar", "\"bar\" is none of switch, mV, ohm, ohm15k, cm"),
-            ("M1=cm", "M1 is no universal input"),
+            ("M1=cm", "M1 is not a universal input"),
         ] {
             assert_eq!(parse_input(wrong).unwrap_err(), sentence);
         }

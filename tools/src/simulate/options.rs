@@ -26,7 +26,7 @@ The camera's port accepts clients always (waits), while it serves (txt), or alwa
 only a client that was there before its start (txt40).
 
 It listens on 127.0.0.1, prints each port on its own line, and ends on Ctrl-C. With
-RUST_LOG=info it tells who connects and what clients do. Lines that you type while it runs press
+RUST_LOG=info it logs who connects and what clients do. Lines that you type while it runs press
 buttons and change sensors, such as I3 1 or E1.I2 0; after a wrong line it lists all of them.
 
 A world may have several controllers, such as factory. Each gets three ports, from the main port
@@ -80,7 +80,7 @@ pub(crate) struct Args {
     /// Camera frames without Huffman tables, as many USB cameras send them
     #[arg(long)]
     no_huffman_tables: bool,
-    /// Order a fault; may be given more than once
+    /// Inject a fault; can be given more than once
     #[arg(long = "fault", value_name = "WHAT@WHERE")]
     faults: Vec<Fault>,
     /// Show the world on a page in the browser, and press its buttons there

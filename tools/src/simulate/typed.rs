@@ -87,7 +87,7 @@ fn set_input(
     if let (Some(world), Some(plug)) = (machine.world_mut(), plug(input)) {
         let [value] = numbers::<f64, 1>(target, values)?;
         if !value.is_finite() {
-            return Err(format!("{value} is no value for {target}"));
+            return Err(format!("{value} is not a value for {target}"));
         }
         return set_sensor(target, world, controller, plug, value);
     }

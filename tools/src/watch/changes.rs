@@ -1,4 +1,4 @@
-//! What passes, as lines of JSON on stdout: each change of a value, and all that is no exchange.
+//! What passes, as lines of JSON on stdout: each change of a value, and all that is not an exchange.
 //!
 //! A thread of its own prints them, so that a reader that pauses stops nothing. What it has no room for is left out
 //! and counted.
@@ -27,7 +27,7 @@ const END_LIMIT: Duration = Duration::from_millis(500);
 pub(super) struct Changes {
     sender: Sender<Value>,
     begin: Instant,
-    /// The values of each area that were told last; none before the first cycle of a connection.
+    /// The values of each area that were printed last; none before the first cycle of a connection.
     told: Vec<Vec<Value>>,
     /// How many were left out since the last line.
     lost: u64,
@@ -53,7 +53,7 @@ impl Changes {
         thread::Builder::new().name("lines".to_owned()).spawn(move || {
             let _printing: Sender<()> = printing;
             if let Err(error) = write(&lines) {
-                // A reader that has seen enough, such as head, is no error.
+                // A reader that has seen enough, such as head, is not an error.
                 if error.kind() != ErrorKind::BrokenPipe {
                     log::warn!(
                         "no more lines are printed: {error}; everything is passed on as before"

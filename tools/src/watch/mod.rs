@@ -186,7 +186,7 @@ impl Looker {
     }
 }
 
-/// Tells on stderr what a user has to know.
+/// Says on stderr what a user has to know.
 #[derive(Default)]
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
@@ -200,7 +200,7 @@ impl Notes {
         match &told.what {
             Happened::Refused(error) if !*refused => {
                 *refused = true;
-                log::warn!("the controller does not take the {line} connection: {error}");
+                log::warn!("the controller refuses the {line} connection: {error}");
             }
             Happened::NotUnderstood { side, why } => log::warn!(
                 "what the {} sent on the {line} connection can't be understood, and is passed on all the same: {why}",

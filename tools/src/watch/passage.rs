@@ -13,7 +13,7 @@ use crate::told::Line;
 
 /// How much is passed on in one direction before the other connections have their turn.
 const TURN: usize = 1 << 20;
-/// When a program that has gone meanwhile would have given up to connect.
+/// When a program that has gone meanwhile would have given up connecting.
 const GIVEN_UP: Duration = Duration::from_secs(1);
 /// How much is read at once.
 pub(super) const CHUNK: usize = 64 * 1024;
@@ -27,7 +27,7 @@ struct Flow {
     /// The sender has said that nothing more comes, and whether the receiver was told.
     ended: bool,
     told_end: bool,
-    /// The connection is reset. That is no end of a direction, and is not to be told as one.
+    /// The connection is reset. That is not an end of a direction, and is not to be passed on as one.
     broken: bool,
 }
 
@@ -36,7 +36,7 @@ struct Flow {
 pub(super) enum Stage {
     /// Since then.
     Connecting(Instant),
-    /// The camera's port was not open yet: it is tried again at this time.
+    /// The camera's port was not open yet: the next attempt is at this time.
     Again(Instant),
     Open,
 }
@@ -63,7 +63,7 @@ pub(super) struct Passage {
     controller: TcpStream,
     up: Flow,
     down: Flow,
-    /// Nothing of it is told any more, because too much waited to be looked at.
+    /// Nothing of it is reported any more, because too much waited to be looked at.
     missed: bool,
 }
 
@@ -302,7 +302,7 @@ fn write(to: &mut TcpStream, bytes: &[u8]) -> io::Result<usize> {
     Ok(sent)
 }
 
-/// A side that has gone needs not be told an end.
+/// A side that has gone need not be notified of an end.
 fn unless_gone(error: io::Error) -> io::Result<()> {
     if error.kind() == ErrorKind::NotConnected {
         return Ok(());

@@ -25,7 +25,7 @@ pub(super) struct Record {
     /// Why what passes is not understood any more.
     unclear: Option<String>,
     statistics: Statistics,
-    /// An error was told.
+    /// An error was reported.
     failed: bool,
 }
 

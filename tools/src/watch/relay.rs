@@ -88,7 +88,7 @@ impl Drop for Relay {
         self.stop.store(true, Ordering::Relaxed);
         if self.waker.wake().is_ok() {
             if let Some(thread) = self.thread.take() {
-                // It has told its error.
+                // It has reported its error.
                 let _ = thread.join();
             }
         }
@@ -106,7 +106,7 @@ struct Worker {
     chunk: Vec<u8>,
     /// There is more to pass on at once.
     busy: bool,
-    /// When it is tried again to accept programs.
+    /// When to try again to accept programs.
     accept_at: Option<Instant>,
     /// The log has why no program could be accepted.
     has_warned: bool,
@@ -294,7 +294,7 @@ impl Worker {
     fn close(&mut self, number: u64) {
         if let Some(passage) = self.passages.remove(&number) {
             let line = passage.line;
-            // Its sockets are closed before that is told.
+            // Its sockets are closed before that is reported.
             drop(passage);
             self.tell(line, number, What::Closed);
         }

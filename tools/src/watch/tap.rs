@@ -29,7 +29,7 @@ pub(super) struct Piece {
 pub(super) enum What {
     /// A program connects, from this address.
     Opened(SocketAddr),
-    /// The controller does not take the connection.
+    /// The controller refuses the connection.
     Refused(io::Error),
     FromProgram(Vec<u8>),
     FromController(Vec<u8>),
@@ -65,7 +65,7 @@ impl Tap {
         let _ = self.sender.send(piece);
     }
 
-    /// Whether there is room for this number of bytes, which then has to be told.
+    /// Whether there is room for this number of bytes, which then has to be reported.
     pub(super) fn reserve(&self, bytes: usize) -> bool {
         let size = bytes + PIECE;
         if self.waiting.load(Ordering::Relaxed) + size > WAITING_MAX {

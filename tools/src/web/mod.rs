@@ -93,7 +93,7 @@ fn refused(address: SocketAddr, error: &io::Error) -> anyhow::Error {
             address.port()
         ),
         io::ErrorKind::AddrNotAvailable => {
-            anyhow::anyhow!("{} is no address of this computer; --bind needs one", address.ip())
+            anyhow::anyhow!("{} is not an address of this computer; --bind needs one", address.ip())
         }
         _ => anyhow::anyhow!("the page can't be served at {address} ({error})"),
     }

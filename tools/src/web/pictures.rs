@@ -12,7 +12,7 @@ use tokio::sync::watch;
 /// What stands between two pictures.
 const BOUNDARY: &str = "--picture\r\n";
 
-/// A response with each new JPEG picture, which ends when the sender is dropped. An empty one is no picture yet.
+/// A response with each new JPEG picture, which ends when the sender is dropped. An empty one means no picture yet.
 ///
 /// A slow browser gets fewer pictures, but always the newest one. `held` is dropped when the response has ended.
 pub(crate) fn response(

@@ -21,7 +21,7 @@ fn refused(arguments: &[&str]) -> String {
 #[test]
 fn wrong_arguments_are_a_sentence() {
     for (arguments, sentence) in [
-        (&["--mqtt", "", "txt"][..], "is no address of a broker"),
+        (&["--mqtt", "", "txt"][..], "is not a broker's address"),
         (&["--mqtt", "b", "txt:x"], "is not a controller's address"),
         (&["--mqtt", "b", "--prefix", "a/#", "txt"], "can't begin a topic"),
         (&["--mqtt", "b", "txt", "txt"], "two controllers have the name \"txt\""),
@@ -46,7 +46,7 @@ fn without_a_broker_the_bridge_says_so_and_tries_again_until_it_is_ended() {
     let host = txt.address().to_string();
     let mut bridge = Bridge::start(port, [&*host]);
     bridge.wait_for("can't be reached");
-    bridge.wait_for("it is tried again");
+    bridge.wait_for("trying again");
     wait_machine(&txt, "online", |machine| machine.online());
     bridge.interrupt();
     assert!(bridge.wait().success());

@@ -61,9 +61,9 @@ fn wrong_commands_are_answered_and_change_nothing() {
     listener.send("ft/press/M1/set", r#"{"duty": 200}"#);
     wait_machine(&txt, "M1 turns", |machine| m1(machine) == 200);
     let mut wrong: Vec<(&str, Vec<u8>, &str)> = vec![
-        ("M1/set", b"full speed".to_vec(), "the payload is no JSON"),
+        ("M1/set", b"full speed".to_vec(), "the payload is not JSON"),
         ("M1/set", br#"{"duty": 4000}"#.to_vec(), "from -512 to 512, not 4000"),
-        ("M1/set", vec![0xC3, 0x28, 0xFF], "no UTF-8"),
+        ("M1/set", vec![0xC3, 0x28, 0xFF], "not UTF-8"),
         ("M1/set", vec![b'5'; 5000], "5000 bytes"),
         ("O1/set", br#"{"duty": 1}"#.to_vec(), "are the motor M1"),
         ("M9/set", br#"{"duty": 1}"#.to_vec(), "there is no terminal \"M9\""),
@@ -115,7 +115,7 @@ fn a_silent_master_stops_the_motors_and_a_heartbeat_keeps_them_turning() {
     let bridge = Bridge::start(broker.port, arguments);
     let listener = Listener::new(&broker);
     listener.wait(0, "ft/press/state", is_state("online"));
-    // This thread may be late on a busy machine. Then the bridge is right to stop, and it is tried again.
+    // This thread may be late on a busy machine. Then the bridge is right to stop, and the test tries again.
     let deadline = Instant::now() + LONGEST_WAIT;
     while !keeps_turning(&listener, &txt, LIMIT) {
         assert!(Instant::now() < deadline, "the heartbeat does not keep the motor turning");

@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::support::{is_state, m1, wait_machine, Bridge, Broker, Listener};
 
-/// What another bridge of the same name would say. It is printed, and told as an error.
+/// What another bridge of the same name would say. It is printed, and published as an error.
 fn other_bridge(number: usize, host: &str) -> String {
     json!({"state": "online", "bridge": number.to_string(), "host": host}).to_string()
 }

@@ -1,4 +1,4 @@
-//! What the bridge tells.
+//! What the bridge publishes.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::Arc;

@@ -40,7 +40,7 @@ fn installed() -> Result<Option<Installed>> {
     let driver = in_path(&DRIVERS);
     if let Some(browser) = named {
         if !browser.is_file() {
-            bail!("{NAMED} names {}, which is no file", browser.display());
+            bail!("{NAMED} names {}, which is not a file", browser.display());
         }
         let driver = driver.context("there is no chromedriver in the PATH")?;
         return Ok(Some(Installed { browser, driver }));

@@ -109,7 +109,7 @@ async fn take_over(client: &Client) -> Result<()> {
     let fields =
         ["[aria-label='Motor that runs together with M1']", "[aria-label='Pulses for M1']"];
     page.run(against, json!(fields)).await?;
-    page.click("[aria-label='Go the distance of M1']").await?;
+    page.click("[aria-label='Go this distance with M1']").await?;
     ensure_seen(&txt, "M2 turns the other way", |machine| {
         machine.controllers[0].outputs.duty[..4] == [FIRST, 0, 0, FIRST]
     })?;

@@ -190,7 +190,7 @@ impl Page {
     /// What the console has said since the last call, warnings and errors.
     pub(crate) async fn console(&self) -> Result<Vec<String>> {
         let said = self.client.issue_cmd(Beyond::console()).await?;
-        let said = said.as_array().context("the console's messages are no list")?;
+        let said = said.as_array().context("the console's messages are not a list")?;
         let loud =
             said.iter().filter(|one| matches!(one["level"].as_str(), Some("SEVERE" | "WARNING")));
         Ok(loud.map(|one| one["message"].to_string()).collect())
@@ -199,7 +199,7 @@ impl Page {
     /// The page tells its user nothing, unless the computer was too busy for a page that drives.
     pub(crate) async fn ensure_not_told(&self) -> Result<()> {
         let script = "const texts = [...document.querySelectorAll('.toast')].map((toast) => toast.textContent);
-            return texts.filter((text) => !text.includes('heard nothing of this page for a second'))";
+            return texts.filter((text) => !text.includes('heard nothing from this page for a second'))";
         let told = self.run(script, json!(null)).await?;
         ensure!(told == json!([]), "the page tells its user {told}");
         Ok(())

@@ -26,7 +26,7 @@ setTimeout(() => find("Switch O8").click(), 300);
 
 // A distance, on its way when the picture is taken.
 set("Pulses for M2", 600);
-setTimeout(() => find("Go the distance of M2").click(), 7000);
+setTimeout(() => find("Go this distance with M2").click(), 7000);
 
 const begin = performance.now();
 let steps = 0;

@@ -59,7 +59,7 @@ fn wrong_arguments_are_told() {
         (&["--world", "nowhere"][..], "nowhere"),
         (&["--world", "nowhere.toml"], "nowhere.toml"),
         (&["--extensions", "9"], "9 is not in 0..=8"),
-        (&["--bind", "192.0.2.1"], "192.0.2.1 is no address of this computer"),
+        (&["--bind", "192.0.2.1"], "192.0.2.1 is not an address of this computer"),
         (&["--bind", "here"], "invalid value 'here'"),
         (&["192.168.7.2:x"], "is not a controller's address"),
     ] {

@@ -32,7 +32,7 @@ pub(crate) fn request(panel: &Panel, line: &str, host: &str, more: &str) -> Stri
 /// The status of a response.
 pub(crate) fn status(response: &str) -> u16 {
     let status = response.split(' ').nth(1).and_then(|status| status.parse().ok());
-    status.unwrap_or_else(|| panic!("{response:?} is no response"))
+    status.unwrap_or_else(|| panic!("{response:?} is not a response"))
 }
 
 /// A stop on a connection of its own.

@@ -101,7 +101,7 @@ impl Page {
         let _ = self.socket.send(Message::text(message));
     }
 
-    /// Sends bytes that are no text.
+    /// Sends bytes that are not text.
     pub(crate) fn send_bytes(&mut self, bytes: Vec<u8>) {
         let _ = self.socket.send(Message::binary(bytes));
     }
@@ -128,7 +128,7 @@ impl Page {
         code_of(&answer)
     }
 
-    /// The code of the next error that is told.
+    /// The code of the next error that is reported.
     pub(crate) fn next_error(&mut self) -> String {
         code_of(&self.wait(|answer| answer["type"] == "answer" && answer["ok"] == false))
     }

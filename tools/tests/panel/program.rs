@@ -23,7 +23,7 @@ impl Panel {
         let (address, token) = url
             .strip_prefix("http://")
             .and_then(|rest| rest.split_once("/?token="))
-            .unwrap_or_else(|| panic!("{url:?} is no address of a page"));
+            .unwrap_or_else(|| panic!("{url:?} is not the address of a page"));
         let (address, token) = (address.to_owned(), token.trim().to_owned());
         Self { running, address, token }
     }

@@ -17,7 +17,7 @@ fn simulate(world: &str) -> (Running, Page, String) {
     let address = running.line().strip_prefix("main ").unwrap().to_owned();
     let [_camera, _i2c, url] = [(); 3].map(|()| running.line());
     let page = url.strip_prefix("page http://").and_then(|rest| rest.split_once("/?token="));
-    let (page, token) = page.unwrap_or_else(|| panic!("{url:?} is no address of a page"));
+    let (page, token) = page.unwrap_or_else(|| panic!("{url:?} is not the address of a page"));
     (running, Page::open(page, token), address)
 }
 

@@ -50,7 +50,7 @@ fn without_a_controller_a_connection_ends_at_once() {
         let mut stream = watch.connect();
         let sent = stream.write_all(&CommandId::QueryStatus.id().to_le_bytes());
         let read = stream.read(&mut [0]);
-        // The reset is told once, to the first who asks.
+        // The reset is reported once, to the first call that asks.
         let is_reset = |error: &io::Error| {
             matches!(error.kind(), ErrorKind::ConnectionReset | ErrorKind::BrokenPipe)
         };

@@ -1,4 +1,4 @@
-//! `txt watch`: what passes through it, and what it tells of it.
+//! `txt watch`: what passes through it, and what it reports.
 
 mod away;
 mod bytes;

@@ -36,7 +36,7 @@ impl Watch {
         let running = Running::start(&mut command(controller, arguments));
         let main = running.line();
         let port = main.strip_prefix("main 127.0.0.1:").and_then(|port| port.parse().ok());
-        let port = port.unwrap_or_else(|| panic!("{main:?} is no port"));
+        let port = port.unwrap_or_else(|| panic!("{main:?} is not a port"));
         assert_eq!(running.line(), format!("controller {controller}"));
         let with_page = !arguments.contains(&"--no-page");
         let page = with_page.then(|| running.line());

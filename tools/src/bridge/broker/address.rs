@@ -7,8 +7,8 @@ pub(super) fn host_and_port(address: &str) -> anyhow::Result<(String, u16)> {
     let given = address.strip_prefix("mqtt://").unwrap_or(address).trim_end_matches('/');
     let wrong = || {
         format!(
-            "{address:?} is no address of a broker; write its host, as 192.168.1.5, or with a port, \
-             as 192.168.1.5:1883 or [::1]:1883"
+            "{address:?} is not a broker's address; write just the host, such as 192.168.1.5, or a host \
+             and a port, such as 192.168.1.5:1883 or [::1]:1883"
         )
     };
     let (host, port) = match given.rsplit_once(':') {
@@ -44,7 +44,7 @@ mod tests {
         let wrong = ["", ":1883", "broker:", "broker:0", "broker:70000", "::1", "mqtts://b", "a b"];
         for address in wrong {
             let error = found(address).unwrap_err();
-            assert!(error.contains("is no address of a broker"), "{address}: {error}");
+            assert!(error.contains("is not a broker's address"), "{address}: {error}");
         }
     }
 }

@@ -5,19 +5,19 @@
 
 use std::time::{Duration, Instant};
 
-/// How often the connection is looked after.
+/// How often the connection is checked.
 const TICK: Duration = Duration::from_millis(100);
 
 /// After such a pause this process has not run: it was suspended, or the computer was.
 const STALL: Duration = Duration::from_millis(300);
 
-/// For so long after a stall, an empty connection means nothing: what has arrived meanwhile may not be known yet.
+/// For this time after a stall, an empty connection means nothing: what has arrived meanwhile may not be known yet.
 const SETTLING: Duration = Duration::from_millis(50);
 
 pub(super) struct Freshness {
     /// When nothing waited.
     empty: Instant,
-    /// When it was said last that nothing waits.
+    /// When `nothing_waits` was last called.
     said: Instant,
     /// When the last stall ended.
     resumed: Option<Instant>,

@@ -68,13 +68,13 @@ fn counters_and_modes_are_set() {
 #[test]
 fn what_is_wrong_is_told_in_words_of_the_field_and_changes_nothing() {
     for (tail, payload, error) in [
-        ("M1/set", "abc", "the payload is no JSON (expected value at line 1 column 1)"),
+        ("M1/set", "abc", "the payload is not JSON (expected value at line 1 column 1)"),
         ("M1/set", "300", r#"the payload is 300; send {"duty": 300}"#),
         ("M1/set", "", r#"duty is missing: a whole number from -512 to 512; send {"duty": 300}"#),
         ("M1/set", r#"{"duty": 513}"#, "duty is a whole number from -512 to 512, not 513"),
         ("M1/set", r#"{"duty": 99999999999999999999}"#, "from -512 to 512, not 1"),
         ("M1/set", r#"{"dutty": 5}"#, "duty is missing"),
-        ("M1/set", r#"{"duty": 5, "dutty": 5}"#, r#""dutty" is no field of this command"#),
+        ("M1/set", r#"{"duty": 5, "dutty": 5}"#, r#""dutty" is not a field of this command"#),
         ("M1/set", r#"{"duty": "5"}"#, r#"-512 to 512, not "5""#),
         ("O1/set", r#"{"duty": 5}"#, "O1 and O2 are the motor M1"),
         ("O1/set", r#"{"duty": -5}"#, "duty is a whole number from 0 to 512, not -5"),
@@ -94,7 +94,7 @@ fn what_is_wrong_is_told_in_words_of_the_field_and_changes_nothing() {
         assert!(found.contains(error), "{tail} {payload}: {found}");
     }
     let error = Received::parse("M1/set", &[0xFF, 0xFE]).unwrap_err();
-    assert!(error.contains("no UTF-8"), "{error}");
+    assert!(error.contains("not UTF-8"), "{error}");
     let error = Received::parse("M1/set", &[b' '; 4097]).unwrap_err();
     assert!(error.contains("4097 bytes"), "{error}");
     let deep = "[".repeat(4000);

@@ -136,8 +136,8 @@ fn too_little(went: f64) -> Wrong {
         format!("Beim ersten Mal stimmte es, beim zweiten Mal sank die Last nur um {went:.0} Impulse."),
     )
     .hint(
-        "the counter goes on from its old count. Reset it before each journey: start_counter_reset, then \
-         wait_counter_reset.",
+        "the counter keeps counting from its old value. Reset it before each journey: start_counter_reset, \
+         then wait_counter_reset.",
         "Der Zähler zählt vom alten Stand weiter. Setze ihn vor jeder Fahrt zurück: start_counter_reset, \
          dann wait_counter_reset.",
     )

@@ -32,11 +32,11 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
     match ended {
         Some(true) => Ok(()),
         Some(false) => Err(Wrong::new(
-            "The car was right, but the program ended with an error. Its message is above.",
+            "The car drove correctly, but the program ended with an error. Its message is above.",
             "Das Auto fuhr richtig, aber das Programm endete mit einem Fehler. Die Meldung steht weiter oben.",
         )),
         None => Err(Wrong::new(
-            "The car was right, but the program does not end.",
+            "The car drove correctly, but the program does not end.",
             "Das Auto fuhr richtig, aber das Programm endet nicht.",
         )
         .hint("this one needs no loop.", "Dieses Programm braucht keine Schleife.")),
@@ -65,7 +65,7 @@ fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check
                 format!("Nur das Rad {other} dreht sich, {motor} steht. So dreht sich das Auto auf der Stelle."),
             )
             .hint(
-                "M2 drives along when it is among the slaves: &[(Motor::M2, Direction::Cw)].",
+                "M2 follows when it is in the list of slaves: &[(Motor::M2, Direction::Cw)].",
                 "M2 fährt mit, wenn er in der Liste der Mitläufer steht: &[(Motor::M2, Direction::Cw)].",
             ));
         }

@@ -102,7 +102,7 @@ fn not_started(now: &Moment, switch: &str) -> Wrong {
             format!("I3 wurde kurz gedrückt, aber der Schlitten fährt nicht zu {switch}."),
         )
         .hint(
-            "the slide has two goals in turn. Does the program wait for I3 again after the first journey?",
+            "the slide has two targets in turn. Does the program wait for I3 again after the first journey?",
             "Der Schlitten hat abwechselnd zwei Ziele. Wartet das Programm nach der ersten Fahrt wieder auf I3?",
         );
     }

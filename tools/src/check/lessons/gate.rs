@@ -103,7 +103,7 @@ fn stop(stage: &mut Stage) -> Check {
             "I5 wurde gedrückt, aber das Tor fährt weiter.",
         )
         .hint(
-            "ask for I5 before anything else, in each round and in each state. A program that sleeps or waits for \
+            "check I5 before anything else, in each round and in each state. A program that sleeps or waits for \
              something else does not see it.",
             "Frage I5 vor allem anderen ab, in jeder Runde und in jedem Zustand. Wer schläft oder auf etwas \
              anderes wartet, sieht den Taster nicht.",
@@ -138,7 +138,7 @@ fn does_not_open() -> Wrong {
 
 fn not_there(switch: &str) -> Wrong {
     Wrong::new(
-        format!("The gate does not get to {switch}."),
+        format!("The gate does not reach {switch}."),
         format!("Das Tor kommt nicht bis {switch}."),
     )
     .hint(
@@ -164,7 +164,7 @@ fn never_closes() -> Wrong {
         "Das Tor ist offen und schließt nicht von selbst.",
     )
     .hint(
-        "remember when it was open, and close when two seconds have passed since then.",
+        "remember when it opened, and close when two seconds have passed since then.",
         "Merke dir, seit wann es offen ist, und schließe es zwei Sekunden später.",
     )
 }
@@ -189,7 +189,7 @@ fn barrier_ignored() -> Wrong {
         "In der Lichtschranke I4 ist etwas, aber das Tor schließt weiter.",
     )
     .hint(
-        "I4 reports true with light. While the gate closes, ask in each round whether it is false.",
+        "I4 reports true with light. While the gate closes, check in each round whether it is false.",
         "I4 meldet true, wenn Licht da ist. Frage beim Schließen in jeder Runde, ob es false ist.",
     )
 }

@@ -44,7 +44,7 @@ pub(in crate::check) fn check(stage: &mut Stage) -> Check {
                     "I1 wurde kurz gedrückt, aber die Ampel bleibt grün.",
                 )
                 .hint(
-                    "ask for I1 in each round of the loop while it is green.",
+                    "check I1 in each round of the loop while it is green.",
                     "Frage I1 in jeder Runde der Schleife ab, solange Grün ist.",
                 )
             },
@@ -131,7 +131,7 @@ fn another(number: usize, expected: Light, is: Light) -> Wrong {
 
 fn missing(expected: Light) -> Wrong {
     Wrong::new(
-        format!("The traffic light does not get to {}.", english(expected)),
+        format!("The traffic light does not change to {}.", english(expected)),
         format!("Die Ampel kommt nicht bis {}.", german(expected)),
     )
     .hint(

@@ -48,7 +48,7 @@ export class I2c {
     try {
       this.show(await action());
     } catch (error) {
-      // Null is a lost connection, which the whole page tells.
+      // Null is a lost connection, which the whole page shows.
       if (error) this.show(sentence(error), true);
     }
   }

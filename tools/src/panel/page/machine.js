@@ -60,7 +60,7 @@ export class MotorView {
     return this.track;
   }
 
-  /** `pressed` tells whether an end switch is pressed. */
+  /** `pressed` says whether an end switch is pressed. */
   update({ speed, slide }, pressed) {
     if (speed !== this.speed) {
       this.speed = speed;

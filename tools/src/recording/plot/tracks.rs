@@ -13,7 +13,7 @@ use crate::print;
 /// More ticks than this are a grey bar, so the others are left out.
 const TICKS: usize = 1000;
 
-/// The events that are no ticks: they are seen by their values.
+/// The events that are not ticks: they are seen by their values.
 const SEEN: [EventKind; 4] = [
     EventKind::InputChanged,
     EventKind::CounterChanged,

@@ -23,14 +23,14 @@ const LOOK: Duration = Duration::from_millis(20);
 const AFTER_HELP: &str = "\
 A simulated TXT whose answer number k has the inputs that were recorded in cycle k, with the pace,
 the lost connections and the wrong answers of the recording. Run the program of the recording
-against it: it decides and ends in the same way. When the program leaves, this tells where its
-outputs first differed; how a client stops the motors before it leaves is no difference. After the
-last cycle the inputs stay as they are. After the last connection the next one begins the recording
-again.
+against it: it decides and ends in the same way. When the program leaves, txt says where its outputs
+first differed; how a client stops the motors before it leaves does not count as a difference. After
+the last cycle the inputs stay as they are. After the last connection the next one begins the
+recording again.
 
 Example: txt replay run.mcap      then run the program with the host 127.0.0.1";
 
-/// Answer as a recorded controller did
+/// Play a recording back, to debug a program against it
 #[derive(clap::Args)]
 #[command(after_help = AFTER_HELP)]
 pub(crate) struct Args {
@@ -70,7 +70,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Result<SimulatedTxt> {
     let player = Arc::clone(player);
     let firmware = parse_version(&survey.firmware).with_context(|| {
-        format!("the recording has the firmware {:?}, which is no version", survey.firmware)
+        format!("the recording has the firmware {:?}, which is not a version", survey.firmware)
     })?;
     let txt = SimulatedTxt::builder()
         .port(port)

@@ -44,7 +44,7 @@ pub(super) struct Run {
     /// Cycles that were answered as recorded.
     pub(super) cycles: u64,
     pub(super) first_difference: Option<Difference>,
-    /// How a program stopped its motors otherwise, which is no difference of what it does.
+    /// How a program stopped its motors otherwise, which does not count as a difference.
     pub(super) other_stop: Option<Difference>,
     /// Whether all of the recording was played.
     pub(super) at_end: bool,

@@ -163,7 +163,7 @@ impl MainReader {
         let waiting = self.waiting.pop_front();
         let waiting = waiting.ok_or_else(|| format!("a {response} came without a command"))?;
         if waiting.command.response() != response {
-            return Err(format!("a {response} is no response to {}", waiting.command));
+            return Err(format!("a {response} is not a response to {}", waiting.command));
         }
         match response {
             ResponseId::QueryStatus => {
