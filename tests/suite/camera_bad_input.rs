@@ -185,7 +185,7 @@ fn a_frame_that_trickles_in_for_longer_than_the_limit() {
 // In the library there is a test that fills the buffers at once.
 #[cfg_attr(
     windows,
-    ignore = "Wine takes ten minutes until acknowledges of 4 bytes fill the buffers of Linux"
+    ignore = "Wine takes ten minutes until acknowledgements of 4 bytes fill the buffers of Linux"
 )]
 #[test]
 fn a_server_that_never_reads_the_acknowledgements() {

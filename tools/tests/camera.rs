@@ -109,7 +109,7 @@ fn a_picture_every_so_often_leaves_out_those_between() {
     txt.with_machine(|machine| assert!(machine.camera_frames() > 5));
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn ctrl_c_ends_a_film_well_but_not_an_unfinished_count() {
     let txt = quick();
@@ -231,7 +231,7 @@ fn read_until(stream: &mut impl BufRead, end: &str) -> String {
     }
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn a_browser_with_the_token_sees_the_pictures() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));

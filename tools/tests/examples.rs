@@ -34,7 +34,7 @@ const RECORDING: [&str; 2] = ["record", "watch"];
 /// The one without an address of its own, as in the example of `txt find`.
 const BESIDE: u16 = 65010;
 
-#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has networks of their own for programs")]
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has network namespaces")]
 #[test]
 fn every_example_runs_as_it_is_written() {
     if env::var_os(INSIDE).is_some() {

@@ -85,7 +85,7 @@ fn with_force_the_old_file_is_there_until_the_transfer_has_begun() {
 }
 
 /// Where nothing listens, a system may connect a port of this computer with itself: here it has no other choice.
-#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has networks of their own for programs")]
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux has network namespaces")]
 #[test]
 fn a_port_that_is_connected_with_itself_is_no_controller() {
     let folder = tempfile::tempdir().unwrap();
@@ -142,7 +142,7 @@ fn with_force_the_old_file_is_there_until_a_watched_program_drives() {
     assert!(run(&["info", &path]).status.success());
 }
 
-#[cfg_attr(not(unix), ignore = "links need rights there")]
+#[cfg_attr(not(unix), ignore = "links need special rights there")]
 #[test]
 fn with_force_a_link_stays_a_link() {
     let folder = tempfile::tempdir().unwrap();
@@ -249,7 +249,7 @@ fn an_output_that_takes_nothing_is_told_in_a_sentence() {
     assert!(said(&output).starts_with(full), "{}", said(&output));
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn ctrl_c_ends_a_recording_well() {
     let folder = tempfile::tempdir().unwrap();

@@ -205,7 +205,7 @@ mod tests {
         }
     }
 
-    #[cfg_attr(windows, ignore = "names of files have no case there")]
+    #[cfg_attr(windows, ignore = "file names are not case-sensitive there")]
     #[test]
     fn headers_are_found_as_programs_spell_them() {
         let a = "#include \"ROBO_TX_PRG.H\"\n#include \"../../Common/robo_tx_fw.h\"\n#include <Math.h>\n";
@@ -254,7 +254,7 @@ mod tests {
         assert_eq!(made.passed_over(), over);
     }
 
-    #[cfg_attr(windows, ignore = "names of files have no case there")]
+    #[cfg_attr(windows, ignore = "file names are not case-sensitive there")]
     #[test]
     fn copies_in_include_folders_are_passed_over_and_own_files_there_are_not_hidden() {
         let made = made(

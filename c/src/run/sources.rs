@@ -246,7 +246,7 @@ mod tests {
         assert_eq!(OwnFiles::read([&*missing].into_iter(), &[]).unwrap_err().0, missing);
     }
 
-    #[cfg_attr(windows, ignore = "names of files have no case there")]
+    #[cfg_attr(windows, ignore = "file names are not case-sensitive there")]
     #[test]
     fn headers_are_found_in_include_folders_and_in_other_cases() {
         let folder = tempfile::tempdir().unwrap();

@@ -8,7 +8,7 @@ use ft_transfer_area::TransferAreaComHandler;
 
 use crate::program::{read_all, simulate, DEADLINE};
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn a_factory_says_which_port_belongs_to_which_controller() {
     let mut child = simulate()

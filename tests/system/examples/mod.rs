@@ -25,7 +25,7 @@ fn text(bytes: &[u8]) -> &str {
     std::str::from_utf8(bytes).unwrap()
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     let mut program = Program::start(&[
@@ -62,7 +62,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
     assert!(log.contains("there is no \"I9\" to set"), "{log}");
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&UNPACED_SLIDE);
@@ -104,7 +104,7 @@ fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transf
     }
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     let program = Program::start(&UNPACED_SLIDE);
@@ -135,7 +135,7 @@ fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     assert!(log.contains("the master: M1 gets command 1: distance 600"), "{log}");
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn there_is_a_warning_about_extensions_of_the_world_that_are_left_out() {
     let warning = "the world's extensions from 1 on are left out";
@@ -146,7 +146,7 @@ fn there_is_a_warning_about_extensions_of_the_world_that_are_left_out() {
     }
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn the_reason_why_a_client_is_cut_off_is_logged() {
     let program = Program::start(&["--pace", "0", "--idle-limit", "0.2"]);
@@ -169,7 +169,7 @@ fn the_reason_why_a_client_is_cut_off_is_logged() {
     assert!(log.contains("the client is cut off: it reads no responses"), "{log}");
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn the_simulated_txt_makes_the_faults_that_are_ordered() {
     let program = Program::start(&["--fault", "close:3@exchange:2", "--fault", "id@response:0"]);

@@ -129,7 +129,7 @@ fn machine(controller: usize, moments: &[&Moment], length: f64, style: &mut Stri
     )
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn the_picture_in_the_readme_is_what_the_first_sample_prints() {
     let mut run = Run::start("motor_on_off_switch", &[]);

@@ -106,7 +106,7 @@ fn without_an_address_each_sample_starts_a_simulated_txt_and_ends() {
     });
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn each_sample_runs_with_the_simulated_txt_in_another_terminal() {
     thread::scope(|scope| {
@@ -207,7 +207,7 @@ fn drive(machine: &mut Machine) {
     machine.world_mut().unwrap().set_remote(remote);
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn ctrl_c_stops_the_motors_of_the_controller_that_is_named_and_goes_offline() {
     thread::scope(|scope| {
@@ -253,7 +253,7 @@ fn assert_ctrl_c_stops(Table { name, user, on }: Table) {
     });
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn a_remote_with_other_switches_drives_nothing() {
     let txt = SimulatedTxt::builder()
@@ -275,7 +275,7 @@ fn a_remote_with_other_switches_drives_nothing() {
 /// A world with nothing but a pressed button.
 const BARE: &str = "[master.inputs]\nI1 = { button = { pressed = true } }";
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn a_sample_says_what_is_not_plugged_in() {
     thread::scope(|scope| {

@@ -32,7 +32,7 @@ fn away_from_the_start() -> World {
     world
 }
 
-#[cfg_attr(not(unix), ignore = "a single program can't be told Ctrl-C there")]
+#[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]
 #[test]
 fn after_a_gap_the_motor_stands_until_the_program_looks_for_the_start_and_the_way_is_not_done() {
     let record: Arc<Mutex<Vec<(bool, ExchangeData)>>> = Arc::default();

@@ -99,7 +99,7 @@ fn what_the_controller_says_wrong_is_told_as_said_by_it() {
     assert_eq!(told["from"], "controller");
 }
 
-#[cfg_attr(windows, ignore = "Wine loses a reset when it tells of it: the next read is an end")]
+#[cfg_attr(windows, ignore = "Wine loses a reset when it reports it: the next read is an end")]
 #[test]
 fn a_reset_is_passed_on_as_a_reset_and_an_end_as_an_end() {
     let (listener, address) = listener();

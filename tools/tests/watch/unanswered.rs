@@ -91,10 +91,7 @@ fn its_own_ports_are_no_controller() {
     assert!(said(&output).contains("txt watch listens there itself"), "{}", said(&output));
 }
 
-#[cfg_attr(
-    not(target_os = "linux"),
-    ignore = "only on Linux it is known at once that nothing leads there"
-)]
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux reports at once that there is no route")]
 #[test]
 fn a_controller_that_can_not_be_reached_is_a_reset() {
     // No connection leads there.

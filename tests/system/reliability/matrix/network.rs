@@ -70,7 +70,7 @@ struct Network {
 impl Network {
     fn new() -> Result<Self, Skipped> {
         static NUMBER: AtomicU32 = AtomicU32::new(0);
-        system::only_unix("networks of their own for tests")?;
+        system::only_unix("network namespaces")?;
         if !system::is_root() {
             return Err(Skipped("it needs root".to_owned()));
         }

@@ -150,7 +150,7 @@ fn signalled(place: Place) -> Result<Outcome, Skipped> {
 }
 
 fn cannot_begin(role: &str) -> Result<Outcome, Skipped> {
-    only_unix("limits for a process that it sets itself")?;
+    only_unix("limits that a process sets for itself")?;
     let controller = Controller::start(txt());
     let mut child = Child::start(&format!("{role} {}", controller.port()));
     let (_, begins) = child.hear("begins");
@@ -162,7 +162,7 @@ fn cannot_begin(role: &str) -> Result<Outcome, Skipped> {
 
 /// The camera and I2C fail like this, and the transfer goes on.
 fn in_transfer(role: &str, [camera, i2c]: [&str; 2]) -> Result<Outcome, Skipped> {
-    only_unix("limits for a process that it sets itself")?;
+    only_unix("limits that a process sets for itself")?;
     let controller = Controller::start(txt());
     let mut child = Child::start(&format!("{role} {}", controller.port()));
     let (_, begun) = child.hear("begun");
