@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut id = [0];
     i2c.read(DEVICE, CHIP_ID_REGISTER, &mut id)?;
     if id != [CHIP_ID] {
-        return Err(format!("the device at {DEVICE:#04x} is no BMX055, its id is {id:?}").into());
+        return Err(format!("the device at {DEVICE:#04x} is not a BMX055, its id is {id:?}").into());
     }
     i2c.write(DEVICE, RANGE_REGISTER, &[RANGE_2_G])?;
 

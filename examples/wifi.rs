@@ -34,7 +34,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 const READ_LIMIT: Duration = Duration::from_secs(4);
 /// The motor stops when this program hangs for this time. Longer than a response may take.
 const WATCHDOG: Duration = Duration::from_secs(5);
-/// How long the handler tries to make a lost connection again.
+/// How long the handler tries to re-establish a lost connection.
 const RECONNECT_LIMIT: Duration = Duration::from_secs(60);
 
 /// How many pulses the slide first moves away from its start, and then back and forth.

@@ -16,7 +16,7 @@ const LIMIT: Duration = Duration::from_secs(60);
 /// In each round a thousand clients connect to each port.
 const ROUNDS: usize = 10;
 
-/// Less growth in a round is no leak, in KiB: 8 bytes for each client of one port.
+/// Less growth in a round is not a leak, in KiB: 8 bytes for each client of one port.
 const NO_GROWTH: u64 = 8;
 
 const SMALL_PICTURE: StartCameraOnline =

@@ -41,7 +41,7 @@ impl Server {
     /// The number that it prints next, such as its port.
     pub(crate) fn number(&mut self) -> Result<u16> {
         let line = self.line()?;
-        line.parse().with_context(|| format!("{line:?} is no number"))
+        line.parse().with_context(|| format!("{line:?} is not a number"))
     }
 
     /// All that it prints until it ends by itself.

@@ -181,7 +181,7 @@ fn instructions_of_run(report: &Report, kind: Kind, load: Load) -> Result<Option
 }
 
 fn text(path: &Path) -> Result<&str> {
-    path.to_str().context("the folder's name is no text")
+    path.to_str().context("the folder's name is not text")
 }
 
 /// Makes cycles under a tool; returns whether the tool is there.

@@ -113,7 +113,7 @@ impl Session {
                     self.compressor = Compressor::new();
                     other.response().emit(&mut answer);
                 }
-                None => anyhow::bail!("{id:#x} is no command"),
+                None => anyhow::bail!("{id:#x} is not a command"),
             }
             self.stream.write_all(&answer)?;
             self.sent = Instant::now();

@@ -247,7 +247,7 @@ fn command_size(bytes: &[u8]) -> Result<Option<(u32, usize)>> {
         Some(CommandId::StartCameraOnline) => StartCameraOnline::LEN,
         Some(_) => ID_LEN,
         None if id == RAW_HELLO => 2 * ID_LEN,
-        None => bail!("{id:#x} is no command"),
+        None => bail!("{id:#x} is not a command"),
     };
     Ok(Some((id, size)))
 }

@@ -209,7 +209,7 @@ impl Conversation {
     }
 }
 
-/// The first command of a stream if it is whole, or bytes that are no command; and the rest.
+/// The first command of a stream if it is whole, or bytes that are not a command; and the rest.
 fn split_command(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let mut there = 0;
     loop {

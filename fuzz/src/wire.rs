@@ -28,7 +28,7 @@ pub fn wire(data: &[u8]) {
     if let Some(id) = data.first_chunk().map(|id| u32::from_le_bytes(*id)) {
         if let Some(command) = CommandId::from_id(id) {
             assert_eq!(command.id(), id);
-            assert!(command.response().check(data).is_err(), "a command is no response");
+            assert!(command.response().check(data).is_err(), "a command is not a response");
         }
         if let Some(response) = ResponseId::from_id(id) {
             let is_right = response.check(data);

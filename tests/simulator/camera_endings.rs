@@ -93,7 +93,7 @@ fn starting_again_ends_the_connection_and_serves_the_next() {
 }
 
 #[test]
-fn a_wrong_acknowledge_ends_the_camera_connection_and_no_other() {
+fn a_wrong_acknowledgement_ends_the_camera_connection_and_no_other() {
     let txt = with_camera().start().unwrap();
     let mut main = Client::online(&txt);
     main.start_camera(settings(160, 120, 15));

@@ -20,7 +20,7 @@ fn sort(line: &mut Program) -> (i16, Input) {
         200..940 => (5, Output::O5),
         940..1430 => (15, Output::O6),
         1430..2000 => (26, Output::O7),
-        other => panic!("{other} mV is no colour"),
+        other => panic!("{other} mV is not a colour"),
     };
     let level = |line: &Program| line.machine.controllers[0].counter_input[0];
     let (mut counted, mut last) = (0, level(line));

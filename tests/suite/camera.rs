@@ -168,7 +168,7 @@ fn the_camera_stops_with_the_transfer() {
     check_end(&frames);
 }
 
-/// The controller closes the camera's connection when it stops the camera. That is no failure of the
+/// The controller closes the camera's connection when it stops the camera. That is not a failure of the
 /// stream, even when the controller goes offline only some time later.
 #[test]
 fn the_end_of_a_transfer_is_no_error_of_the_camera() {

@@ -26,7 +26,7 @@ fn cycles(entries: &[LogEntry]) -> Vec<&LoggedCycle> {
     entries.iter().filter_map(cycle).collect()
 }
 
-/// The entries that are no cycles, in short.
+/// The entries that are not cycles, in short.
 fn others(entries: &[LogEntry]) -> Vec<String> {
     let other = |entry: &LogEntry| match &entry.what {
         Logged::Began(began) => Some(format!("{} begins", began.device_name)),
@@ -114,7 +114,7 @@ fn a_log_that_is_full_loses_entries_counts_them_and_delays_nothing() {
     assert_eq!(numbers, (1..=numbers.len() as u64).collect::<Vec<_>>());
     assert!(numbers.len() <= 3);
     let last = entries.last().unwrap();
-    assert_eq!(last.lost, lost, "the end tells of all the loss before it");
+    assert_eq!(last.lost, lost, "the end reports all the loss before it");
     assert_eq!(others(&entries), ["TX2013 begins", "ends"]);
 }
 

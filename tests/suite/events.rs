@@ -223,7 +223,7 @@ fn events_tell_when_extensions_come_and_go_and_their_inputs_stay() {
             }
         }
     }
-    // Changes in between are told when the extension is back.
+    // Changes in between are reported when the extension is back.
     txt.with_machine(|machine| machine.alive[0] = false);
     assert_eq!(next(&events), extension_is(1, false));
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 0);

@@ -103,7 +103,7 @@ fn it_answers_each_response_in_the_very_next_request_beside_threads_that_wait() 
         assert_eq!(statistics.missed_responses, 0);
     }
     let answers = answers.lock().unwrap();
-    // The first request of each transfer is no answer, and the last one stops the motors.
+    // The first request of each transfer is not an answer, and the last one stops the motors.
     let unanswered = answers.iter().filter(|(asked, answer)| answer[0] != *asked).count();
     assert!(unanswered <= 6, "{unanswered} inputs were not answered in the next request");
     assert!(answers.len() > 3 * CHANGES);

@@ -46,6 +46,6 @@ pub(crate) fn numbers<T: TryFrom<i64>, const N: usize>(array: &Value) -> [T; N] 
 
 /// One integer.
 pub(crate) fn number<T: TryFrom<i64>>(value: &Value) -> T {
-    let number = value.as_i64().unwrap_or_else(|| panic!("{value} is no integer"));
+    let number = value.as_i64().unwrap_or_else(|| panic!("{value} is not an integer"));
     T::try_from(number).unwrap_or_else(|_| panic!("{number} is out of range"))
 }

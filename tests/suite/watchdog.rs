@@ -89,7 +89,7 @@ fn motors_of_a_program_that_does_nothing_are_stopped_and_it_is_told_once() {
     assert_eq!(next_error(&area), None, "told twice");
     area.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 300;
     watched.check_runs_with(300);
-    // Another handle is told, too; the motors run on.
+    // Another handle is notified, too; the motors run on.
     assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
     assert_eq!(watched.handler.feed_watchdog(), Ok(()));
     assert_eq!(watched.handler.error(), None);

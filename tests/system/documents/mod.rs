@@ -1,6 +1,6 @@
 //! The programs in the documents: each is a file in `programs/`, is built as an example, runs here
 //! with a simulated TXT, and is in its document without changes. `cargo test` builds them, too. For
-//! this test alone, `cargo build -p ft-transfer-area-tests --examples` does.
+//! this test alone, `cargo build -p ft-transfer-area-system-tests --examples` does.
 //!
 //! `UPDATE_DOCUMENTS=1 cargo test --workspace --test system documents` writes them into the documents again.
 

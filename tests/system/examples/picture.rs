@@ -1,5 +1,5 @@
 //! The moving picture in the README: what the first sample prints, drawn as a terminal in which each line appears
-//! at its time, and its buttons and motors as these lines tell of them. This makes it again:
+//! at its time, and its buttons and motors as these lines describe them. To regenerate it:
 //!
 //! ```sh
 //! UPDATE_PICTURE=1 cargo test --workspace --test system examples::picture
@@ -42,7 +42,7 @@ fn shape(line: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// What a line of the table tells: when, and of each controller whether I1 is pressed and what C1 is.
+/// What a line of the table says: when, and of each controller whether I1 is pressed and what C1 is.
 struct Moment {
     seconds: f64,
     controllers: [(bool, i64); 2],

@@ -126,7 +126,7 @@ impl Program {
         let mut line = String::new();
         out.read_line(&mut line).unwrap();
         let main = line.trim().strip_prefix("main 127.0.0.1:").and_then(|port| port.parse().ok());
-        let main: u16 = main.unwrap_or_else(|| panic!("{line:?} is no port"));
+        let main: u16 = main.unwrap_or_else(|| panic!("{line:?} is not a port"));
         read_all(out);
         self.ports = [main, main + 1, main + 2];
         self.watch = Some(Watch { child, said });

@@ -1,4 +1,4 @@
-//! Makes the seeds in `fuzz/corpus` again, from the recorded packets and from small pictures.
+//! Regenerates the seeds in `fuzz/corpus`, from the recorded packets and from small pictures.
 
 use std::fs;
 

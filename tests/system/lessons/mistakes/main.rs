@@ -62,7 +62,7 @@ fn set_up(handler: &TransferAreaComHandler, mistake: &str) {
     }
 }
 
-/// Answers each exchange, without an end.
+/// Answers each exchange, without end.
 fn each_cycle(
     handler: &TransferAreaComHandler,
     mut answer: impl FnMut(&mut FishX1Transfer) -> Result<(), TxtError>,

@@ -51,7 +51,7 @@ impl FromStr for Name {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (seed, edits) = text.split_once('/').unwrap_or((text, ""));
-        let seed = seed.parse().map_err(|_| format!("{seed} is no seed"))?;
+        let seed = seed.parse().map_err(|_| format!("{seed} is not a seed"))?;
         let edits = edits.split('-').filter(|edit| !edit.is_empty());
         Ok(Self { seed, edits: edits.map(str::parse).collect::<Result<_, _>>()? })
     }

@@ -59,5 +59,5 @@ impl Options {
 }
 
 fn read<T: std::str::FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| format!("{text} is no value for this option\n{USAGE}"))
+    text.parse().map_err(|_| format!("{text} is not a value for this option\n{USAGE}"))
 }

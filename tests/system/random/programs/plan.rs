@@ -29,7 +29,7 @@ pub(crate) struct Setup {
     pub(crate) reconnect_ms: Option<u64>,
     pub(crate) hook_limit_ms: u64,
     pub(crate) pace_ms: u64,
-    /// Whether a listener is told of everything.
+    /// Whether a listener is notified of everything.
     pub(crate) listens: bool,
     /// Faults by the number of an exchange on a connection.
     pub(crate) faults: Vec<(u64, FaultKind)>,

@@ -63,8 +63,8 @@ pub(crate) struct Call {
 }
 
 impl Call {
-    /// Whether it has told of an end of a transfer, a gap or an expired watchdog. After an end without an error,
-    /// `error` tells by returning none.
+    /// Whether it has reported an end of a transfer, a gap or an expired watchdog. After an end without an error,
+    /// `error` reports it by returning none.
     pub(crate) fn told(&self) -> bool {
         match &self.result {
             Ok(()) => matches!(self.what, What::Begin | What::End | What::Look),

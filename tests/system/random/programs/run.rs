@@ -14,7 +14,7 @@ use super::record::{Record, Who};
 use super::spec;
 use super::timeline;
 
-/// What is told about the transfer.
+/// What is reported about the transfer.
 const TOLD: &[EventKind] = &[
     EventKind::ConnectionLost,
     EventKind::ConnectionRestored,

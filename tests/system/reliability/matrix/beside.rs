@@ -16,7 +16,7 @@ use crate::proxy::Proxy;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Beside {
-    /// Each call sleeps for this time, until the hook is told of an interruption.
+    /// Each call sleeps for this time, until the hook is notified of an interruption.
     SleepingHook(Duration),
     HangingHook,
     HeldGuard,
@@ -34,7 +34,7 @@ pub(crate) struct Companion {
     let_go: Option<Sender<()>>,
     threads: Vec<JoinHandle<()>>,
     logger: Option<Blocked>,
-    /// The errors that the hook is told.
+    /// The errors that the hook gets.
     pub(crate) told: Option<Receiver<Error>>,
 }
 
@@ -109,8 +109,8 @@ impl Companion {
     }
 }
 
-/// Sets a hook that writes a duty and is `busy` in each call, until it is told of an interruption. Returns when it is
-/// busy.
+/// Sets a hook that writes a duty and is `busy` in each call, until it is notified of an interruption. Returns when it
+/// is busy.
 fn set_hook(handler: &TransferAreaComHandler, busy: impl Fn() + Send + 'static) -> Receiver<Error> {
     let (begun, has_begun) = mpsc::channel();
     let (telling, told) = mpsc::channel();
@@ -157,7 +157,7 @@ pub(crate) struct Waiting {
 }
 
 impl Waiting {
-    /// Their handles, which are to be told of all that happens from now on.
+    /// Their handles, which are to be notified of all that happens from now on.
     pub(crate) fn new(handler: &TransferAreaComHandler, count: usize) -> Self {
         let areas = (0..count).map(|_| handler.transfer_area()).collect();
         let (hearing, heard) = mpsc::channel();
@@ -182,18 +182,18 @@ impl Waiting {
         }
     }
 
-    /// Waits until each has been told of this interruption.
+    /// Waits until each has been notified of this interruption.
     pub(crate) fn wait_until_told(&self, interruption: &Error, limit: Duration) {
         for _ in &self.threads {
             assert_eq!(self.heard.recv_timeout(limit).as_ref(), Ok(interruption));
         }
     }
 
-    /// Waits until each has been told of the end, and of nothing else.
+    /// Waits until each has been notified of the end, and of nothing else.
     pub(crate) fn wait_until_ended(self, end: &Error) {
         for thread in self.threads {
             assert_eq!(thread.join().unwrap(), *end);
         }
-        assert_eq!(self.heard.try_iter().next(), None, "each is told once");
+        assert_eq!(self.heard.try_iter().next(), None, "each is notified once");
     }
 }

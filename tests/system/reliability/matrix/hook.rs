@@ -32,7 +32,7 @@ pub(crate) fn rows() -> Vec<Row> {
     // The transfer ends without the hook.
     let ends_beside = |place, call: Call| {
         Row::new(SECTION, "a hook that hangs", place)
-            // A wait that has been told of a response needs the areas, which the hook has.
+            // A wait that has been notified of a response needs the areas, which the hook has.
             .sees("`NotStarted` in each wait", "the hook's limit (0.5 s)")
             .by(&[By::Exchange])
             .test(move || Ok(hang(call, Error::NotStarted)))

@@ -193,7 +193,7 @@ fn many_transfers() -> Result<Outcome, Skipped> {
     Ok(Outcome { seen: Seen::Nothing, soon: None, by: By::Exchange, stopped: None })
 }
 
-/// How many threads and files this process has, if the system tells.
+/// How many threads and files this process has, if the system reports it.
 fn left_open() -> [usize; 2] {
     ["task", "fd"].map(|what| {
         std::fs::read_dir(format!("/proc/self/{what}")).map_or(0, |entries| entries.count())

@@ -8,7 +8,7 @@ use ft_transfer_area::Error;
 use super::panics::ON_PURPOSE;
 use super::row::DEADLINE;
 
-/// It panics when it is told that a watchdog with this limit has expired.
+/// It panics when it gets the message that a watchdog with this limit has expired.
 pub(crate) const PANICS_AT: Duration = Duration::from_millis(313);
 
 /// What all lines about guards contain that are held for long.
@@ -90,7 +90,7 @@ pub(crate) fn wait_for_panic() {
     LOGGER.wait("the logger's panic", |state| state.panicked);
 }
 
-/// Waits until the logger is told that this thread has held a guard for long, and returns the lines about it.
+/// Waits until the logger gets the message that this thread has held a guard for long, and returns the lines about it.
 pub(crate) fn wait_for_guard_of(thread: &str) -> Vec<String> {
     let name = format!("{thread:?}");
     LOGGER.wait("the warning", |state| state.lines.iter().any(|line| line.contains(&name)));

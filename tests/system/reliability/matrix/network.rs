@@ -22,9 +22,9 @@ pub(crate) fn rows() -> Vec<Row> {
         let length = Duration::from_secs(seconds);
         Row::new(SECTION, "network cut", place).test(move || cut(length, read_ms))
     };
-    let ride_out = |place, seconds| {
+    let reconnects_after = |place, seconds| {
         let length = Duration::from_secs(seconds);
-        Row::new(SECTION, "network cut", place).test(move || ride_out(length))
+        Row::new(SECTION, "network cut", place).test(move || reconnects_after(length))
     };
     const READ: &str = "the read limit (2 s) and 0.5 s";
     let rows = [
@@ -36,13 +36,13 @@ pub(crate) fn rows() -> Vec<Row> {
             By::Close,
         ]),
         cut("for 1 s, with a read limit of 4 s", 1, 4000).sees("nothing: TCP sends again", "–"),
-        ride_out("for 12 s, with reconnecting", 12)
+        reconnects_after("for 12 s, with reconnecting", 12)
             .sees("`ConnectionLost` once, and it goes on", READ)
             .by(&[By::IdleLimit]),
-        ride_out("for 3 s, with reconnecting", 3)
+        reconnects_after("for 3 s, with reconnecting", 3)
             .sees("`ConnectionLost` once, and it goes on", READ)
             .by(&[By::Exchange, By::IdleLimit, By::Close]),
-        ride_out("for 1 s, with reconnecting", 1)
+        reconnects_after("for 1 s, with reconnecting", 1)
             .sees("nothing, or `ConnectionLost` once, and it goes on", READ)
             .by(&[By::GoesOn, By::Exchange, By::IdleLimit, By::Close]),
         Row::new(SECTION, "5 % loss", "both ways, for 5 s, with a read limit of 10 s")
@@ -258,7 +258,7 @@ fn by_name(name: &str) -> By {
 }
 
 /// Cuts the network for a while, and lets the program go on when it is connected again.
-fn ride_out(length: Duration) -> Result<Outcome, Skipped> {
+fn reconnects_after(length: Duration) -> Result<Outcome, Skipped> {
     let network = Network::new()?;
     let [mut controller, mut program] = network.pair(&format!("reconnecting {CONTROLLER} {PORT}"));
     let struck = SystemTime::now();

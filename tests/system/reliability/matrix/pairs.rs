@@ -47,7 +47,7 @@ pub(crate) fn rows() -> Vec<Row> {
         SleepingHook(LIMIT + LIMIT / 2),
         HangingHook,
         HeldGuard,
-        // A program whose threads are told of responses and answer them does not hang.
+        // A program whose threads are notified of responses and answer them does not hang.
         WaitingForGuard(LIMIT / 8 * 7),
         CameraCommand,
         BlockedLogger,
@@ -215,7 +215,7 @@ fn run(beside: Beside, reason: Reason) -> Outcome {
     }
     waiting.wait_until_ended(&reason.end());
     let told_again = companion.told.iter().flatten().next();
-    assert_eq!(told_again, None, "the hook is told once");
+    assert_eq!(told_again, None, "the hook is notified once");
     assert_eq!(idle.lock()[LOCAL_IO].output.duty, [0; 8]);
     let (by, stopped) = controller.stopped_after(struck);
     assert!(controller.duties_since(since) <= allowed, "a duty was sent after the program knew");

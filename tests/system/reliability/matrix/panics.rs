@@ -220,7 +220,7 @@ fn run(panic: impl FnOnce(&TransferAreaComHandler)) -> Outcome {
     Outcome { seen, soon: Some(soon), by, stopped }
 }
 
-/// The watchdog expires, and the logger panics when it is told.
+/// The watchdog expires, and the logger panics when it is notified.
 fn in_logger() -> Outcome {
     let controller = Controller::start(txt());
     let handler = controller.handler().watchdog(logger::PANICS_AT).build().unwrap();

@@ -34,7 +34,7 @@ pub(crate) fn rows() -> Vec<Row> {
         let row = Row::new(SECTION, text, "while it runs").sees(ONCE, sees.1).by(by);
         rows.push(places.iter().fold(row, |row, &place| {
             let strike = Strike { place, in_request, fault };
-            row.test_at(format!("{place:?}"), move || Ok(ride_out(strike, sees.0)))
+            row.test_at(format!("{place:?}"), move || Ok(reconnects_after(strike, sees.0)))
         }));
     }
     // A connection is only re-established for a transfer that has begun and does not end.
@@ -191,7 +191,7 @@ fn check_goes_on(area: &TransferArea) {
 }
 
 /// A program with a motor on that calls again when the connection was lost in this way.
-fn ride_out(strike: Strike, cause: &str) -> Outcome {
+fn reconnects_after(strike: Strike, cause: &str) -> Outcome {
     let place = strike.place;
     let (controller, proxy, builder) = set_up(strike);
     let handler = builder.reconnect(DEADLINE).build().unwrap();

@@ -211,13 +211,13 @@ fn camera(port: u16) -> Outcome {
     program.finish(error, Some(soon))
 }
 
-/// Frames that nobody reads, from a server that waits for no acknowledge.
+/// Frames that nobody reads, from a server that waits for no acknowledgement.
 fn flood() -> Outcome {
     let fake = Fake::start(|client| {
         while client.send(&frame()) {
-            // The acknowledges must not fill the buffers.
-            let mut acknowledge = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
-            let _ = client.stream.read(&mut acknowledge);
+            // The acknowledgements must not fill the buffers.
+            let mut acknowledgement = [0; CAMERA_FRAME_ACKNOWLEDGE.len()];
+            let _ = client.stream.read(&mut acknowledgement);
         }
     });
     let program = Program::start(fake.port(), 0);

@@ -1,4 +1,4 @@
-//! Nothing reads as done that was not done.
+//! Nothing is reported as done that was not done.
 
 use std::time::Duration;
 

@@ -23,7 +23,7 @@ pub(super) fn whole(case: &Case<'_>) -> Vec<String> {
         }
     }
     for connection in case.connections() {
-        // A simple exchange is for the master only, and the first response tells that there is an extension.
+        // A simple exchange is for the master only, and the first response says that there is an extension.
         if let Some(torn) =
             connection.iter().skip(1).find(|exchange| !case.setup.simple && !exchange.agrees())
         {
@@ -115,7 +115,7 @@ pub(super) fn not_before_interruptions(case: &Case<'_>) -> Vec<String> {
 }
 
 /// When the last request of a connection came that was not the one that stops the motors. That one may be sent
-/// after the program was told.
+/// after the program was notified.
 pub(super) fn last_before_stop(connection: &[Exchange]) -> Option<Instant> {
     let (last, before) = connection.split_last()?;
     if last.is_off() {

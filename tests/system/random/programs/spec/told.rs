@@ -21,7 +21,7 @@ pub(super) fn once(case: &Case<'_>) -> Vec<String> {
     breaches
 }
 
-/// What was told to each handle that only one thread uses.
+/// What was reported to each handle that only one thread uses.
 fn count(
     case: &Case<'_>,
     name: &str,

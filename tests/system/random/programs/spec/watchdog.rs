@@ -40,7 +40,7 @@ fn too_early(case: &Case<'_>, limit: Duration, expired: Instant) -> Option<Strin
     ))
 }
 
-/// Duties after it expired that were written before, or that nobody was told about.
+/// Duties after it expired that were written before, or that nobody was notified of.
 fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
     let knows = |call: &&Call| {
         matches!(call.result, Err(Error::WatchdogExpired { .. })) && call.end >= expired
@@ -55,7 +55,7 @@ fn on_again(case: &Case<'_>, expired: Instant) -> Option<String> {
         for exchange in later.skip(skipped).filter(|exchange| !exchange.is_off()) {
             if known.is_none_or(|known| known > exchange.at) {
                 return Some(format!(
-                    "a duty at {}, after the watchdog expired at {}, but nobody was told",
+                    "a duty at {}, after the watchdog expired at {}, but nobody was notified",
                     case.at(exchange.at),
                     case.at(expired),
                 ));
