@@ -363,7 +363,7 @@ fn sent<A: Area>(mut config: Config) -> Config {
 }
 
 /// How often a sound is played. A program on the controller waits for the end of a sound with repeat 0, which
-/// is played once; online 0 means without an end.
+/// is played once; online 0 means without end.
 fn repeats(dev_mode: u8, repeat: u16) -> u16 {
     match (dev_mode, repeat) {
         (DEV_MODE_LOCAL, 0) => 1,

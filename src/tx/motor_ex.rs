@@ -63,7 +63,7 @@ impl FishX1Transfer {
         Ok(())
     }
 
-    /// Turns motors together without an end, as a command with 0 pulses does on the TX.
+    /// Turns motors together without end, as a command with 0 pulses does on the TX.
     ///
     /// The slaves follow the master, each in its own direction, and the controller keeps them together.
     /// Counters are not reset. To change the speed, set a new duty for each of the motors by

@@ -172,7 +172,7 @@ fn cycles_that_one_has_lost_are_left_out() {
     let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).lock_step();
     let handler = builder.build().unwrap();
     let all = Recorder::start(&handler, &one, Options::default().with_capacity(6_000)).unwrap();
-    // Looked after too rarely for so few places.
+    // Checked too rarely for so few places.
     let some = Recorder::start(&handler, &other, Options::default().with_capacity(1)).unwrap();
     handler.begin_transfer().unwrap();
     for number in 0..3_000 {

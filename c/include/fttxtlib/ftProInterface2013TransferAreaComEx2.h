@@ -170,7 +170,7 @@ public:
     }
 
     /* Turns a motor for some pulses, alone or with one or three others. NoMotor is none. With 0 pulses they
-       turn without an end. */
+       turn without end. */
     FtErrors StartMotorExCmd(ShmIfId_TXT shmId, Motor mIdx, int duty, Direction mDirection, int pulses)
     {
         return StartMotorExCmd(shmId, mIdx, duty, mDirection, NoMotor, NoDirection, pulses);
@@ -309,7 +309,7 @@ public:
         }
     }
 
-    /* index: 1 to 29 as delivered, 0 stops the sound. repeat: 0 is without an end. */
+    /* index: 1 to 29 as delivered, 0 stops the sound. repeat: 0 means without end. */
     FtErrors SetSound(ShmIfId_TXT shmId, UINT16 index, UINT16 repeat)
     {
         return code(ft_ex2_set_sound(m_handler, shmId, index, repeat));

@@ -135,7 +135,7 @@ calls! {
     ft_ex2_set_pwm(output: i32, duty: i32) |area| {
         area.set_out_pwm_values(Output::try_from(output)?, number(duty))
     };
-    /// `StartMotorExCmd` with up to three slaves; `NoMotor` is none. With 0 pulses they turn without an end.
+    /// `StartMotorExCmd` with up to three slaves; `NoMotor` is none. With 0 pulses they turn without end.
     ft_ex2_start_motor_ex(
         motor: i32, duty: i32, direction: i32,
         slave1: i32, direction1: i32, slave2: i32, direction2: i32, slave3: i32, direction3: i32,

@@ -140,7 +140,7 @@ pub(crate) extern "C" fn SetOutPwmValues(
     })
 }
 
-/// Turns a motor, and one that follows it, for so many pulses, or without an end for 0 pulses. There is no
+/// Turns a motor, and one that follows it, for a number of pulses, or without end for 0 pulses. There is no
 /// second motor when `slave` is the motor itself or out of range.
 #[no_mangle]
 pub(crate) extern "C" fn StartMotorExCmd(

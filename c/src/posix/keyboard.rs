@@ -80,7 +80,7 @@ fn restore_at(signal: c_int) {
     }
 }
 
-/// Reads what has come, waiting for so long at most; -1 waits until something comes. False when nothing did.
+/// Reads what has come, waiting for at most this time; -1 waits until something comes. False when nothing did.
 fn read_keys(keys: &mut VecDeque<u8>, wait_ms: c_int) -> bool {
     let mut input = libc::pollfd { fd: INPUT, events: libc::POLLIN, revents: 0 };
     let mut bytes = [0; 64];

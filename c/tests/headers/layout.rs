@@ -34,7 +34,7 @@ fn with_32_bit_pointers_fields_lie_as_on_the_tx() {
     }
     let mut checked = false;
     for compiler in compilers::for_c() {
-        // The header needs nothing of the system, so a compiler without 32-bit libraries suffices.
+        // The header needs nothing from the system, so a compiler without 32-bit libraries suffices.
         if compiler.check("c89", &["-m32"], "int number;\n").is_err() {
             eprintln!("not checked with {}, which does not know -m32", compiler.program);
             continue;

@@ -59,7 +59,7 @@ fn each_event_is_told_once_in_a_thread_of_the_library() {
         let threads = THREADS.lock().clone();
         assert!(threads.iter().all(|thread| *thread == threads[0]));
         assert_ne!(threads[0], thread::current().id());
-        // A motor that is stopped, or turns without an end, has reached nothing.
+        // A motor that is stopped, or turns without end, has reached nothing.
         forget();
         assert_eq!(StopAllMotorExCmd(device.0, 0), SUCCESS);
         assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 0, 0, 0, 0), SUCCESS);

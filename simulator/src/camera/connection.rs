@@ -138,7 +138,7 @@ fn accept_while_serving(
     let client =
         port.accept_while(|shared| shared.read(|machine| serves(machine, start_up).is_ok()));
     port.close();
-    // If it fails, it is tried again before the camera serves.
+    // If it fails, the next attempt is before the camera serves.
     reserved.socket = reserve(reserved.address).ok();
     client
 }

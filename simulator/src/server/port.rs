@@ -100,7 +100,7 @@ impl Port {
             Err(error) if !std::mem::replace(&mut self.has_warned, true) => {
                 log::warn!("a client could not be accepted: {error}");
             }
-            // It is tried again and again.
+            // The next attempts are not logged.
             Err(_) => {}
         }
         None

@@ -38,7 +38,7 @@ pub(crate) enum Command {
         /// Whether the motors that follow this one are stopped. Otherwise they go on.
         stops_followers: bool,
     },
-    /// A distance; without pulses, motors that turn together without an end.
+    /// A distance; without pulses, motors that turn together without end.
     Move {
         motor: Motor,
         duty: i64,

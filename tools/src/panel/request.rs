@@ -148,7 +148,7 @@ fn command(name: &str, message: &Value) -> Result<Command, Problem> {
                 Value::Null => Vec::new(),
                 _ => vec![Follower { motor: terminal(message, "with")?, opposite }],
             };
-            // Two motors may turn together without an end.
+            // Two motors may turn together without end.
             let pulses = Some(field(message, "pulses")?);
             let pulses = pulses.filter(|pulses| *pulses != 0 || with.is_empty());
             Command::Move { motor: motor()?, duty: duty()?, pulses, with }

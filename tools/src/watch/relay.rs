@@ -25,8 +25,8 @@ const WAKER: Token = Token(3);
 /// The first token of a connection; each has two.
 const FIRST: usize = 4;
 
-/// How long a program that comes to the camera before the controller has opened its port is kept waiting, and how
-/// often it is tried.
+/// How long a program that comes to the camera before the controller has opened its port is kept waiting, and the
+/// pause between two attempts.
 const CAMERA_LIMIT: Duration = Duration::from_secs(5);
 const CAMERA_RETRY: Duration = Duration::from_millis(20);
 /// How long the commands of a program wait for its connection to the camera or to I2C. If that was for nothing, they

@@ -45,7 +45,7 @@ async fn turn_and_stop(client: &Client) -> Result<()> {
 
     page.click(FORWARD).await?;
     ensure_seen(&txt, "M1 turns again", turns)?;
-    // The stop needs nothing of the rest of the page: neither its connection nor its scripts.
+    // The stop needs nothing from the rest of the page: neither its connection nor its scripts.
     let broken = "window.panelSocket = null;
         document.getElementById = requestAnimationFrame = () => { throw new Error('broken on purpose') }";
     page.run(broken, json!(null)).await?;

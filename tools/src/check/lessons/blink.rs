@@ -79,7 +79,7 @@ fn judge(spells: &[(bool, f64)]) -> Check {
             format!("The lamp at O8 blinked for {whole:.1} s, and then stopped."),
             format!("Die Lampe an O8 blinkte {} s lang und dann nicht mehr.", german(whole, 1)),
         )
-        .hint("a loop without an end is loop { … }.", "Eine Schleife ohne Ende ist loop { … }."));
+        .hint("an endless loop is loop { … }.", "Eine Schleife ohne Ende ist loop { … }."));
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ export class Distance {
     this.with = select(t("withOf", { name }), [["", t("alone")], ...others.flatMap((other) => ["together", "against"].map((way) => [`${other}/${way}`, t(way, { name: `M${other + 1}` })]))],
       (value) => {
         hold(this.with);
-        // Two motors may turn together without an end.
+        // Two motors may turn together without end.
         this.pulses.min = value ? 0 : 1;
       });
     this.go = button(t("go"), () => {

@@ -17,7 +17,7 @@ use super::survey::Survey;
 use crate::{interrupt, print};
 use player::{Player, Run};
 
-/// How often it is checked whether a program has left, or a gap is over.
+/// How often to check whether a program has left, or a gap is over.
 const LOOK: Duration = Duration::from_millis(20);
 
 const AFTER_HELP: &str = "\
