@@ -51,7 +51,7 @@ impl fmt::Display for ConnectionKind {
 
 /// A controller that answered, see [`find_controllers`](crate::find_controllers).
 ///
-/// One that answers serves no other program at that moment. A controller does not tell whether a camera is
+/// One that answers serves no other program at that moment. A controller does not say whether a camera is
 /// plugged in: it answers the camera's start in the same way, and then no picture comes.
 ///
 /// Its `address` as text is what [`builder`](crate::TransferAreaComHandler::builder) takes. It prints as

@@ -17,7 +17,7 @@ It asks at 192.168.7.2 (USB), 192.168.8.2 (Wi-Fi), 192.168.9.2 (Bluetooth), 127.
 addresses that you give, all at the same time. This moves nothing. A controller on which somebody is
 online does not answer others, and is not disturbed: it is listed without its name.
 
-A controller does not tell whether it has a camera. With --try-camera, each one that answers goes
+A controller does not say whether it has a camera. With --try-camera, each one that answers goes
 online and starts its camera for up to 8 seconds. This stops a program that runs on it.
 
 The exit status is 1 when no controller has answered.
@@ -105,7 +105,7 @@ impl Findings {
                     });
                 });
                 if let Err(error) = asked {
-                    log::warn!("{address}: there is no thread for its camera: {error}");
+                    log::warn!("{address}: no thread could be started for its camera: {error}");
                 }
             }
         });
