@@ -25,6 +25,7 @@ pub mod porting {}
 #[doc = include_str!("../docs/names.md")]
 pub mod names {}
 
+/// [porting.md]: porting
 #[doc = include_str!("../docs/protocol.md")]
 pub mod protocol {}
 

@@ -3,8 +3,8 @@
 //! Each part has a module of its own: the state of the [transfer](crate::handler::parts::state), [who has the
 //! areas](crate::handler::parts::area_lock), the [hand-over](crate::handler::parts::hand_over) of outputs and inputs, the [reaction
 //! window](crate::handler::parts::window), the [watchdog](crate::handler::parts::watchdog), what has [stopped the
-//! outputs](crate::handler::parts::interruptions), and the [cycle hook](crate::handler::parts::hook_slot). None of them uses another
-//! part or a lock. Here they are under one lock, which is held only for moments, and the threads wait on
+//! outputs](crate::handler::parts::interruptions), and the [cycle hook](crate::handler::parts::hook_slot). None of them uses
+//! a lock, and only the hand-over uses another part. Here they are under one lock, which is held only for moments, and the threads wait on
 //! the condition variables next to it. What the program's threads do with the parts is in
 //! [`program::calls`](crate::handler::program::calls), what the transfer thread does in
 //! [`transfer::calls`](crate::handler::transfer::calls).

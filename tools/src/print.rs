@@ -63,7 +63,7 @@ fn is_command(character: char) -> bool {
 }
 
 /// An error with its causes, and with what to do if something is used up. Some errors name their cause themselves;
-/// it is not told again.
+/// it is not repeated.
 pub(crate) fn sentence(error: &anyhow::Error) -> String {
     let mut told = String::new();
     for cause in error.chain().map(ToString::to_string) {

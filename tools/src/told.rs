@@ -1,4 +1,4 @@
-//! What has happened on the connections between a program and a controller, for all that tell of it.
+//! What has happened on the connections between a program and a controller, for everything that reports it.
 
 use std::io;
 use std::net::SocketAddr;

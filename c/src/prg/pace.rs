@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 /// The time from one call of `PrgTic` to the next.
 pub(super) const TIC: Duration = Duration::from_millis(1);
 
-/// How late a tic may be to be made up. If it is later, the machine had other work for long or was suspended,
+/// How late a tic may be to be made up. If it is later, the machine was busy for a long time or was suspended,
 /// and a program that caught up with minutes of tics would not see its inputs meanwhile.
 const MOST_LATE: Duration = Duration::from_millis(100);
 

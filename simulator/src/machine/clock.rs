@@ -37,7 +37,7 @@ enum CameraTime {
 struct Follower {
     /// How long time passes after a command, until the next one.
     longest_pause: Duration,
-    /// The clock's position; `None` while nobody is online.
+    /// How far the machine has followed the clock; `None` while nobody is online.
     place: Option<Place>,
 }
 

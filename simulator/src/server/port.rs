@@ -100,7 +100,7 @@ impl Port {
             Err(error) if !std::mem::replace(&mut self.has_warned, true) => {
                 log::warn!("a client could not be accepted: {error}");
             }
-            // The next attempts are not logged.
+            // Further failures are not logged.
             Err(_) => {}
         }
         None

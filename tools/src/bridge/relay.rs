@@ -120,7 +120,7 @@ impl Relay {
         self.publish(STATE, true, json(&self.state));
     }
 
-    /// The motors have been stopped; everybody is notified why.
+    /// The motors have been stopped; everybody is told why.
     pub(crate) fn stopped(&mut self, reason: String) {
         self.say(&format!("all motors are stopped: {reason}"));
         let told = json(&PublishedEvent::Stopped { reason: reason.clone() });
