@@ -8,6 +8,9 @@ use toml::de::DeValue;
 use super::mistake::Mistake;
 use super::read::{terminal, Read};
 
+/// The greatest index of a controller.
+pub(super) const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
+
 /// A terminal of the master or of an extension, as in `I1` or `E1.I1`. It needs no other fields, so it
 /// is closed on purpose.
 ///

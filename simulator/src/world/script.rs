@@ -1,17 +1,14 @@
 //! What happens in a world by itself.
 
-use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::tx::Input;
 use toml::de::DeValue;
 
 use super::i2c_device::{self, DEVICE};
 use super::mistake::{at, each, expect, not_negative, Checked, Mistake};
+use super::plug::CONTROLLERS;
 use super::read::{list, number, terminal_value, text, truth, whole, Keys, Read};
 use super::shaft::TICK_MICROS;
 use super::{Board, Piece, Remote, Sensor, World};
-
-/// The greatest index of a controller.
-pub(super) const CONTROLLERS: i64 = MAX_EXTENSIONS as i64;
 
 const SCRIPT: &str = "expected a table, as in [script]";
 const EVENTS: &str = "expected a list, as in [[script.events]]";

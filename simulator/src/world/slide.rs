@@ -4,8 +4,8 @@ use ft_transfer_area::tx::Input;
 use toml::de::DeValue;
 
 use super::mistake::{at, each, in_range, not_negative, positive, Checked, Mistake};
+use super::plug::CONTROLLERS;
 use super::read::{list, number, only, terminal_value, whole, Keys, Read};
-use super::script::CONTROLLERS;
 
 const SLIDE: &str = "expected a slide, as in slide = { travel = { pulses = 1000 } }";
 const TRAVEL: &str = "expected one length, as in travel = { pulses = 1000 }";
