@@ -62,6 +62,10 @@ mod tests {
 
     use super::*;
 
+    const TIMINGS: [Timing; 2] = [Timing::Fine, Timing::Coarse];
+    /// Far more than any test takes.
+    const LONG: Duration = Duration::from_secs(3600);
+
     /// How many waits a limit of this length takes that nothing else ends.
     fn waits(timing: Timing, limit: Duration) -> usize {
         let (mutex, begin) = (Mutex::new(()), Instant::now());
@@ -82,5 +86,40 @@ mod tests {
         // The first part is slept through.
         let naps = (COARSE.as_micros() / NAP.as_micros()) as usize;
         assert!(waits(Timing::Coarse, 3 * COARSE) < 10 + naps);
+    }
+    #[test]
+    fn a_wait_ends_when_its_condition_does() {
+        for timing in TIMINGS {
+            for limit in [Some(COARSE), Some(LONG), None] {
+                let (waiting, changed) = (Mutex::new(true), Condvar::new());
+                thread::scope(|scope| {
+                    scope.spawn(|| {
+                        *waiting.lock() = false;
+                        changed.notify_all();
+                    });
+                    let deadline = limit.map(|limit| Instant::now() + limit);
+                    let mut guard = waiting.lock();
+                    while *guard && !timing.wait_until(&changed, &mut guard, deadline) {}
+                });
+            }
+        }
+    }
+
+    #[test]
+    fn the_lock_is_free_during_a_wait() {
+        for timing in TIMINGS {
+            let (count, changed) = (Mutex::new(0), Condvar::new());
+            thread::scope(|scope| {
+                scope.spawn(|| {
+                    while *count.lock() < 3 {
+                        *count.lock() += 1;
+                    }
+                });
+                let mut guard = count.lock();
+                while *guard < 3 {
+                    timing.wait_until(&changed, &mut guard, Some(Instant::now() + NAP));
+                }
+            });
+        }
     }
 }
