@@ -63,6 +63,10 @@ fn every_example_runs_as_it_is_written() {
         .unwrap();
     let said = text(&output);
     assert!(output.status.success() && said.contains("1 passed"), "{said}");
+    // What it has skipped is shown here, too.
+    for note in said.lines().filter(|line| line.starts_with("SKIPPED")) {
+        io::stderr().write_all(format!("{note}\n").as_bytes()).unwrap();
+    }
 }
 
 fn text(output: &Output) -> String {
