@@ -256,8 +256,8 @@ pub enum Error {
 
     /// No I2C device answers at this address. The connection stays usable.
     ///
-    /// The simulated TXT reports this. How a real controller reports it is not known; it may be another
-    /// error.
+    /// The maker's firmware 4.7.0 also reports a transfer that has failed on the bus in this way (measured under
+    /// emulation).
     I2cNoDevice {
         /// The 7-bit address.
         device: u8,

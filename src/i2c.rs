@@ -7,16 +7,16 @@ use crate::client::{
 };
 use crate::error::Error;
 use crate::notices::notice;
-use crate::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+use crate::wire::{I2cRequestHeader, I2cResponseHeader};
 
 /// The highest address of a device: it has 7 bits.
 const ADDRESS_MAX: i64 = 0x7F;
 
-/// The most bytes to write: their number is also the request's command, a byte.
+/// The most bytes to write. More than ftrobopy and old programs write at once; the firmware takes 1024.
 const WRITE_MAX: i64 = u8::MAX as i64;
 
-/// The most bytes to read.
-const READ_MAX: i64 = u16::MAX as i64;
+/// The most bytes to read: the firmware sends no more.
+const READ_MAX: i64 = 1024;
 
 /// The maximum age of a connection's last request when the next goes out. The controller closes a
 /// connection that was silent for 5 s, and must not do so while a request is on its way.
@@ -33,18 +33,18 @@ const NAMES: PacketNames =
 /// and returns within the [`TimeLimits`]. The client has a connection of its own (port 65002), so a
 /// running transfer goes on meanwhile.
 ///
-/// The controller closes a connection that is silent for 5 s. No request is known that changes nothing
-/// in any device and could keep the connection open. So before each request the client makes a new
-/// connection if the old one was closed or has been silent for 4 s. A program may pause for any time
-/// and does not notice. The client also makes a new connection after an error on the wire.
+/// The controller closes a connection that is silent for 5 s. So before each request the client makes a new
+/// connection if the old one was closed or has been silent for 4 s. The client also makes a new connection
+/// after an error on the wire.
+///
+/// **With a TXT, do not pause for longer than 4 s.** The maker's firmware 4.7.0 (under emulation) accepts one I2C
+/// connection in each transfer, within 5 s after its begin. Once that one is closed, it refuses every other one
+/// until the next transfer begins, so a client that connects again gets [`Error::ConnectionRefused`]. Before the
+/// first transfer it refuses, too. The simulated TXT accepts connections at any time.
 ///
 /// **No request is sent twice.** After an error of connecting, nothing was sent. After another error
 /// on the wire, it is not known whether the device has carried out the request. Whether a program may
 /// repeat it depends on the device.
-///
-/// Only ftrobopy's use of this port is known: it connects while it is online, and reads and writes
-/// registers with numbers of one byte. It is not known whether a controller answers before
-/// `begin_transfer`. The simulated TXT does.
 ///
 /// ```no_run
 /// use ft_transfer_area::TransferAreaComHandler;
@@ -113,7 +113,7 @@ impl I2cClient {
     /// Reads a device's register. With a longer buffer, most devices also send the next registers.
     /// Blocks until the response.
     ///
-    /// `device` is the address of 7 bits, 0..=127. `buffer` has 1 to 65535 bytes. It is filled, or
+    /// `device` is the address of 7 bits, 0..=127. `buffer` has 1 to 1024 bytes. It is filled, or
     /// after an error unchanged.
     ///
     /// # Errors
@@ -150,7 +150,7 @@ impl I2cClient {
     ///
     /// `device` is the address of 7 bits, 0..=127. `write` has 0 to 255 bytes. With none the device reads
     /// on where it is, in most devices from the register after the last one; no other client is known that
-    /// asks a controller for this. `read` has 0 to 65535 bytes, and at least 1 when nothing is written. It
+    /// asks a controller for this. `read` has 0 to 1024 bytes, and at least 1 when nothing is written. It
     /// is filled, or after an error unchanged.
     ///
     /// # Errors
@@ -180,9 +180,9 @@ impl I2cClient {
         let write_len = write.len() + behind.len();
         let header = I2cRequestHeader {
             // These fit: the callers have checked them.
-            command: write_len as u8,
-            device: device.into(),
-            write_len: write_len as u32,
+            data_len: write_len as u32,
+            device,
+            write_len: write_len as u16,
             read_len: buffer.len() as u16,
         };
         self.request.clear();
@@ -199,7 +199,7 @@ impl I2cClient {
         // After an error, bytes of the response may still come, so the connection is not kept.
         connection.transact(NAMES, &self.request, &mut self.response, size)?;
         self.connection = Some(connection);
-        if self.response.starts_with(&I2C_NO_DEVICE) {
+        if !I2cResponseHeader::parse(&self.response[..I2cResponseHeader::LEN])?.is_ok {
             return Err(Error::I2cNoDevice { device });
         }
         buffer.copy_from_slice(&self.response[I2cResponseHeader::LEN..expected]);
@@ -238,11 +238,8 @@ pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
 /// response.
 fn response_size(start: &[u8], expected: usize) -> Result<Option<usize>, Error> {
     let Some(header) = start.get(..I2cResponseHeader::LEN) else { return Ok(None) };
-    if header == I2C_NO_DEVICE {
-        return Ok(Some(header.len()));
-    }
-    I2cResponseHeader::parse(header)?;
-    Ok(Some(expected))
+    let header = I2cResponseHeader::parse(header)?;
+    Ok(Some(if header.is_ok { expected } else { I2cResponseHeader::LEN }))
 }
 
 #[cfg(test)]
@@ -288,7 +285,7 @@ mod tests {
     /// A connection on which every register holds this.
     fn answering(value: u8) -> Scripted {
         let mut response = Vec::new();
-        I2cResponseHeader::default().emit(&mut response);
+        I2cResponseHeader { read_len: 1, is_ok: true }.emit(&mut response);
         response.push(value);
         Scripted::new(at_once([Event::Bytes(response)]), vec![])
     }
@@ -332,7 +329,7 @@ mod tests {
                 sender.send(stream.try_clone().unwrap()).unwrap();
                 while stream.read_exact(&mut request).is_ok() {
                     let mut response = Vec::new();
-                    I2cResponseHeader::default().emit(&mut response);
+                    I2cResponseHeader { read_len: 1, is_ok: true }.emit(&mut response);
                     response.push(number);
                     stream.write_all(&response).unwrap();
                     answered += 1;

@@ -4,11 +4,14 @@ use std::collections::VecDeque;
 
 use arbitrary::{Result, Unstructured};
 use ft_transfer_area::fuzzing;
-use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
 use ft_transfer_area::Error;
 use ft_transfer_area_simulator::{Machine, I2C_REGISTERS};
 
 use super::take;
+
+/// The response of a missing device.
+const NO_DEVICE: [u8; I2cResponseHeader::LEN] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
 
 /// What a client reads from a response.
 #[derive(Debug, PartialEq)]
@@ -31,8 +34,8 @@ fn ask(input: &mut Unstructured) -> Result<()> {
     let mut pieces = VecDeque::new();
     for _ in 0..input.int_in_range(0..=30)? {
         pieces.push_back(match input.int_in_range(0..=3)? {
-            0 => I2cResponseHeader::ID.to_be_bytes().to_vec(),
-            1 => I2C_NO_DEVICE.to_vec(),
+            0 => I2cResponseHeader::ID.to_le_bytes().to_vec(),
+            1 => NO_DEVICE.to_vec(),
             _ => take(input, 320)?.to_vec(),
         });
     }
@@ -49,10 +52,10 @@ fn ask(input: &mut Unstructured) -> Result<()> {
         let sent = sent();
         let (header, written) = sent[before..].split_at(I2cRequestHeader::LEN);
         let header = I2cRequestHeader::parse(header).expect("a request");
-        assert_eq!((header.device, written), (device.into(), write));
+        assert_eq!((header.device, written), (device, write));
         assert_eq!(
-            (header.write_len as usize, header.read_len as usize),
-            (write.len(), buffer.len())
+            (header.data_len as usize, header.write_len as usize, header.read_len as usize),
+            (write.len(), write.len(), buffer.len())
         );
         before = sent.len();
 
@@ -85,10 +88,8 @@ fn respond(pieces: &mut VecDeque<Vec<u8>>, read: usize) -> Outcome {
     loop {
         if let (None, Some(header)) = (size, response.get(..I2cResponseHeader::LEN)) {
             size = match header {
-                _ if header == I2C_NO_DEVICE => Some(I2C_NO_DEVICE.len()),
-                _ if header.starts_with(&I2cResponseHeader::ID.to_be_bytes()) => {
-                    Some(I2cResponseHeader::LEN + read)
-                }
+                [0x87, 0xFD, 0x0D, 0x90, _, _, _, _, 0, 0, ..] => Some(I2cResponseHeader::LEN),
+                [0x87, 0xFD, 0x0D, 0x90, ..] => Some(I2cResponseHeader::LEN + read),
                 _ => return Outcome::WrongId,
             };
         }
@@ -97,7 +98,7 @@ fn respond(pieces: &mut VecDeque<Vec<u8>>, read: usize) -> Outcome {
                 return Outcome::Surplus { expected, found: response.len() }
             }
             Some(expected) if response.len() == expected => {
-                return match response.starts_with(&I2C_NO_DEVICE) {
+                return match response[8..10] == [0, 0] {
                     true => Outcome::NoDevice,
                     false => Outcome::Read(response[I2cResponseHeader::LEN..].to_vec()),
                 }
@@ -149,13 +150,12 @@ fn answer(input: &mut Unstructured) -> Result<()> {
             _ => {
                 let write = take(input, 300)?;
                 let mut request = Vec::new();
-                I2cRequestHeader {
-                    command: input.arbitrary()?,
-                    device: input.int_in_range(0..=200)?,
-                    write_len: input.int_in_range(0..=300)?,
-                    read_len: input.int_in_range(0..=600)?,
-                }
-                .emit(&mut request);
+                let wrong_len = u32::from(input.arbitrary::<u8>()? == u8::MAX);
+                let device = input.int_in_range(0..=200)?;
+                let write_len = input.int_in_range(0..=300)?;
+                let read_len = input.int_in_range(0..=600)?;
+                let data_len = u32::from(write_len) ^ wrong_len;
+                I2cRequestHeader { data_len, device, write_len, read_len }.emit(&mut request);
                 request.extend_from_slice(write);
                 check_request(&request, &mut machine, &mut models);
             }
@@ -177,9 +177,9 @@ fn check_request(request: &[u8], machine: &mut Machine, models: &mut [Option<Mod
     let header = I2cRequestHeader::parse(&request[..I2cRequestHeader::LEN]).expect("a request");
     let mut write = request[I2cRequestHeader::LEN..].to_vec();
     write.resize(header.write_len as usize, 0);
-    let model = models.get_mut(header.device as usize).and_then(Option::as_mut);
+    let model = models.get_mut(usize::from(header.device)).and_then(Option::as_mut);
     let Some(model) = model else {
-        assert_eq!(response, I2C_NO_DEVICE);
+        assert_eq!(response, NO_DEVICE);
         return;
     };
     if let Some((register, values)) = write.split_first() {
@@ -190,7 +190,8 @@ fn check_request(request: &[u8], machine: &mut Machine, models: &mut [Option<Mod
         }
     }
     let (header_bytes, read) = response.split_at(I2cResponseHeader::LEN);
-    assert_eq!(I2cResponseHeader::parse(header_bytes), Ok(I2cResponseHeader::default()));
+    let good = I2cResponseHeader { read_len: header.read_len, is_ok: true };
+    assert_eq!(I2cResponseHeader::parse(header_bytes), Ok(good));
     assert_eq!(read.len(), usize::from(header.read_len));
     for value in read {
         let register = model.advance();

@@ -20,6 +20,7 @@ mod transport;
 mod watched;
 
 use std::net::IpAddr;
+use std::time::{Duration, Instant};
 
 pub(crate) use address::host_and_port;
 pub(crate) use connection::{Connection, PacketNames};
@@ -44,6 +45,13 @@ use crate::wire::{
 
 /// Port of the controller's main connection.
 pub const PORT: u16 = 65000;
+
+/// How long after StartOnline the firmware's I2C server may still wait for its client: 5 s, and some more for slow
+/// clocks and networks.
+const I2C_SERVER_WAITS: Duration = Duration::from_secs(6);
+
+/// How long connecting to that server may take.
+const I2C_CONNECT_LIMIT: Duration = Duration::from_millis(300);
 
 /// The longest response, and one more byte to detect a longer one.
 const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
@@ -80,6 +88,9 @@ pub struct TxtClient {
     /// `None` when it was abandoned.
     connection: Option<Connection>,
     online: bool,
+    /// When online mode has begun, and where the I2C server of a TXT is.
+    online_since: Option<Instant>,
+    i2c_port: Option<u16>,
     /// The error after which the connection can't be used any more.
     broken: Option<Error>,
     request: Vec<u8>,
@@ -119,10 +130,14 @@ impl TxtClient {
     }
 
     fn over(endpoint: Endpoint, connection: Connection) -> Self {
+        let i2c_port = (endpoint.port == PORT).then_some(PORT + 2);
         Self {
             endpoint,
             connection: Some(connection),
             online: false,
+            online_since: None,
+            // A simulated TXT at another port does not need it.
+            i2c_port,
             broken: None,
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
@@ -152,6 +167,7 @@ impl TxtClient {
     pub fn start_online(&mut self) -> Result<(), Error> {
         self.command(CommandId::StartOnline, |out| StartOnline::new().emit(out), no_values)?;
         self.online = true;
+        self.online_since = Some(Instant::now());
         Ok(())
     }
 
@@ -271,16 +287,35 @@ impl TxtClient {
 
     /// Ends online mode; the controller stops its motors. Blocks until the response.
     ///
+    /// At port 65000, and within 6 s after [`start_online`](Self::start_online), it first connects to the I2C port
+    /// 65002 and closes that connection, for 0.3 s at most: otherwise a second StartOnline within 5 s after the
+    /// first ends the program of the maker's firmware (4.7.0, under emulation), which is away for 2 s then.
+    ///
     /// # Errors
     ///
     /// Any error of talking to the controller.
     #[doc(alias = "ftIF2013CommandId_StopOnline")]
     #[doc(alias = "EndTransfer")]
     pub fn stop_online(&mut self) -> Result<(), Error> {
+        self.release_i2c_server();
         let command = CommandId::StopOnline;
         self.command(command, |out| command.emit(out), no_values)?;
         self.online = false;
         Ok(())
+    }
+
+    /// Begins and ends a connection to the I2C server, if that may still wait for its first client.
+    ///
+    /// The server of the maker's firmware waits for 5 s after StartOnline. If it still does so at the next
+    /// StartOnline, the firmware's program ends. A client that has come and gone ends the wait.
+    fn release_i2c_server(&mut self) {
+        let since = self.online_since.take();
+        let (Some(since), Some(port)) = (since, self.i2c_port) else { return };
+        if since.elapsed() < I2C_SERVER_WAITS {
+            let limits = TimeLimits::default().with_connect(I2C_CONNECT_LIMIT);
+            // A controller without I2C refuses, and needs none of this.
+            let _ = self.other_port(port).open(&limits);
+        }
     }
 
     /// The controller's address, unless the connection is lost already.

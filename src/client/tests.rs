@@ -260,3 +260,25 @@ fn an_abandoned_connection_that_takes_no_bytes_is_left_immediately() {
 #[test]
 #[ignore = "only Unix has signals that interrupt a call"]
 fn limits_hold_in_a_storm_of_real_signals() {}
+
+/// The addresses to which a client of this port has connected, in a session that ends with StopOnline.
+fn connections_of_a_session(port: u16) -> Vec<String> {
+    let answers = [ResponseId::StartOnline, ResponseId::StopOnline].map(|id| {
+        let mut bytes = Vec::new();
+        id.emit(&mut bytes);
+        Event::Bytes(bytes)
+    });
+    let network = ScriptedNetwork::new([Ok(Scripted::new(at_once(answers), vec![]))]);
+    let mut client = TxtClient::connect_within(network, "txt", port, LIMITS).unwrap();
+    client.start_online().unwrap();
+    let before = network.asked().len();
+    client.stop_online().unwrap();
+    network.asked().split_off(before).into_iter().map(|(address, _)| address).collect()
+}
+
+#[test]
+fn a_short_session_ends_the_wait_of_the_i2c_server_and_needs_none() {
+    let [i2c] = &connections_of_a_session(65_000)[..] else { panic!("not one connection") };
+    assert!(i2c.ends_with(":65002"), "{i2c}");
+    assert_eq!(connections_of_a_session(4000), [""; 0]);
+}

@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use byteorder::LittleEndian;
-
 use super::{
     check_id, CmprHeader, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
     StartCameraOnline, StartOnline, UpdateConfig, ID_LEN,
@@ -191,7 +189,7 @@ impl ResponseId {
 
     /// Checks that `bytes`, at least [`ID_LEN`] of them, start with this id.
     pub fn check(self, bytes: &[u8]) -> Result<(), Error> {
-        check_id::<LittleEndian>(bytes, self.name(), self.id())
+        check_id(bytes, self.name(), self.id())
     }
 }
 

@@ -1,7 +1,7 @@
 //! The bytes on the wire: ids, packets, compression and checksum.
 //!
 //! Nothing here does I/O or reads a clock, and nothing panics on bytes from outside: `parse` checks id
-//! and size and returns an [`Error`]. All integers are little-endian, except those of I2C. There is one
+//! and size and returns an [`Error`]. All integers are little-endian. There is one
 //! file per packet kind. Each packet is a plain struct with `parse`, a size, and `emit`, which writes
 //! into a buffer.
 //!
@@ -27,7 +27,7 @@ pub use compression::{Compressor, Expander};
 pub use crc::crc_of_words;
 pub use exchange_data::{ExchangeData, ExchangeDataResponse, IrRemote};
 pub use exchange_data_cmpr::{CmprHeader, MAX_EXTRA_SIZE};
-pub use i2c::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+pub use i2c::{I2cRequestHeader, I2cResponseHeader};
 pub use id::{CommandId, ResponseId};
 pub use query_status::QueryStatusResponse;
 pub use start_online::StartOnline;
@@ -42,17 +42,7 @@ pub const ID_LEN: usize = 4;
 
 /// Checks that `bytes` are a whole packet with this id and size.
 fn check(bytes: &[u8], packet: &'static str, id: u32, size: usize) -> Result<(), Error> {
-    check_in::<LittleEndian>(bytes, packet, id, size)
-}
-
-/// The same in another byte order.
-fn check_in<B: ByteOrder>(
-    bytes: &[u8],
-    packet: &'static str,
-    id: u32,
-    size: usize,
-) -> Result<(), Error> {
-    check_id::<B>(bytes, packet, id)?;
+    check_id(bytes, packet, id)?;
     if bytes.len() != size {
         return Err(Error::WrongSize { packet, expected: size, found: bytes.len() });
     }
@@ -60,11 +50,11 @@ fn check_in<B: ByteOrder>(
 }
 
 /// Checks the id at the start of `bytes`.
-fn check_id<B: ByteOrder>(bytes: &[u8], packet: &'static str, id: u32) -> Result<(), Error> {
+fn check_id(bytes: &[u8], packet: &'static str, id: u32) -> Result<(), Error> {
     let Some(start) = bytes.get(..ID_LEN) else {
         return Err(Error::WrongSize { packet, expected: ID_LEN, found: bytes.len() });
     };
-    let found = B::read_u32(start);
+    let found = LittleEndian::read_u32(start);
     if found != id {
         return Err(Error::WrongId { packet, expected: id, found });
     }

@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use ft_transfer_area::wire::{I2cRequestHeader, I2C_NO_DEVICE};
+use ft_transfer_area::wire::I2cRequestHeader;
 use ft_transfer_area::{Error, I2cClient, TimeLimits};
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -13,8 +13,10 @@ use crate::support::{check_client, handler_for, unpaced, unused_ports, wait_unti
 
 const DEVICE: u8 = 0x18;
 
-/// The start of a response. The meaning of the 8 bytes after its id is unknown.
-const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 1, 2, 3, 4, 5, 6, 7, 8];
+/// The start of a good response, and the firmware's for a missing device. How many bytes follow a good one is known
+/// from the request.
+const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 2, 0, 0, 0, 1, 0, 2, 0];
+const NO_DEVICE: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
 
 fn client_of(txt: &SimulatedTxt) -> I2cClient {
     I2cClient::connect("127.0.0.1", txt.i2c_port(), TimeLimits::default()).unwrap()
@@ -150,10 +152,10 @@ fn the_maximum_number_of_bytes_is_read_and_written() {
     let registers: [u8; 256] = std::array::from_fn(|index| index as u8 ^ 0x55);
     txt.with_machine(|machine| *machine.i2c_device(DEVICE) = registers);
     let mut i2c = client_of(&txt);
-    let mut values = vec![0; 65_535];
+    let mut values = vec![0; 1024];
     i2c.read(DEVICE, 3, &mut values).unwrap();
     let expected = registers.iter().cycle().skip(3);
-    assert!(values.iter().eq(expected.take(65_535)));
+    assert!(values.iter().eq(expected.take(1024)));
     i2c.write(DEVICE, 0, &[9; 254]).unwrap();
     let [before @ .., last_but_one, last] = txt.with_machine(|machine| *machine.i2c_device(DEVICE));
     assert_eq!((before, last_but_one, last), ([9; 254], 254 ^ 0x55, 255 ^ 0x55));
@@ -208,23 +210,23 @@ fn what_no_request_can_hold_is_refused_and_nothing_is_sent() {
         |what, given, least, most| Err(Error::OutOfRange { what, given, least, most });
     let (read, write) = ("number of bytes to read", "number of bytes to write");
     let address = |given| out_of_range("I2C device's address", given, 0, 127);
-    let mut long = vec![7; 65_536];
+    let mut long = vec![7; 1025];
 
     for device in [128, 255] {
         assert_eq!(i2c.read(device, 0, &mut [0]), address(device.into()));
         assert_eq!(i2c.write(device, 0, &[0]), address(device.into()));
         assert_eq!(i2c.write_read(device, &[0], &mut [0]), address(device.into()));
     }
-    assert_eq!(i2c.read(DEVICE, 0, &mut []), out_of_range(read, 0, 1, 65_535));
-    assert_eq!(i2c.read(DEVICE, 0, &mut long), out_of_range(read, 65_536, 1, 65_535));
+    assert_eq!(i2c.read(DEVICE, 0, &mut []), out_of_range(read, 0, 1, 1024));
+    assert_eq!(i2c.read(DEVICE, 0, &mut long), out_of_range(read, 1025, 1, 1024));
     assert_eq!(i2c.write(DEVICE, 0, &[]), out_of_range(write, 0, 1, 254));
     assert_eq!(i2c.write(DEVICE, 0, &long[..255]), out_of_range(write, 255, 1, 254));
-    assert_eq!(i2c.write_read(DEVICE, &[], &mut []), out_of_range(read, 0, 1, 65_535));
-    assert_eq!(i2c.write_read(DEVICE, &[], &mut long), out_of_range(read, 65_536, 1, 65_535));
+    assert_eq!(i2c.write_read(DEVICE, &[], &mut []), out_of_range(read, 0, 1, 1024));
+    assert_eq!(i2c.write_read(DEVICE, &[], &mut long), out_of_range(read, 1025, 1, 1024));
     let refused = i2c.write_read(DEVICE, &[0; 256], &mut [0]);
     assert_eq!(refused, out_of_range(write, 256, 0, 255));
     let refused = i2c.write_read(DEVICE, &[0], &mut long);
-    assert_eq!(refused, out_of_range(read, 65_536, 0, 65_535));
+    assert_eq!(refused, out_of_range(read, 1025, 0, 1024));
     assert!(long.iter().all(|value| *value == 7));
 
     drop(i2c);
@@ -237,14 +239,14 @@ fn what_no_request_can_hold_is_refused_and_nothing_is_sent() {
 fn a_wrong_answer_is_an_error_and_the_next_request_has_a_new_connection() {
     let good = [&GOOD[..], &[1, 2]].concat();
     let packet = "response to an I2C request";
-    let wrong_id = |found| Error::WrongId { packet, expected: 0x87FD_0D90, found };
+    let wrong_id = |found| Error::WrongId { packet, expected: 0x900D_FD87, found };
     let closed = |received| Error::ConnectionClosed { command: "an I2C request", received };
     let answer = |bytes: &[&[u8]]| bytes.concat();
     let cases = [
-        (answer(&[&[0x90, 0x0D, 0xFD, 0x87], &GOOD[4..], &[1, 2]]), wrong_id(0x900D_FD87)),
-        (answer(&[&I2C_NO_DEVICE[..11], &[1, 1, 2]]), wrong_id(0)),
+        (answer(&[&[0x90, 0x0D, 0xFD, 0x87], &GOOD[4..], &[1, 2]]), wrong_id(0x87FD_0D90)),
+        (answer(&[&[0; 12], &[1, 2]]), wrong_id(0)),
         (answer(&[&good, &[3]]), Error::WrongSize { packet, expected: 14, found: 15 }),
-        (answer(&[&I2C_NO_DEVICE, &[1]]), Error::WrongSize { packet, expected: 12, found: 13 }),
+        (answer(&[&NO_DEVICE, &[1]]), Error::WrongSize { packet, expected: 12, found: 13 }),
         (answer(&[&GOOD, &[1]]), closed(13)),
         (GOOD.to_vec(), closed(12)),
         (GOOD[..5].to_vec(), closed(5)),

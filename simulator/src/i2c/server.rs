@@ -2,15 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
 use ft_transfer_area::Error;
 use mio::net::TcpStream;
 
-use super::{ADDRESS_MAX, I2C_REGISTERS};
+use super::ADDRESS_MAX;
 use crate::server::port::{End, Link, Port};
 
-/// The most bytes to write: the number of a register and a value for each register.
-const WRITE_MAX: u32 = 1 + I2C_REGISTERS as u32;
+/// The most bytes to write or read: the firmware closes the connection of a client that asks for more.
+const LEN_MAX: u16 = 1024;
 
 /// The content of a request's header.
 #[derive(Debug, PartialEq, Eq)]
@@ -27,21 +27,30 @@ impl Request {
             Error::WrongId { found, .. } => format!("no I2C request has the id {found:#010x}"),
             error => error.to_string(),
         })?;
-        let address = u8::try_from(header.device).ok().filter(|address| *address <= ADDRESS_MAX);
-        let address = address.ok_or("an I2C address has 7 bits")?;
-        let write = header.write_len;
-        if write > WRITE_MAX {
-            return Err(format!("{write} bytes to write are more than {WRITE_MAX}"));
+        let I2cRequestHeader { data_len, device: address, write_len: write, read_len: read } =
+            header;
+        if address > ADDRESS_MAX {
+            return Err("an I2C address has 7 bits".to_owned());
         }
-        Ok(Self { address, write: write as usize, read: header.read_len })
+        for (count, what) in [(write, "write"), (read, "read")] {
+            if count > LEN_MAX {
+                return Err(format!("{count} bytes to {what} are more than {LEN_MAX}"));
+            }
+        }
+        if data_len != u32::from(write) {
+            return Err(format!("{data_len} bytes follow, but {write} are to be written"));
+        }
+        Ok(Self { address, write: write.into(), read })
     }
 }
 
 /// The bytes of a response with what a device has answered.
 fn response(read: Option<Vec<u8>>) -> Vec<u8> {
-    let Some(read) = read else { return I2C_NO_DEVICE.to_vec() };
+    let is_ok = read.is_some();
+    let read = read.unwrap_or_default();
     let mut bytes = Vec::new();
-    I2cResponseHeader::default().emit(&mut bytes);
+    // At most LEN_MAX.
+    I2cResponseHeader { read_len: read.len() as u16, is_ok }.emit(&mut bytes);
     bytes.extend(read);
     bytes
 }
@@ -130,9 +139,10 @@ mod tests {
     use crate::machine::Machine;
     use crate::server::shared::Shared;
 
-    fn header(device: u32, write_len: u32, read_len: u16) -> Vec<u8> {
+    fn header(device: u8, write_len: u16, read_len: u16) -> Vec<u8> {
         let mut bytes = Vec::new();
-        I2cRequestHeader { command: 1, device, write_len, read_len }.emit(&mut bytes);
+        let data_len = write_len.into();
+        I2cRequestHeader { data_len, device, write_len, read_len }.emit(&mut bytes);
         bytes
     }
 
@@ -142,9 +152,14 @@ mod tests {
         assert_eq!(Request::parse(&header(0x18, 2, 6)), Ok(request));
         assert!(Request::parse(&[0; I2cRequestHeader::LEN]).unwrap_err().contains("0x00000000"));
         assert!(Request::parse(&header(0x80, 2, 6)).unwrap_err().contains("7 bits"));
-        assert!(Request::parse(&header(0x1_0018, 2, 6)).unwrap_err().contains("7 bits"));
-        assert!(Request::parse(&header(0x18, 257, 6)).is_ok());
-        assert!(Request::parse(&header(0x18, 258, 6)).unwrap_err().contains("258 bytes"));
+        assert!(Request::parse(&header(0x18, 1024, 1024)).is_ok());
+        assert!(Request::parse(&header(0x18, 1025, 6))
+            .unwrap_err()
+            .contains("1025 bytes to write"));
+        assert!(Request::parse(&header(0x18, 2, 1025)).unwrap_err().contains("1025 bytes to read"));
+        let mut other_count = header(0x18, 2, 6);
+        other_count[4] = 1;
+        assert!(Request::parse(&other_count).unwrap_err().contains("1 bytes follow"));
     }
 
     #[test]
@@ -156,7 +171,7 @@ mod tests {
         let (stream, _) = listener.accept().unwrap();
         stream.set_nonblocking(true).unwrap();
         // The answers are far more than the sockets hold.
-        client.write_all(&header(1, 0, u16::MAX).repeat(500)).unwrap();
+        client.write_all(&header(1, 0, LEN_MAX).repeat(30_000)).unwrap();
         let shared = Arc::new(Shared::new(machine));
         let mut server = I2cServer {
             port: Port::new(shared, "I2C", false).unwrap(),

@@ -3,7 +3,7 @@
 use std::fs;
 
 use ft_transfer_area::wire::{
-    CameraFrameHeader, I2cRequestHeader, I2cResponseHeader, StartCameraOnline, I2C_NO_DEVICE,
+    CameraFrameHeader, I2cRequestHeader, I2cResponseHeader, StartCameraOnline,
 };
 use serde_json::Value;
 
@@ -101,7 +101,7 @@ fn wire() {
         camera::frame(&[0; 100]).split_at(CameraFrameHeader::LEN).0,
     );
     write("wire", "i2c_request", i2c_request(1, 6));
-    write("wire", "i2c_response", i2c_response(&[]));
+    write("wire", "i2c_response", i2c_response(Some(&[])));
 }
 
 fn expansion() {
@@ -185,26 +185,28 @@ fn exchange() {
 fn i2c_request(write: usize, read: u16) -> Vec<u8> {
     let mut out = Vec::new();
     I2cRequestHeader {
-        command: write as u8,
+        data_len: write as u32,
         device: 0x18,
-        write_len: write as u32,
+        write_len: write as u16,
         read_len: read,
     }
     .emit(&mut out);
     out
 }
 
-fn i2c_response(read: &[u8]) -> Vec<u8> {
+/// `None` is a missing device.
+fn i2c_response(read: Option<&[u8]>) -> Vec<u8> {
+    let (is_ok, read) = (read.is_some(), read.unwrap_or_default());
     let mut out = Vec::new();
-    I2cResponseHeader::default().emit(&mut out);
+    I2cResponseHeader { read_len: read.len() as u16, is_ok }.emit(&mut out);
     out.extend_from_slice(read);
     out
 }
 
 fn i2c() {
-    let good = i2c_response(&[1, 2, 3, 4, 5, 6]);
+    let [good, none] = [Some(&[1, 2, 3, 4, 5, 6][..]), None].map(i2c_response);
     let answers: [(&str, usize, &[&[u8]]); 7] = [
-        ("whole", 6, &[&good, &I2C_NO_DEVICE, &good]),
+        ("whole", 6, &[&good, &none, &good]),
         ("in_pieces", 6, &[&good[..3], &[], &good[3..13], &good[13..], &[0; 6], &[], &[0; 6]]),
         ("nothing_to_read", 0, &[&good[..12], &good[..12]]),
         ("surplus", 5, &[&good]),
@@ -241,7 +243,7 @@ fn i2c() {
     }
     input.int(1, 4).int(0x18, 127);
     input.int(2, 4).take(&i2c_request(0, 1), 600);
-    input.int(2, 4).take(&I2C_NO_DEVICE, 600);
+    input.int(2, 4).take(&none, 600);
     write("i2c_server", "every_kind", input.0);
 }
 

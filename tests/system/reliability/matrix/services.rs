@@ -158,7 +158,7 @@ fn frame() -> Vec<u8> {
 
 fn response() -> Vec<u8> {
     let mut bytes = Vec::new();
-    I2cResponseHeader::default().emit(&mut bytes);
+    I2cResponseHeader { read_len: 1, is_ok: true }.emit(&mut bytes);
     bytes.push(5);
     bytes
 }

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, I2C_NO_DEVICE};
+use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
 
 use super::packet::Inbox;
 use super::Reader;
@@ -51,8 +51,7 @@ impl Reader for I2cReader {
                 return Ok(());
             };
             let Some(Request { device, written, .. }) = self.waiting.pop_front() else { break };
-            let read = packet[..] != I2C_NO_DEVICE;
-            let read = read.then(|| packet[I2cResponseHeader::LEN..].to_vec());
+            let read = is_ok(&packet)?.then(|| packet[I2cResponseHeader::LEN..].to_vec());
             tell(Happened::I2c(I2cExchange { device, written, read }));
         }
         // What is left has no request.
@@ -68,17 +67,17 @@ fn request_size(start: &[u8]) -> Result<usize, String> {
         return Ok(I2cRequestHeader::LEN);
     };
     let header = I2cRequestHeader::parse(header).map_err(|error| error.to_string())?;
-    if header.write_len > WRITE_MAX {
-        return Err(format!("a request can't write {} bytes", header.write_len));
+    if header.data_len > WRITE_MAX {
+        return Err(format!("a request can't write {} bytes", header.data_len));
     }
-    Ok(I2cRequestHeader::LEN + header.write_len as usize)
+    Ok(I2cRequestHeader::LEN + header.data_len as usize)
 }
 
 fn request(packet: &[u8]) -> Result<Request, String> {
     let (header, written) = packet.split_at(I2cRequestHeader::LEN);
     let header = I2cRequestHeader::parse(header).map_err(|error| error.to_string())?;
     Ok(Request {
-        device: header.device,
+        device: header.device.into(),
         written: written.to_vec(),
         read: usize::from(header.read_len),
     })
@@ -88,9 +87,12 @@ fn response_size(start: &[u8], count: usize) -> Result<usize, String> {
     let Some(header) = start.get(..I2cResponseHeader::LEN) else {
         return Ok(I2cResponseHeader::LEN);
     };
-    if header == I2C_NO_DEVICE {
-        return Ok(I2cResponseHeader::LEN);
-    }
-    I2cResponseHeader::parse(header).map_err(|error| error.to_string())?;
-    Ok(I2cResponseHeader::LEN + count)
+    let follow = if is_ok(header)? { count } else { 0 };
+    Ok(I2cResponseHeader::LEN + follow)
+}
+
+/// Whether the device has answered.
+fn is_ok(response: &[u8]) -> Result<bool, String> {
+    let header = I2cResponseHeader::parse(&response[..I2cResponseHeader::LEN]);
+    Ok(header.map_err(|error| error.to_string())?.is_ok)
 }
