@@ -23,7 +23,7 @@ const SMALL_PICTURE: StartCameraOnline =
     StartCameraOnline { width: 16, height: 16, framerate: 1000, power_line_frequency: 50 };
 
 /// To a missing device.
-const I2C_REQUEST: [u8; 16] = [0xB9, 0xDB, 0x3B, 0x39, 1, 0, 0, 0, 0x18, 0, 0, 0, 0, 0, 0, 0];
+const I2C_REQUEST: [u8; 16] = [0xB9, 0xDB, 0x3B, 0x39, 0, 0, 0, 0, 0x18, 0, 0, 0, 0, 0, 0, 0];
 
 fn client(txt: &SimulatedTxt) -> TxtClient {
     TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap()

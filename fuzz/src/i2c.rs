@@ -178,7 +178,8 @@ fn check_request(request: &[u8], machine: &mut Machine, models: &mut [Option<Mod
     let mut write = request[I2cRequestHeader::LEN..].to_vec();
     write.resize(header.write_len as usize, 0);
     let model = models.get_mut(usize::from(header.device)).and_then(Option::as_mut);
-    let Some(model) = model else {
+    let nothing_to_do = header.write_len == 0 && header.read_len == 0;
+    let Some(model) = model.filter(|_| !nothing_to_do) else {
         assert_eq!(response, NO_DEVICE);
         return;
     };

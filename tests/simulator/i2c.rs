@@ -10,8 +10,14 @@ use crate::endings::assert_drops;
 use crate::unpaced;
 use crate::wire_client::LIMIT;
 
-/// The start of a response: its id and 8 bytes whose meaning is not known.
-const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
+/// The firmware's response to a request that has failed.
+const FAILED: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
+
+/// The start of the firmware's response with this number of bytes.
+fn good(read: u16) -> [u8; 12] {
+    let [low, high] = read.to_le_bytes();
+    [0x87, 0xFD, 0x0D, 0x90, low, high, 0, 0, 1, 0, low, high]
+}
 
 fn connect(txt: &SimulatedTxt) -> TcpStream {
     let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, txt.i2c_port())).unwrap();
@@ -19,11 +25,12 @@ fn connect(txt: &SimulatedTxt) -> TcpStream {
     stream
 }
 
-fn request(command: u8, device: u8, write: &[u8], read: u16) -> Vec<u8> {
-    let mut bytes = vec![0xB9, 0xDB, 0x3B, 0x39, command, 0, 0, 0, device];
-    bytes.extend((write.len() as u32).to_be_bytes());
-    bytes.extend(read.to_be_bytes());
-    bytes.push(0);
+fn request(device: u8, write: &[u8], read: u16) -> Vec<u8> {
+    let mut bytes = vec![0xB9, 0xDB, 0x3B, 0x39];
+    bytes.extend((write.len() as u32).to_le_bytes());
+    bytes.extend([device, 0, 0, 0]);
+    bytes.extend((write.len() as u16).to_le_bytes());
+    bytes.extend(read.to_le_bytes());
     bytes.extend(write);
     bytes
 }
@@ -31,10 +38,10 @@ fn request(command: u8, device: u8, write: &[u8], read: u16) -> Vec<u8> {
 /// Sends a request. Returns whether it was a success, and what was read.
 fn transfer(stream: &mut TcpStream, request: &[u8], read: usize) -> Vec<u8> {
     stream.write_all(request).unwrap();
-    let mut response = vec![0; GOOD.len() + read];
+    let mut response = vec![0; 12 + read];
     stream.read_exact(&mut response).unwrap();
-    assert_eq!(response[..GOOD.len()], GOOD);
-    response[GOOD.len()..].to_vec()
+    assert_eq!(response[..12], good(read as u16));
+    response[12..].to_vec()
 }
 
 fn assert_closed(stream: &mut TcpStream) {
@@ -49,10 +56,9 @@ fn registers_are_read_and_written() {
     let txt = unpaced().start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(0x18)[0x3F..0x42].copy_from_slice(&[7, 8, 9]));
     let mut stream = connect(&txt);
-    assert_eq!(transfer(&mut stream, &request(1, 0x18, &[0x3F], 3), 3), [7, 8, 9]);
-    assert!(transfer(&mut stream, &request(2, 0x18, &[0x10, 0x80], 0), 0).is_empty());
-    // Another of ftrobopy's functions puts the number of bytes where the command is.
-    assert!(transfer(&mut stream, &request(3, 0x18, &[0x11, 1, 2], 0), 0).is_empty());
+    assert_eq!(transfer(&mut stream, &request(0x18, &[0x3F], 3), 3), [7, 8, 9]);
+    assert!(transfer(&mut stream, &request(0x18, &[0x10, 0x80], 0), 0).is_empty());
+    assert!(transfer(&mut stream, &request(0x18, &[0x11, 1, 2], 0), 0).is_empty());
     assert_eq!(
         txt.with_machine(|machine| machine.i2c_device(0x18)[0x10..0x13].to_vec()),
         [0x80, 1, 2]
@@ -65,28 +71,50 @@ fn a_missing_device_is_no_success_and_the_connection_goes_on() {
     let txt = unpaced().start().unwrap();
     let mut stream = connect(&txt);
     for read in [0, 6] {
-        stream.write_all(&request(1, 0x19, &[0x3F], read)).unwrap();
+        stream.write_all(&request(0x19, &[0x3F], read)).unwrap();
         let mut response = [0xFF; 12];
         stream.read_exact(&mut response).unwrap();
-        assert_eq!(response, [0; 12]);
+        assert_eq!(response, FAILED);
     }
     txt.with_machine(|machine| machine.i2c_device(0x19)[1] = 5);
-    assert_eq!(transfer(&mut stream, &request(1, 0x19, &[1], 1), 1), [5]);
+    assert_eq!(transfer(&mut stream, &request(0x19, &[1], 1), 1), [5]);
+}
+
+#[test]
+fn three_hundred_bytes_are_read_and_a_request_for_nothing_fails() {
+    let txt = unpaced().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[0x10] = 0xAB);
+    let mut stream = connect(&txt);
+    let read = transfer(&mut stream, &request(0x18, &[0x10], 300), 300);
+    assert_eq!(
+        (read[0], read[256], read.iter().filter(|byte| **byte != 0).count()),
+        (0xAB, 0xAB, 2)
+    );
+    stream.write_all(&request(0x18, &[], 0)).unwrap();
+    let mut response = [0xFF; 12];
+    stream.read_exact(&mut response).unwrap();
+    assert_eq!(response, FAILED);
 }
 
 #[test]
 fn bytes_that_are_no_request_end_the_connection_and_the_next_is_served() {
     let txt = unpaced().start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(1)[0] = 5);
-    let mut too_long = request(1, 1, &[], 0);
-    too_long[9] = 0xFF;
-    for garbage in [b"GET / HTTP/1.1\r\n\r\n".as_slice(), &request(1, 0x80, &[0], 1), &too_long] {
+    let mut other_count = request(1, &[0], 1);
+    other_count[4] = 2;
+    let garbage = [
+        b"GET / HTTP/1.1\r\n\r\n".to_vec(),
+        request(0x80, &[0], 1),
+        request(1, &[0], 1025),
+        other_count,
+    ];
+    for garbage in garbage {
         let mut stream = connect(&txt);
-        stream.write_all(garbage).unwrap();
+        stream.write_all(&garbage).unwrap();
         assert_closed(&mut stream);
     }
     let mut stream = connect(&txt);
-    assert_eq!(transfer(&mut stream, &request(1, 1, &[0], 1), 1), [5]);
+    assert_eq!(transfer(&mut stream, &request(1, &[0], 1), 1), [5]);
 }
 
 #[test]
@@ -95,7 +123,7 @@ fn a_connection_without_requests_is_closed() {
     assert_closed(&mut connect(&txt));
     // Half a request does not count.
     let mut stream = connect(&txt);
-    stream.write_all(&request(1, 1, &[0], 1)[..9]).unwrap();
+    stream.write_all(&request(1, &[0], 1)[..9]).unwrap();
     assert_closed(&mut stream);
 }
 

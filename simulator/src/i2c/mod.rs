@@ -82,8 +82,11 @@ impl I2cBus {
         self.connected = false;
     }
 
-    /// The answer of a device; `None` when the device is missing.
+    /// The answer of a device; `None` when the device is missing, or has nothing to do.
     fn transfer(&mut self, address: u8, write: &[u8], read: u16) -> Option<Vec<u8>> {
+        if write.is_empty() && read == 0 {
+            return None;
+        }
         Some(self.devices.get_mut(&address)?.transfer(write, read))
     }
 }

@@ -109,7 +109,7 @@ impl I2cServer {
         let read = shared.with_machine(|machine| machine.i2c().transfer(address, &write, read));
         match &read {
             Some(read) => log::info!("{request:02x?}: {write:02x?} written, {read:02x?} read"),
-            None => log::warn!("there is no I2C device with the address {address:#04x}"),
+            None => log::warn!("no I2C device with the address {address:#04x} answers"),
         }
         link.write_all(&mut self.port, &response(read), Some(self.write_limit), |_| Ok(()))
     }
