@@ -123,10 +123,24 @@ impl fmt::Display for Error {
                 "the controller did not take {command} within {limit:?}; check the connection to the \
                  TXT, or allow more time for writing by time_limits"
             ),
+            // Of the maker's firmware 4.7.0, measured under emulation, like the next special case.
+            Self::NoAnswer { command: "QueryStatus", limit, received: 0 } => write!(
+                f,
+                "the controller did not answer QueryStatus within {limit:?} (0 bytes came); another \
+                 program is probably online with the TXT, which answers one at a time: end that \
+                 program, or check the connection to the TXT"
+            ),
             Self::NoAnswer { command, limit, received } => write!(
                 f,
                 "the controller did not answer {command} within {limit:?} ({received} bytes came); \
                  check the connection to the TXT, or allow more time for reading by time_limits"
+            ),
+            Self::ConnectionClosed { command: "StartOnline", received: 0 } => write!(
+                f,
+                "the controller closed the connection instead of answering StartOnline (0 bytes \
+                 came); if another program was online in the last 5 s, the TXT's firmware has ended \
+                 and is back in some seconds: try again then, or check that the TXT is still on and \
+                 no other program uses it"
             ),
             Self::ConnectionClosed { command, received } => write!(
                 f,
@@ -244,6 +258,7 @@ fn list(items: &[impl ToString]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::CommandId;
 
     #[test]
     fn debug_shows_the_sentence_that_display_shows() {
@@ -251,6 +266,20 @@ mod tests {
         assert_eq!(format!("{range:?}"), "the duty is 513, but has to be -512 to 512");
         let lost = Error::ConnectionLost { cause: Box::new(range) };
         assert_eq!(format!("{lost:?}"), lost.to_string());
+    }
+
+    #[test]
+    fn the_first_two_commands_name_their_usual_reason() {
+        let limit = std::time::Duration::from_secs(2);
+        let silent = |command| Error::NoAnswer { command, limit, received: 0 }.to_string();
+        let closed = |command| Error::ConnectionClosed { command, received: 0 }.to_string();
+        let [query, start, stop] =
+            [CommandId::QueryStatus, CommandId::StartOnline, CommandId::StopOnline]
+                .map(CommandId::name);
+        assert!(silent(query).contains("another program is probably online"));
+        assert!(!silent(stop).contains("another program"));
+        assert!(closed(start).contains("try again then"));
+        assert!(!closed(stop).contains("try again"));
     }
 
     #[test]
