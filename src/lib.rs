@@ -77,9 +77,9 @@
 //! program panic, with a message that says what to write instead: a thread that locks the areas while
 //! it holds them, because it would wait for itself forever, and an index beyond the handler's areas.
 //!
-//! Whatever ends a transfer, its motors stop. The last exchange stops them if the connection still works.
-//! Otherwise the controller stops them: immediately when the connection is closed, also when the
-//! program is killed, or after about 5 s of silence. A panic ends the transfer [where it can be
+//! Whatever ends a transfer, a last exchange stops its motors if the connection still works. If it does not, or
+//! when the program is killed, motors may go on until the next transfer begins: the maker's firmware does not
+//! stop them (4.7.0, measured under emulation), and whether its I/O board does is not known. A panic ends the transfer [where it can be
 //! seen](TransferArea#when-a-thread-panics), and so does a cycle hook that does not return within its
 //! [limit](TransferAreaComHandlerBuilder::hook_limit). For a program that hangs elsewhere there is the
 //! [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.

@@ -60,7 +60,9 @@ const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 ///
 /// For programs that want no transfer area and no thread. Each call sends one command, waits for
 /// its response, and returns within the [`TimeLimits`]. Dropping the client closes the
-/// connection; the controller then stops its motors.
+/// connection, which does not stop the motors: send an exchange with all duties 0 first. (The maker's firmware
+/// 4.7.0, measured under emulation, clears outputs only at the next StartOnline; whether its I/O board has a
+/// watchdog is not known.)
 ///
 /// After an error in talking to the controller, every later call returns the same error; connect
 /// again. After [`Error::NotOnline`] and [`Error::AreaCount`] the connection is still usable.
@@ -77,6 +79,7 @@ const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 /// outputs.duty[0] = 512; // M1 forward
 /// let inputs = client.exchange_data(&outputs)?;
 /// println!("I1 is {}", inputs.uni[0]);
+/// client.exchange_data(&ExchangeData::default())?; // stops M1
 /// client.stop_online()?;
 /// # Ok(())
 /// # }
@@ -285,7 +288,8 @@ impl TxtClient {
         self.command(command, |out| command.emit(out), no_values)
     }
 
-    /// Ends online mode; the controller stops its motors. Blocks until the response.
+    /// Ends online mode. Blocks until the response. It does not stop the motors of the maker's firmware 4.7.0
+    /// (measured under emulation): send an exchange with all duties 0 first.
     ///
     /// At port 65000, and within 6 s after [`start_online`](Self::start_online), it first connects to the I2C port
     /// 65002 and closes that connection, for 0.3 s at most: otherwise a second StartOnline within 5 s after the

@@ -45,7 +45,8 @@ const FLUSH: Duration = Duration::from_millis(100);
 /// - Only responses without any error reach the areas.
 /// - A last exchange stops all motors when the transfer is ended, the handler is dropped, an error occurs, or
 ///   a thread that uses the area panics [where it can be seen](TransferArea#when-a-thread-panics). If the
-///   connection does not work any more, the controller stops them because it has lost the connection.
+///   connection does not work any more, they may go on until the next transfer begins: the maker's firmware
+///   4.7.0 does not stop them (measured under emulation), and whether its I/O board does is not known.
 ///   Afterwards the areas' outputs are as in that exchange.
 /// - If the program wants it, a [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) stops the motors
 ///   when the program hangs, and a lost connection is

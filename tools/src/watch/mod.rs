@@ -41,7 +41,7 @@ programs and those of this library. Every byte is passed on as it is, in both di
 the page shows what the bytes mean. The page drives nothing.
 
 The camera is one port after the main port, and I2C two, on both sides. Ctrl-C closes all
-connections; the controller then stops its motors.
+connections. A TXT's motors may go on then, so end your program first.
 
 Examples:
   txt watch 192.168.7.2                          the program uses 127.0.0.1
@@ -119,7 +119,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         recv(interrupted) -> done => done.map(|()| None)?,
         recv(relay.failure) -> error => error.ok(),
     };
-    // The connections end first: then the controller stops its motors.
+    // The connections end first: then a controller can serve others.
     drop(relay);
     ending.store(true, Ordering::Relaxed);
     let looked = looks.join();
