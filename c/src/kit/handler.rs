@@ -170,7 +170,7 @@ impl Kit {
         Ok(())
     }
 
-    /// Ends the transfer, if there is one. The controller stops its motors.
+    /// Ends the transfer, if there is one, with its motors stopped.
     pub(super) fn end(&self) -> Result<(), Failure> {
         let stopped = self.stop_camera();
         let link = self.transfer.lock().link.take();
@@ -223,21 +223,23 @@ impl Kit {
     }
 }
 
-/// The controller stops its motors.
+/// Stops the motors and ends online mode. The firmware of a TXT leaves outputs as they are at StopOnline and at a
+/// close, so an exchange with all duties 0 comes first.
 fn stop_online(link: Option<Link>) {
-    if let Some(mut link) = link {
-        if let Err(error) = link.client.stop_online() {
-            log::debug!("while a transfer is ended: {error}");
-        }
+    let Some(Link { mut client, mut compressed, mut areas, .. }) = link else { return };
+    areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
+    let stopped = client.do_transfer(&mut compressed, &mut areas);
+    if let Err(error) = stopped.and_then(|()| client.stop_online()) {
+        log::debug!("while a transfer is ended: {error}");
     }
 }
 
 impl exit::Transfer for Mutex<Transfer> {
     fn end(&self) {
         // The program may end in the middle of an exchange, which is short, or of one that gets no answer.
-        let transfer = self.try_lock_for(exit::LOCK_LIMIT);
-        let link = transfer.and_then(|mut transfer| transfer.link.take());
-        stop_online(link);
+        let Some(mut transfer) = self.try_lock_for(exit::LOCK_LIMIT) else { return };
+        // Under the lock: a program that learns of the end at once may end the process before the last exchange.
+        stop_online(transfer.link.take());
     }
 }
 
