@@ -91,7 +91,7 @@ extern "C" fn on_crash(signal: c_int) {
     }
     write_error("the program has crashed with ");
     write_error(crash().unwrap_or("a signal"));
-    write_error("; the connection is closed, which switches all outputs off\n");
+    write_error("; no last exchange: the outputs of a TXT may stay on\n");
     exit(1)
 }
 

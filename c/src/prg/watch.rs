@@ -197,7 +197,7 @@ fn end(ender: &Thread, what: &[&str]) -> ! {
     let outputs = if RUN.ended.load(Ordering::Acquire) {
         "; all outputs are off\n"
     } else {
-        "; the connection is closed, which switches all outputs off\n"
+        "; no last exchange: the outputs of a TXT may stay on\n"
     };
     write_error(words::program_name());
     write_error(": ");
