@@ -8,7 +8,7 @@ use std::time::Instant;
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
 use ft_transfer_area::{
-    CameraFrame, CameraStream, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
+    CameraFrame, CameraStream, Error, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
 };
 use parking_lot::Mutex;
 
@@ -172,11 +172,8 @@ impl Kit {
 
     /// Ends the transfer, if there is one, with its motors stopped.
     pub(super) fn end(&self) -> Result<(), Failure> {
-        let stopped = self.stop_camera();
         let link = self.transfer.lock().link.take();
-        // A connection that is lost has ended already.
-        let _ = stopped;
-        stop_online(link);
+        leave(link, self.camera.lock().take());
         Ok(())
     }
 
@@ -223,13 +220,24 @@ impl Kit {
     }
 }
 
-/// Stops the motors and ends online mode. The firmware of a TXT leaves outputs as they are at StopOnline and at a
-/// close, so an exchange with all duties 0 comes first.
-fn stop_online(link: Option<Link>) {
-    let Some(Link { mut client, mut compressed, mut areas, .. }) = link else { return };
-    areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
-    let stopped = client.do_transfer(&mut compressed, &mut areas);
-    if let Err(error) = stopped.and_then(|()| client.stop_online()) {
+impl Link {
+    /// Stops the motors, then the camera, and ends online mode. The firmware of a TXT leaves outputs as they are at
+    /// StopOnline and at a close, so an exchange with all duties 0 comes first.
+    fn leave(&mut self, camera: Option<Camera>) -> Result<(), Error> {
+        self.areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
+        self.client.do_transfer(&mut self.compressed, &mut self.areas)?;
+        if let Some(camera) = camera {
+            drop(camera);
+            self.client.stop_camera_online()?;
+        }
+        self.client.stop_online()
+    }
+}
+
+/// Leaves a connection, which may be lost already.
+fn leave(link: Option<Link>, camera: Option<Camera>) {
+    let Some(mut link) = link else { return };
+    if let Err(error) = link.leave(camera) {
         log::debug!("while a transfer is ended: {error}");
     }
 }
@@ -239,7 +247,7 @@ impl exit::Transfer for Mutex<Transfer> {
         // The program may end in the middle of an exchange, which is short, or of one that gets no answer.
         let Some(mut transfer) = self.try_lock_for(exit::LOCK_LIMIT) else { return };
         // Under the lock: a program that learns of the end at once may end the process before the last exchange.
-        stop_online(transfer.link.take());
+        leave(transfer.link.take(), None);
     }
 }
 

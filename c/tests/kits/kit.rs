@@ -1,10 +1,11 @@
 //! Programs with the class of kit 4.1.6.
 
 use std::path::PathBuf;
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicI16, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig};
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt};
 
 use super::support::{
     compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until, Running,
@@ -15,6 +16,16 @@ fn program() -> Option<&'static PathBuf> {
     static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
     let source = include_str!("programs/kit.cpp");
     PROGRAM.get_or_init(|| compile("kit/Common", "c++98", source, "kit")).as_ref()
+}
+
+/// A simulated TXT, and the duty of O1 in its last exchange.
+fn txt_and_last_duty() -> (SimulatedTxt, Arc<AtomicI16>) {
+    let last_duty = Arc::new(AtomicI16::new(0));
+    let noted = Arc::clone(&last_duty);
+    let note = move |machine: &mut Machine| {
+        noted.store(machine.controllers[0].outputs.duty[0], Ordering::Relaxed);
+    };
+    (simulated().on_exchange(note).start().unwrap(), last_duty)
 }
 
 fn begun(txt: &SimulatedTxt, what: &str) -> Option<Running> {
@@ -61,13 +72,27 @@ fn the_simple_exchange_does_the_same_for_the_master() {
 
 #[test]
 fn a_signal_ends_the_transfer_and_then_the_program() {
-    let txt = simulated().start().unwrap();
+    let (txt, last_duty) = txt_and_last_duty();
     let Some(running) = begun(&txt, "") else { return };
     set_input(&txt, 0, 1);
     wait_duty(&txt, 0, 512);
     running.signal(SIGNALS[0]);
     assert_eq!(running.end().signal, Some(SIGNALS[0]));
     wait_stopped(&txt);
+    assert_eq!(last_duty.load(Ordering::Relaxed), 0);
+}
+
+/// The controller's firmware leaves outputs as they are at StopOnline.
+#[test]
+fn the_end_of_a_transfer_stops_the_motors_by_an_exchange() {
+    let (txt, last_duty) = txt_and_last_duty();
+    let Some(running) = begun(&txt, "") else { return };
+    set_input(&txt, 0, 1);
+    wait_duty(&txt, 0, 512);
+    set_input(&txt, 7, 1);
+    running.end().well();
+    wait_stopped(&txt);
+    assert_eq!(last_duty.load(Ordering::Relaxed), 0);
 }
 
 #[test]
