@@ -90,9 +90,9 @@ pub struct TxtClient {
     endpoint: Endpoint,
     /// `None` when it was abandoned.
     connection: Option<Connection>,
-    online: bool,
-    /// When online mode has begun, and where the I2C server of a TXT is.
+    /// When online mode has begun; `None` when it has not, or has ended.
     online_since: Option<Instant>,
+    /// Where the I2C server of a TXT is.
     i2c_port: Option<u16>,
     /// The error after which the connection can't be used any more.
     broken: Option<Error>,
@@ -137,7 +137,6 @@ impl TxtClient {
         Self {
             endpoint,
             connection: Some(connection),
-            online: false,
             online_since: None,
             // A simulated TXT at another port does not need it.
             i2c_port,
@@ -169,7 +168,6 @@ impl TxtClient {
     #[doc(alias = "BeginTransfer")]
     pub fn start_online(&mut self) -> Result<(), Error> {
         self.command(CommandId::StartOnline, |out| StartOnline::new().emit(out), no_values)?;
-        self.online = true;
         self.online_since = Some(Instant::now());
         Ok(())
     }
@@ -304,7 +302,7 @@ impl TxtClient {
         self.release_i2c_server();
         let command = CommandId::StopOnline;
         self.command(command, |out| command.emit(out), no_values)?;
-        self.online = false;
+        self.online_since = None;
         Ok(())
     }
 
@@ -313,8 +311,7 @@ impl TxtClient {
     /// The server of the maker's firmware waits for 5 s after StartOnline. If it still does so at the next
     /// StartOnline, the firmware's program ends. A client that has come and gone ends the wait.
     fn release_i2c_server(&mut self) {
-        let since = self.online_since.take();
-        let (Some(since), Some(port)) = (since, self.i2c_port) else { return };
+        let (Some(since), Some(port)) = (self.online_since, self.i2c_port) else { return };
         if since.elapsed() < I2C_SERVER_WAITS {
             let limits = TimeLimits::default().with_connect(I2C_CONNECT_LIMIT);
             // A controller without I2C refuses, and needs none of this.
@@ -346,7 +343,7 @@ impl TxtClient {
     /// Returns an error when the connection is broken or not in online mode.
     pub(crate) fn online(&self, command: CommandId) -> Result<(), Error> {
         self.usable()?;
-        if self.online {
+        if self.online_since.is_some() {
             Ok(())
         } else {
             Err(Error::NotOnline { command: command.name() })
