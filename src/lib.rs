@@ -80,8 +80,8 @@
 //! Whatever ends a transfer, a last exchange stops its motors if the connection still works. If it does not, or
 //! when the program is killed, motors may go on until the next transfer begins: the maker's firmware does not
 //! stop them (4.7.0, measured under emulation), and whether its I/O board does is not known. A panic ends the
-//! transfer [where it can be seen](TransferArea#when-a-thread-panics), and so does a cycle hook that does not return within its
-//! [limit](TransferAreaComHandlerBuilder::hook_limit). For a program that hangs elsewhere there is the
+//! transfer [where it can be seen](TransferArea#when-a-thread-panics), and so does a cycle hook that does not
+//! return within its [limit](TransferAreaComHandlerBuilder::hook_limit). For a program that hangs elsewhere there is the
 //! [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
 //!
 //! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What

@@ -46,8 +46,8 @@ pub(crate) fn check_goes_on() -> Result<(), Error> {
 
 /// Ends this transfer when the program returns from `main` or calls `exit`: before what the program destroys
 /// then, such as what its callbacks use. So it does when the program is asked to end, as by Ctrl-C, unless the
-/// program itself does something then. A program that ends otherwise closes the connection, so the controller
-/// stops its motors, too.
+/// program itself does something then. A program that ends otherwise only closes the connection, at which a TXT's
+/// motors may go on.
 pub(crate) fn watch<T: Transfer + 'static>(transfer: &Arc<T>) {
     static REGISTER: Once = Once::new();
     REGISTER.call_once(|| at_exit(end_at_exit));

@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_millis(2);
 const CALL_LOOKS: u32 = 250;
 /// How many looks a program that is asked to end has for its call to return.
 const END_LOOKS: u32 = 5;
-/// How many looks the last exchange may last. Without it the connection closes, which stops the outputs too.
+/// How many looks the last exchange may last. Without it the connection closes, at which outputs may stay on.
 const LAST_EXCHANGE_LOOKS: u32 = 250;
 
 /// Whether a program is watched, and whether it has called `exit` then.

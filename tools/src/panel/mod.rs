@@ -152,7 +152,7 @@ fn end(panel: &Panel) -> anyhow::Result<()> {
         .map(|host| host.address.as_str())
         .collect();
     if !late.is_empty() {
-        // Its connection is closed now, which stops its motors.
+        // Its connection is closed now. Its motors may go on.
         log::warn!("no answer from {} at the end", late.join(", "));
     }
     Ok(())

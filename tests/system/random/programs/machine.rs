@@ -14,7 +14,7 @@ use crate::proxy::Proxy;
 /// The limit for connecting, and for a response.
 pub(crate) const CONNECT_LIMIT: Duration = Duration::from_millis(300);
 pub(crate) const READ_LIMIT: Duration = Duration::from_millis(250);
-/// After this time without a request, the controller stops its motors.
+/// After this time without a request, the simulated TXT stops its motors.
 pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(3);
 
 pub(crate) struct Slot {
