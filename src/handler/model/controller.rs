@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use shuttle::sync::{Mutex, MutexGuard};
 use shuttle::thread;
 
-use crate::client::{Network, TimeLimits};
+use crate::client::{I2cAccess, Network, TimeLimits};
 use crate::error::Error;
 use crate::exchange::{Exchange, Inputs};
 use crate::firmware::FirmwareVersion;
@@ -134,6 +134,9 @@ impl TxtClient {
     pub(crate) fn address(&self) -> Option<IpAddr> {
         None
     }
+
+    /// The models have no I2C.
+    pub(crate) fn set_i2c_access(&mut self, _access: I2cAccess) {}
 
     pub(crate) fn query_status(&mut self) -> Result<QueryStatusResponse, Error> {
         let version = FirmwareVersion::OLDEST_SUPPORTED;

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use crate::client::TimeLimits;
 #[cfg(not(all(test, shuttle)))]
 use crate::client::TxtClient;
+use crate::client::{I2cAccess, I2cLine, TimeLimits};
 use crate::error::Error;
 use crate::exchange::Exchange;
 use crate::firmware::FirmwareVersion;
@@ -22,17 +22,18 @@ pub(crate) struct Link {
 }
 
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
-/// Calls `found` with the controller, and returns how many configurations there were.
+/// I2C requests on `i2c` reach the controller then. Calls `found` with the controller, and returns how many configurations there were.
 ///
 /// Any thread can call this. Connecting takes at most `limit`, and each response as long as the settings
 /// allow.
 pub(crate) fn connect(
     settings: &Settings,
     limit: Duration,
+    i2c: &I2cLine,
     areas: &[FishX1Transfer],
     mut found: impl FnMut(Controller),
 ) -> Result<(Link, u64), Error> {
-    let Settings { network, host, port, .. } = settings;
+    let Settings { network, host, port, i2c_port, i2c_port_is_known, .. } = settings;
     let limits = TimeLimits { connect: limit, ..settings.limits };
     let mut client = TxtClient::connect_within(*network, host, *port, limits)?;
     let address = client.address();
@@ -43,6 +44,11 @@ pub(crate) fn connect(
         return Err(Error::FirmwareTooOld { found: version, required });
     }
     notice!(Info, "{} with firmware {version} at {host}:{port}", status.name());
+    client.set_i2c_access(I2cAccess {
+        line: i2c.clone(),
+        port: *i2c_port,
+        at_once: *i2c_port_is_known,
+    });
     client.start_online()?;
     let mut exchange = Exchange::new(settings.mode, version);
     let config_updates = client.update_configs(&mut exchange, areas)?;
