@@ -11,7 +11,8 @@ use crate::firmware::FirmwareVersion;
 #[cfg(all(test, shuttle))]
 use crate::handler::model::TxtClient;
 use crate::handler::settings::Settings;
-use crate::handler::shared::Controller;
+use crate::handler::shared::{Controller, Shared};
+use crate::handler::sync::now;
 use crate::notices::notice;
 use crate::transfer_area::FishX1Transfer;
 
@@ -19,6 +20,42 @@ use crate::transfer_area::FishX1Transfer;
 pub(crate) struct Link {
     pub(crate) client: TxtClient,
     pub(crate) exchange: Exchange,
+}
+
+/// How long to wait between two attempts while the firmware's program starts again.
+const RESTART_PAUSE: Duration = Duration::from_millis(200);
+
+/// Connects for a transfer that begins, as [`connect`]. When the controller closes the connection at StartOnline,
+/// tries again within the limit for connecting.
+///
+/// The maker's firmware 4.7.0 (measured under emulation) ends at a StartOnline less than 5 s after another client's,
+/// unless that client was right with I2C. It is back after 2 s.
+pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64), Error> {
+    let limit = settings.limits.connect;
+    let attempt = |limit| {
+        let found = |controller| shared.set_controller(controller);
+        connect(settings, limit, &shared.i2c, &shared.outgoing(), found)
+    };
+    let closed = match attempt(limit) {
+        Err(error @ Error::ConnectionClosed { command: "StartOnline", received: 0 }) => error,
+        result => return result,
+    };
+    notice!(Warn, "{closed}; it is tried again for {limit:?}");
+    let deadline = now() + limit;
+    loop {
+        shared.wait_for_stop(now() + RESTART_PAUSE);
+        if let Some(stop) = shared.stop() {
+            stop.result()?;
+            return Err(Error::NotStarted);
+        }
+        let rest = deadline.saturating_duration_since(now());
+        match attempt(rest.max(RESTART_PAUSE)) {
+            Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
+            Err(_) if rest.is_zero() => return Err(closed),
+            Err(error) => notice!(Debug, "not connected yet: {error}"),
+            connected => return connected,
+        }
+    }
 }
 
 /// Connects, checks the firmware, begins online mode and hands over the configurations of all areas.
