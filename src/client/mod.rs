@@ -41,7 +41,7 @@ pub(crate) use watched::WaitEnds;
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};
-use crate::transfer_area::FishX1Transfer;
+use crate::transfer_area::{FishX1Transfer, MAX_AREAS};
 use crate::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
     StartCameraOnline, StartOnline, UpdateConfig, MAX_EXTRA_SIZE,
@@ -93,6 +93,8 @@ pub struct TxtClient {
     online: Option<I2cSession>,
     /// The error after which the connection can't be used any more.
     broken: Option<Error>,
+    /// By extension, the byte of the configuration's id that the firmware has.
+    config_ids: [u8; MAX_AREAS],
     request: Vec<u8>,
     response: Box<[u8; BUFFER_SIZE]>,
 }
@@ -148,6 +150,7 @@ impl TxtClient {
             i2c: I2cAccess { line, port: port.saturating_add(2), at_once },
             online: None,
             broken: None,
+            config_ids: [0; MAX_AREAS],
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
         }
@@ -181,6 +184,7 @@ impl TxtClient {
     pub fn start_online(&mut self) -> Result<(), Error> {
         self.online = None;
         self.command(CommandId::StartOnline, |out| StartOnline::new().emit(out), no_values)?;
+        self.config_ids = [0; MAX_AREAS];
         let I2cAccess { line, port, at_once } = &self.i2c;
         let limits = self.connection.as_ref().map(Connection::limits).unwrap_or_default();
         self.online = Some(line.begin(self.other_port(*port), limits, *at_once));
@@ -189,6 +193,9 @@ impl TxtClient {
 
     /// Hands over the configuration of one controller. Blocks until the response.
     ///
+    /// The maker's firmware 4.7.0 (measured under emulation) takes a configuration if the low byte of its id is another
+    /// one than before; after StartOnline it is 0. So an id with the same low byte is sent with bit 7 inverted.
+    ///
     /// # Errors
     ///
     /// [`Error::NotOnline`] before [`start_online`](Self::start_online), and any error of talking
@@ -196,6 +203,14 @@ impl TxtClient {
     #[doc(alias = "ftIF2013CommandId_UpdateConfig")]
     pub fn update_config(&mut self, update: &UpdateConfig) -> Result<(), Error> {
         self.online(CommandId::UpdateConfig)?;
+        let mut update = *update;
+        let area = usize::try_from(update.extension_id).ok();
+        if let Some(sent) = area.and_then(|area| self.config_ids.get_mut(area)) {
+            if update.config_id as u8 == *sent {
+                update.config_id ^= 0x80;
+            }
+            *sent = update.config_id as u8;
+        }
         self.command(CommandId::UpdateConfig, |out| update.emit(out), no_values)
     }
 

@@ -10,9 +10,14 @@ use super::i2c_line::{I2cLine, I2cSession};
 use super::scripted::{at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS, NO_WAIT};
 use super::{Endpoint, TimeLimits, TxtClient, TCP};
 use crate::error::Error;
+use crate::exchange::{Exchange, TransferMode};
 use crate::firmware::FirmwareVersion;
 use crate::i2c::I2cClient;
-use crate::wire::{CommandId, I2cResponseHeader, QueryStatusResponse, ResponseId, UpdateConfig};
+use crate::transfer_area::FishX1Transfer;
+use crate::wire::{
+    CmprHeader, CommandId, Compressor, I2cResponseHeader, QueryStatusResponse, ResponseId,
+    UpdateConfig,
+};
 
 const QUERY: &str = "QueryStatus";
 
@@ -327,6 +332,73 @@ fn a_client_that_is_dropped_or_goes_online_again_closes_its_i2c_connection() {
     client.start_online().unwrap();
     client.abandon(&[]);
     assert!(i2c.is_closed());
+}
+
+/// The ids of configurations that are sent for these.
+fn sent_config_ids(ids: &[i16]) -> Vec<i16> {
+    let mut answers = vec![ResponseId::StartOnline];
+    answers.resize(1 + ids.len(), ResponseId::UpdateConfig);
+    let answer = |id: ResponseId| {
+        let mut bytes = Vec::new();
+        id.emit(&mut bytes);
+        (NO_WAIT, Event::Bytes(bytes))
+    };
+    let (mut client, transport) = client(answers.into_iter().map(answer).collect(), vec![]);
+    client.start_online().unwrap();
+    let start = transport.state().written.len();
+    for id in ids {
+        let update = UpdateConfig { config_id: *id, extension_id: 0, config: Default::default() };
+        client.update_config(&update).unwrap();
+    }
+    let written = transport.state().written.split_off(start);
+    let updates = written.chunks(UpdateConfig::LEN);
+    updates.map(|bytes| UpdateConfig::parse(bytes).unwrap().config_id).collect()
+}
+
+/// The firmware looks at the low byte, which is 0 after StartOnline.
+#[test]
+fn a_configuration_has_an_id_that_the_firmware_notices() {
+    assert_eq!(sent_config_ids(&[1, 2, 3, 1, 0]), [1, 2, 3, 1, 0]);
+    assert_eq!(sent_config_ids(&[0]), [0x80]);
+    assert_eq!(sent_config_ids(&[256, 1, 257]), [256 ^ 0x80, 1, 257 ^ 0x80]);
+    assert_eq!(sent_config_ids(&[5, 5, 5]), [5, 0x85, 5]);
+}
+
+/// The firmware closes the connection when a request comes in pieces.
+#[test]
+fn the_longest_request_is_one_write_that_fits_a_segment() {
+    /// What IPv6 lets through everywhere, without the headers of IP and TCP.
+    const SEGMENT: usize = 1280 - 60;
+    let mut areas = vec![FishX1Transfer::default(); 9];
+    let mut exchange = Exchange::new(TransferMode::Compressed, FirmwareVersion::new(4, 7, 0));
+    let all = 0xFF;
+    let mut response = Vec::new();
+    let mut data = Vec::new();
+    let crc = Compressor::new().compress(&[0; 9 * 52], &mut data);
+    CmprHeader { extra_size: data.len() as u32, crc, active_extensions: all }
+        .emit_response(&mut response);
+    response.extend(data);
+    exchange.receive(&response).unwrap();
+    for (number, area) in (1..).zip(&mut areas) {
+        // No word is 0, or as the one before or after it.
+        area.output.duty = std::array::from_fn(|index| number + 2 * index as i16);
+        area.output.distance = [1000, 2000, 3000, 4000];
+        area.output.master = [1, 2, 3, 4];
+        area.output.motor_ex_cmd_id = [11, 22, 33, 44];
+        area.output.cnt_reset_cmd_id = [55, 66, 77, 88];
+        (area.txt_outputs.sound_cmd_id, area.txt_outputs.sound_index) = (9, 8);
+        area.txt_outputs.sound_repeat = 7;
+    }
+    let mut start = Vec::new();
+    ResponseId::StartOnline.emit(&mut start);
+    let (mut client, transport) = client(at_once([start, response].map(Event::Bytes)), vec![]);
+    client.start_online().unwrap();
+    transport.state().write_limits.clear();
+    let before = transport.state().written.len();
+    client.exchange(&mut exchange, &areas).unwrap();
+    let size = transport.state().written.len() - before;
+    assert_eq!(transport.state().write_limits.len(), 1);
+    assert!((500..=SEGMENT).contains(&size), "{size} bytes");
 }
 
 /// A line in a session, over a connection with this script.

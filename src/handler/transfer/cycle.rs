@@ -183,8 +183,9 @@ impl<'a> Cycle<'a> {
         Ok(delivered)
     }
 
-    /// Stops the motors with a last exchange and ends online mode.
+    /// Stops motors and sounds with a last exchange and ends online mode.
     pub(crate) fn leave(&mut self) -> Result<(), Error> {
+        self.link.exchange.end_sounds();
         let (delivered, _) = self.exchange()?;
         self.announce(&delivered);
         if self.camera.is_some() && self.camera_to_restart.is_none() {
@@ -197,6 +198,7 @@ impl<'a> Cycle<'a> {
     pub(crate) fn abandon(&mut self) {
         let Link { client, exchange } = &mut self.link;
         let mut request = Vec::new();
+        exchange.end_sounds();
         // There are areas, so there is a request.
         if exchange.request(&self.areas, &mut request).is_ok() {
             client.abandon(&request);
