@@ -21,6 +21,8 @@ mod transport;
 mod watched;
 
 use std::net::IpAddr;
+use std::thread;
+use std::time::{Duration, Instant};
 
 pub(crate) use address::host_and_port;
 pub(crate) use connection::Connection;
@@ -49,6 +51,12 @@ use crate::wire::{
 
 /// Port of the controller's main connection.
 pub const PORT: u16 = 65000;
+
+/// How long after StopCameraOnline the camera may be started again.
+///
+/// The maker's firmware 4.7.0 (under emulation) looks with each picture whether it should end its camera. Started again
+/// before that, it has two cameras, and its program ends when they stop.
+const CAMERA_PAUSE: Duration = Duration::from_secs(1);
 
 /// The longest response, and one more byte to detect a longer one.
 const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
@@ -95,6 +103,8 @@ pub struct TxtClient {
     broken: Option<Error>,
     /// By extension, the byte of the configuration's id that the firmware has.
     config_ids: [u8; MAX_AREAS],
+    /// When the camera was last stopped.
+    camera_stopped: Option<Instant>,
     request: Vec<u8>,
     response: Box<[u8; BUFFER_SIZE]>,
 }
@@ -151,6 +161,7 @@ impl TxtClient {
             online: None,
             broken: None,
             config_ids: [0; MAX_AREAS],
+            camera_stopped: None,
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
         }
@@ -290,7 +301,8 @@ impl TxtClient {
     /// [`start_camera`](Self::start_camera) for both. The server is ready 1 to 2 s after the response. Its
     /// frames come over a connection of their own, each after a
     /// [`CameraFrameHeader`](crate::wire::CameraFrameHeader).
-    /// Blocks until the response.
+    /// Blocks until the response; within a second after [`stop_camera_online`](Self::stop_camera_online) it waits before
+    /// the command is sent, because the maker's firmware 4.7.0 (measured under emulation) needs that time to stop.
     ///
     /// # Errors
     ///
@@ -300,6 +312,9 @@ impl TxtClient {
     pub fn start_camera_online(&mut self, start: &StartCameraOnline) -> Result<(), Error> {
         let command = CommandId::StartCameraOnline;
         self.online(command)?;
+        if let Some(pause) = self.camera_pause() {
+            thread::sleep(pause);
+        }
         self.command(command, |out| start.emit(out), no_values)
     }
 
@@ -313,7 +328,13 @@ impl TxtClient {
     pub fn stop_camera_online(&mut self) -> Result<(), Error> {
         let command = CommandId::StopCameraOnline;
         self.online(command)?;
+        self.camera_stopped = Some(Instant::now());
         self.command(command, |out| command.emit(out), no_values)
+    }
+
+    /// How long the camera must wait until it can be started; `None` if it was not stopped over this connection.
+    pub(crate) fn camera_pause(&self) -> Option<Duration> {
+        Some(CAMERA_PAUSE.saturating_sub(self.camera_stopped?.elapsed()))
     }
 
     /// Ends online mode. Blocks until the response. It does not stop the motors of the maker's firmware 4.7.0

@@ -170,6 +170,10 @@ impl TxtClient {
         Ok(())
     }
 
+    pub(crate) fn camera_pause(&self) -> Option<Duration> {
+        Some(Duration::ZERO)
+    }
+
     pub(crate) fn stop_camera_online(&mut self) -> Result<(), Error> {
         Ok(())
     }
