@@ -111,6 +111,8 @@ fn run_each(command: &str, recording: &TempDir) {
             }
         }
         let mut status = 0;
+        // The program in an example of `txt watch`.
+        fs::write(folder.path().join("run.py"), "print('runs')").unwrap();
         if command == "check" {
             write_programs(folder.path());
             // The pupil's programs do nothing yet, and that is what the check says.

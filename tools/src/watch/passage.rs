@@ -8,8 +8,10 @@ use mio::net::TcpStream;
 use mio::{Interest, Registry, Token};
 use socket2::SockRef;
 
+use super::driven::Driven;
+use super::halt::Halt;
 use super::tap::{Piece, Tap, What};
-use crate::told::Line;
+use crate::told::{Gone, Line, Side};
 
 /// How much is passed on in one direction before the other connections have their turn.
 const TURN: usize = 1 << 20;
@@ -39,6 +41,8 @@ pub(super) enum Stage {
     /// The camera's port was not open yet: the next attempt is at this time.
     Again(Instant),
     Open,
+    /// The program has gone, and the controller is being stopped.
+    Halting,
 }
 
 /// What has become of a connection.
@@ -49,6 +53,8 @@ pub(super) enum Then {
     /// There is more to pass on at once.
     More,
     Closed,
+    /// The controller has to be stopped first, and that has begun.
+    Halts,
 }
 
 pub(super) struct Passage {
@@ -63,6 +69,9 @@ pub(super) struct Passage {
     controller: TcpStream,
     up: Flow,
     down: Flow,
+    /// What the program does, if the controller is to be stopped after it.
+    driven: Option<Driven>,
+    halt: Option<(Gone, Halt)>,
     /// Nothing of it is reported any more, because too much waited to be looked at.
     missed: bool,
 }
@@ -92,8 +101,15 @@ impl Passage {
             controller: to_controller,
             up: Flow::default(),
             down: Flow::default(),
+            driven: None,
+            halt: None,
             missed: false,
         })
+    }
+
+    /// Has the controller stopped when the program has gone while it drives.
+    pub(super) fn stops_after_it(&mut self) {
+        self.driven = Some(Driven::new());
     }
 
     /// Tries once more to connect to the controller.
@@ -103,8 +119,7 @@ impl Passage {
         registry: &Registry,
         token: Token,
     ) -> io::Result<()> {
-        self.controller = TcpStream::connect(controller)?;
-        registry.register(&mut self.controller, token, Interest::READABLE | Interest::WRITABLE)?;
+        self.controller = connect(controller, registry, token)?;
         self.stage = Stage::Connecting(Instant::now());
         Ok(())
     }
@@ -114,22 +129,12 @@ impl Passage {
         if self.stage == Stage::Open {
             return Ok(true);
         }
-        if let Some(error) = self.controller.take_error()? {
-            return Err(error);
+        let is_connected = is_connected(&self.controller)?;
+        if is_connected {
+            self.controller.set_nodelay(true)?;
+            self.stage = Stage::Open;
         }
-        match self.controller.peer_addr() {
-            // Where nothing listens on this computer, a system may connect the port with itself.
-            Ok(peer) if self.controller.local_addr()? == peer => {
-                Err(ErrorKind::ConnectionRefused.into())
-            }
-            Ok(_) => {
-                self.controller.set_nodelay(true)?;
-                self.stage = Stage::Open;
-                Ok(true)
-            }
-            Err(error) if is_pending(&error) => Ok(false),
-            Err(error) => Err(error),
-        }
+        Ok(is_connected)
     }
 
     /// Whether the program still waits for a connection that is not made yet.
@@ -154,19 +159,28 @@ impl Passage {
     /// Passes on what is there in both directions. `may_send` is false while the program's bytes have to wait.
     pub(super) fn pass(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Then {
         let had_ended = self.down.ended;
+        if had_ended {
+            // The program sees it, and nothing more can be sent here.
+            self.driven = None;
+        }
         let passed = self.pass_up(may_send, chunk, tap).and_then(|up| {
             let down = self.pass_down(chunk, tap)?;
             Ok(up || down)
         });
+        if let Some(gone) = self.gone(passed.as_ref().err(), chunk, tap) {
+            self.halt(gone, tap);
+            return Then::Halts;
+        }
         if self.down.ended && !had_ended {
             let (line, connection) = (self.line, self.number);
             tap.tell(Piece { line, connection, at: Instant::now(), what: What::ControllerEnded });
         }
         match passed {
             Ok(_) if self.up.told_end && self.down.told_end => Then::Closed,
-            Ok(true) => Then::More,
-            Ok(false) => Then::Waits,
-            Err(error) => {
+            // The program's end was held back for nothing.
+            Ok(false) if !(self.down.ended && self.driven.is_some()) => Then::Waits,
+            Ok(_) => Then::More,
+            Err(Broken { error, .. }) => {
                 log::debug!("connection {} is reset: {error}", self.number);
                 (self.up.broken, self.down.broken) = (true, true);
                 // What one side said before it reset the connection still arrives.
@@ -178,21 +192,94 @@ impl Passage {
         }
     }
 
-    fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
+    /// Whether the program has gone while it drives. It may have said farewell before its connection broke.
+    fn gone(&mut self, broken: Option<&Broken>, chunk: &mut [u8], tap: &Tap) -> Option<Gone> {
+        let is_broken = broken.is_some_and(|broken| broken.side == Side::Program);
+        if is_broken && self.drives() {
+            let _ = self.pass_up(true, chunk, tap);
+        }
+        let has_gone = is_broken || (broken.is_none() && self.up.ended && !self.down.ended);
+        (has_gone && self.drives()).then_some(if is_broken { Gone::Reset } else { Gone::Closed })
+    }
+
+    /// Whether a program drives through it, after which the controller is to be stopped.
+    fn drives(&self) -> bool {
+        self.stage == Stage::Open && self.driven.as_ref().is_some_and(Driven::drives)
+    }
+
+    /// When the program will have been silent for too long.
+    pub(super) fn silent_at(&self) -> Option<Instant> {
+        self.driven.as_ref().filter(|_| self.stage == Stage::Open)?.silent_at()
+    }
+
+    /// Begins to stop the controller, if a program drives it.
+    pub(super) fn halt(&mut self, gone: Gone, tap: &Tap) {
+        if !self.drives() {
+            return;
+        }
+        let Some(driven) = self.driven.take() else { return };
+        let halt = Halt::begin(driven, self.up.pending.is_empty(), &mut self.controller);
+        let (line, connection, at) = (self.line, self.number, Instant::now());
+        tap.tell(Piece { line, connection, at, what: What::Gone });
+        if let Some(sent) = halt.sent() {
+            let (side, missed) = (Side::Program, &mut self.missed);
+            Witness { tap, line, connection, side, driven: None, missed }.tell(at, sent);
+        }
+        self.halt = Some((gone, halt));
+        self.stage = Stage::Halting;
+    }
+
+    /// When to go on to stop the controller at the latest.
+    pub(super) fn halts_on_at(&self) -> Option<Instant> {
+        self.halt.as_ref().map(|(_, halt)| halt.next_at())
+    }
+
+    /// Goes on to stop the controller. Returns whether that is done, in one way or another.
+    pub(super) fn go_on_to_halt(
+        &mut self,
+        connect: impl Fn() -> io::Result<TcpStream>,
+        chunk: &mut [u8],
+        tap: &Tap,
+    ) -> bool {
+        let Some((gone, halt)) = &mut self.halt else { return true };
+        let (line, connection) = (self.line, self.number);
+        let missed = &mut self.missed;
+        let tell = &mut |side, bytes: &[u8]| {
+            let driven = None;
+            Witness { tap, line, connection, side, driven, missed }.tell(Instant::now(), bytes);
+        };
+        if let Some(news) = halt.go_on(&mut self.controller, connect, chunk, tell) {
+            let what = What::Halted(*gone, news);
+            tap.tell(Piece { line, connection, at: Instant::now(), what });
+        }
+        halt.is_done()
+    }
+
+    fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {
         if !may_send {
             return Ok(false);
         }
-        let mut witness =
-            Witness { tap, line: self.line, number: self.number, missed: &mut self.missed };
-        let tell = |at, bytes: &[u8]| witness.tell(at, bytes, What::FromProgram);
-        pass(&mut self.program, &mut self.controller, &mut self.up, chunk, tell)
+        let witness = Witness {
+            tap,
+            line: self.line,
+            connection: self.number,
+            side: Side::Program,
+            driven: self.driven.as_mut(),
+            missed: &mut self.missed,
+        };
+        pass(&mut self.program, &mut self.controller, &mut self.up, chunk, witness)
     }
 
-    fn pass_down(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
-        let mut witness =
-            Witness { tap, line: self.line, number: self.number, missed: &mut self.missed };
-        let tell = |at, bytes: &[u8]| witness.tell(at, bytes, What::FromController);
-        pass(&mut self.controller, &mut self.program, &mut self.down, chunk, tell)
+    fn pass_down(&mut self, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {
+        let witness = Witness {
+            tap,
+            line: self.line,
+            connection: self.number,
+            side: Side::Controller,
+            driven: self.driven.as_mut(),
+            missed: &mut self.missed,
+        };
+        pass(&mut self.controller, &mut self.program, &mut self.down, chunk, witness)
     }
 
     /// Both sides see that the connection has broken.
@@ -208,26 +295,80 @@ fn reset(side: &TcpStream) {
     let _ = SockRef::from(side).set_linger(Some(Duration::ZERO));
 }
 
-/// Tells what has passed, after it has passed.
+/// Begins to connect to a controller.
+pub(super) fn connect(to: SocketAddr, registry: &Registry, token: Token) -> io::Result<TcpStream> {
+    let mut stream = TcpStream::connect(to)?;
+    registry.register(&mut stream, token, Interest::READABLE | Interest::WRITABLE)?;
+    Ok(stream)
+}
+
+/// Whether a connection to a controller is made by now. The error is why there is none.
+pub(super) fn is_connected(controller: &TcpStream) -> io::Result<bool> {
+    if let Some(error) = controller.take_error()? {
+        return Err(error);
+    }
+    match controller.peer_addr() {
+        // Where nothing listens on this computer, a system may connect the port with itself.
+        Ok(peer) if controller.local_addr()? == peer => Err(ErrorKind::ConnectionRefused.into()),
+        Ok(_) => Ok(true),
+        Err(error) if is_pending(&error) => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Whose connection has broken.
+struct Broken {
+    side: Side,
+    error: io::Error,
+}
+
+/// Sees what has passed from one side, after it has passed.
 struct Witness<'a> {
     tap: &'a Tap,
     line: Line,
-    number: u64,
+    connection: u64,
+    side: Side,
+    driven: Option<&'a mut Driven>,
     missed: &'a mut bool,
 }
 
 impl Witness<'_> {
-    fn tell(&mut self, at: Instant, bytes: &[u8], what: fn(Vec<u8>) -> What) {
+    fn tell(&mut self, at: Instant, bytes: &[u8]) {
+        match (self.side, &mut self.driven) {
+            (Side::Program, Some(driven)) => driven.sent(at, bytes),
+            (Side::Controller, Some(driven)) => driven.received(at, bytes),
+            (_, None) => {}
+        }
         if *self.missed {
             return;
         }
-        let what = if self.tap.reserve(bytes.len()) {
-            what(bytes.to_vec())
-        } else {
+        let what = if !self.tap.reserve(bytes.len()) {
             *self.missed = true;
             What::Missed
+        } else if self.side == Side::Program {
+            What::FromProgram(bytes.to_vec())
+        } else {
+            What::FromController(bytes.to_vec())
         };
-        self.tap.tell(Piece { line: self.line, connection: self.number, at, what });
+        self.tap.tell(Piece { line: self.line, connection: self.connection, at, what });
+    }
+
+    /// Whether the end of this side is passed on. A program that drives is gone then, and something else comes first.
+    fn passes_end(&self) -> bool {
+        self.side == Side::Controller || !self.driven.as_ref().is_some_and(|it| it.drives())
+    }
+
+    /// The side that sends is the one that has broken.
+    fn sender_broke(&self, error: io::Error) -> Broken {
+        Broken { side: self.side, error }
+    }
+
+    fn receiver_broke(&self, error: io::Error) -> Broken {
+        let side = match self.side {
+            Side::Program => Side::Controller,
+            Side::Controller => Side::Program,
+        };
+        Broken { side, error }
     }
 }
 
@@ -237,16 +378,20 @@ fn pass(
     to: &mut TcpStream,
     flow: &mut Flow,
     chunk: &mut [u8],
-    mut tell: impl FnMut(Instant, &[u8]),
-) -> io::Result<bool> {
+    mut witness: Witness,
+) -> Result<bool, Broken> {
     let mut passed = 0;
     while !flow.told_end {
-        if !send_pending(to, flow)? {
+        if !send_pending(to, flow).map_err(|error| witness.receiver_broke(error))? {
             return Ok(false);
         }
         if flow.ended {
+            if !witness.passes_end() {
+                return Ok(false);
+            }
             if !flow.broken {
-                to.shutdown(Shutdown::Write).or_else(unless_gone)?;
+                let told = to.shutdown(Shutdown::Write).or_else(unless_gone);
+                told.map_err(|error| witness.receiver_broke(error))?;
             }
             flow.told_end = true;
             break;
@@ -262,12 +407,12 @@ fn pass(
             Ok(count) => count,
             Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
             Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) => return Err(error),
+            Err(error) => return Err(witness.sender_broke(error)),
         };
         let at = Instant::now();
         let sent = write(to, &chunk[..count]);
-        tell(at, &chunk[..count]);
-        let sent = sent?;
+        witness.tell(at, &chunk[..count]);
+        let sent = sent.map_err(|error| witness.receiver_broke(error))?;
         flow.pending.extend_from_slice(&chunk[sent..count]);
         passed += count;
     }

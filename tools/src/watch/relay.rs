@@ -3,6 +3,8 @@
 //! One thread sees things in the order in which they happen: a connection that a program has closed is closed at the
 //! controller before the program's next one is made, and a program that has connected to the camera and then starts
 //! it is seen to do so in this order. What has passed is handed to those who look as a copy.
+//!
+//! When a program has gone that was online, the controller is stopped before its connection ends.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -13,13 +15,13 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver};
-use mio::net::TcpListener;
+use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
-use super::passage::{Passage, Stage, Then, CHUNK};
+use super::passage::{connect, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
-use crate::told::Line;
+use crate::told::{Gone, Line};
 
 const WAKER: Token = Token(3);
 /// The first token of a connection; each has two.
@@ -50,6 +52,7 @@ impl Relay {
         listeners: [TcpListener; 3],
         controller: SocketAddr,
         tap: Tap,
+        leaves_outputs: bool,
     ) -> anyhow::Result<Self> {
         let poll = Poll::new()?;
         let waker = Waker::new(poll.registry(), WAKER)?;
@@ -58,8 +61,10 @@ impl Relay {
             listeners,
             controller,
             tap,
+            leaves_outputs,
             poll,
             passages: BTreeMap::new(),
+            held: Vec::new(),
             numbers: 0,
             chunk: vec![0; CHUNK],
             busy: false,
@@ -99,9 +104,13 @@ struct Worker {
     listeners: [TcpListener; 3],
     controller: SocketAddr,
     tap: Tap,
+    /// No controller is stopped whose program has gone.
+    leaves_outputs: bool,
     poll: Poll,
     /// By number.
     passages: BTreeMap<u64, Passage>,
+    /// Programs that come while the controller is being stopped.
+    held: Vec<(TcpStream, SocketAddr)>,
     numbers: u64,
     chunk: Vec<u8>,
     /// There is more to pass on at once.
@@ -145,11 +154,35 @@ impl Worker {
             }
             self.connect();
             self.pass(|_| true);
+            self.halt_the_silent();
+            self.go_on_to_halt();
             if knocks[Line::Main.index()] {
                 self.accept(Line::Main);
             }
         }
-        Ok(())
+        self.leave(&mut events)
+    }
+
+    /// Stops what a program still drives, and closes everything.
+    fn leave(&mut self, events: &mut Events) -> io::Result<()> {
+        for passage in self.passages.values_mut() {
+            passage.halt(Gone::Watch, &self.tap);
+        }
+        // StopOnline takes a second while a connection to I2C is open.
+        let others = self.passages.values().filter(|one| one.stage != Stage::Halting);
+        let others: Vec<_> = others.map(|one| one.number).collect();
+        others.into_iter().for_each(|number| self.close(number));
+        loop {
+            self.go_on_to_halt();
+            if self.passages.is_empty() {
+                return Ok(());
+            }
+            let limit = self.limit();
+            match self.poll.poll(events, limit) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                done => done?,
+            }
+        }
     }
 
     /// How long to wait for something to happen.
@@ -164,7 +197,8 @@ impl Worker {
                 .into_iter()
                 .filter(|at| *at > now)
                 .min(),
-            Stage::Open => None,
+            Stage::Open => passage.silent_at(),
+            Stage::Halting => passage.halts_on_at(),
         });
         let next = times.chain(self.accept_at).min()?;
         // Not a moment too early: it would be for nothing.
@@ -198,17 +232,66 @@ impl Worker {
             self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
-            self.numbers += 1;
-            let number = self.numbers;
-            self.tell(line, number, What::Opened(from));
-            let (address, tokens) = (behind(self.controller, line), tokens(number));
-            let registry = self.poll.registry();
-            match Passage::begin((line, number), program, address, registry, tokens) {
-                Ok(passage) => drop(self.passages.insert(number, passage)),
-                Err(error) => {
-                    self.tell(line, number, What::Refused(error));
-                    self.tell(line, number, What::Closed);
+            if line == Line::Main && self.is_one_halting() {
+                self.held.push((program, from));
+            } else {
+                self.admit(line, program, from);
+            }
+        }
+    }
+
+    /// Begins to connect to the controller for a program.
+    fn admit(&mut self, line: Line, program: TcpStream, from: SocketAddr) {
+        self.numbers += 1;
+        let number = self.numbers;
+        self.tell(line, number, What::Opened(from));
+        let (address, tokens) = (behind(self.controller, line), tokens(number));
+        let registry = self.poll.registry();
+        match Passage::begin((line, number), program, address, registry, tokens) {
+            Ok(mut passage) => {
+                if line == Line::Main && !self.leaves_outputs {
+                    passage.stops_after_it();
                 }
+                self.passages.insert(number, passage);
+            }
+            Err(error) => {
+                self.tell(line, number, What::Refused(error));
+                self.tell(line, number, What::Closed);
+            }
+        }
+    }
+
+    fn is_one_halting(&self) -> bool {
+        self.passages.values().any(|passage| passage.stage == Stage::Halting)
+    }
+
+    /// Begins to stop the controller for programs that say nothing more. The controller would close their connections
+    /// a moment later, and then it would be too late.
+    fn halt_the_silent(&mut self) {
+        let now = Instant::now();
+        let Self { passages, tap, .. } = self;
+        let is_silent = |one: &&mut Passage| one.silent_at().is_some_and(|at| at <= now);
+        passages.values_mut().filter(is_silent).for_each(|one| one.halt(Gone::Silent, tap));
+    }
+
+    /// Goes on to stop controllers whose program has gone. Afterwards others are let in.
+    fn go_on_to_halt(&mut self) {
+        if !self.is_one_halting() {
+            return;
+        }
+        let Self { passages, tap, poll, controller, chunk, .. } = self;
+        let mut done = Vec::new();
+        for passage in passages.values_mut().filter(|one| one.stage == Stage::Halting) {
+            let token = tokens(passage.number)[1];
+            let connect = || connect(*controller, poll.registry(), token);
+            if passage.go_on_to_halt(connect, chunk, tap) {
+                done.push(passage.number);
+            }
+        }
+        done.into_iter().for_each(|number| self.close(number));
+        if !self.is_one_halting() {
+            for (program, from) in std::mem::take(&mut self.held) {
+                self.admit(Line::Main, program, from);
             }
         }
     }
@@ -216,9 +299,9 @@ impl Worker {
     /// Goes on with connections that are being made.
     fn connect(&mut self) {
         let now = Instant::now();
-        let open = |passage: &Passage| passage.stage == Stage::Open;
+        let is_coming = |one: &Passage| matches!(one.stage, Stage::Connecting(_) | Stage::Again(_));
         let numbers: Vec<_> =
-            self.passages.values().filter(|one| !open(one)).map(|one| one.number).collect();
+            self.passages.values().filter(|one| is_coming(one)).map(|one| one.number).collect();
         for number in numbers {
             let Some(passage) = self.passages.get_mut(&number) else { continue };
             let (line, begun) = (passage.line, passage.begun);
@@ -232,7 +315,9 @@ impl Worker {
                     let address = behind(self.controller, line);
                     passage.try_again(address, self.poll.registry(), tokens(number)[1])
                 }
-                Stage::Connecting(_) | Stage::Open => passage.is_connected().map(drop),
+                Stage::Connecting(_) | Stage::Open | Stage::Halting => {
+                    passage.is_connected().map(drop)
+                }
             };
             let Err(error) = done else {
                 if passage.is_given_up() {
@@ -283,7 +368,7 @@ impl Worker {
             }
             let may_send = may_command || passage.line != Line::Main;
             match passage.pass(may_send, &mut self.chunk, &self.tap) {
-                Then::Waits => {}
+                Then::Waits | Then::Halts => {}
                 Then::More => self.busy = true,
                 Then::Closed => closed.push(passage.number),
             }

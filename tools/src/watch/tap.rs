@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use crossbeam_channel::{unbounded, Receiver, Sender};
 
-use crate::told::Line;
+use super::halt::News;
+use crate::told::{Gone, Line};
 
 /// How many bytes may wait to be looked at.
 const WAITING_MAX: usize = 32 << 20;
@@ -37,6 +38,10 @@ pub(super) enum What {
     ControllerEnded,
     /// So many bytes were not kept that what follows can't be understood.
     Missed,
+    /// The program has gone: what follows as from it is from the relay, which stops the controller.
+    Gone,
+    /// What has become of the outputs then.
+    Halted(Gone, News),
     Closed,
 }
 

@@ -6,7 +6,6 @@
 mod camera;
 mod i2c;
 mod main_line;
-mod packet;
 
 use std::collections::HashMap;
 use std::time::Instant;
@@ -14,6 +13,7 @@ use std::time::Instant;
 use self::camera::CameraReader;
 use self::i2c::I2cReader;
 use self::main_line::MainReader;
+use super::halt::News;
 use super::tap::{Piece, What};
 use crate::told::{Happened, Line, Side, Told};
 
@@ -26,6 +26,9 @@ trait Reader {
         bytes: &[u8],
         tell: &mut dyn FnMut(Happened),
     ) -> Result<(), String>;
+
+    /// The program has gone; what follows as from it is not.
+    fn program_gone(&mut self) {}
 
     /// The controller sends nothing more.
     fn controller_ended(&mut self, _tell: &mut dyn FnMut(Happened)) {}
@@ -63,6 +66,18 @@ impl Decoder {
                     reader.controller_ended(&mut tell);
                 }
             }
+            What::Gone => {
+                if let Some(Some(reader)) = self.readers.get_mut(&connection) {
+                    reader.program_gone();
+                }
+            }
+            What::Halted(gone, news) => tell(Happened::Halted {
+                gone,
+                error: match news {
+                    News::Off => None,
+                    News::Failed(error) => Some(error),
+                },
+            }),
             What::Missed => {
                 self.give_up(connection, Happened::Missed, &mut tell);
             }
