@@ -15,6 +15,7 @@ mod program;
 mod recording;
 mod shell_files;
 mod simulate;
+mod stop;
 mod told;
 mod values;
 mod watch;
@@ -48,6 +49,7 @@ enum Tool {
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
+    Stop(stop::Args),
     Watch(watch::Args),
     Classroom(classroom::Args),
     Check(check::Args),
@@ -91,6 +93,7 @@ fn run(tool: Tool) -> ExitCode {
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),
+        Tool::Stop(args) => stop::run(args),
         Tool::Watch(args) => return watch(args),
         Tool::Classroom(args) => classroom::run(args),
         Tool::Check(args) => check::run(args),
