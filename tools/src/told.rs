@@ -58,6 +58,8 @@ pub(crate) enum Gone {
     Closed,
     Reset,
     Silent,
+    /// The controller has ended the connection, and no program has come back.
+    Lost,
     /// `txt watch` itself ends.
     Watch,
 }
@@ -69,6 +71,7 @@ impl Gone {
             Self::Closed => "closed",
             Self::Reset => "reset",
             Self::Silent => "silent",
+            Self::Lost => "lost",
             Self::Watch => "watch_ends",
         }
     }
@@ -84,6 +87,9 @@ impl fmt::Display for Gone {
             Self::Silent => {
                 write!(f, "the program was online and silent for {} s", SILENCE.as_secs_f64())
             }
+            Self::Lost => f.write_str(
+                "the controller has ended the connection of a program that was online, and none has come back",
+            ),
             Self::Watch => f.write_str("txt watch ends while a program is online"),
         }
     }

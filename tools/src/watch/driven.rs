@@ -87,9 +87,11 @@ impl Driven {
         self.drives
     }
 
-    /// When the program will have been silent for too long. A program that waits for a response is not silent.
-    pub(super) fn silent_at(&self) -> Option<Instant> {
-        (self.drives && self.responses.missing == 0).then(|| self.heard + SILENCE)
+    /// When the program will have been silent for too long. A program that waits for a response is not silent, while
+    /// one can come.
+    pub(super) fn silent_at(&self, can_come: bool) -> Option<Instant> {
+        let waits = can_come && self.responses.missing > 0;
+        (self.drives && !waits).then(|| self.heard + SILENCE)
     }
 
     /// Whether a whole command was the last: one that follows is understood.
@@ -250,21 +252,22 @@ mod tests {
         driven.sent(at, &packet(CommandId::StartOnline));
         assert!(driven.drives() && driven.is_between_commands());
         driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
-        assert!(driven.silent_at().is_some());
+        assert!(driven.silent_at(true).is_some());
     }
 
     #[test]
     fn a_program_that_waits_for_a_response_is_not_silent() {
         let mut driven = Driven::new();
         let at = Instant::now();
-        assert_eq!(driven.silent_at(), None);
+        assert_eq!(driven.silent_at(true), None);
         driven.sent(at, &packet(CommandId::StartOnline));
-        assert_eq!(driven.silent_at(), None);
+        assert_eq!(driven.silent_at(true), None);
+        assert_eq!(driven.silent_at(false), Some(at + SILENCE));
         driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
-        assert_eq!(driven.silent_at(), Some(at + SILENCE));
+        assert_eq!(driven.silent_at(true), Some(at + SILENCE));
         driven.sent(at, &packet(CommandId::StopOnline));
         driven.received(at, &ResponseId::StopOnline.id().to_le_bytes());
-        assert_eq!(driven.silent_at(), None);
+        assert_eq!(driven.silent_at(true), None);
     }
 
     #[test]

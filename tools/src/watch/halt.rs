@@ -11,7 +11,8 @@ use mio::net::TcpStream;
 
 use super::driven::{Driven, Responses};
 use super::passage::is_connected;
-use crate::told::Side;
+use super::tap::{Piece, Tap, What};
+use crate::told::{Gone, Line, Side};
 
 /// How long the controller may take for an answer. StopOnline and a board that does not answer take a second each.
 const ANSWER: Duration = Duration::from_secs(2);
@@ -19,19 +20,14 @@ const ANSWER: Duration = Duration::from_secs(2);
 const WHOLE: Duration = Duration::from_secs(6);
 /// The pause between two connections.
 const RETRY: Duration = Duration::from_millis(100);
-
-/// What has become of it.
-#[derive(Debug)]
-pub(super) enum News {
-    /// The controller has answered the command that switches all outputs off.
-    Off,
-    /// It could not be sent, or was not answered.
-    Failed(io::Error),
-}
+/// How long a program may take to come back to a controller that has ended the connection.
+const RETURN: Duration = Duration::from_secs(2);
 
 /// What is being done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
+    /// The program may come back until then.
+    Waits(Instant),
     /// A new connection is made then.
     Pauses(Instant),
     Connects,
@@ -42,97 +38,133 @@ enum Step {
     Done,
 }
 
-/// Takes what passes on the program's own connection.
-pub(super) type Tell<'a> = &'a mut dyn FnMut(Side, &[u8]);
-
 pub(super) struct Halt {
+    gone: Gone,
+    /// The number of the program's connection.
+    pub(super) connection: u64,
     step: Step,
+    controller: Option<TcpStream>,
+    /// The connection is still the program's, and what passes on it is told.
+    is_own: bool,
+    missed: bool,
     responses: Responses,
     zeros: Vec<u8>,
-    /// The connection is still the program's.
-    is_own: bool,
     /// When the present step is given up, and when everything.
     answer_until: Instant,
     until: Instant,
 }
 
 impl Halt {
-    /// Sends the command, at once. Not on a connection where it would not be understood: with `is_clear` false, the
-    /// controller waits for the rest of another one.
-    pub(super) fn begin(driven: Driven, is_clear: bool, controller: &mut TcpStream) -> Self {
-        let zeros = driven.zeros();
-        let is_own = is_clear && driven.is_between_commands() && send(controller, &zeros).is_ok();
+    /// Sends the command, at once, if there is a connection on which it is understood.
+    pub(super) fn now(
+        gone: Gone,
+        connection: u64,
+        driven: Driven,
+        controller: Option<TcpStream>,
+        tap: &Tap,
+    ) -> Self {
+        let mut halt = Self::new(gone, connection, driven, controller);
+        let sent = halt.controller.as_mut().map(|controller| send(controller, &halt.zeros));
+        halt.tell(tap, What::Gone);
+        if matches!(sent, Some(Ok(()))) {
+            halt.step = Step::SwitchesOff;
+            halt.is_own = true;
+            halt.responses.expect();
+            halt.tell_bytes(tap, Side::Program, &halt.zeros.clone());
+        }
+        halt
+    }
+
+    /// Waits some time for the program to come back to a controller that has ended the connection.
+    pub(super) fn later(connection: u64, driven: Driven) -> Self {
+        let mut halt = Self::new(Gone::Lost, connection, driven, None);
+        halt.put_off();
+        halt
+    }
+
+    fn new(gone: Gone, connection: u64, driven: Driven, controller: Option<TcpStream>) -> Self {
         let now = Instant::now();
-        let step = if is_own { Step::SwitchesOff } else { Step::Pauses(now) };
-        let mut responses = driven.into_responses();
-        responses.expect();
-        Self { step, responses, zeros, is_own, answer_until: now + ANSWER, until: now + WHOLE }
+        Self {
+            gone,
+            connection,
+            step: Step::Pauses(now),
+            controller: controller.filter(|_| driven.is_between_commands()),
+            is_own: false,
+            missed: false,
+            zeros: driven.zeros(),
+            responses: driven.into_responses(),
+            answer_until: now + ANSWER,
+            until: now + WHOLE,
+        }
     }
 
-    /// What has passed on the program's connection.
-    pub(super) fn sent(&self) -> Option<&[u8]> {
-        self.is_own.then_some(&self.zeros)
+    /// Whether its connection still has to be reported as closed.
+    pub(super) fn closes(&self) -> bool {
+        self.gone != Gone::Lost
     }
 
-    pub(super) fn is_done(&self) -> bool {
-        self.step == Step::Done
+    /// Whether it waits for the program to come back.
+    pub(super) fn waits(&self) -> bool {
+        matches!(self.step, Step::Waits(_))
+    }
+
+    /// Waits from now on.
+    pub(super) fn put_off(&mut self) {
+        let now = Instant::now();
+        self.step = Step::Waits(now + RETURN);
+        self.until = now + RETURN + WHOLE;
     }
 
     /// When to go on at the latest.
     pub(super) fn next_at(&self) -> Instant {
         match self.step {
-            Step::Pauses(at) => at,
+            Step::Waits(at) | Step::Pauses(at) => at,
             _ => self.answer_until,
         }
     }
 
-    /// Goes on as far as it can, and says once what has become of the outputs. `connect` makes a new connection.
+    /// Goes on as far as it can. `connect` makes a new connection. Returns whether all is done.
     pub(super) fn go_on(
         &mut self,
-        controller: &mut TcpStream,
         connect: impl Fn() -> io::Result<TcpStream>,
         chunk: &mut [u8],
-        tell: Tell,
-    ) -> Option<News> {
-        while !self.is_done() {
+        tap: &Tap,
+    ) -> bool {
+        while self.step != Step::Done {
             let step = self.step;
-            let over = match self.is_over(controller, chunk, tell) {
-                Ok(false) => return None,
+            let over = match self.is_over(chunk, tap) {
+                Ok(false) => return false,
                 Ok(true) => Ok(()),
                 Err(error) => Err(error),
             };
             let is_off = over.is_ok() && step == Step::SwitchesOff;
-            if let Err(error) = over.and_then(|()| self.next(controller, &connect, tell)) {
+            if is_off {
+                self.tell(tap, What::Halted(self.gone, Ok(())));
+            }
+            if let Err(error) = over.and_then(|()| self.next(&connect, tap)) {
                 if is_off || step == Step::Ends {
                     // A controller that does not hear the farewell has its outputs off, too.
                     self.step = Step::Done;
                 } else if Instant::now() + RETRY > self.until {
                     self.step = Step::Done;
-                    return Some(News::Failed(error));
+                    self.tell(tap, What::Halted(self.gone, Err(error)));
                 } else {
+                    self.controller = None;
                     self.step = Step::Pauses(Instant::now() + RETRY);
                 }
             }
-            if is_off {
-                return Some(News::Off);
-            }
         }
-        None
+        true
     }
 
     /// Whether the present step is done.
-    fn is_over(
-        &mut self,
-        controller: &mut TcpStream,
-        chunk: &mut [u8],
-        tell: Tell,
-    ) -> io::Result<bool> {
+    fn is_over(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
         let now = Instant::now();
-        let is_over = match self.step {
-            Step::Pauses(at) => return Ok(at <= now),
-            Step::Connects => is_connected(controller)?,
+        let is_over = match (self.step, &self.controller) {
+            (Step::Waits(at) | Step::Pauses(at), _) => return Ok(at <= now),
+            (Step::Connects, Some(controller)) => is_connected(controller)?,
             _ => {
-                self.hear(controller, chunk, tell)?;
+                self.hear(chunk, tap)?;
                 self.responses.are_all_here()
             }
         };
@@ -143,22 +175,18 @@ impl Halt {
     }
 
     /// Begins the next step.
-    fn next(
-        &mut self,
-        controller: &mut TcpStream,
-        connect: &impl Fn() -> io::Result<TcpStream>,
-        tell: Tell,
-    ) -> io::Result<()> {
+    fn next(&mut self, connect: &impl Fn() -> io::Result<TcpStream>, tap: &Tap) -> io::Result<()> {
         let mut packet = Vec::new();
         let step = match self.step {
-            Step::Pauses(_) => {
+            Step::Waits(_) | Step::Pauses(_) => {
                 self.is_own = false;
                 self.responses = Responses::default();
-                *controller = connect()?;
+                // The one before is closed first.
+                self.controller = None;
+                self.controller = Some(connect()?);
                 Step::Connects
             }
             Step::Connects => {
-                controller.set_nodelay(true)?;
                 StartOnline::new().emit(&mut packet);
                 Step::Starts
             }
@@ -172,12 +200,10 @@ impl Halt {
             }
             Step::Ends | Step::Done => Step::Done,
         };
-        if !packet.is_empty() {
+        if let Some(controller) = self.controller.as_mut().filter(|_| !packet.is_empty()) {
             send(controller, &packet)?;
             self.responses.expect();
-            if self.is_own {
-                tell(Side::Program, &packet);
-            }
+            self.tell_bytes(tap, Side::Program, &packet);
         }
         self.answer_until = self.until.min(Instant::now() + ANSWER);
         self.step = step;
@@ -185,28 +211,41 @@ impl Halt {
     }
 
     /// Takes in what the controller has said.
-    fn hear(&mut self, controller: &mut TcpStream, chunk: &mut [u8], tell: Tell) -> io::Result<()> {
-        loop {
+    fn hear(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<()> {
+        while let Some(controller) = &mut self.controller {
             match controller.read(chunk) {
                 // What it has said before counts.
-                Ok(0) if self.responses.are_all_here() => return Ok(()),
+                Ok(0) if self.responses.are_all_here() => break,
                 Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
                 Ok(count) => {
                     self.responses.take(&chunk[..count]);
-                    if self.is_own {
-                        tell(Side::Controller, &chunk[..count]);
-                    }
+                    self.tell_bytes(tap, Side::Controller, &chunk[..count]);
                 }
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(()),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }
+        }
+        Ok(())
+    }
+
+    fn tell(&self, tap: &Tap, what: What) {
+        let (line, connection) = (Line::Main, self.connection);
+        tap.tell(Piece { line, connection, at: Instant::now(), what });
+    }
+
+    fn tell_bytes(&mut self, tap: &Tap, side: Side, bytes: &[u8]) {
+        if self.is_own {
+            let (line, connection) = (Line::Main, self.connection);
+            tap.tell_bytes((line, connection), side, Instant::now(), bytes, &mut self.missed);
         }
     }
 }
 
 /// Sends a command in one piece: a TXT takes no other. Where there is no room for one, the controller reads nothing.
 fn send(controller: &mut TcpStream, command: &[u8]) -> io::Result<()> {
+    // Without it, a command waits for the answer to the one before.
+    controller.set_nodelay(true)?;
     match controller.write(command)? {
         sent if sent == command.len() => Ok(()),
         _ => Err(ErrorKind::WriteZero.into()),

@@ -41,8 +41,6 @@ pub(super) enum Stage {
     /// The camera's port was not open yet: the next attempt is at this time.
     Again(Instant),
     Open,
-    /// The program has gone, and the controller is being stopped.
-    Halting,
 }
 
 /// What has become of a connection.
@@ -53,8 +51,8 @@ pub(super) enum Then {
     /// There is more to pass on at once.
     More,
     Closed,
-    /// The controller has to be stopped first, and that has begun.
-    Halts,
+    /// The program has gone while it drove, so that the controller has to be stopped.
+    Gone(Gone),
 }
 
 pub(super) struct Passage {
@@ -71,7 +69,6 @@ pub(super) struct Passage {
     down: Flow,
     /// What the program does, if the controller is to be stopped after it.
     driven: Option<Driven>,
-    halt: Option<(Gone, Halt)>,
     /// Nothing of it is reported any more, because too much waited to be looked at.
     missed: bool,
 }
@@ -102,7 +99,6 @@ impl Passage {
             up: Flow::default(),
             down: Flow::default(),
             driven: None,
-            halt: None,
             missed: false,
         })
     }
@@ -159,17 +155,12 @@ impl Passage {
     /// Passes on what is there in both directions. `may_send` is false while the program's bytes have to wait.
     pub(super) fn pass(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Then {
         let had_ended = self.down.ended;
-        if had_ended {
-            // The program sees it, and nothing more can be sent here.
-            self.driven = None;
-        }
         let passed = self.pass_up(may_send, chunk, tap).and_then(|up| {
             let down = self.pass_down(chunk, tap)?;
             Ok(up || down)
         });
         if let Some(gone) = self.gone(passed.as_ref().err(), chunk, tap) {
-            self.halt(gone, tap);
-            return Then::Halts;
+            return Then::Gone(gone);
         }
         if self.down.ended && !had_ended {
             let (line, connection) = (self.line, self.number);
@@ -178,7 +169,7 @@ impl Passage {
         match passed {
             Ok(_) if self.up.told_end && self.down.told_end => Then::Closed,
             // The program's end was held back for nothing.
-            Ok(false) if !(self.down.ended && self.driven.is_some()) => Then::Waits,
+            Ok(false) if !(self.up.ended && !self.up.told_end && self.drives()) => Then::Waits,
             Ok(_) => Then::More,
             Err(Broken { error, .. }) => {
                 log::debug!("connection {} is reset: {error}", self.number);
@@ -203,56 +194,28 @@ impl Passage {
     }
 
     /// Whether a program drives through it, after which the controller is to be stopped.
-    fn drives(&self) -> bool {
-        self.stage == Stage::Open && self.driven.as_ref().is_some_and(Driven::drives)
+    pub(super) fn drives(&self) -> bool {
+        self.driven.as_ref().is_some_and(Driven::drives)
     }
 
     /// When the program will have been silent for too long.
     pub(super) fn silent_at(&self) -> Option<Instant> {
-        self.driven.as_ref().filter(|_| self.stage == Stage::Open)?.silent_at()
+        self.driven.as_ref()?.silent_at(!self.down.ended)
     }
 
-    /// Begins to stop the controller, if a program drives it.
-    pub(super) fn halt(&mut self, gone: Gone, tap: &Tap) {
-        if !self.drives() {
-            return;
-        }
-        let Some(driven) = self.driven.take() else { return };
-        let halt = Halt::begin(driven, self.up.pending.is_empty(), &mut self.controller);
-        let (line, connection, at) = (self.line, self.number, Instant::now());
-        tap.tell(Piece { line, connection, at, what: What::Gone });
-        if let Some(sent) = halt.sent() {
-            let (side, missed) = (Side::Program, &mut self.missed);
-            Witness { tap, line, connection, side, driven: None, missed }.tell(at, sent);
-        }
-        self.halt = Some((gone, halt));
-        self.stage = Stage::Halting;
+    /// Stops the controller, if a program has driven it.
+    pub(super) fn halt(self, gone: Gone, tap: &Tap) -> Option<Halt> {
+        let driven = self.driven.filter(Driven::drives)?;
+        // Behind the part of a command, and after its end, the controller understands nothing.
+        let is_clear = self.up.pending.is_empty() && !self.down.ended;
+        let controller = Some(self.controller).filter(|_| is_clear);
+        Some(Halt::now(gone, self.number, driven, controller, tap))
     }
 
-    /// When to go on to stop the controller at the latest.
-    pub(super) fn halts_on_at(&self) -> Option<Instant> {
-        self.halt.as_ref().map(|(_, halt)| halt.next_at())
-    }
-
-    /// Goes on to stop the controller. Returns whether that is done, in one way or another.
-    pub(super) fn go_on_to_halt(
-        &mut self,
-        connect: impl Fn() -> io::Result<TcpStream>,
-        chunk: &mut [u8],
-        tap: &Tap,
-    ) -> bool {
-        let Some((gone, halt)) = &mut self.halt else { return true };
-        let (line, connection) = (self.line, self.number);
-        let missed = &mut self.missed;
-        let tell = &mut |side, bytes: &[u8]| {
-            let driven = None;
-            Witness { tap, line, connection, side, driven, missed }.tell(Instant::now(), bytes);
-        };
-        if let Some(news) = halt.go_on(&mut self.controller, connect, chunk, tell) {
-            let what = What::Halted(*gone, news);
-            tap.tell(Piece { line, connection, at: Instant::now(), what });
-        }
-        halt.is_done()
+    /// Stops the controller that has ended the connection, if no program comes back.
+    pub(super) fn halt_later(self) -> Option<Halt> {
+        let driven = self.driven.filter(Driven::drives)?;
+        Some(Halt::later(self.number, driven))
     }
 
     fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {
@@ -264,6 +227,7 @@ impl Passage {
             line: self.line,
             connection: self.number,
             side: Side::Program,
+            holds_end: !self.down.ended,
             driven: self.driven.as_mut(),
             missed: &mut self.missed,
         };
@@ -276,6 +240,7 @@ impl Passage {
             line: self.line,
             connection: self.number,
             side: Side::Controller,
+            holds_end: false,
             driven: self.driven.as_mut(),
             missed: &mut self.missed,
         };
@@ -328,6 +293,8 @@ struct Witness<'a> {
     line: Line,
     connection: u64,
     side: Side,
+    /// The end of this side is not passed on while a program drives: it is gone then, and something else comes first.
+    holds_end: bool,
     driven: Option<&'a mut Driven>,
     missed: &'a mut bool,
 }
@@ -339,23 +306,13 @@ impl Witness<'_> {
             (Side::Controller, Some(driven)) => driven.received(at, bytes),
             (_, None) => {}
         }
-        if *self.missed {
-            return;
-        }
-        let what = if !self.tap.reserve(bytes.len()) {
-            *self.missed = true;
-            What::Missed
-        } else if self.side == Side::Program {
-            What::FromProgram(bytes.to_vec())
-        } else {
-            What::FromController(bytes.to_vec())
-        };
-        self.tap.tell(Piece { line: self.line, connection: self.connection, at, what });
+        let connection = (self.line, self.connection);
+        self.tap.tell_bytes(connection, self.side, at, bytes, self.missed);
     }
 
-    /// Whether the end of this side is passed on. A program that drives is gone then, and something else comes first.
+    /// Whether the end of this side is passed on.
     fn passes_end(&self) -> bool {
-        self.side == Side::Controller || !self.driven.as_ref().is_some_and(|it| it.drives())
+        !(self.holds_end && self.driven.as_ref().is_some_and(|driven| driven.drives()))
     }
 
     /// The side that sends is the one that has broken.

@@ -18,6 +18,7 @@ use crossbeam_channel::{bounded, Receiver};
 use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
+use super::halt::Halt;
 use super::passage::{connect, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
@@ -64,6 +65,7 @@ impl Relay {
             leaves_outputs,
             poll,
             passages: BTreeMap::new(),
+            halts: Vec::new(),
             held: Vec::new(),
             numbers: 0,
             chunk: vec![0; CHUNK],
@@ -109,6 +111,8 @@ struct Worker {
     poll: Poll,
     /// By number.
     passages: BTreeMap<u64, Passage>,
+    /// Controllers that are being stopped.
+    halts: Vec<Halt>,
     /// Programs that come while the controller is being stopped.
     held: Vec<(TcpStream, SocketAddr)>,
     numbers: u64,
@@ -165,16 +169,18 @@ impl Worker {
 
     /// Stops what a program still drives, and closes everything.
     fn leave(&mut self, events: &mut Events) -> io::Result<()> {
-        for passage in self.passages.values_mut() {
-            passage.halt(Gone::Watch, &self.tap);
-        }
+        // Nobody comes back.
+        self.halts.retain(|halt| !halt.waits());
+        let numbers: Vec<_> = self.passages.keys().copied().collect();
+        let (driving, others): (Vec<_>, Vec<_>) =
+            numbers.into_iter().partition(|number| self.passages[number].drives());
+        driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
         // StopOnline takes a second while a connection to I2C is open.
-        let others = self.passages.values().filter(|one| one.stage != Stage::Halting);
-        let others: Vec<_> = others.map(|one| one.number).collect();
         others.into_iter().for_each(|number| self.close(number));
+        self.held.clear();
         loop {
             self.go_on_to_halt();
-            if self.passages.is_empty() {
+            if self.halts.is_empty() {
                 return Ok(());
             }
             let limit = self.limit();
@@ -198,9 +204,9 @@ impl Worker {
                 .filter(|at| *at > now)
                 .min(),
             Stage::Open => passage.silent_at(),
-            Stage::Halting => passage.halts_on_at(),
         });
-        let next = times.chain(self.accept_at).min()?;
+        let halts = self.halts.iter().map(Halt::next_at);
+        let next = times.chain(self.accept_at).chain(halts).min()?;
         // Not a moment too early: it would be for nothing.
         Some(next.saturating_duration_since(now) + Duration::from_micros(100))
     }
@@ -232,7 +238,7 @@ impl Worker {
             self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
-            if line == Line::Main && self.is_one_halting() {
+            if line == Line::Main && self.halts.iter().any(|halt| !halt.waits()) {
                 self.held.push((program, from));
             } else {
                 self.admit(line, program, from);
@@ -261,47 +267,66 @@ impl Worker {
         }
     }
 
-    fn is_one_halting(&self) -> bool {
-        self.passages.values().any(|passage| passage.stage == Stage::Halting)
+    /// Stops the controller of a program that has gone.
+    fn halt(&mut self, number: u64, gone: Gone) {
+        let Some(passage) = self.passages.remove(&number) else { return };
+        self.halts.extend(passage.halt(gone, &self.tap));
     }
 
     /// Begins to stop the controller for programs that say nothing more. The controller would close their connections
     /// a moment later, and then it would be too late.
     fn halt_the_silent(&mut self) {
         let now = Instant::now();
-        let Self { passages, tap, .. } = self;
-        let is_silent = |one: &&mut Passage| one.silent_at().is_some_and(|at| at <= now);
-        passages.values_mut().filter(is_silent).for_each(|one| one.halt(Gone::Silent, tap));
+        let is_silent = |one: &&Passage| one.silent_at().is_some_and(|at| at <= now);
+        let silent = self.passages.values().filter(is_silent).map(|one| one.number);
+        let silent: Vec<_> = silent.collect();
+        silent.into_iter().for_each(|number| self.halt(number, Gone::Silent));
     }
 
     /// Goes on to stop controllers whose program has gone. Afterwards others are let in.
     fn go_on_to_halt(&mut self) {
-        if !self.is_one_halting() {
+        if self.halts.is_empty() {
             return;
         }
-        let Self { passages, tap, poll, controller, chunk, .. } = self;
-        let mut done = Vec::new();
-        for passage in passages.values_mut().filter(|one| one.stage == Stage::Halting) {
-            let token = tokens(passage.number)[1];
-            let connect = || connect(*controller, poll.registry(), token);
-            if passage.go_on_to_halt(connect, chunk, tap) {
-                done.push(passage.number);
+        self.wait_for_return();
+        for mut halt in std::mem::take(&mut self.halts) {
+            let token = tokens(halt.connection)[1];
+            let connect = || connect(self.controller, self.poll.registry(), token);
+            if !halt.go_on(connect, &mut self.chunk, &self.tap) {
+                self.halts.push(halt);
+            } else if halt.closes() {
+                let connection = halt.connection;
+                // Its sockets are closed before that is reported.
+                drop(halt);
+                self.tell(Line::Main, connection, What::Closed);
             }
         }
-        done.into_iter().for_each(|number| self.close(number));
-        if !self.is_one_halting() {
+        if self.halts.is_empty() {
             for (program, from) in std::mem::take(&mut self.held) {
                 self.admit(Line::Main, program, from);
             }
         }
     }
 
+    /// A program that has come back and drives stops what was left by going online. One that has only connected may
+    /// still do so.
+    fn wait_for_return(&mut self) {
+        let mut mains = self.passages.values().filter(|one| one.line == Line::Main).peekable();
+        if mains.peek().is_none() {
+            return;
+        }
+        if mains.any(Passage::drives) {
+            self.halts.retain(|halt| !halt.waits());
+        }
+        self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
+    }
+
     /// Goes on with connections that are being made.
     fn connect(&mut self) {
         let now = Instant::now();
-        let is_coming = |one: &Passage| matches!(one.stage, Stage::Connecting(_) | Stage::Again(_));
+        let open = |passage: &Passage| passage.stage == Stage::Open;
         let numbers: Vec<_> =
-            self.passages.values().filter(|one| is_coming(one)).map(|one| one.number).collect();
+            self.passages.values().filter(|one| !open(one)).map(|one| one.number).collect();
         for number in numbers {
             let Some(passage) = self.passages.get_mut(&number) else { continue };
             let (line, begun) = (passage.line, passage.begun);
@@ -315,9 +340,7 @@ impl Worker {
                     let address = behind(self.controller, line);
                     passage.try_again(address, self.poll.registry(), tokens(number)[1])
                 }
-                Stage::Connecting(_) | Stage::Open | Stage::Halting => {
-                    passage.is_connected().map(drop)
-                }
+                Stage::Connecting(_) | Stage::Open => passage.is_connected().map(drop),
             };
             let Err(error) = done else {
                 if passage.is_given_up() {
@@ -361,17 +384,26 @@ impl Worker {
     /// Passes on what is there, on these connections.
     fn pass(&mut self, which: impl Fn(Line) -> bool) {
         let may_command = !self.is_one_coming();
-        let mut closed = Vec::new();
+        let (mut closed, mut gone) = (Vec::new(), None);
         for passage in self.passages.values_mut() {
             if passage.stage != Stage::Open || !which(passage.line) {
                 continue;
             }
             let may_send = may_command || passage.line != Line::Main;
             match passage.pass(may_send, &mut self.chunk, &self.tap) {
-                Then::Waits | Then::Halts => {}
+                Then::Waits => {}
                 Then::More => self.busy = true,
                 Then::Closed => closed.push(passage.number),
+                Then::Gone(why) => {
+                    gone = Some((passage.number, why));
+                    // Nothing is done before the controller is stopped.
+                    self.busy = true;
+                    break;
+                }
             }
+        }
+        if let Some((number, why)) = gone {
+            self.halt(number, why);
         }
         closed.into_iter().for_each(|number| self.close(number));
     }
@@ -380,7 +412,7 @@ impl Worker {
         if let Some(passage) = self.passages.remove(&number) {
             let line = passage.line;
             // Its sockets are closed before that is reported.
-            drop(passage);
+            self.halts.extend(passage.halt_later());
             self.tell(line, number, What::Closed);
         }
     }

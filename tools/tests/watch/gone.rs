@@ -196,6 +196,32 @@ fn the_next_program_waits_until_the_controller_is_stopped() {
 }
 
 #[test]
+fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (Controller { listener, stream }, program) = Controller::online(&watch, listener);
+    drop(stream);
+    watch.line_where(|line| line["what"] == "offline");
+    drop(program);
+    // One that comes back drives again, and nobody else does.
+    let (mut controller, program) = Controller::online(&watch, listener);
+    std::thread::sleep(Duration::from_millis(2500));
+    assert!(controller.nobody_comes());
+    drop(controller.stream);
+    drop(program);
+    controller.stream = accept(&controller.listener);
+    let start = controller.answer(StartOnline::LEN, &ResponseId::StartOnline.id().to_le_bytes());
+    assert_eq!(StartOnline::parse(&start), Ok(StartOnline::new()));
+    let mut response = Vec::new();
+    ExchangeDataResponse::default().emit(&mut response);
+    let zeros = controller.answer(ExchangeData::LEN, &response);
+    assert_eq!(ExchangeData::parse(&zeros), Ok(ExchangeData::default()));
+    controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
+    let told = watch.line_where(|line| line["what"] == "outputs_off");
+    assert_eq!((&told["because"], &told["done"]), (&"lost".into(), &true.into()), "{told}");
+}
+
+#[test]
 fn a_controller_that_does_not_answer_is_told_as_not_stopped() {
     let (listener, address) = listener();
     let watch = Watch::with_lines(address);

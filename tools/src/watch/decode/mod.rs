@@ -13,7 +13,6 @@ use std::time::Instant;
 use self::camera::CameraReader;
 use self::i2c::I2cReader;
 use self::main_line::MainReader;
-use super::halt::News;
 use super::tap::{Piece, What};
 use crate::told::{Happened, Line, Side, Told};
 
@@ -71,13 +70,7 @@ impl Decoder {
                     reader.program_gone();
                 }
             }
-            What::Halted(gone, news) => tell(Happened::Halted {
-                gone,
-                error: match news {
-                    News::Off => None,
-                    News::Failed(error) => Some(error),
-                },
-            }),
+            What::Halted(gone, done) => tell(Happened::Halted { gone, error: done.err() }),
             What::Missed => {
                 self.give_up(connection, Happened::Missed, &mut tell);
             }
