@@ -44,7 +44,7 @@ pub(super) struct Halt {
     pub(super) connection: u64,
     step: Step,
     controller: Option<TcpStream>,
-    /// The connection is still the program's, and what passes on it is told.
+    /// The connection is still the program's, and what passes on it is told. Afterwards its end was told.
     is_own: bool,
     missed: bool,
     responses: Responses,
@@ -68,9 +68,10 @@ impl Halt {
         halt.tell(tap, What::Gone);
         if matches!(sent, Some(Ok(()))) {
             halt.step = Step::SwitchesOff;
-            halt.is_own = true;
             halt.responses.expect();
             halt.tell_bytes(tap, Side::Program, &halt.zeros.clone());
+        } else {
+            halt.close(tap);
         }
         halt
     }
@@ -78,6 +79,7 @@ impl Halt {
     /// Waits some time for the program to come back to a controller that has ended the connection.
     pub(super) fn later(connection: u64, driven: Driven) -> Self {
         let mut halt = Self::new(Gone::Lost, connection, driven, None);
+        halt.is_own = false;
         halt.put_off();
         halt
     }
@@ -89,7 +91,7 @@ impl Halt {
             connection,
             step: Step::Pauses(now),
             controller: controller.filter(|_| driven.is_between_commands()),
-            is_own: false,
+            is_own: true,
             missed: false,
             zeros: driven.zeros(),
             responses: driven.into_responses(),
@@ -98,14 +100,14 @@ impl Halt {
         }
     }
 
-    /// Whether its connection still has to be reported as closed.
-    pub(super) fn closes(&self) -> bool {
-        self.gone != Gone::Lost
-    }
-
     /// Whether it waits for the program to come back.
     pub(super) fn waits(&self) -> bool {
         matches!(self.step, Step::Waits(_))
+    }
+
+    /// Whether nothing is left but a new connection.
+    pub(super) fn pauses(&self) -> bool {
+        matches!(self.step, Step::Pauses(_))
     }
 
     /// Waits from now on.
@@ -149,12 +151,21 @@ impl Halt {
                     self.step = Step::Done;
                     self.tell(tap, What::Halted(self.gone, Err(error)));
                 } else {
-                    self.controller = None;
                     self.step = Step::Pauses(Instant::now() + RETRY);
+                    self.close(tap);
                 }
             }
         }
+        self.close(tap);
         true
+    }
+
+    /// Closes the connection, before that is told.
+    fn close(&mut self, tap: &Tap) {
+        self.controller = None;
+        if std::mem::take(&mut self.is_own) {
+            self.tell(tap, What::Closed);
+        }
     }
 
     /// Whether the present step is done.
@@ -179,10 +190,7 @@ impl Halt {
         let mut packet = Vec::new();
         let step = match self.step {
             Step::Waits(_) | Step::Pauses(_) => {
-                self.is_own = false;
                 self.responses = Responses::default();
-                // The one before is closed first.
-                self.controller = None;
                 self.controller = Some(connect()?);
                 Step::Connects
             }

@@ -26,6 +26,7 @@ pub(super) struct Record {
     unclear: Option<String>,
     /// How the controller was stopped after its program had gone.
     halted: Option<String>,
+    is_online: bool,
     statistics: Statistics,
     /// An error was reported.
     failed: bool,
@@ -44,6 +45,7 @@ impl Record {
             begins: None,
             unclear: None,
             halted: None,
+            is_online: false,
             statistics: Statistics::default(),
             failed: false,
         })
@@ -53,6 +55,7 @@ impl Record {
         match &told.what {
             Happened::Online { name, firmware } => {
                 self.begins = Some((name.clone(), firmware.to_string()));
+                self.is_online = true;
                 (self.unclear, self.halted) = (None, None);
                 self.statistics = Statistics::default();
             }
@@ -64,9 +67,17 @@ impl Record {
             }
             Happened::Missed if told.line == Line::Main => self.unclear = Some(MISSED.to_owned()),
             Happened::Halted { gone, error } => {
-                self.halted = Some(halted(*gone, error.as_ref()));
+                let error = halted(*gone, error.as_ref());
+                if self.is_online {
+                    self.halted = Some(error);
+                } else {
+                    // By a connection of its own.
+                    let failure = Failure { kind: FailureKind::Other, error };
+                    self.feed.transfer(told.at, Transfer::EndedBy(failure));
+                }
             }
             Happened::Offline { by_program } => {
+                self.is_online = false;
                 let closed = "the connection was closed before the program went offline";
                 let what = match self.unclear.take() {
                     Some(error) => {

@@ -238,7 +238,7 @@ impl Worker {
             self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
-            if line == Line::Main && self.halts.iter().any(|halt| !halt.waits()) {
+            if line == Line::Main && !self.halts.iter().all(Halt::waits) {
                 self.held.push((program, from));
             } else {
                 self.admit(line, program, from);
@@ -248,6 +248,10 @@ impl Worker {
 
     /// Begins to connect to the controller for a program.
     fn admit(&mut self, line: Line, program: TcpStream, from: SocketAddr) {
+        if line == Line::Main {
+            // It may have come back, also if the controller refuses it now.
+            self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
+        }
         self.numbers += 1;
         let number = self.numbers;
         self.tell(line, number, What::Opened(from));
@@ -294,14 +298,9 @@ impl Worker {
             let connect = || connect(self.controller, self.poll.registry(), token);
             if !halt.go_on(connect, &mut self.chunk, &self.tap) {
                 self.halts.push(halt);
-            } else if halt.closes() {
-                let connection = halt.connection;
-                // Its sockets are closed before that is reported.
-                drop(halt);
-                self.tell(Line::Main, connection, What::Closed);
             }
         }
-        if self.halts.is_empty() {
+        if self.halts.iter().all(Halt::waits) {
             for (program, from) in std::mem::take(&mut self.held) {
                 self.admit(Line::Main, program, from);
             }
@@ -311,6 +310,9 @@ impl Worker {
     /// A program that has come back and drives stops what was left by going online. One that has only connected may
     /// still do so.
     fn wait_for_return(&mut self) {
+        if !self.held.is_empty() {
+            self.halts.iter_mut().filter(|halt| halt.pauses()).for_each(Halt::put_off);
+        }
         let mut mains = self.passages.values().filter(|one| one.line == Line::Main).peekable();
         if mains.peek().is_none() {
             return;

@@ -30,11 +30,16 @@ fn program(watch: &Watch) -> KitClient {
 
 /// Waits until it says that the outputs are off, and that the program has not ended its session.
 fn told(watch: &Watch, because: &str) {
-    let told = watch.line_where(|line| line["what"] == "outputs_off");
-    assert_eq!((&told["because"], &told["done"]), (&because.into(), &true.into()), "{told}");
+    assert_eq!(outputs_off(watch), (because.into(), true.into()));
     let told = watch.line_where(|line| line["what"] == "offline");
     assert_eq!(told["by_program"], false);
     watch.line_where(closed);
+}
+
+/// What it says about that: because of what, and whether it was done.
+fn outputs_off(watch: &Watch) -> (Value, Value) {
+    let told = watch.line_where(|line| line["what"] == "outputs_off");
+    (told["because"].clone(), told["done"].clone())
 }
 
 fn closed(line: &Value) -> bool {
@@ -88,7 +93,9 @@ fn a_part_of_a_command_does_not_hide_the_one_that_stops() {
     ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut request);
     program.stream.write_all(&request[..30]).unwrap();
     drop(program);
-    told(&watch, "closed");
+    // By a new connection.
+    watch.line_where(closed);
+    assert_eq!(outputs_off(&watch), ("closed".into(), true.into()));
     assert_eq!(last(&duties), [[0; 8]]);
 }
 
@@ -196,6 +203,21 @@ fn the_next_program_waits_until_the_controller_is_stopped() {
 }
 
 #[test]
+fn a_program_that_has_come_back_goes_before_a_new_connection() {
+    let (listener, address) = listener();
+    let watch = Watch::start(address, &["--no-page"]);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    drop(program);
+    controller.stream.read_exact(&mut [0; ExchangeData::LEN]).unwrap();
+    let mut next = watch.connect();
+    next.write_all(b"next").unwrap();
+    drop(controller.stream);
+    let mut received = [0; 4];
+    accept(&controller.listener).read_exact(&mut received).unwrap();
+    assert_eq!(&received, b"next");
+}
+
+#[test]
 fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
     let (listener, address) = listener();
     let watch = Watch::with_lines(address);
@@ -217,8 +239,7 @@ fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
     let zeros = controller.answer(ExchangeData::LEN, &response);
     assert_eq!(ExchangeData::parse(&zeros), Ok(ExchangeData::default()));
     controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
-    let told = watch.line_where(|line| line["what"] == "outputs_off");
-    assert_eq!((&told["because"], &told["done"]), (&"lost".into(), &true.into()), "{told}");
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
 }
 
 #[test]
@@ -229,9 +250,8 @@ fn a_controller_that_does_not_answer_is_told_as_not_stopped() {
     drop(program);
     controller.stream.read_exact(&mut [0; ExchangeData::LEN]).unwrap();
     drop(controller);
-    let told = watch.line_where(|line| line["what"] == "outputs_off");
-    assert_eq!(told["done"], false, "{told}");
     watch.line_where(closed);
+    assert_eq!(outputs_off(&watch), ("closed".into(), false.into()));
 }
 
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
