@@ -11,9 +11,11 @@ mod interrupt;
 mod lines;
 mod panel;
 mod print;
+mod program;
 mod recording;
 mod shell_files;
 mod simulate;
+mod stop;
 mod told;
 mod values;
 mod watch;
@@ -47,6 +49,7 @@ enum Tool {
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
+    Stop(stop::Args),
     Watch(watch::Args),
     Classroom(classroom::Args),
     Check(check::Args),
@@ -90,7 +93,8 @@ fn run(tool: Tool) -> ExitCode {
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),
-        Tool::Watch(args) => watch::run(args),
+        Tool::Stop(args) => stop::run(args),
+        Tool::Watch(args) => return watch(args),
         Tool::Classroom(args) => classroom::run(args),
         Tool::Check(args) => check::run(args),
     })
@@ -106,6 +110,11 @@ fn compare(args: recording::compare::Args) -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Has the exit status of the program that it has started, if it has.
+fn watch(args: watch::Args) -> ExitCode {
+    watch::run(args).unwrap_or_else(|error| ended(Err(error)))
 }
 
 /// Tells an error.

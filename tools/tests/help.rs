@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-pub(crate) const COMMANDS: [&str; 14] = [
+pub(crate) const COMMANDS: [&str; 15] = [
     "bridge",
     "camera",
     "check",
@@ -17,6 +17,7 @@ pub(crate) const COMMANDS: [&str; 14] = [
     "record",
     "replay",
     "simulate",
+    "stop",
     "watch",
 ];
 

@@ -13,5 +13,6 @@ mod plot;
 mod recording;
 mod replay;
 mod running;
+mod stop;
 mod used_up;
 mod watch;

@@ -136,6 +136,8 @@ const GERMAN_ERRORS = {
   connection_lost: "Die Verbindung ist abgebrochen und wird wieder aufgebaut; alle Motoren sind aus",
   connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
   firmware_too_old: "Die Firmware des Controllers ist zu alt",
+  halted: "Das Programm hat sich nicht abgemeldet; alle Ausgänge wurden danach ausgeschaltet",
+  halt_failed: "Das Programm hat sich nicht abgemeldet, und der Controller war danach nicht zu erreichen; Motoren laufen vielleicht weiter",
   host_not_found: "Diesen Namen gibt es im Netz nicht",
   i2c_no_device: "Unter dieser Adresse antwortet kein I2C-Gerät; prüfe Kabel, Strom und ob es die 7-Bit-Adresse ist",
   motor_twice: "Ein Motor kann nicht mit sich selbst zusammen laufen",

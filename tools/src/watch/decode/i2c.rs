@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
 
-use super::packet::Inbox;
 use super::Reader;
 use crate::told::{Happened, I2cExchange, Side};
+use crate::watch::packet::Inbox;
 
 /// No request writes more.
 const WRITE_MAX: u32 = 64 * 1024;
