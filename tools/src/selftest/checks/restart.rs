@@ -31,7 +31,7 @@ pub(super) const CHECKS: &[Check] = &[
     ),
     Check::new(
         "stop-online-without-i2c",
-        "StopOnline takes 1 s while the I2C port waits for its connection.",
+        "StopOnline takes a second or more while the I2C port waits for its connection.",
         stop_without_i2c,
     ),
 ];
@@ -78,6 +78,6 @@ fn stop_without_i2c(bench: &mut Bench) -> Found {
     }
     bench.begin(Holds::Nothing)?.exchange()?;
     let took = bench.end()?.map(|(took, _)| took).unwrap_or_default();
-    let is_same = (0.8..1.6).contains(&took.as_secs_f64());
+    let is_same = (0.8..3.5).contains(&took.as_secs_f64());
     Ok(Outcome::same_if(is_same, seconds(took)).with_time("ms", took))
 }
