@@ -13,6 +13,7 @@ mod panel;
 mod print;
 mod program;
 mod recording;
+mod selftest;
 mod shell_files;
 mod simulate;
 mod stop;
@@ -46,6 +47,7 @@ enum Tool {
     Plot(recording::plot::Args),
     Compare(recording::compare::Args),
     Replay(recording::replay::Args),
+    Selftest(selftest::Args),
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
@@ -90,6 +92,7 @@ fn run(tool: Tool) -> ExitCode {
         Tool::Plot(args) => recording::plot::run(args),
         Tool::Compare(args) => return compare(args),
         Tool::Replay(args) => recording::replay::run(args),
+        Tool::Selftest(args) => selftest::run(args),
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),

@@ -26,7 +26,7 @@ const INSIDE: &str = "TXT_EXAMPLES_INSIDE";
 const ADDRESSES: [&str; 3] = ["192.168.7.2", "192.168.8.2", "192.168.1.17"];
 
 /// Commands that end by themselves. The others go on until Ctrl-C.
-const ENDING: [&str; 7] = ["check", "compare", "csv", "find", "info", "plot", "stop"];
+const ENDING: [&str; 8] = ["check", "compare", "csv", "find", "info", "plot", "selftest", "stop"];
 
 /// Commands that write a recording.
 const RECORDING: [&str; 2] = ["record", "watch"];

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-pub(crate) const COMMANDS: [&str; 15] = [
+pub(crate) const COMMANDS: [&str; 16] = [
     "bridge",
     "camera",
     "check",
@@ -16,6 +16,7 @@ pub(crate) const COMMANDS: [&str; 15] = [
     "plot",
     "record",
     "replay",
+    "selftest",
     "simulate",
     "stop",
     "watch",

@@ -9,7 +9,7 @@ mod driven;
 mod halt;
 mod packet;
 mod passage;
-mod ports;
+pub(crate) mod ports;
 mod record;
 mod relay;
 mod tap;
