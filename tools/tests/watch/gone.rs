@@ -62,8 +62,8 @@ fn all_outputs_go_off_when_the_program_is_killed() {
             SockRef::from(&program.stream).set_linger(Some(Duration::ZERO)).unwrap();
         }
         drop(program);
-        let because = if resets { "reset" } else { "closed" };
-        told(&watch, if cfg!(windows) && resets { continue } else { because });
+        // Wine loses a reset when it reports it, and then it is an end.
+        told(&watch, if resets && cfg!(not(windows)) { "reset" } else { "closed" });
         assert_eq!(last(&duties), [[0; 8]; 2], "{number}");
         assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
     }
