@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::{FirmwareVersion, TransferAreaComHandler};
 use ft_transfer_area_simulator::world::{Board, MotorModel, Sensor, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 use serde_json::Value;
@@ -56,7 +56,8 @@ const TIMED: &[&str] = &[
 fn txt() -> SimulatedTxt {
     let board = Board::default().with_motor(Motor::M1, MotorModel::encoder_motor());
     let world = World::new().with_master(board.with_input(Input::I1, Sensor::BUTTON));
-    let txt = SimulatedTxt::builder().world(world).device_name("Bench").start().unwrap();
+    let builder = SimulatedTxt::builder().firmware(FirmwareVersion::new(4, 7, 0)).world(world);
+    let txt = builder.device_name("Bench").start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(0x18)[0] = 1);
     txt
 }
@@ -136,7 +137,7 @@ fn m1_is_measured_and_ctrl_c_stops_it() {
     let host = txt.address().to_string();
     let mut command = selftest(&host, &["--motors", "--yes"], &file);
     let running = Running::start(command.stderr(Stdio::piped()));
-    assert_eq!(running.line(), "Bench, firmware 4.6.6");
+    assert_eq!(running.line(), "Bench, firmware 4.7.0");
     for name in ["m1-turns", "m1-distance ", "m1-distance-half-duty", "counter-reset"] {
         let row = row(&running, name);
         assert!(row.contains("  as the firmware does: "), "{row}");

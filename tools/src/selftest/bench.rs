@@ -130,6 +130,14 @@ impl Bench {
         Ok(session)
     }
 
+    /// A session that begins and ends without care, so the firmware's program may end.
+    pub(super) fn dare_a_session(&mut self) -> Result<(), Trouble> {
+        self.end()?;
+        self.left_waiting = true;
+        Session::begin(self.main()?, self.firmware)?.end()?;
+        Ok(())
+    }
+
     fn there(&mut self) -> Result<&mut Session, Trouble> {
         self.session.as_mut().ok_or_else(|| Trouble::Lost("no session".to_owned()))
     }

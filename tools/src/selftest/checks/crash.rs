@@ -6,7 +6,6 @@ use super::camera::{start_and_stop, NO_PICTURE};
 use super::{Check, Found, Needs};
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::outcome::{seconds, Outcome, Trouble};
-use crate::selftest::session::Session;
 
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
@@ -34,26 +33,18 @@ fn camera_twice(bench: &mut Bench) -> Found {
         }
     }
     bench.end()?;
-    let next = begin(bench);
-    ends(bench, next)
+    ends(bench)
 }
 
 fn restart(bench: &mut Bench) -> Found {
     bench.begin(Holds::Nothing)?.exchange()?;
     bench.end()?;
-    let next = begin(bench);
-    ends(bench, next)
+    ends(bench)
 }
 
-/// Begins and ends a session. Not by the bench, which is careful.
-fn begin(bench: &Bench) -> Result<(), Trouble> {
-    Session::begin(bench.main()?, bench.firmware)?.end()?;
-    Ok(())
-}
-
-/// The firmware is expected to have ended in the next session.
-fn ends(bench: &mut Bench, next: Result<(), Trouble>) -> Found {
-    match next {
+/// The firmware is expected to end in the next session.
+fn ends(bench: &mut Bench) -> Found {
+    match bench.dare_a_session() {
         Ok(()) => return Ok(Outcome::differs("it goes on")),
         Err(Trouble::Lost(_)) => {}
         Err(other) => return Err(other),
