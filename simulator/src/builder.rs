@@ -41,6 +41,7 @@ pub struct SimulatedTxtBuilder {
     microphone: Option<bool>,
     device_name: String,
     pace: Duration,
+    board_watchdog: Option<Duration>,
     idle_limit: Duration,
     faults: Vec<Fault>,
     seed: u64,
@@ -66,6 +67,7 @@ impl SimulatedTxtBuilder {
             microphone: None,
             device_name: String::from("TX2013"),
             pace: Duration::from_millis(10),
+            board_watchdog: None,
             idle_limit: Duration::from_secs(5),
             faults: Vec::new(),
             seed: 0,
@@ -169,6 +171,18 @@ impl SimulatedTxtBuilder {
     /// limit of less than 5 ms is 5 ms, and [`Duration::MAX`] is none.
     pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
         self.idle_limit = idle_limit.max(IDLE_LIMIT_MIN);
+        self
+    }
+
+    /// After which time without an exchange the I/O board clears all its outputs. By default it never does.
+    ///
+    /// The program of the controller sends the board nothing when a connection ends, by StopOnline or otherwise
+    /// (measured on the maker's firmware 4.7.0 under emulation). So the outputs keep their last values, unless the board
+    /// has a watchdog of its own. Whether a real one has is not known; none is assumed.
+    ///
+    /// In [lock-step](Self::lock_step) and without a pace this time passes in the machine as soon as the client has left.
+    pub fn board_watchdog(mut self, limit: Duration) -> Self {
+        self.board_watchdog = Some(limit);
         self
     }
 
@@ -320,6 +334,7 @@ impl SimulatedTxtBuilder {
             // A client may be silent from a response on, which comes up to a pace after its command.
             machine.follow_system_clock(self.pace + self.idle_limit.min(LONGEST_PAUSE));
         }
+        machine.set_watchdog(self.board_watchdog);
         let [listener, camera_listener, i2c_listener] = ports.listen()?;
         let mut txt = SimulatedTxt {
             address: listener.local_addr()?,

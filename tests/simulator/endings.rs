@@ -77,25 +77,26 @@ fn a_connection_without_commands_is_closed() {
 }
 
 #[test]
-fn a_lost_client_and_stop_online_stop_the_outputs() {
+fn a_lost_client_and_stop_online_leave_the_outputs_and_start_online_clears_them() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let stopped = |machine: &Machine| {
-        machine.controllers.iter().all(|controller| {
-            controller.outputs == ExchangeData::default() && controller.playing_sound().is_none()
-        })
+    let outputs = |machine: &Machine| {
+        let of = |index: usize| machine.controllers[index].outputs.duty;
+        [of(0), of(1)]
     };
     for says_goodbye in [false, true] {
         let mut client = Client::online(&txt);
+        assert_eq!(txt.with_machine(|machine| outputs(machine)), [[0; 8]; 2]);
         client.exchange_compressed(&[[1; 27], [1; 27]], 1);
-        assert!(!txt.with_machine(|machine| stopped(machine)));
         if says_goodbye {
             client.command(CommandId::StopOnline);
             ResponseId::StopOnline.check(&client.receive(4)).unwrap();
-            assert!(txt.with_machine(|machine| stopped(machine) && !machine.online()));
+            assert!(!txt.with_machine(|machine| machine.online()));
+            assert_eq!(txt.with_machine(|machine| outputs(machine)), [[1; 8]; 2]);
         }
         drop(client);
         assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
-        assert!(txt.with_machine(|machine| stopped(machine) && !machine.online()));
+        assert!(!txt.with_machine(|machine| machine.online()));
+        assert_eq!(txt.with_machine(|machine| outputs(machine)), [[1; 8]; 2]);
     }
 }
 

@@ -18,6 +18,7 @@ use clock::Clock;
 use controller::Controller;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
+use log::Level;
 use oddity::{Encoder, Oddities, Oddity};
 
 use crate::camera::Camera;
@@ -60,7 +61,24 @@ pub struct Machine {
     i2c: I2cBus,
     /// Machine time since the start in µs.
     micros: u64,
+    watchdog: Watchdog,
     clock: Clock,
+}
+
+/// What clears the outputs when no exchange comes, in µs of machine time.
+#[derive(Clone, Copy, Debug, Default)]
+struct Watchdog {
+    /// How long after an exchange; `None` without a watchdog.
+    limit: Option<u64>,
+    /// Since the last exchange.
+    passed: u64,
+}
+
+impl Watchdog {
+    /// How long it is until the outputs are cleared.
+    fn left(&self) -> Option<u64> {
+        Some(self.limit?.saturating_sub(self.passed)).filter(|left| *left > 0)
+    }
 }
 
 impl Machine {
@@ -86,6 +104,7 @@ impl Machine {
             world: None,
             i2c: I2cBus::default(),
             micros: 0,
+            watchdog: Watchdog::default(),
             clock: Clock::new(),
         }
     }
@@ -324,7 +343,20 @@ impl Machine {
     /// Lets this many µs pass in the machine. It does not matter how a time is divided, except for parts of a pulse
     /// that an ideal motor has turned beyond its distance.
     pub(super) fn move_on(&mut self, micros: u64) {
+        match self.watchdog.left() {
+            Some(left) if left <= micros => {
+                self.move_undisturbed(left);
+                journal::log(Level::Info, format_args!("the board's watchdog clears the outputs"));
+                self.controllers.iter_mut().for_each(Controller::stop_outputs);
+                self.move_undisturbed(micros - left);
+            }
+            _ => self.move_undisturbed(micros),
+        }
+    }
+
+    fn move_undisturbed(&mut self, micros: u64) {
         self.micros = self.micros.saturating_add(micros);
+        self.watchdog.passed = self.watchdog.passed.saturating_add(micros);
         for index in 0..self.controllers.len() {
             let reached = self.reaches(index);
             let controller = &mut self.controllers[index];

@@ -1,5 +1,7 @@
 //! What the connections do with the machine, and what it remembers of them.
 
+use std::time::Duration;
+
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
 
@@ -14,6 +16,9 @@ use crate::server::command::is_exchange;
 
 /// How many commands are remembered.
 const COMMANDS_KEPT: usize = 1000;
+
+/// How long time goes on at most when the client is gone and something is on.
+const LONGEST_REST: Duration = Duration::from_secs(60);
 
 impl Machine {
     /// The I2C bus, as its port uses it.
@@ -73,15 +78,25 @@ impl Machine {
         self.refused += 1;
     }
 
+    /// Sets after which time without an exchange the board clears its outputs.
+    pub(crate) fn set_watchdog(&mut self, limit: Option<Duration>) {
+        let micros = |limit: Duration| u64::try_from(limit.as_micros()).unwrap_or(u64::MAX);
+        self.watchdog.limit = limit.map(micros);
+    }
+
     /// The client is gone, with or without StopOnline.
     pub(crate) fn client_left(&mut self) {
         self.connected = false;
         self.stop_online();
     }
 
-    /// Begins online mode: everything stops, and the next configuration is taken over.
+    /// Begins online mode: all outputs are cleared, and the next configuration is taken over.
     pub(crate) fn start_online(&mut self) {
-        self.stop_online();
+        self.online = false;
+        self.oddities.begin_session();
+        self.camera.stop();
+        self.controllers.iter_mut().for_each(Controller::stop);
+        self.stand_still();
         for controller in &mut self.controllers {
             controller.config_id = 0;
         }
@@ -89,14 +104,27 @@ impl Machine {
         self.clock.begin();
     }
 
-    /// Ends online mode: everything stops, the camera is off.
+    /// Ends online mode. The board is told nothing, so it keeps its outputs; the camera is off.
     pub(crate) fn stop_online(&mut self) {
         self.online = false;
-        self.clock.end();
         self.oddities.begin_session();
         self.camera.stop();
-        self.controllers.iter_mut().for_each(Controller::stop);
-        if let Some(world) = &mut self.world {
+        if !self.clock.is_system() {
+            // Only exchanges let time pass, and there are no more. The watchdog's time passes at once.
+            self.move_on(self.watchdog.left().unwrap_or(0));
+        } else if self.controllers.iter().any(Controller::is_active) {
+            self.clock.go_on(LONGEST_REST);
+            return;
+        }
+        self.stand_still();
+    }
+
+    /// Stops everything that still moves where no output is on. Time stands still.
+    fn stand_still(&mut self) {
+        self.clock.end();
+        if let Some(world) =
+            self.world.as_mut().filter(|_| !self.controllers.iter().any(Controller::is_active))
+        {
             world.halt();
         }
     }
@@ -126,12 +154,15 @@ impl Machine {
         self.camera.acknowledgements += 1;
     }
 
-    /// Takes over a configuration, unless its id is the last one or the controller does not exist.
+    /// Takes over a configuration, unless its id is the last one or the controller does not exist. Only the low byte of
+    /// the id counts.
     pub(crate) fn configure(&mut self, index: i16, config_id: i16, config: Config) {
         let Ok(index) = usize::try_from(index) else { return };
         self.oddities.configured(index);
         let controller = self.controllers.get_mut(index);
-        if let Some(controller) = controller.filter(|known| known.config_id != config_id) {
+        if let Some(controller) =
+            controller.filter(|known| known.config_id as u8 != config_id as u8)
+        {
             controller.config_id = config_id;
             controller.config = config;
         }
@@ -139,6 +170,8 @@ impl Machine {
 
     /// Gives outputs to the controller with this index (0 the master), if it can be reached.
     pub(crate) fn take_over(&mut self, index: usize, outputs: ExchangeData) {
+        self.watchdog.passed = 0;
+        self.clock.begin_if_still();
         let config = self.controllers.get(index).map(|controller| &controller.config);
         let has_motor = |motor| {
             let encoder = self.world.as_ref().map(|world| world.encoder(index, motor));
@@ -166,10 +199,14 @@ mod tests {
         });
         machine.configure(0, 1, first);
         machine.configure(0, 1, second);
+        machine.configure(0, 257, second);
         machine.configure(1, 2, second);
         machine.configure(-1, 2, second);
         assert_eq!(machine.controllers[0].config, first);
         machine.start_online();
+        machine.configure(0, 0, second);
+        machine.configure(0, 256, second);
+        assert_eq!(machine.controllers[0].config, first);
         machine.configure(0, 1, second);
         assert_eq!(machine.controllers[0].config, second);
     }

@@ -68,6 +68,9 @@ pub(crate) struct Args {
     /// Seconds a connection may be silent, such as 0.5 [default: 5]
     #[arg(long, value_name = "S", value_parser = arguments::seconds)]
     idle_limit: Option<Duration>,
+    /// The board clears its outputs MS after the last exchange [default: never]
+    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    board_watchdog: Option<Duration>,
     /// When clients are accepted: waits, txt, txt40
     #[arg(long, value_name = "C", default_value = "waits", hide_possible_values = true)]
     camera_connection: CameraAccepts,
@@ -157,6 +160,7 @@ impl Args {
         let builder = with(builder, self.name.as_deref(), SimulatedTxtBuilder::device_name);
         let builder = with(builder, self.pace, SimulatedTxtBuilder::pace);
         let builder = with(builder, self.idle_limit, SimulatedTxtBuilder::idle_limit);
+        let builder = with(builder, self.board_watchdog, SimulatedTxtBuilder::board_watchdog);
         let builder = with(builder, self.camera_start_up, SimulatedTxtBuilder::camera_start_up);
         let builder = with(builder, self.camera_stall, SimulatedTxtBuilder::camera_stall_after);
         self.faults.iter().cloned().fold(builder, SimulatedTxtBuilder::fault)
