@@ -26,12 +26,38 @@
 mod session;
 
 use std::io::{BufRead, BufReader, Write};
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
-use std::time::Instant;
-use std::{env, fs};
+use std::time::{Duration, Instant};
+use std::{env, fs, thread};
 
-use session::{run, Board, Controller, NoBoard, Outcome, Packets};
+use session::{run, Board, Controller, Outcome, Packets};
+
+/// The controller with this main port, and the other ports right after it.
+fn controller_at(main: SocketAddr) -> Controller {
+    let port = main.port();
+    Controller { ip: main.ip(), main: port, camera: port + 1, i2c: port + 2 }
+}
+
+/// Ends what a session leaves behind: the firmware's I2C server waits for a client for 5 s, and a StartOnline in that
+/// time would end the program. A client that closes again ends the wait.
+fn settle(controller: &Controller) {
+    drop(controller.connect("i2c"));
+    let deadline = Instant::now() + Duration::from_secs(15);
+    while !controller.answers() && Instant::now() < deadline {
+        thread::sleep(Duration::from_millis(100));
+    }
+}
+
+/// A board of which nothing is known.
+struct NoBoard;
+
+impl Board for NoBoard {
+    fn command(&mut self, _: &str) -> Option<String> {
+        None
+    }
+}
 
 /// A program that knows the board.
 struct Program {
@@ -69,7 +95,7 @@ fn options() -> Result<Options, String> {
     let mut arguments = env::args().skip(1);
     let address = arguments.next().ok_or("usage: firmware_sessions ADDRESS:PORT FILE|FOLDER...")?;
     let main = address.parse().map_err(|error| format!("{address}: {error}"))?;
-    let controller = Controller::at(main);
+    let controller = controller_at(main);
     let mut options =
         Options { controller, files: vec![], board: Box::new(NoBoard), records: false };
     while let Some(argument) = arguments.next() {
@@ -116,7 +142,7 @@ fn play(file: &Path, options: &mut Options) -> Result<Outcome, String> {
     options.board.command("extensions 0");
     let outcome =
         run(&text, &packets_for(file)?, options.controller, options.board.as_mut(), &mut recorded);
-    options.controller.settle();
+    settle(&options.controller);
     if options.records && outcome == Ok(Outcome::Same) {
         fs::write(file, recorded.join("\n") + "\n").map_err(|error| error.to_string())?;
     }
@@ -131,7 +157,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    options.controller.settle();
+    settle(&options.controller);
     let mut failed = 0;
     for file in options.files.clone() {
         let begin = Instant::now();

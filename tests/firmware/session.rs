@@ -30,13 +30,7 @@ pub(crate) struct Controller {
 }
 
 impl Controller {
-    /// The controller with this main port, and the other ports right after it.
-    pub(crate) fn at(main: SocketAddr) -> Self {
-        let port = main.port();
-        Self { ip: main.ip(), main: port, camera: port + 1, i2c: port + 2 }
-    }
-
-    fn connect(&self, port: &str) -> Result<TcpStream, String> {
+    pub(crate) fn connect(&self, port: &str) -> Result<TcpStream, String> {
         let number = match port {
             "main" => self.main,
             "camera" => self.camera,
@@ -51,22 +45,12 @@ impl Controller {
     }
 
     /// Whether the program of the controller answers a QueryStatus on a new connection.
-    fn answers(&self) -> bool {
+    pub(crate) fn answers(&self) -> bool {
         let Ok(mut stream) = self.connect("main") else { return false };
         let wait = Some(Duration::from_millis(500));
         let asked = stream.set_read_timeout(wait).is_ok()
             && stream.write_all(&0xDC21_219A_u32.to_le_bytes()).is_ok();
         asked && stream.read_exact(&mut [0; 24]).is_ok()
-    }
-
-    /// Ends what a session leaves behind: the firmware's I2C server waits for a client for 5 s, and a StartOnline
-    /// in that time would end the program. A client that closes again ends the wait.
-    pub(crate) fn settle(&self) {
-        drop(self.connect("i2c"));
-        let deadline = Instant::now() + Duration::from_secs(15);
-        while !self.answers() && Instant::now() < deadline {
-            thread::sleep(Duration::from_millis(100));
-        }
     }
 }
 
@@ -74,15 +58,6 @@ impl Controller {
 pub(crate) trait Board {
     /// Carries out a command of a `board` line, and gives its answer; `None` when it can't.
     fn command(&mut self, command: &str) -> Option<String>;
-}
-
-/// A board of which nothing is known.
-pub(crate) struct NoBoard;
-
-impl Board for NoBoard {
-    fn command(&mut self, _: &str) -> Option<String> {
-        None
-    }
 }
 
 /// How a session ended.

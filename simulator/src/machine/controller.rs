@@ -111,6 +111,13 @@ impl Controller {
         self.outputs.duty != [0; 8] || self.sound.playing_id().is_some()
     }
 
+    /// Stops motors and forgets all commands and the configuration's id. A sound plays on.
+    pub(crate) fn begin_session(&mut self) {
+        self.stop_outputs();
+        self.sound.forget_ids();
+        self.config_id = 0;
+    }
+
     /// Stops motors and sounds and forgets all commands.
     pub(crate) fn stop(&mut self) {
         self.stop_outputs();

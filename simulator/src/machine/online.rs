@@ -8,11 +8,11 @@ use ft_transfer_area::wire::{CommandId, ExchangeData, StartCameraOnline};
 use super::Machine;
 use crate::camera::CameraRun;
 use crate::fault::FaultKind;
-use crate::i2c::I2cBus;
+use crate::i2c::{I2cBus, I2cSession, PATIENCE};
 use crate::machine::controller::Controller;
 use crate::machine::journal;
 use crate::machine::oddity::{Encoder, Oddity};
-use crate::server::command::is_exchange;
+use crate::server::command::{is_exchange, Misbehaviour};
 
 /// How many commands are remembered.
 const COMMANDS_KEPT: usize = 1000;
@@ -73,11 +73,6 @@ impl Machine {
         self.connected = true;
     }
 
-    /// Another client was refused.
-    pub(crate) fn note_refused(&mut self) {
-        self.refused += 1;
-    }
-
     /// Sets after which time without an exchange the board clears its outputs.
     pub(crate) fn set_watchdog(&mut self, limit: Option<Duration>) {
         let micros = |limit: Duration| u64::try_from(limit.as_micros()).unwrap_or(u64::MAX);
@@ -90,16 +85,67 @@ impl Machine {
         self.stop_online();
     }
 
+    /// Does what the firmware does, and refuses what it refuses, from now on.
+    pub(crate) fn be_strict(&mut self) {
+        self.strict = true;
+    }
+
+    /// Something ends the program of a real TXT. If it is strict, it does here, too.
+    pub(crate) fn end_program(&mut self, why: &Oddity) -> Result<(), Misbehaviour> {
+        if self.strict {
+            return Err(Misbehaviour::EndsProgram(why.to_string()));
+        }
+        self.note_oddity(why);
+        Ok(())
+    }
+
+    /// The program of the controller has ended.
+    pub(crate) fn program_ended(&mut self) {
+        self.stop_online();
+        self.camera.forget();
+        self.i2c.session.end();
+    }
+
+    /// Whether a command in pieces ends the connection. Otherwise it is odd.
+    pub(crate) fn piece_came(&mut self) -> Result<(), Misbehaviour> {
+        if self.strict {
+            return Err(Misbehaviour::InPieces);
+        }
+        self.note_oddity(&Oddity::InPieces);
+        Ok(())
+    }
+
+    /// The I2C server of the present session.
+    pub(crate) fn i2c_session(&self) -> I2cSession {
+        self.i2c.session
+    }
+
+    /// An I2C client has connected.
+    pub(crate) fn i2c_client_came(&mut self) {
+        if !self.i2c.client_came() && self.clock.is_system() {
+            self.note_oddity(&Oddity::I2cUnexpected);
+        }
+    }
+
+    /// Whether StartOnline would end the program of a real TXT.
+    pub(crate) fn check_start(&mut self) -> Result<(), Misbehaviour> {
+        if self.i2c.session.is_busy() && (self.strict || self.clock.is_system()) {
+            self.end_program(&Oddity::StartedTooSoon)?;
+        }
+        Ok(())
+    }
+
     /// Begins online mode: all outputs are cleared, and the next configuration is taken over.
     pub(crate) fn start_online(&mut self) {
         self.online = false;
         self.oddities.begin_session();
-        self.camera.stop();
-        self.controllers.iter_mut().for_each(Controller::stop);
-        self.stand_still();
+        self.camera.forget();
         for controller in &mut self.controllers {
-            controller.config_id = 0;
+            controller.begin_session();
         }
+        self.stand_still();
+        self.found = self.strict.then(|| self.reached_mask());
+        self.i2c.session.begin();
         self.online = true;
         self.clock.begin();
     }
@@ -116,27 +162,71 @@ impl Machine {
             self.clock.go_on(LONGEST_REST);
             return;
         }
-        self.stand_still();
+        if !self.controllers.iter().any(Controller::is_active) {
+            self.stand_still();
+        }
     }
 
-    /// Stops everything that still moves where no output is on. Time stands still.
+    /// Stops everything that still moves. Time stands still.
     fn stand_still(&mut self) {
         self.clock.end();
-        if let Some(world) =
-            self.world.as_mut().filter(|_| !self.controllers.iter().any(Controller::is_active))
-        {
+        if let Some(world) = &mut self.world {
             world.halt();
         }
     }
 
     /// Starts the camera, in place of an earlier start.
     pub(crate) fn start_camera(&mut self, settings: StartCameraOnline) {
+        let odd = match self.camera.run() {
+            Some(_) => Some(Oddity::CameraStartedTwice),
+            None => self.camera.is_left_open().then_some(Oddity::CameraLeftOpen),
+        };
+        if let Some(odd) = odd {
+            // The firmware answers this before it ends.
+            self.end = self.end_program(&odd).err();
+        }
         self.camera.start(settings, self.now());
+    }
+
+    /// What ends the program after the answer.
+    pub(crate) fn take_end(&mut self) -> Option<Misbehaviour> {
+        self.end.take()
+    }
+
+    /// Whether the camera serves. Until then, how long that takes at most without a change.
+    pub(crate) fn camera_serves(&self, start_up: Duration) -> Result<(), Duration> {
+        let run = self.camera.run().ok_or(Duration::MAX)?;
+        if self.strict && self.camera.had_client() {
+            return Err(Duration::MAX);
+        }
+        self.time_until(run.since.saturating_add(start_up)).map_or(Ok(()), Err)
+    }
+
+    /// How long the camera waits for a client, if it is strict.
+    pub(crate) fn camera_client_limit(&self, start_up: Duration) -> Option<Duration> {
+        let run = self.camera.run().filter(|_| self.strict)?;
+        let waits_until = run.since.saturating_add(start_up).saturating_add(PATIENCE);
+        Some(waits_until.saturating_sub(self.now()))
+    }
+
+    /// The camera has got its client, or waits for none any more.
+    pub(crate) fn note_camera_client(&mut self) {
+        self.camera.note_client();
+    }
+
+    /// How long the camera waits for an acknowledgement, if it is strict. Then it has to come in one segment.
+    pub(crate) fn acknowledgement_limit(&self) -> Option<Duration> {
+        self.strict.then_some(PATIENCE)
+    }
+
+    /// The camera was stopped while its client was connected.
+    pub(crate) fn note_camera_left_open(&mut self) {
+        self.camera.leave_open();
     }
 
     /// Stops the camera, if it was started.
     pub(crate) fn stop_camera(&mut self) {
-        self.camera.stop();
+        self.camera.stop_by_command();
     }
 
     /// The present start of the camera.

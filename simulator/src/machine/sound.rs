@@ -44,6 +44,14 @@ impl Sound {
         }
     }
 
+    /// Forgets which commands there were. What plays goes on.
+    pub(crate) fn forget_ids(&mut self) {
+        self.finished_id = 0;
+        if let Some(playing) = &mut self.playing {
+            playing.id = 0;
+        }
+    }
+
     /// Id of the last command that is done.
     pub(crate) fn finished_id(&self) -> u16 {
         self.finished_id

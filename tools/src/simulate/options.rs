@@ -50,7 +50,7 @@ pub(crate) struct Args {
     /// Number of extensions, 0 to 8 [default: those of the world]
     #[arg(long, value_name = "N", value_parser = extensions)]
     extensions: Option<usize>,
-    /// Firmware version that is reported [default: 4.6.6]
+    /// Firmware version that is reported [default: 4.7.0]
     #[arg(long, value_name = "A.B.C", value_parser = firmware)]
     firmware: Option<FirmwareVersion>,
     /// Name that is reported, at most 16 bytes [default: TX2013]
@@ -71,6 +71,9 @@ pub(crate) struct Args {
     /// The board clears its outputs MS after the last exchange [default: never]
     #[arg(long, value_name = "MS", value_parser = milliseconds)]
     board_watchdog: Option<Duration>,
+    /// End and refuse where the maker's firmware does, instead of a warning
+    #[arg(long)]
+    strict: bool,
     /// When clients are accepted: waits, txt, txt40
     #[arg(long, value_name = "C", default_value = "waits", hide_possible_values = true)]
     camera_connection: CameraAccepts,
@@ -151,6 +154,7 @@ impl Args {
                 CameraAccepts::Txt40 => CameraConnection::Txt40,
             })
             .camera_tables(!self.no_huffman_tables)
+            .strict(self.strict)
             .seed(self.seed);
         let builder = if self.lock_step { builder.lock_step() } else { builder };
         let builder = with(builder, self.camera_port, SimulatedTxtBuilder::camera_port);
