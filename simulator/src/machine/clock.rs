@@ -84,6 +84,11 @@ impl Clock {
         matches!(self.exchange, ExchangeTime::System(_))
     }
 
+    /// Whether time passes at present without exchanges.
+    pub(super) fn is_running(&self) -> bool {
+        matches!(&self.exchange, ExchangeTime::System(follower) if follower.place.is_some())
+    }
+
     /// No client is there to send a command; time goes on, but not for longer than this.
     pub(super) fn go_on(&mut self, longest: Duration) {
         if let ExchangeTime::System(Follower { place: Some(place), .. }) = &mut self.exchange {

@@ -79,6 +79,12 @@ impl Machine {
         self.watchdog.limit = limit.map(micros);
     }
 
+    /// How long it is by the clock until the watchdog clears the outputs, if it does.
+    pub(crate) fn watchdog_limit(&self) -> Option<Duration> {
+        let left = self.watchdog.left().filter(|_| self.clock.is_running())?;
+        Some(Duration::from_micros(left))
+    }
+
     /// The client is gone, with or without StopOnline.
     pub(crate) fn client_left(&mut self) {
         self.connected = false;

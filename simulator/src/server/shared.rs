@@ -92,13 +92,24 @@ impl Shared {
         limit: Duration,
         mut condition: impl FnMut(&Machine) -> bool,
     ) -> bool {
+        let deadline = Instant::now().checked_add(limit);
         let mut machine = self.machine.lock();
-        let mut holds = |machine: &mut Machine| {
+        loop {
             machine.catch_up();
-            condition(machine)
-        };
-        let waited = self.changed.wait_while_for(&mut machine, |machine| !holds(machine), limit);
-        !waited.timed_out() || holds(&mut machine)
+            if condition(&machine) {
+                return true;
+            }
+            let now = Instant::now();
+            if deadline.is_some_and(|deadline| deadline <= now) {
+                return false;
+            }
+            // A watchdog changes the machine without a command.
+            let watchdog = machine.watchdog_limit().map(|left| now + left);
+            match deadline.into_iter().chain(watchdog).min() {
+                Some(wake) => drop(self.changed.wait_until(&mut machine, wake)),
+                None => self.changed.wait(&mut machine),
+            }
+        }
     }
 
     /// Waits for the camera until `look` has a result. Until then it returns after which time it has to look

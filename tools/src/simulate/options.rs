@@ -21,14 +21,12 @@ WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, c
 surplus:BYTES or close:BYTES; WHERE is response:N, exchange:N (from 0, on a connection; each
 fault strikes once) or exchange:each, such as crc@exchange:100, close:5@response:3,
 jitter:20@exchange:each.
-
 The camera's port accepts clients always (waits), while it serves (txt), or always, but serves
 only a client that was there before its start (txt40).
 
 It listens on 127.0.0.1, prints each port on its own line, and ends on Ctrl-C. With
 RUST_LOG=info it logs who connects and what clients do. Lines that you type while it runs press
 buttons and change sensors, such as I3 1 or E1.I2 0; after a wrong line it lists all of them.
-
 A world may have several controllers, such as factory. Each gets three ports, from the main port
 on; the lines with the ports and lines that you type begin with its name.
 

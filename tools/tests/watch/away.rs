@@ -92,7 +92,9 @@ fn a_transfer_goes_on_when_the_controller_is_back() {
 
 #[test]
 fn motors_stop_when_the_program_or_the_watch_is_killed() {
-    let txt = SimulatedTxt::builder().start().unwrap();
+    // A watchdog of the board stops them; whether a real one has one is not known.
+    let watchdog = std::time::Duration::from_millis(500);
+    let txt = SimulatedTxt::builder().board_watchdog(watchdog).start().unwrap();
     for kills_watch in [false, true] {
         let watch = Watch::start(txt.address(), &["--no-page"]);
         let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
