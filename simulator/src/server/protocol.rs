@@ -28,6 +28,9 @@ pub(crate) struct Settings {
     pub(crate) words: usize,
 }
 
+/// The first firmware with the compressed exchange.
+const FIRST_COMPRESSED: FirmwareVersion = FirmwareVersion::new(4, 1, 6);
+
 /// An exchange whose outputs are taken over, and which is not answered yet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Exchange {
@@ -99,6 +102,10 @@ impl Protocol {
                 machine.note_mask(0);
                 machine.take_over(0, outputs);
                 return Ok(Some(Exchange::Simple));
+            }
+            // As measured on 4.1.5; the kit's client uses it with 4.1.6.
+            CommandId::ExchangeDataCmpr if self.settings.firmware < FIRST_COMPRESSED => {
+                return Err(Misbehaviour::UnknownId(id.id()));
             }
             CommandId::ExchangeDataCmpr => {
                 self.take_over(command, machine)?;
@@ -359,6 +366,15 @@ mod tests {
         machine.be_strict();
         let error = answer(&mut protocol, &mut machine, &missing).unwrap_err();
         assert_eq!(error, Misbehaviour::EndsProgram(why));
+    }
+
+    #[test]
+    fn the_compressed_exchange_came_with_4_1_6() {
+        let (mut old, mut machine) = (protocol(), Machine::new(0));
+        old.settings.firmware = FirmwareVersion::new(4, 1, 5);
+        let id = CommandId::ExchangeDataCmpr.id();
+        let error = answer(&mut old, &mut machine, &compressed(&[0; 27], 0)).unwrap_err();
+        assert_eq!(error, Misbehaviour::UnknownId(id));
     }
 
     #[test]
