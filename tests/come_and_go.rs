@@ -60,20 +60,23 @@ fn come_and_go(port: u16, words: &[u8]) {
     }
 }
 
-/// Clients connect to all ports, while another one is online with its camera on, and while none is.
+/// Clients connect to all ports while nobody is online, and to the camera and I2C ports while somebody is. At the main
+/// port they would wait until the system's queue is full.
 fn round(txt: &SimulatedTxt) {
-    let come = || {
+    let come = |to_main: bool| {
         thread::scope(|scope| {
-            scope.spawn(|| come_and_go(txt.port(), &CommandId::QueryStatus.id().to_le_bytes()));
+            if to_main {
+                scope.spawn(|| come_and_go(txt.port(), &CommandId::QueryStatus.id().to_le_bytes()));
+            }
             scope.spawn(|| come_and_go(txt.camera_port(), b"none"));
             scope.spawn(|| come_and_go(txt.i2c_port(), &I2C_REQUEST));
         });
     };
-    come();
+    come(true);
     let mut first = client(txt);
     first.start_online().unwrap();
     first.start_camera_online(&SMALL_PICTURE).unwrap();
-    come();
+    come(false);
     first.query_status().unwrap();
 }
 
@@ -117,10 +120,9 @@ fn ten_thousand_clients_come_and_go_at_each_port_and_the_next_is_served() {
         memory_after.extend(memory());
     }
     assert_serves(&txt);
-    let (refused, frames) =
-        txt.with_machine(|machine| (machine.refused(), machine.camera_frames()));
-    println!("{refused} clients were refused, {frames} camera frames sent");
-    assert!(refused > 0 && frames > 0);
+    let frames = txt.with_machine(|machine| machine.camera_frames());
+    println!("{frames} camera frames sent");
+    assert!(frames > 0);
     println!("KiB after each round: {memory_after:?}");
     // A leak grows in most rounds; an allocator's growth shows in one or two.
     let mut grown: Vec<u64> =

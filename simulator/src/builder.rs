@@ -20,6 +20,7 @@ use crate::server::faults::Faults;
 use crate::server::port::{Port, WRITE_LIMIT};
 use crate::server::ports::Ports;
 use crate::server::protocol::{Script, Settings};
+use crate::server::reserved::Reserved;
 use crate::server::shared::Shared;
 use crate::server::Server;
 use crate::world::floor::OwnFloor;
@@ -41,6 +42,8 @@ pub struct SimulatedTxtBuilder {
     microphone: Option<bool>,
     device_name: String,
     pace: Duration,
+    board_watchdog: Option<Duration>,
+    strict: bool,
     idle_limit: Duration,
     faults: Vec<Fault>,
     seed: u64,
@@ -62,10 +65,12 @@ impl SimulatedTxtBuilder {
     pub(super) fn new() -> Self {
         Self {
             extensions: None,
-            firmware: FirmwareVersion::new(4, 6, 6),
+            firmware: FirmwareVersion::new(4, 7, 0),
             microphone: None,
             device_name: String::from("TX2013"),
             pace: Duration::from_millis(10),
+            board_watchdog: None,
+            strict: false,
             idle_limit: Duration::from_secs(5),
             faults: Vec::new(),
             seed: 0,
@@ -101,7 +106,7 @@ impl SimulatedTxtBuilder {
     }
 
     /// The firmware version that is reported. It decides whether the compressed exchange has the
-    /// microphone values, unless [`microphone`](Self::microphone) is set. The default is 4.6.6.
+    /// microphone values, unless [`microphone`](Self::microphone) is set. The default is 4.7.0.
     pub fn firmware(mut self, firmware: FirmwareVersion) -> Self {
         self.firmware = firmware;
         self
@@ -169,6 +174,35 @@ impl SimulatedTxtBuilder {
     /// limit of less than 5 ms is 5 ms, and [`Duration::MAX`] is none.
     pub fn idle_limit(mut self, idle_limit: Duration) -> Self {
         self.idle_limit = idle_limit.max(IDLE_LIMIT_MIN);
+        self
+    }
+
+    /// After which time without an exchange the I/O board clears all its outputs. By default it never does.
+    ///
+    /// The program of the controller sends the board nothing when a connection ends, by StopOnline or otherwise
+    /// (measured on the maker's firmware 4.7.0 under emulation). So the outputs keep their last values, unless the board
+    /// has a watchdog of its own. Whether a real one has is not known; none is assumed.
+    ///
+    /// In [lock-step](Self::lock_step) and without a pace this time passes in the machine as soon as the client has left.
+    pub fn board_watchdog(mut self, limit: Duration) -> Self {
+        self.board_watchdog = Some(limit);
+        self
+    }
+
+    /// Whether it does all that the maker's firmware 4.7.0 does, also what a correct client does not cause. The default
+    /// is `false`: then it is kinder, and reports it as one of the [oddities](Machine::oddities) of the machine.
+    ///
+    /// * What ends the program of a real TXT ends it: it closes all connections, refuses clients for two seconds, and
+    ///   comes back. What does that is listed at the oddities.
+    /// * The I2C port refuses clients, except one in each session, in the 5 s after StartOnline. The camera's port does as
+    ///   with [`CameraConnection::Txt`], for one client that comes within 5 s after each start, and acknowledges each
+    ///   picture within 5 s.
+    /// * A command, an I2C request or an acknowledgement in pieces closes its connection.
+    /// * Extensions are only looked for at StartOnline.
+    /// * StartOnline takes 0.52 s, and StopOnline 1 s while the I2C server waits for a client or has one; not in
+    ///   [lock-step](Self::lock_step) and without a [pace](Self::pace).
+    pub fn strict(mut self, strict: bool) -> Self {
+        self.strict = strict;
         self
     }
 
@@ -320,6 +354,11 @@ impl SimulatedTxtBuilder {
             // A client may be silent from a response on, which comes up to a pace after its command.
             machine.follow_system_clock(self.pace + self.idle_limit.min(LONGEST_PAUSE));
         }
+        machine.set_watchdog(self.board_watchdog);
+        if self.strict {
+            machine.be_strict();
+            self.camera_connection = CameraConnection::Txt;
+        }
         let [listener, camera_listener, i2c_listener] = ports.listen()?;
         let mut txt = SimulatedTxt {
             address: listener.local_addr()?,
@@ -333,10 +372,15 @@ impl SimulatedTxtBuilder {
         let (clients, camera_client_finder) =
             Clients::of(self.camera_connection, camera_listener, &mut camera_port)?;
         let camera = CameraServer { clients, port: camera_port, settings: self.camera };
-        let mut i2c_port = port("I2C", false)?;
-        i2c_port.listen(i2c_listener)?;
-        let i2c =
-            I2cServer { port: i2c_port, idle_limit: self.idle_limit, write_limit: WRITE_LIMIT };
+        let mut i2c_port = port("I2C", true)?;
+        let reserved = if self.strict {
+            Some(Reserved::instead_of(i2c_listener)?)
+        } else {
+            i2c_port.listen(i2c_listener)?;
+            None
+        };
+        let (idle_limit, write_limit) = (self.idle_limit, WRITE_LIMIT);
+        let i2c = I2cServer { port: i2c_port, idle_limit, write_limit, reserved };
         let mut main_port = port("main", false)?;
         main_port.listen(listener)?;
         let server = Server {
@@ -348,7 +392,8 @@ impl SimulatedTxtBuilder {
             faults: Faults::new(self.faults, self.seed),
             script: self.script,
             camera_client_finder,
-            next: None,
+            reserved: self.strict.then(|| Reserved::open(txt.address)),
+            takes_its_time: self.strict && !self.lock_step && !self.pace.is_zero(),
         };
         // If a thread can't be spawned, dropping `txt` ends the earlier ones.
         txt.threads.push(spawn("simulated-txt", move || server.run())?);

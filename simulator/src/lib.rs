@@ -34,8 +34,8 @@
 //! This describes a machine without a world; [with one](world#how-it-moves), motors have inertia
 //! and load.
 //!
-//! * Its time follows the clock while a client is online, and stands still at other times. So a
-//!   client that exchanges more seldom than the [pace](SimulatedTxtBuilder::pace) allows sees motors
+//! * Its time follows the clock while a client is online, and afterwards, for a minute at most, while an output is on or
+//!   a sound plays. It stands still at other times. So a client that exchanges more seldom than the [pace](SimulatedTxtBuilder::pace) allows sees motors
 //!   as fast as a real controller's. Without a pace, and in
 //!   [lock-step](SimulatedTxtBuilder::lock_step), time moves by one step per exchange.
 //! * Outputs count from when they arrive. A response has the inputs of the time at which it is sent.
@@ -49,15 +49,17 @@
 //!   own direction. An injected error makes it turn at twice that speed, or stand still, until it
 //!   is that many pulses ahead or behind.
 //! * A counter reset is reported as done in the response after the one to its command.
-//! * A sound takes a second per repeat; index 0 is done immediately, repeat 0 never.
-//! * StopOnline, a lost client and StartOnline set all outputs to 0, stop motors and sounds and
-//!   forget all commands. The counters stay.
+//! * A sound takes a second per repeat (assumed), with repeat 0, too. One that begins while another plays is done
+//!   immediately, and so is index 0 then. Index 0 while nothing plays, and an index above 29, are never done.
+//! * StopOnline and a lost client leave all outputs as they are. StartOnline sets them to 0, stops motors and forgets all
+//!   commands; a sound plays on. The counters stay. A [watchdog](SimulatedTxtBuilder::board_watchdog) is not there by default.
+//! * 8 bits of a duty, 4 bits of a master, three bits of the number of a motor's commands and the low byte of a
+//!   configuration's id count. So the eighth command after one that is done is reported as done immediately.
 //! * After StartOnline the configuration id of every controller is 0, so the next configuration with
 //!   any other id is taken over.
-//! * A client that sends garbage, a wrong checksum, or an exchange or a camera command before
-//!   StartOnline is disconnected.
-//! * While a client is online, another one is accepted and closed immediately. While one is
-//!   connected and not online, others wait until it leaves, is idle for too long, or goes online.
+//! * A client that sends garbage or a wrong checksum is disconnected.
+//! * One client is served at a time. Others are accepted by the system, get no answer, and are served one after the
+//!   other.
 //! * A client that does something a correct client does not do, but that can be understood, is
 //!   answered, and the machine's [oddities](Machine::oddities) report it. They also report a
 //!   distance or a synchronisation that never ends, because a motor of the world has no encoder.
@@ -68,20 +70,16 @@
 //! again when it comes back; and that a motor command with an injected error is never done. A
 //! program should not rely on it.
 //!
+//! What the firmware's program decides was measured on the maker's firmware 4.7.0 under emulation. Where it ends or
+//! refuses, this is kinder, unless it is [strict](SimulatedTxtBuilder::strict).
+//!
 //! # I2C
 //!
 //! The devices on the [I2C port](SimulatedTxt::i2c_port) are plugged in by
-//! [`Machine::i2c_device`]; each has 256 registers of one byte. A request has the form that ftrobopy
-//! sends, in big-endian order: id 0xB9DB3B39 (u32), a command byte that is ignored, the device's
-//! address (u32), how many bytes to write (u32) and to read (u16), a byte 0, and the bytes to write.
-//! The first of these is the number of a register. The others go into that register and the
-//! following ones, and reading begins after the last of them. After register 255 comes register 0.
-//! The response is the id 0x87FD0D90, 8 bytes 0 and the bytes read.
-//!
-//! Only ftrobopy's use of this port is known, so the rest is assumed. For a device that is missing,
-//! the response is only the id 0 and 8 bytes 0, which no client takes for success. A wrong request
-//! id, an address of more than 7 bits or more than 257 bytes to write end the connection. One client
-//! is served at a time, online or not, and its connection is closed when it has been idle for the
+//! [`Machine::i2c_device`]; each has 256 registers of one byte. The first byte that is written is the number of a
+//! register. The others go into that register and the following ones, and reading begins after the last of them. After
+//! register 255 comes register 0. What the devices do is assumed; the packets are those of the firmware. One client is
+//! served at a time, and its connection is closed when it has been idle for the
 //! [idle limit](SimulatedTxtBuilder::idle_limit); others wait.
 //!
 //! # The camera
@@ -100,10 +98,9 @@
 //! * Frames are produced by the clock, at the requested rate, from when the client connected; a rate
 //!   below 1 is 15 per second. Each shows its number, counted from 0.
 //! * The next frame is sent when the last one is acknowledged and there is a newer one. It is always
-//!   the newest. `frames_ready` is how many were produced since the last one was sent, 1 for a
-//!   client that keeps up.
+//!   the newest. `frames_ready` is 1 if it was there before the acknowledgement, otherwise 0.
 //! * Frames have the requested size, 1..=4096 in each direction, except that 1280×960 is delivered
-//!   as 1280×720. With any other size the camera does not start.
+//!   as 1280×720; the header says 1280×960 all the same. With any other size the camera does not start.
 //! * A frame is a baseline JPEG, 4:2:2, with no EOI marker and 40 bytes of garbage after it. In
 //!   frames with odd numbers the garbage has the marker bytes FF C0, FF DA and FF D3.
 //! * If the client sends anything but the acknowledgement, the camera connection ends.

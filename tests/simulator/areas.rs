@@ -46,12 +46,16 @@ fn areas_are_exchanged_without_a_mapping_by_hand() {
         area.output.cnt_reset_cmd_id[1] = 3;
         area.raise_motor_ex_cmd_id(Motor::M1);
         area.txt_outputs.sound_cmd_id = 4;
+        area.txt_outputs.sound_index = 1;
     }
     areas[1].output.duty = [0, i16::MAX, 0, 0, 0, 0, i16::MIN, 0]; // as they are sent: 512 and 0
     machine.exchange(&mut areas, Duration::from_millis(10));
     assert_eq!(areas[0].state.io_slave_alive, [1, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!((areas[0].txt_inputs2.mic_lin, areas[0].txt_inputs2.mic_log), (7, 8));
-    while areas[..2].iter().any(|area| area.input.motor_ex_reached[0] == 0) {
+    let is_done = |area: &FishX1Transfer| {
+        area.input.motor_ex_reached[0] != 0 && area.txt_inputs.sound_cmd_id == 4
+    };
+    while !areas[..2].iter().all(is_done) {
         assert!(machine.time() < Duration::from_secs(10));
         machine.exchange(&mut areas, Duration::from_millis(10));
     }

@@ -7,7 +7,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{ExchangeData, ExchangeDataResponse};
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
@@ -144,6 +144,7 @@ fn all_stands_still_while_nobody_is_online() {
     let mut first = Client::online(&txt);
     first.exchange(&m1(512));
     wait_for_pulses(&txt, 10);
+    first.exchange(&m1(0));
     drop(first);
     assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
     let before = state(&txt);
@@ -157,9 +158,42 @@ fn all_stands_still_while_nobody_is_online() {
     second.start_online();
     thread::sleep(MOMENT);
     let (pulses, time) = state(&txt);
-    assert_eq!(pulses, before.0, "the first client's outputs are forgotten");
+    assert_eq!(pulses, before.0);
     let passed = time - before.1;
     assert!((MOMENT..=begin.elapsed()).contains(&passed), "{passed:?}");
+}
+
+#[test]
+fn a_motor_that_is_on_turns_on_when_its_client_is_gone_until_the_next_start() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let mut first = Client::online(&txt);
+    first.exchange(&m1(512));
+    drop(first);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    let (before, _) = state(&txt);
+    wait_for_pulses(&txt, before + 10);
+    let mut second = Client::connect(&txt);
+    let (before, _) = state(&txt);
+    wait_for_pulses(&txt, before + 10);
+    second.start_online();
+    let (before, _) = state(&txt);
+    thread::sleep(MOMENT);
+    assert_eq!(state(&txt).0, before, "StartOnline clears the outputs");
+}
+
+#[test]
+fn a_watchdog_of_the_board_stops_a_motor_after_its_time_without_an_exchange() {
+    let limit = Duration::from_millis(200);
+    let txt = SimulatedTxt::builder().board_watchdog(limit).start().unwrap();
+    let mut client = Client::online(&txt);
+    client.exchange(&m1(512));
+    drop(client);
+    let is_on = |machine: &Machine| machine.controllers[0].outputs.duty != [0; 8];
+    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(LIMIT, |machine| !is_on(machine)));
+    // 200 pulses per second until then, however late this computer notices it.
+    let (pulses, _) = state(&txt);
+    assert!((38..=41).contains(&pulses), "{pulses} pulses");
 }
 
 #[test]

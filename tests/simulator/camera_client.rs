@@ -30,16 +30,15 @@ impl Frame {
 
     /// The number that the picture shows.
     pub(crate) fn number(&self) -> u16 {
-        number_shown(&self.jpeg(), &self.header)
+        number_shown(&self.jpeg())
     }
 }
 
 /// The number that the blocks along the bottom edge of the picture show.
-pub(crate) fn number_shown(jpeg: &[u8], header: &CameraFrameHeader) -> u16 {
+pub(crate) fn number_shown(jpeg: &[u8]) -> u16 {
     let mut decoder = Decoder::new(jpeg);
     let rgb = decoder.decode().unwrap();
     let info = decoder.info().unwrap();
-    assert_eq!((info.width as i16, info.height as i16), (header.width, header.height));
     assert_eq!(info.pixel_format, PixelFormat::RGB24);
     let [width, height] = [info.width, info.height].map(usize::from);
     let y = height - 1 - height / 16;

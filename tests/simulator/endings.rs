@@ -35,22 +35,25 @@ fn a_wrong_checksum_ends_the_connection() {
 }
 
 #[test]
-fn what_needs_online_mode_ends_the_connection_before_it() {
+fn what_belongs_to_online_mode_is_answered_without_it_and_odd() {
     let txt = unpaced().start().unwrap();
-    let mut exchange = Vec::new();
-    ExchangeData::default().emit(&mut exchange);
     let mut update = CommandId::UpdateConfig.id().to_le_bytes().to_vec();
     update.resize(96, 0);
     let mut start_camera = CommandId::StartCameraOnline.id().to_le_bytes().to_vec();
     start_camera.resize(20, 1);
     let stop_camera = CommandId::StopCameraOnline.id().to_le_bytes().to_vec();
-    for command in [exchange, update, start_camera, stop_camera] {
-        let mut client = Client::connect(&txt);
+    let mut client = Client::connect(&txt);
+    for (command, response) in [
+        (update, ResponseId::UpdateConfig),
+        (start_camera, ResponseId::StartCameraOnline),
+        (stop_camera, ResponseId::StopCameraOnline),
+    ] {
         client.send(&command);
-        assert_eq!(client.until_closed(), []);
+        response.check(&client.receive(4)).unwrap();
     }
-    assert_eq!(txt.with_machine(|machine| (machine.exchanges(), machine.camera())), (0, None));
-    assert_serves(&txt);
+    client.exchange(&ExchangeData::default());
+    let oddity = txt.with_machine(|machine| machine.oddities().next().map(str::to_owned));
+    assert_eq!(oddity.as_deref(), Some("UpdateConfig came outside online mode"));
 }
 
 #[test]
@@ -77,25 +80,26 @@ fn a_connection_without_commands_is_closed() {
 }
 
 #[test]
-fn a_lost_client_and_stop_online_stop_the_outputs() {
+fn a_lost_client_and_stop_online_leave_the_outputs_and_start_online_clears_them() {
     let txt = unpaced().extensions(1).start().unwrap();
-    let stopped = |machine: &Machine| {
-        machine.controllers.iter().all(|controller| {
-            controller.outputs == ExchangeData::default() && controller.playing_sound().is_none()
-        })
+    let outputs = |machine: &Machine| {
+        let of = |index: usize| machine.controllers[index].outputs.duty;
+        [of(0), of(1)]
     };
     for says_goodbye in [false, true] {
         let mut client = Client::online(&txt);
+        assert_eq!(txt.with_machine(|machine| outputs(machine)), [[0; 8]; 2]);
         client.exchange_compressed(&[[1; 27], [1; 27]], 1);
-        assert!(!txt.with_machine(|machine| stopped(machine)));
         if says_goodbye {
             client.command(CommandId::StopOnline);
             ResponseId::StopOnline.check(&client.receive(4)).unwrap();
-            assert!(txt.with_machine(|machine| stopped(machine) && !machine.online()));
+            assert!(!txt.with_machine(|machine| machine.online()));
+            assert_eq!(txt.with_machine(|machine| outputs(machine)), [[1; 8]; 2]);
         }
         drop(client);
         assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
-        assert!(txt.with_machine(|machine| stopped(machine) && !machine.online()));
+        assert!(!txt.with_machine(|machine| machine.online()));
+        assert_eq!(txt.with_machine(|machine| outputs(machine)), [[1; 8]; 2]);
     }
 }
 

@@ -105,7 +105,7 @@ fn bytes_that_are_no_request_end_the_connection_and_the_next_is_served() {
     let garbage = [
         b"GET / HTTP/1.1\r\n\r\n".to_vec(),
         request(0x80, &[0], 1),
-        request(1, &[0], 1025),
+        request(1, &[0; 1025], 0),
         other_count,
     ];
     for garbage in garbage {

@@ -1,10 +1,11 @@
 //! The oddities that the simulated TXT notes, and that a correct client causes none.
 
-use std::thread;
-use std::time::Duration;
+use std::net::{Ipv4Addr, TcpStream};
+use std::time::{Duration, Instant};
+use std::{io, thread};
 
 use ft_transfer_area::transfer_area::Config;
-use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId};
+use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeData, ResponseId, StartCameraOnline};
 use ft_transfer_area::{TimeLimits, TransferAreaComHandler, TransferMode};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt};
@@ -249,6 +250,95 @@ fn assert_farewell_is_not_odd(kind: FaultKind, response: u64) {
     assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
     let said = txt.with_machine(|machine| machine.commands().next_back());
     assert_eq!(said, Some(CommandId::StopOnline), "{kind:?} {response}");
+}
+
+#[test]
+fn a_start_while_the_i2c_server_of_the_session_before_waits_is_odd() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    drop(Client::online(&txt));
+    // This is soon, unless the computer is very busy.
+    let begin = Instant::now();
+    let mut client = Client::online(&txt);
+    if begin.elapsed() < Duration::from_secs(4) {
+        assert_odd(&txt, "StartOnline came less than 5 s after the one before");
+    }
+    // An I2C client that has come and gone ends the server.
+    drop(TcpStream::connect((Ipv4Addr::LOCALHOST, txt.i2c_port())).unwrap());
+    let gone = |machine: &Machine| machine.i2c_connections() == 1 && !machine.i2c_connected();
+    assert!(txt.wait_until(LIMIT, gone));
+    let before = oddities(&txt).len();
+    client.start_online();
+    assert_eq!(oddities(&txt).len(), before);
+}
+
+#[test]
+fn an_i2c_client_is_odd_unless_it_is_the_first_one_in_a_session() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let connect = |count: u64| {
+        drop(TcpStream::connect((Ipv4Addr::LOCALHOST, txt.i2c_port())).unwrap());
+        let gone =
+            |machine: &Machine| machine.i2c_connections() == count && !machine.i2c_connected();
+        assert!(txt.wait_until(LIMIT, gone));
+    };
+    connect(1);
+    assert_odd(&txt, "an I2C client came that is not the first one");
+    let begin = Instant::now();
+    let _client = Client::online(&txt);
+    connect(2);
+    if begin.elapsed() < Duration::from_secs(4) {
+        assert_eq!(oddities(&txt).len(), 1);
+    }
+    connect(3);
+    assert_eq!(oddities(&txt).len(), 2);
+}
+
+#[test]
+fn a_command_in_pieces_is_odd_unless_it_is_cut_after_its_id() {
+    let txt = unpaced().start().unwrap();
+    let mut client = Client::online(&txt);
+    let mut exchange = Vec::new();
+    ExchangeData::default().emit(&mut exchange);
+    for cut in [4, 30] {
+        client.update_config(1, 0, Config::default());
+        client.send(&exchange[..cut]);
+        // Each part arrives on its own.
+        thread::sleep(Duration::from_millis(50));
+        client.send(&exchange[cut..]);
+        client.receive(80);
+        assert_eq!(oddities(&txt).len(), usize::from(cut == 30));
+    }
+    assert_odd(&txt, "a command came in pieces");
+}
+
+#[test]
+fn a_camera_that_is_started_twice_or_left_open_is_odd() {
+    let settings =
+        StartCameraOnline { width: 16, height: 16, framerate: 15, power_line_frequency: 50 };
+    let stop = |client: &mut Client| {
+        client.command(CommandId::StopCameraOnline);
+        client.receive(4);
+    };
+    let served = |txt: &SimulatedTxt, frames: u64| {
+        let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, txt.camera_port())).unwrap();
+        assert!(txt.wait_until(LIMIT, |machine| machine.camera_frames() == frames));
+        stream
+    };
+    let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
+    let mut client = Client::online(&txt);
+    client.start_camera(settings);
+    drop(served(&txt, 1));
+    stop(&mut client);
+    client.start_camera(settings);
+    assert_eq!(oddities(&txt), [""; 0]);
+    let mut open = served(&txt, 2);
+    stop(&mut client);
+    // It is closed when the camera's thread has seen the stop.
+    io::copy(&mut open, &mut io::sink()).unwrap();
+    client.start_camera(settings);
+    assert_odd(&txt, "the camera was stopped while its client was connected");
+    client.start_camera(settings);
+    assert_eq!(oddities(&txt).len(), 2);
+    assert!(oddities(&txt)[1].starts_with("StartCameraOnline came twice"));
 }
 
 #[test]

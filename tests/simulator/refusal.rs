@@ -1,10 +1,12 @@
-//! One client is online at a time. After any number of clients the next one is served.
+//! One client is served at a time. The others wait, and are served one after the other.
+
+use std::time::Duration;
 
 use ft_transfer_area::wire::{CommandId, ResponseId};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
 
 use crate::unpaced;
-use crate::wire_client::{Client, LIMIT};
+use crate::wire_client::Client;
 
 /// A client that asks for the status and gets it.
 fn assert_answers(client: &mut Client) {
@@ -13,44 +15,28 @@ fn assert_answers(client: &mut Client) {
 }
 
 #[test]
-fn a_second_client_is_refused_while_one_is_online() {
+fn a_second_client_waits_while_one_is_online_and_is_served_then() {
     let txt = unpaced().start().unwrap();
     let mut first = Client::online(&txt);
-    for refused in 1..=3 {
-        assert_eq!(Client::connect(&txt).until_closed(), []);
-        assert!(txt.wait_until(LIMIT, |machine| machine.refused() == refused));
+    let mut waiting = [(); 2].map(|()| {
+        let mut client = Client::connect(&txt);
+        client.command(CommandId::QueryStatus);
+        client
+    });
+    for _ in 0..100 {
         first.exchange_compressed(&[[0; 27]], 0);
     }
-    assert_eq!(txt.with_machine(|machine| machine.connections()), 1);
+    for client in &mut waiting {
+        assert!(client.is_silent());
+    }
+    first.command(CommandId::StopOnline);
+    first.receive(4);
+    assert!(waiting[0].is_silent(), "the first is connected");
     drop(first);
-    Client::online(&txt).exchange_compressed(&[[0; 27]], 0);
-}
-
-#[test]
-fn a_second_client_is_refused_during_exchanges_too() {
-    let txt = unpaced().start().unwrap();
-    let mut first = Client::online(&txt);
-    let second = Client::connect(&txt);
-    let mut exchanges = 0;
-    // The first never pauses for longer than it takes to send the next command.
-    while txt.with_machine(|machine| machine.refused()) == 0 {
-        first.exchange_compressed(&[[0; 27]], 0);
-        exchanges += 1;
-        assert!(exchanges < 100_000, "it is not refused");
+    for client in waiting {
+        let mut client = client;
+        ResponseId::QueryStatus.check(&client.receive(24)).unwrap();
     }
-    let mut second = second;
-    assert_eq!(second.until_closed(), []);
-}
-
-#[test]
-fn a_second_client_is_refused_while_the_first_has_sent_half_a_command() {
-    let txt = unpaced().start().unwrap();
-    let mut first = Client::online(&txt);
-    let query = CommandId::QueryStatus.id().to_le_bytes();
-    first.send(&query[..2]);
-    assert_eq!(Client::connect(&txt).until_closed(), []);
-    first.send(&query[2..]);
-    ResponseId::QueryStatus.check(&first.receive(24)).unwrap();
 }
 
 #[test]
@@ -63,11 +49,10 @@ fn a_second_client_waits_while_the_first_is_not_online() {
     assert_answers(&mut first);
     drop(first);
     ResponseId::QueryStatus.check(&second.receive(24)).unwrap();
-    assert_eq!(txt.with_machine(|machine| machine.refused()), 0);
 }
 
 #[test]
-fn a_client_that_has_left_is_not_refused_when_it_comes_again() {
+fn a_client_that_has_left_is_served_when_it_comes_again() {
     let txt = unpaced().start().unwrap();
     for _ in 0..200 {
         // It leaves with a command unanswered, so that the end comes after a command.
@@ -75,14 +60,14 @@ fn a_client_that_has_left_is_not_refused_when_it_comes_again() {
         client.command(CommandId::QueryStatus);
     }
     assert_answers(&mut Client::connect(&txt));
-    assert_eq!(txt.with_machine(|machine| machine.refused()), 0);
 }
 
 #[test]
-fn this_crates_client_reports_that_it_was_refused() {
+fn this_crates_client_reports_that_it_gets_no_answer() {
     let txt = unpaced().start().unwrap();
     let _first = Client::online(&txt);
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
-    let error = handler.begin_transfer().unwrap_err();
-    assert!(matches!(error, Error::ConnectionClosed { .. } | Error::Io { .. }), "{error:?}");
+    let limits = TimeLimits::default().with_read(Duration::from_millis(200));
+    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    let error = builder.time_limits(limits).build().unwrap().begin_transfer().unwrap_err();
+    assert!(matches!(error, Error::NoAnswer { .. }), "{error:?}");
 }

@@ -208,13 +208,14 @@ fn master_and_distance_0_set_a_whole_group_free() {
     }
 }
 
-/// The last commands of a motor, and which are done.
+/// The last commands of a motor, and which are done. The board knows three bits of a command's number.
 #[derive(Clone, Copy, Default)]
 struct Told {
-    id: u16,
+    ids: [u16; 8],
+    number: usize,
     distance: Option<i16>,
-    /// Id of the last command that was done.
-    done: u16,
+    /// Number of the last command that was done.
+    done: usize,
 }
 
 #[test]
@@ -232,19 +233,23 @@ fn ids_are_echoed_when_their_command_is_done_and_never_early() {
         outputs.master[motor] = master;
         outputs.distance[motor] = distance;
         outputs.motor_command_id[motor] = id;
-        let before = told[motor].done;
-        let counted = (distance > 0 && master < 5).then_some(distance as i16);
-        let done = if master == 0 && distance == 0 { id } else { before };
-        told[motor] = Told { id, distance: counted, done };
+        let told_motor = &mut told[motor];
+        told_motor.number = (told_motor.number + 1) % 8;
+        told_motor.ids[told_motor.number] = id;
+        told_motor.distance = (distance > 0 && master < 5).then_some(distance as i16);
+        if master == 0 && distance == 0 {
+            told_motor.done = told_motor.number;
+        }
         for _ in 0..=draw.below(40) {
             let report = steps(&mut machine, outputs, 1);
             for (motor, told) in told.iter_mut().enumerate() {
                 let distance = told.distance.filter(|distance| report.counter[motor] >= *distance);
-                if distance.is_some() && told.done != told.id {
-                    told.done = told.id;
+                if distance.is_some() && told.done != told.number {
+                    told.done = told.number;
                     ends += 1;
                 }
-                assert_eq!(report.motor_command_id[motor], told.done, "command {id}: {report:?}");
+                let done = told.ids[told.done];
+                assert_eq!(report.motor_command_id[motor], done, "command {id}: {report:?}");
             }
         }
     }

@@ -108,6 +108,16 @@ impl Client {
         self.receive_compressed()
     }
 
+    /// Whether nothing has come and the connection is open.
+    pub(crate) fn is_silent(&mut self) -> bool {
+        self.stream.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
+        let silent = self.stream.read(&mut [0]).is_err_and(|error| {
+            matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut)
+        });
+        self.stream.set_read_timeout(Some(LIMIT)).unwrap();
+        silent
+    }
+
     /// Reads until the other side closes the connection. Returns what came before.
     pub(crate) fn until_closed(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();

@@ -10,7 +10,7 @@ use ft_transfer_area_simulator::world::{
     AxisSwitch, Board, Contact, I2cDevice, MotorModel, Remote, Script, ScriptEvent, Sensor, Slide,
     Travel, World,
 };
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::unpaced;
 use crate::wire_client::{Client, LIMIT};
@@ -125,8 +125,21 @@ fn an_input_reports_what_its_mode_measures() {
 }
 
 #[test]
-fn lamps_go_off_and_motors_stop_when_their_client_leaves() {
-    let txt = unpaced().world(World::shipped("slide").unwrap()).start().unwrap();
+fn lamps_stay_on_and_motors_turn_when_their_client_leaves_until_the_watchdog() {
+    let limit = Duration::from_millis(500);
+    for watchdog in [None, Some(limit)] {
+        let mut txt = unpaced();
+        if let Some(limit) = watchdog {
+            txt = txt.board_watchdog(limit);
+        }
+        let is_on = watchdog.is_none();
+        leave_lamp_and_motor_on(txt, is_on);
+    }
+}
+
+/// Leaves a lamp and a motor on at the end of online mode, and checks whether they are then.
+fn leave_lamp_and_motor_on(txt: SimulatedTxtBuilder, is_on: bool) {
+    let txt = txt.world(World::shipped("slide").unwrap()).start().unwrap();
     let mut client = Client::online(&txt);
     let mut outputs = m1(256);
     outputs.duty[6] = 128;
@@ -138,7 +151,8 @@ fn lamps_go_off_and_motors_stop_when_their_client_leaves() {
     assert_eq!(txt.with_machine(|machine| state(machine)), (Some(0.25), Some(true)));
     client.command(CommandId::StopOnline);
     client.receive(4);
-    assert_eq!(txt.with_machine(|machine| state(machine)), (Some(0.0), Some(false)));
+    let brightness = if is_on { 0.25 } else { 0.0 };
+    assert_eq!(txt.with_machine(|machine| state(machine)), (Some(brightness), Some(is_on)));
     assert_eq!(txt.with_machine(|machine| machine.world().unwrap().lamp(0, Output::O1)), None);
 }
 

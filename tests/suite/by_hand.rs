@@ -73,6 +73,9 @@ fn command(area: &mut FishX1Transfer) {
     area.raise_motor_ex_cmd_id(Motor::M2);
     area.start_counter_reset(Counter::C3);
     area.raise_sound_cmd_id();
+    // The first one ends with the second one, and so on.
+    area.txt_outputs.sound_index = 1;
+    area.txt_outputs.sound_repeat = u16::MAX;
 }
 
 /// Whether these commands are done: the motor's, the counter's, the sound's.
@@ -84,6 +87,17 @@ fn done(area: &FishX1Transfer) -> [bool; 3] {
 fn seventy_thousand_commands_in_a_row_are_each_carried_out_and_reported() {
     let mut machine = Machine::new(0);
     let mut area = FishX1Transfer::default();
+    // Something plays from the beginning, so that each sound is done when it begins.
+    area.txt_outputs.sound_cmd_id = 1;
+    machine.set_outputs(
+        0,
+        ExchangeData {
+            sound_command_id: u16::MAX,
+            sound_index: 1,
+            sound_repeat: u16::MAX,
+            ..outputs(&area)
+        },
+    );
     for number in 0..70_000 {
         command(&mut area);
         assert_eq!(done(&area), [false; 3], "command {number} is done before it began");
@@ -104,6 +118,8 @@ fn outputs(area: &FishX1Transfer) -> ExchangeData {
         motor_command_id: area.output.motor_ex_cmd_id,
         counter_reset_id: area.output.cnt_reset_cmd_id,
         sound_command_id: area.txt_outputs.sound_cmd_id,
+        sound_index: area.txt_outputs.sound_index,
+        sound_repeat: area.txt_outputs.sound_repeat,
         ..ExchangeData::default()
     }
 }
@@ -115,9 +131,11 @@ fn commands_around_the_last_id_come_back_over_the_wire() {
         let (mut client, mut exchange) = online(&txt, mode);
         let mut areas = [FishX1Transfer::default()];
         let area = &mut areas[LOCAL_IO];
-        area.output.motor_ex_cmd_id[1] = u16::MAX - 5;
-        area.output.cnt_reset_cmd_id[2] = u16::MAX - 5;
-        area.txt_outputs.sound_cmd_id = u16::MAX - 5;
+        area.output.motor_ex_cmd_id[1] = u16::MAX - 6;
+        area.output.cnt_reset_cmd_id[2] = u16::MAX - 6;
+        area.txt_outputs.sound_cmd_id = u16::MAX - 6;
+        command(area);
+        client.do_transfer(&mut exchange, &mut areas).unwrap();
         for number in 0..10 {
             command(&mut areas[LOCAL_IO]);
             // A counter's reset is reported one response later.

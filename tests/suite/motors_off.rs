@@ -176,11 +176,11 @@ fn a_response_that_is_wrong_stops_the_motors() {
 }
 
 #[test]
-fn a_connection_that_is_lost_leaves_no_motor_running() {
+fn a_connection_that_the_controller_closes_leaves_the_motors_to_the_board() {
     let Running { txt, handler, .. } = Running::start(Some(FaultKind::Close { after: 5 }));
     wait_until(&txt, "a lost client", |machine| !machine.connected());
     let outputs = txt.with_machine(|machine| machine.controllers[0].outputs);
-    assert_eq!(outputs.duty, [0; 8]);
+    assert_eq!(outputs.duty, [512, 0, 0, 300, 0, 0, 100, 0], "no exchange can be sent");
     assert!(matches!(handler.end_transfer(), Err(Error::ConnectionClosed { .. })));
     assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
 }

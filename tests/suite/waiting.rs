@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO, REMOTE_IO_1};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Sound};
+use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Sound, SILENCE};
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
@@ -282,8 +282,12 @@ fn a_wait_ends_with_a_sound() {
     // Two seconds of machine time.
     assert!(txt.with_machine(|machine| machine.exchanges()) >= 200);
     handler.lock()[LOCAL_IO].set_sound(Sound::Bell, 0).unwrap();
+    drop(handler.wait_sound(LOCAL_IO, DEADLINE).unwrap());
+    // Repeat 0 plays it once.
+    assert!(txt.with_machine(|machine| machine.exchanges()) >= 300);
+    handler.lock()[LOCAL_IO].set_sound(SILENCE, 1).unwrap();
     let error = handler.wait_sound(LOCAL_IO, SHORT).unwrap_err();
-    assert_eq!(error, Error::WaitTimedOut { limit: SHORT }, "it repeats forever");
+    assert_eq!(error, Error::WaitTimedOut { limit: SHORT }, "no sound plays that silence ends");
 }
 
 #[test]

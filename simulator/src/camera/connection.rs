@@ -2,15 +2,15 @@
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{unbounded, Receiver, Sender};
 use mio::net::TcpStream;
-use socket2::{Domain, Socket, Type};
 
 use crate::machine::Machine;
 use crate::server::port::Port;
-use crate::server::shared::Stopped;
+use crate::server::reserved::Reserved;
+use crate::server::shared::{Shared, Stopped};
 
 /// When the simulated camera accepts connections.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -60,12 +60,7 @@ impl Clients {
                 port.listen(listener)?;
                 (Self::Open, None)
             }
-            CameraConnection::Txt => {
-                let address = listener.local_addr()?;
-                drop(listener);
-                let socket = Some(reserve(address)?);
-                (Self::WhileServing(Reserved { address, socket }), None)
-            }
+            CameraConnection::Txt => (Self::WhileServing(Reserved::instead_of(listener)?), None),
             CameraConnection::Txt40 => {
                 let (found, clients) = unbounded();
                 (Self::Found(clients), Some(ClientFinder { listener, found }))
@@ -117,75 +112,24 @@ fn accept(listener: &TcpListener) -> io::Result<(TcpStream, SocketAddr)> {
     Ok((TcpStream::from_std(stream), client))
 }
 
-/// Whether the camera serves. Until then, how long that takes at most without a change.
-fn serves(machine: &Machine, start_up: Duration) -> Result<(), Duration> {
-    let run = machine.camera_run().ok_or(Duration::MAX)?;
-    machine.time_until(run.since.saturating_add(start_up)).map_or(Ok(()), Err)
-}
-
 /// Waits until the camera serves and then for a client, if one comes before it is stopped.
 fn accept_while_serving(
     reserved: &mut Reserved,
     port: &mut Port,
     start_up: Duration,
 ) -> Result<Option<TcpStream>, Stopped> {
-    port.shared().wait_for_camera(|machine| serves(machine, start_up))?;
+    port.shared().wait_for_camera(|machine| machine.camera_serves(start_up))?;
     if let Err(error) = reserved.listen(port) {
         log::warn!("the camera does not serve at {}: {error}", reserved.address);
         port.shared().with_machine(Machine::stop_camera);
         return Ok(None);
     }
-    let client =
-        port.accept_while(|shared| shared.read(|machine| serves(machine, start_up).is_ok()));
+    let limit = port.shared().read(|machine| machine.camera_client_limit(start_up));
+    let deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
+    let serves = |shared: &Shared| shared.read(|machine| machine.camera_serves(start_up).is_ok());
+    let client = port.accept_while(serves, deadline);
+    port.shared().with_machine(Machine::note_camera_client);
     port.close();
-    // If it fails, the next attempt is before the camera serves.
-    reserved.socket = reserve(reserved.address).ok();
+    reserved.refuse();
     client
-}
-
-/// A port that refuses connections.
-#[derive(Debug)]
-pub(crate) struct Reserved {
-    address: SocketAddr,
-    socket: Option<Socket>,
-}
-
-impl Reserved {
-    /// Accepts connections from now on.
-    fn listen(&mut self, port: &mut Port) -> io::Result<()> {
-        let socket = self.socket.take().map_or_else(|| reserve(self.address), Ok)?;
-        socket.listen(128)?;
-        socket.set_nonblocking(true)?;
-        port.listen(socket.into())
-    }
-}
-
-/// A socket that has this port but does not listen. The system gives the port to nobody who asks for any.
-fn reserve(address: SocketAddr) -> io::Result<Socket> {
-    let socket = Socket::new(Domain::for_address(address), Type::STREAM, None)?;
-    // Connections that have ended there are no obstacle. On Windows they never are.
-    #[cfg(unix)]
-    socket.set_reuse_address(true)?;
-    socket.bind(&address.into())?;
-    Ok(socket)
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::ErrorKind;
-    use std::net::Ipv4Addr;
-
-    use super::*;
-
-    #[test]
-    fn a_reserved_port_refuses_clients_and_is_given_to_nobody_else() {
-        let socket = reserve((Ipv4Addr::LOCALHOST, 0).into()).unwrap();
-        let address = socket.local_addr().unwrap().as_socket().unwrap();
-        let refused = std::net::TcpStream::connect(address).unwrap_err();
-        assert_eq!(refused.kind(), ErrorKind::ConnectionRefused);
-        let other = Socket::new(Domain::for_address(address), Type::STREAM, None).unwrap();
-        assert_eq!(other.bind(&address.into()).unwrap_err().kind(), ErrorKind::AddrInUse);
-        socket.listen(1).unwrap();
-        std::net::TcpStream::connect(address).unwrap();
-    }
 }

@@ -31,6 +31,12 @@ pub(super) struct Camera {
     pub(super) picture: Option<Arc<[u8]>>,
     /// How often it was started.
     starts: u64,
+    /// Whether this start has had a client, or waits for none any more.
+    had_client: bool,
+    /// Whether StopCameraOnline came after the last start.
+    is_stopped: bool,
+    /// Whether the start before was stopped by it while its client was connected.
+    is_left_open: bool,
     /// Frames sent so far.
     pub(super) frames: u64,
     /// Acknowledgements received so far.
@@ -64,7 +70,39 @@ impl Camera {
         };
         journal::log(Level::Info, format_args!("the camera starts: {format:?}"));
         self.starts += 1;
+        self.is_stopped = false;
+        self.had_client = false;
+        self.is_left_open = false;
         self.run = Some(CameraRun { number: self.starts, settings, format, since: now });
+    }
+
+    pub(super) fn had_client(&self) -> bool {
+        self.had_client
+    }
+
+    pub(super) fn note_client(&mut self) {
+        self.had_client = true;
+    }
+
+    pub(super) fn is_left_open(&self) -> bool {
+        self.is_left_open
+    }
+
+    /// Its client was connected when it was stopped.
+    pub(super) fn leave_open(&mut self) {
+        self.is_left_open = self.is_stopped;
+    }
+
+    /// A new session begins, or the program of the controller ends.
+    pub(super) fn forget(&mut self) {
+        self.stop();
+        (self.is_stopped, self.is_left_open) = (false, false);
+    }
+
+    /// StopCameraOnline stops it.
+    pub(super) fn stop_by_command(&mut self) {
+        self.stop();
+        self.is_stopped = true;
     }
 
     pub(super) fn stop(&mut self) {

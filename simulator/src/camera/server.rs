@@ -1,9 +1,9 @@
 //! The thread of the camera connection and its sockets.
 
 use std::io;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE};
+use ft_transfer_area::wire::{CameraFrameHeader, StartCameraOnline, CAMERA_FRAME_ACKNOWLEDGE};
 use mio::net::TcpStream;
 
 use super::connection::Clients;
@@ -64,8 +64,11 @@ impl CameraServer {
         let link = Link::new(&self.port, stream)?;
         let mut connection = Connection { server: self, link, run, begin, sent: 0, next: 0 };
         loop {
-            connection.send_frame()?;
-            connection.read_acknowledgement()?;
+            let served = connection.send_frame().and_then(|()| connection.read_acknowledgement());
+            if matches!(served, Err(End::Closed(_))) && connection.link.is_open() {
+                connection.server.port.shared().with_machine(Machine::note_camera_left_open);
+            }
+            served?;
         }
     }
 }
@@ -88,8 +91,7 @@ impl Connection<'_> {
         if self.server.settings.stall_after == Some(self.sent) {
             return self.fall_silent();
         }
-        let number = self.next_frame()?;
-        let frames_ready = number - self.next + 1;
+        let (number, frames_ready) = self.next_frame()?;
         let bytes = self.packet(number, frames_ready)?;
         // Counted before the client can read it.
         self.server.port.shared().with_machine(Machine::note_camera_frame);
@@ -100,10 +102,13 @@ impl Connection<'_> {
         Ok(())
     }
 
-    /// Waits until there is a new frame. Returns the number of the newest.
-    fn next_frame(&self) -> Result<u64, End> {
+    /// Waits until there is a new frame. Returns the number of the newest, and 1 if it was ready before: the firmware
+    /// counts no more.
+    fn next_frame(&self) -> Result<(u64, i32), End> {
         let due = self.begin.saturating_add(self.run.format.due(self.next));
-        self.server.port.shared().wait_for_camera(|machine| {
+        let is_ready = |machine: &Machine| machine.time_until(due).is_none();
+        let was_ready = self.sent > 0 && self.server.port.shared().read(is_ready);
+        let number = self.server.port.shared().wait_for_camera(|machine| {
             if machine.camera_run() != Some(self.run) {
                 return Ok(Err(STOPPED));
             }
@@ -115,11 +120,12 @@ impl Connection<'_> {
                     Ok(Ok(self.run.format.newest(passed)))
                 }
             }
-        })?
+        })?;
+        Ok((number?, i32::from(was_ready)))
     }
 
     /// The frame with this number, and its header before it.
-    fn packet(&self, number: u64, frames_ready: u64) -> Result<Vec<u8>, End> {
+    fn packet(&self, number: u64, frames_ready: i32) -> Result<Vec<u8>, End> {
         let Format { width, height, .. } = self.run.format;
         let tables = self.server.settings.tables;
         let frame = match self.server.port.shared().read(Machine::camera_picture) {
@@ -127,12 +133,14 @@ impl Connection<'_> {
             None => frame(TestCard::new(width, height, number), number, tables)
                 .map_err(io::Error::other)?,
         };
+        // The firmware's header has the size that was asked for, even if the camera delivers another.
+        let StartCameraOnline { width, height, .. } = self.run.settings;
         let header = CameraFrameHeader {
-            frames_ready: i32::try_from(frames_ready).unwrap_or(i32::MAX),
+            frames_ready,
             // Width and height are at most 4096, so their products fit.
             width: width as i16,
             height: height as i16,
-            size_raw: i32::from(width) * i32::from(height) * 2,
+            size_raw: width * height * 2,
             size_compressed: frame.len() as i32,
         };
         let mut packet = Vec::with_capacity(CameraFrameHeader::LEN + frame.len());
@@ -165,7 +173,15 @@ impl Connection<'_> {
     /// Fills the buffer.
     fn read(&mut self, buffer: &mut [u8]) -> Result<(), End> {
         let run = self.run;
-        self.link.read_all(&mut self.server.port, buffer, None, |shared| check(shared, run))
+        let port = &mut self.server.port;
+        let check = |shared: &Shared| check(shared, run);
+        match port.shared().read(Machine::acknowledgement_limit) {
+            Some(limit) => {
+                let deadline = Instant::now().checked_add(limit);
+                self.link.read_segment(port, buffer, deadline, check)
+            }
+            None => self.link.read_all(port, buffer, None, check),
+        }
     }
 
     /// Writes all bytes, as slowly as the client reads them.
@@ -190,8 +206,6 @@ mod tests {
     use std::net::{Ipv4Addr, TcpListener};
     use std::sync::Arc;
     use std::thread;
-
-    use ft_transfer_area::wire::StartCameraOnline;
 
     use super::*;
 

@@ -3,6 +3,7 @@
 pub(super) mod server;
 
 use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
 
 /// How many registers a simulated I2C device has.
 pub const I2C_REGISTERS: usize = 256;
@@ -18,6 +19,51 @@ pub(super) struct I2cBus {
     pub(super) connections: u64,
     /// Whether a client is connected.
     pub(super) connected: bool,
+    pub(super) session: I2cSession,
+}
+
+/// The I2C server of the firmware: StartOnline starts one, which serves one client and ends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct I2cSession {
+    /// How often one has started.
+    number: u64,
+    state: ServerState,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum ServerState {
+    /// There is none.
+    #[default]
+    Ended,
+    /// It has waited for a client since then, for [`PATIENCE`].
+    Waits(Instant),
+    Serves,
+}
+
+/// How long the firmware's I2C server waits for a client.
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+
+impl I2cSession {
+    /// A new server starts.
+    pub(super) fn begin(&mut self) {
+        *self = Self { number: self.number + 1, state: ServerState::Waits(Instant::now()) };
+    }
+
+    /// The server ends.
+    pub(super) fn end(&mut self) {
+        self.state = ServerState::Ended;
+    }
+
+    /// Until when it waits for a client, if it does.
+    pub(super) fn waits_until(self) -> Option<Instant> {
+        let ServerState::Waits(since) = self.state else { return None };
+        Some(since + PATIENCE).filter(|end| *end > Instant::now())
+    }
+
+    /// Whether it waits for a client, or has one.
+    pub(super) fn is_busy(self) -> bool {
+        self.state == ServerState::Serves || self.waits_until().is_some()
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -73,13 +119,18 @@ impl I2cBus {
         self.devices.keys().copied()
     }
 
-    fn client_came(&mut self) {
+    /// Counts a client. Returns whether the firmware would have accepted it.
+    pub(super) fn client_came(&mut self) -> bool {
         self.connections += 1;
         self.connected = true;
+        let is_expected = self.session.waits_until().is_some();
+        self.session.state = ServerState::Serves;
+        is_expected
     }
 
     fn client_left(&mut self) {
         self.connected = false;
+        self.session.end();
     }
 
     /// The answer of a device; `None` when the device is missing, or has nothing to do.

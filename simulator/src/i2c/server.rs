@@ -2,14 +2,18 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
+use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader, ID_LEN};
 use ft_transfer_area::Error;
 use mio::net::TcpStream;
 
 use super::ADDRESS_MAX;
+use crate::machine::Machine;
 use crate::server::port::{End, Link, Port};
+use crate::server::reserved::Reserved;
+use crate::server::shared::{Shared, Stopped};
 
-/// The most bytes to write or read: the firmware closes the connection of a client that asks for more.
+/// The most bytes to write or read. Of more to read the firmware sends this many; for more to write it closes the
+/// connection.
 const LEN_MAX: u16 = 1024;
 
 /// The content of a request's header.
@@ -32,15 +36,13 @@ impl Request {
         if address > ADDRESS_MAX {
             return Err("an I2C address has 7 bits".to_owned());
         }
-        for (count, what) in [(write, "write"), (read, "read")] {
-            if count > LEN_MAX {
-                return Err(format!("{count} bytes to {what} are more than {LEN_MAX}"));
-            }
+        if write > LEN_MAX {
+            return Err(format!("{write} bytes to write are more than {LEN_MAX}"));
         }
         if data_len != u32::from(write) {
             return Err(format!("{data_len} bytes follow, but {write} are to be written"));
         }
-        Ok(Self { address, write: write.into(), read })
+        Ok(Self { address, write: write.into(), read: read.min(LEN_MAX) })
     }
 }
 
@@ -71,16 +73,48 @@ pub(crate) struct I2cServer {
     pub(crate) idle_limit: Duration,
     /// [`WRITE_LIMIT`](crate::server::port::WRITE_LIMIT), and less in a test.
     pub(crate) write_limit: Duration,
+    /// Its port, if it refuses clients as the firmware does.
+    pub(crate) reserved: Option<Reserved>,
 }
 
 impl I2cServer {
     /// Serves clients until the thread should end.
     pub(crate) fn run(mut self) {
-        while let Ok(stream) = self.port.accept() {
-            self.port.shared().with_machine(|machine| machine.i2c().client_came());
+        while let Ok(stream) = self.next_client() {
+            self.port.shared().with_machine(Machine::i2c_client_came);
             let end = self.serve(stream);
             self.port.shared().with_machine(|machine| machine.i2c().client_left());
             end.log("the I2C client");
+            self.refuse();
+        }
+    }
+
+    /// Waits for a client: one in each session, in its first seconds, or any.
+    fn next_client(&mut self) -> Result<TcpStream, Stopped> {
+        loop {
+            let Some(reserved) = &mut self.reserved else { return self.port.accept() };
+            let waits_until =
+                |shared: &Shared| shared.read(|machine| machine.i2c_session().waits_until());
+            self.port.wait_while(|shared| waits_until(shared).is_none())?;
+            if let Err(error) = reserved.listen(&mut self.port) {
+                log::warn!("nothing serves I2C at {}: {error}", reserved.address);
+                self.port.shared().with_machine(|machine| machine.i2c().session.end());
+                continue;
+            }
+            let deadline = waits_until(self.port.shared());
+            let waits = |shared: &Shared| waits_until(shared).is_some();
+            if let Some(stream) = self.port.accept_while(waits, deadline)? {
+                return Ok(stream);
+            }
+            self.refuse();
+        }
+    }
+
+    /// Refuses clients from now on, if it ever does.
+    fn refuse(&mut self) {
+        if let Some(reserved) = &mut self.reserved {
+            self.port.close();
+            reserved.refuse();
         }
     }
 
@@ -100,7 +134,10 @@ impl I2cServer {
     fn serve_request(&mut self, link: &mut Link) -> Result<(), End> {
         let deadline = Instant::now().checked_add(self.idle_limit);
         let mut header = [0; I2cRequestHeader::LEN];
-        self.read(link, &mut header, deadline)?;
+        // It may be cut after the id and after the header.
+        let (id, rest) = header.split_at_mut(ID_LEN);
+        self.read(link, id, deadline)?;
+        self.read(link, rest, deadline)?;
         let request = Request::parse(&header).map_err(End::Misbehaved)?;
         let mut write = vec![0; request.write];
         self.read(link, &mut write, deadline)?;
@@ -123,7 +160,18 @@ impl I2cServer {
         buffer: &mut [u8],
         deadline: Option<Instant>,
     ) -> Result<(), End> {
-        link.read_all(&mut self.port, buffer, deadline, |_| Ok(())).map_err(|end| match end {
+        let session = self.port.shared().read(Machine::i2c_session);
+        let may_go_on = |shared: &Shared| match shared.read(Machine::i2c_session) == session {
+            true => Ok(()),
+            false => Err(End::Closed("its server has ended")),
+        };
+        let port = &mut self.port;
+        let read = match &self.reserved {
+            _ if buffer.is_empty() => Ok(()),
+            Some(_) => link.read_segment(port, buffer, deadline, may_go_on),
+            None => link.read_all(port, buffer, deadline, |_| Ok(())),
+        };
+        read.map_err(|end| match end {
             // The real controller does so too, and its clients expect it.
             End::Idle => End::Closed("no request came in time"),
             end => end,
@@ -138,8 +186,6 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use crate::machine::Machine;
-    use crate::server::shared::Shared;
 
     fn header(device: u8, write_len: u16, read_len: u16) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -158,7 +204,7 @@ mod tests {
         assert!(Request::parse(&header(0x18, 1025, 6))
             .unwrap_err()
             .contains("1025 bytes to write"));
-        assert!(Request::parse(&header(0x18, 2, 1025)).unwrap_err().contains("1025 bytes to read"));
+        assert_eq!(Request::parse(&header(0x18, 2, 1025)).unwrap().read, 1024);
         let mut other_count = header(0x18, 2, 6);
         other_count[4] = 1;
         assert!(Request::parse(&other_count).unwrap_err().contains("1 bytes follow"));
@@ -179,6 +225,7 @@ mod tests {
             port: Port::new(shared, "I2C", false).unwrap(),
             idle_limit: Duration::MAX,
             write_limit: Duration::from_millis(100),
+            reserved: None,
         };
         assert!(matches!(server.serve(TcpStream::from_std(stream)), End::Unread));
     }

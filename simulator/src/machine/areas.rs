@@ -17,7 +17,7 @@ impl Machine {
             return;
         }
         let config_id = i16::from(area.state.config_id);
-        if self.controllers[controller].config_id != config_id {
+        if self.controllers[controller].config_id as u8 != area.state.config_id {
             self.controllers[controller].config_id = config_id;
             self.set_config(controller, area.config);
         }

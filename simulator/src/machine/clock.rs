@@ -32,7 +32,8 @@ enum CameraTime {
     Machine,
 }
 
-/// Follows the system's clock while a client is online. At other times all stands still.
+/// Follows the system's clock while a client is online, and afterwards as long as something is on. At other times all
+/// stands still.
 #[derive(Clone, Debug)]
 struct Follower {
     /// How long time passes after a command, until the next one.
@@ -62,10 +63,36 @@ impl Clock {
         }
     }
 
+    /// Begins, unless it has begun: an exchange without StartOnline takes place, too.
+    pub(super) fn begin_if_still(&mut self) {
+        if let ExchangeTime::System(follower) = &mut self.exchange {
+            if follower.place.is_none() {
+                follower.begin(Instant::now());
+            }
+        }
+    }
+
     /// Ends what [`begin`](Self::begin) began.
     pub(super) fn end(&mut self) {
         if let ExchangeTime::System(follower) = &mut self.exchange {
             follower.place = None;
+        }
+    }
+
+    /// Whether time passes without exchanges.
+    pub(super) fn is_system(&self) -> bool {
+        matches!(self.exchange, ExchangeTime::System(_))
+    }
+
+    /// Whether time passes at present without exchanges.
+    pub(super) fn is_running(&self) -> bool {
+        matches!(&self.exchange, ExchangeTime::System(follower) if follower.place.is_some())
+    }
+
+    /// No client is there to send a command; time goes on, but not for longer than this.
+    pub(super) fn go_on(&mut self, longest: Duration) {
+        if let ExchangeTime::System(Follower { place: Some(place), .. }) = &mut self.exchange {
+            place.end = Instant::now() + longest;
         }
     }
 }

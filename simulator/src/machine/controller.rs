@@ -30,13 +30,15 @@ pub struct Controller {
     pub mic_lin: u16,
     /// Loudness, logarithmic. Reported from firmware 4.2.4 on, by the compressed exchange.
     pub mic_log: u16,
-    /// The last received outputs; all 0 after StopOnline or when the client is lost.
+    /// The last received outputs. They are kept after StopOnline and when the client is lost, until the next
+    /// StartOnline, or until the [watchdog](crate::SimulatedTxtBuilder::board_watchdog) of the board clears them.
     pub outputs: ExchangeData,
     /// The last accepted configuration; the default before the first.
     pub config: Config,
     /// The id of that configuration; 0 before the first one after StartOnline.
     pub config_id: i16,
     motors: [Motor; IZ_MOTOR],
+    motor_ids: [CommandIds; IZ_MOTOR],
     sound: Sound,
     /// Ids of the counter resets that were done before this exchange.
     finished_resets: [u16; IZ_COUNTER],
@@ -44,6 +46,27 @@ pub struct Controller {
     latest_resets: [u16; IZ_COUNTER],
     /// What it reports instead.
     report_override: Option<ExchangeDataResponse>,
+}
+
+/// The ids of the last commands of a motor. The board knows a command only by its number, of which it gets three bits.
+#[derive(Clone, Copy, Debug, Default)]
+struct CommandIds {
+    ids: [u16; 8],
+    newest: u16,
+}
+
+impl CommandIds {
+    /// The number of a new command.
+    fn add(&mut self, id: u16) -> u16 {
+        self.newest = (self.newest + 1) % 8;
+        self.ids[usize::from(self.newest)] = id;
+        self.newest
+    }
+
+    /// The id of the last command that has this number.
+    fn id(&self, number: u16) -> u16 {
+        self.ids[usize::from(number % 8)]
+    }
 }
 
 impl Controller {
@@ -69,11 +92,43 @@ impl Controller {
         self.sound.playing_id()
     }
 
+    /// The duties as they reach the I/O board, in 8 bits each: 512 is 255, others are halved, modulo 256. So 1 is 0,
+    /// 511 is the same as 512, and 600 is 44. (Measured on the maker's firmware 4.7.0 under emulation.)
+    pub fn board_duty(&self) -> [u8; 8] {
+        self.outputs.duty.map(|duty| if duty == DUTY_MAX { u8::MAX } else { (duty / 2) as u8 })
+    }
+
+    /// The duty that an output has, 0..=512, after its way to the board.
+    pub(crate) fn effective_duty(&self, output: usize) -> i16 {
+        match self.board_duty()[output] {
+            u8::MAX => DUTY_MAX,
+            half => 2 * i16::from(half),
+        }
+    }
+
+    /// Whether an output is on or a sound plays.
+    pub(crate) fn is_active(&self) -> bool {
+        self.outputs.duty != [0; 8] || self.sound.playing_id().is_some()
+    }
+
+    /// Stops motors and forgets all commands and the configuration's id. A sound plays on.
+    pub(crate) fn begin_session(&mut self) {
+        self.stop_outputs();
+        self.sound.forget_ids();
+        self.config_id = 0;
+    }
+
     /// Stops motors and sounds and forgets all commands.
     pub(crate) fn stop(&mut self) {
+        self.stop_outputs();
+        self.sound = Sound::default();
+    }
+
+    /// Stops motors and forgets all commands, but sounds play on.
+    pub(crate) fn stop_outputs(&mut self) {
         self.outputs = ExchangeData::default();
         self.motors = Default::default();
-        self.sound = Sound::default();
+        self.motor_ids = Default::default();
         self.finished_resets = [0; IZ_COUNTER];
         self.latest_resets = [0; IZ_COUNTER];
     }
@@ -111,8 +166,10 @@ impl Controller {
     }
 
     fn begin_motor(&mut self, index: usize, id: u16) {
-        let motor = &mut self.motors[index];
-        motor.begin(id, self.outputs.master[index], self.outputs.distance[index]);
+        let (motor, number) = (&mut self.motors[index], self.motor_ids[index].add(id));
+        // 4 bits of it reach the board.
+        let master = self.outputs.master[index] & 0xF;
+        motor.begin(number, master, self.outputs.distance[index]);
         if motor.has_distance() {
             self.counter[index] = 0;
         }
@@ -213,7 +270,7 @@ impl Controller {
     /// The duty of a motor, negative for backwards, −512..=512.
     fn signed_duty(&self, index: usize) -> i16 {
         let [forward, backward] =
-            [2 * index, 2 * index + 1].map(|output| self.outputs.duty[output].clamp(0, DUTY_MAX));
+            [2 * index, 2 * index + 1].map(|output| self.effective_duty(output));
         forward - backward
     }
 
@@ -224,7 +281,9 @@ impl Controller {
             counter_input: self.counter_input,
             counter: self.counter,
             counter_reset_id: self.finished_resets,
-            motor_command_id: self.motors.each_ref().map(Motor::finished_id),
+            motor_command_id: std::array::from_fn(|index| {
+                self.motor_ids[index].id(self.motors[index].finished_id())
+            }),
             sound_command_id: self.sound.finished_id(),
             ir: self.ir,
         })
@@ -292,12 +351,10 @@ mod tests {
             distance: [2, 0, 0, 0],
             motor_command_id: [1, 0, 0, 0],
             counter_reset_id: [0, 1, 0, 0],
-            sound_command_id: 1,
             ..Default::default()
         };
         let report = exchange(&mut controller, outputs, 2);
         assert_eq!((report.motor_command_id[0], report.counter_reset_id[1]), (1, 1));
-        assert_eq!(report.sound_command_id, 1);
         controller.stop();
         let counter = [2, 0, 0, 0];
         assert_eq!(controller.report(), ExchangeDataResponse { counter, ..Default::default() });
@@ -336,12 +393,39 @@ mod tests {
     }
 
     #[test]
-    fn duty_out_of_range_is_the_nearest_in_range() {
+    fn a_duty_reaches_the_board_in_8_bits() {
+        let duty = [1, 2, 3, 511, 512, 513, 600, -1];
+        let outputs = ExchangeData { duty, ..Default::default() };
+        let controller = Controller { outputs, ..Controller::default() };
+        assert_eq!(controller.board_duty(), [0, 1, 1, 255, 255, 0, 44, 0]);
+        let effective = [0, 2, 2, 512, 512, 0, 88, 0];
+        assert_eq!(std::array::from_fn(|output| controller.effective_duty(output)), effective);
+    }
+
+    #[test]
+    fn the_eighth_command_after_one_that_is_done_reads_as_done_at_once() {
+        let mut controller = Controller::default();
+        let finished = [10, 20, 30, 40, 50, 60, 70, 80, 90].map(|id| {
+            let outputs = ExchangeData {
+                distance: [1000, 0, 0, 0],
+                motor_command_id: [id, 0, 0, 0],
+                ..Default::default()
+            };
+            exchange(&mut controller, outputs, 1).motor_command_id[0]
+        });
+        assert_eq!(finished, [0, 0, 0, 0, 0, 0, 0, 80, 80]);
+    }
+
+    #[test]
+    fn a_master_has_4_bits() {
         let mut controller = Controller::default();
         let outputs = ExchangeData {
-            duty: [i16::MAX, 0, 0, i16::MAX, i16::MIN, 0, 0, 0],
+            master: [16, 17, 0, -1],
+            motor_command_id: [1; 4],
             ..Default::default()
         };
-        assert_eq!(exchange(&mut controller, outputs, 10).counter, [20, 20, 0, 0]);
+        controller.take_over(outputs);
+        let leaders = controller.motors.each_ref().map(Motor::leader);
+        assert_eq!(leaders, [None, Some(0), None, None]);
     }
 }

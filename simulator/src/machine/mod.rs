@@ -18,12 +18,14 @@ use clock::Clock;
 use controller::Controller;
 use ft_transfer_area::transfer_area::{Config, MAX_EXTENSIONS};
 use ft_transfer_area::wire::{CommandId, ExchangeData, ExchangeDataResponse, StartCameraOnline};
+use log::Level;
 use oddity::{Encoder, Oddities, Oddity};
 
 use crate::camera::Camera;
 use crate::error::Error;
 use crate::fault::FaultKind;
 use crate::i2c::{I2cBus, I2C_REGISTERS};
+use crate::server::command::Misbehaviour;
 use crate::world::floor::OwnFloor;
 use crate::world::{World, WorldState};
 
@@ -47,8 +49,13 @@ pub struct Machine {
     pub alive: [bool; MAX_EXTENSIONS],
     exchanges: u64,
     connections: u64,
-    refused: u64,
     absent: bool,
+    /// Whether it does what ends the firmware's program, and what the firmware refuses.
+    strict: bool,
+    /// The extensions that StartOnline has found, if it is strict.
+    found: Option<u16>,
+    /// What ends the program after the present answer.
+    end: Option<Misbehaviour>,
     /// What happens to the next response.
     disturbances: Vec<FaultKind>,
     connected: bool,
@@ -60,7 +67,24 @@ pub struct Machine {
     i2c: I2cBus,
     /// Machine time since the start in µs.
     micros: u64,
+    watchdog: Watchdog,
     clock: Clock,
+}
+
+/// What clears the outputs when no exchange comes, in µs of machine time.
+#[derive(Clone, Copy, Debug, Default)]
+struct Watchdog {
+    /// How long after an exchange; `None` without a watchdog.
+    limit: Option<u64>,
+    /// Since the last exchange.
+    passed: u64,
+}
+
+impl Watchdog {
+    /// How long it is until the outputs are cleared.
+    fn left(&self) -> Option<u64> {
+        Some(self.limit?.saturating_sub(self.passed)).filter(|left| *left > 0)
+    }
 }
 
 impl Machine {
@@ -75,8 +99,10 @@ impl Machine {
             alive,
             exchanges: 0,
             connections: 0,
-            refused: 0,
             absent: false,
+            strict: false,
+            found: None,
+            end: None,
             disturbances: Vec::new(),
             connected: false,
             online: false,
@@ -86,6 +112,7 @@ impl Machine {
             world: None,
             i2c: I2cBus::default(),
             micros: 0,
+            watchdog: Watchdog::default(),
             clock: Clock::new(),
         }
     }
@@ -176,15 +203,9 @@ impl Machine {
         self.exchanges
     }
 
-    /// How many main connections have been accepted since the start, without those refused.
+    /// How many main connections have been accepted since the start.
     pub fn connections(&self) -> u64 {
         self.connections
-    }
-
-    /// How many main connections have been refused since the start, because another client was
-    /// online.
-    pub fn refused(&self) -> u64 {
-        self.refused
     }
 
     /// Whether the controller is away: new main connections are closed immediately, as after
@@ -252,6 +273,11 @@ impl Machine {
     /// * whole bytes of compressed data after the last word,
     /// * a command that arrived before the response to the previous one was sent. The farewell on a
     ///   broken connection, StopOnline alone or right after a last exchange, is not odd.
+    /// * a command that came in pieces, or one of online mode outside it,
+    /// * an I2C client that is not the first one in the 5 s after StartOnline,
+    /// * what ends the program of a real TXT: a StartOnline while the I2C server of the session before waits for a
+    ///   client or has one, in the 5 s after the StartOnline before; fewer words in an exchange than it says;
+    ///   StartCameraOnline twice, or after the camera was stopped while its client was connected,
     /// * a distance of, or synchronisation with, a motor of the world that has no encoder or does not
     ///   exist, once for each motor: the command is never done.
     pub fn oddities(&self) -> impl DoubleEndedIterator<Item = &str> {
@@ -324,7 +350,20 @@ impl Machine {
     /// Lets this many µs pass in the machine. It does not matter how a time is divided, except for parts of a pulse
     /// that an ideal motor has turned beyond its distance.
     pub(super) fn move_on(&mut self, micros: u64) {
+        match self.watchdog.left() {
+            Some(left) if left <= micros => {
+                self.move_undisturbed(left);
+                journal::log(Level::Info, format_args!("the board's watchdog clears the outputs"));
+                self.controllers.iter_mut().for_each(Controller::stop_outputs);
+                self.move_undisturbed(micros - left);
+            }
+            _ => self.move_undisturbed(micros),
+        }
+    }
+
+    fn move_undisturbed(&mut self, micros: u64) {
         self.micros = self.micros.saturating_add(micros);
+        self.watchdog.passed = self.watchdog.passed.saturating_add(micros);
         for index in 0..self.controllers.len() {
             let reached = self.reaches(index);
             let controller = &mut self.controllers[index];
@@ -339,8 +378,14 @@ impl Machine {
         }
     }
 
-    /// The extensions that can be reached, one bit each.
+    /// The extensions in a response, one bit each: those that can be reached, or, if it is strict, could be reached at
+    /// StartOnline.
     pub(super) fn alive_mask(&self) -> u16 {
+        self.found.unwrap_or_else(|| self.reached_mask())
+    }
+
+    /// The extensions that can be reached, one bit each.
+    pub(super) fn reached_mask(&self) -> u16 {
         (0..MAX_EXTENSIONS)
             .filter(|extension| self.reaches(extension + 1))
             .fold(0, |mask, extension| mask | 1 << extension)
@@ -348,8 +393,9 @@ impl Machine {
 
     /// The controllers that take part in an exchange, the master first.
     pub(super) fn reachable(&self) -> impl Iterator<Item = &Controller> {
+        let mask = 1 | self.alive_mask() << 1;
         let indexed = self.controllers.iter().enumerate();
-        indexed.filter(|(index, _)| self.reaches(*index)).map(|(_, controller)| controller)
+        indexed.filter(move |(index, _)| mask >> index & 1 != 0).map(|(_, controller)| controller)
     }
 
     fn reaches(&self, index: usize) -> bool {

@@ -13,6 +13,9 @@ use crate::machine::journal::{self, Name};
 /// How many sentences are remembered.
 const SENTENCES_KEPT: usize = 100;
 
+/// What the firmware does then.
+const ENDS: &str = "; the program of a real TXT would have ended, and been away for two seconds";
+
 /// Something that a correct client does not do. Controllers are given by index; the master is 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Oddity {
@@ -29,6 +32,20 @@ pub(crate) enum Oddity {
     SurplusData,
     /// A command came before the response to the one before.
     SentAhead(CommandId),
+    /// A command that belongs to online mode came when there is none.
+    NotOnline(CommandId),
+    /// A command came in pieces.
+    InPieces,
+    /// StartOnline came while the I2C server of the session before is there.
+    StartedTooSoon,
+    /// A compressed exchange had fewer words than it says.
+    TooFewWords,
+    /// StartCameraOnline came a second time.
+    CameraStartedTwice,
+    /// The camera was stopped while its client was connected, and is started again.
+    CameraLeftOpen,
+    /// An I2C client came outside the time in which the firmware accepts one.
+    I2cUnexpected,
     /// A command needs the count of a motor of the world that can't be counted.
     Uncounted { controller: usize, motor: usize, encoder: Encoder, task: Task },
 }
@@ -77,6 +94,24 @@ impl fmt::Display for Oddity {
             Self::SentAhead(command) => {
                 write!(f, "{command} came before the response to the command before it")
             }
+            Self::NotOnline(command) => write!(f, "{command} came outside online mode"),
+            Self::InPieces => f.write_str(
+                "a command came in pieces; a real TXT would have closed the connection",
+            ),
+            Self::StartedTooSoon => write!(
+                f,
+                "StartOnline came less than 5 s after the one before, and no I2C client had come and gone{ENDS}"
+            ),
+            Self::TooFewWords => write!(f, "an exchange had fewer words than its mask says{ENDS}"),
+            Self::CameraStartedTwice => write!(f, "StartCameraOnline came twice{ENDS}"),
+            Self::CameraLeftOpen => write!(
+                f,
+                "the camera was stopped while its client was connected, and started again{ENDS}"
+            ),
+            Self::I2cUnexpected => f.write_str(
+                "an I2C client came that is not the first one in the 5 s after StartOnline; a real TXT would have \
+                 refused it",
+            ),
             Self::Uncounted { controller, motor, encoder, task } => {
                 let (name, number) = (Name(*controller), motor + 1);
                 match encoder {

@@ -12,8 +12,10 @@ use ft_transfer_area::Error;
 pub(crate) enum Misbehaviour {
     /// No command has this id.
     UnknownId(u32),
-    /// The command needs online mode.
-    NotOnline(CommandId),
+    /// The command came in pieces.
+    InPieces,
+    /// It ends the program of the controller, for this reason.
+    EndsProgram(String),
     /// More extensions than possible.
     Extensions(u16),
     /// The packet can't be understood.
@@ -24,7 +26,8 @@ impl fmt::Display for Misbehaviour {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownId(id) => write!(f, "no command has the id {id:#010x}"),
-            Self::NotOnline(command) => write!(f, "{command} came before StartOnline"),
+            Self::InPieces => f.write_str("a command came in pieces"),
+            Self::EndsProgram(why) => f.write_str(why),
             Self::Extensions(mask) => {
                 write!(f, "extension mask {mask:#06x} has more than {MAX_EXTENSIONS} bits")
             }
@@ -127,6 +130,18 @@ impl Inbox {
     pub(crate) fn command(&self) -> Result<Option<&[u8]>, Misbehaviour> {
         let bytes = self.bytes();
         Ok(bytes.get(..command_size(bytes)?))
+    }
+
+    /// Whether there is a part of a command that does not end where the firmware reads on: after the id, and after the
+    /// header of a compressed exchange.
+    pub(crate) fn has_piece(&self) -> bool {
+        let bytes = self.bytes();
+        let is_compressed = || command_id(bytes) == Ok(CommandId::ExchangeDataCmpr);
+        match bytes.len() {
+            0 | ID_LEN => false,
+            CmprHeader::LEN if is_compressed() => false,
+            _ => self.command() == Ok(None),
+        }
     }
 
     /// Removes as many bytes as the first command has.

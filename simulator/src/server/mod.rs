@@ -7,18 +7,21 @@ mod pause;
 pub(crate) mod port;
 pub(crate) mod ports;
 pub(crate) mod protocol;
+pub(crate) mod reserved;
+mod robo_pro;
 pub(crate) mod shared;
 
-use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use command::{ahead, command_id, is_exchange, Ahead, Inbox, Misbehaviour};
 use faults::{Faults, Position};
-use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::wire::{CommandId, ID_LEN};
 use mio::net::TcpStream;
 use outgoing::Outgoing;
 use port::{has_passed, End, Link, Port, WRITE_LIMIT};
 use protocol::{Protocol, Script, Settings};
+use reserved::Reserved;
+use robo_pro::{Reply, BLOCK};
 use shared::{Shared, Stopped};
 
 use crate::camera::ClientFinder;
@@ -38,14 +41,25 @@ pub(super) struct Server {
     pub(super) script: Script,
     /// Looks for a camera client when the camera is started, if the camera itself does not.
     pub(super) camera_client_finder: Option<ClientFinder>,
-    /// A client that came while another was online. Perhaps the other one has already left.
-    pub(super) next: Option<(TcpStream, SocketAddr)>,
+    /// The port, if it ends and comes back as the firmware's program.
+    pub(super) reserved: Option<Reserved>,
+    /// Whether StartOnline and StopOnline take as long as with the firmware.
+    pub(super) takes_its_time: bool,
 }
+
+/// How long the firmware's program is away when it has ended.
+const AWAY: Duration = Duration::from_secs(2);
+
+/// How long StartOnline takes.
+const START: Duration = Duration::from_millis(520);
+
+/// How long StopOnline takes while the I2C server waits for a client or has one.
+const STOP: Duration = Duration::from_secs(1);
 
 impl Server {
     /// Serves clients until the thread should end.
     pub(super) fn run(mut self) {
-        while let Ok(stream) = self.next_client() {
+        while let Ok(stream) = self.port.accept() {
             if self.shared().read(Machine::absent) {
                 log::info!("the client is not served: the controller is away");
                 continue;
@@ -53,24 +67,31 @@ impl Server {
             self.shared().with_machine(Machine::client_came);
             let end = self.serve(stream);
             self.shared().with_machine(Machine::client_left);
-            if let Err(end) = end {
-                end.log("the client");
+            let Err(end) = end else { continue };
+            let has_ended = matches!(end, End::EndsProgram(_));
+            end.log("the client");
+            if has_ended && self.come_back().is_err() {
+                return;
             }
         }
+    }
+
+    /// The program of the controller ends, and comes back.
+    fn come_back(&mut self) -> Result<(), Stopped> {
+        let Some(reserved) = &mut self.reserved else { return Ok(()) };
+        self.port.close();
+        reserved.refuse();
+        self.port.shared().with_machine(Machine::program_ended);
+        self.port.shared().sleep(AWAY)?;
+        if let Err(error) = reserved.listen(&mut self.port) {
+            log::error!("the controller does not come back at {}: {error}", reserved.address);
+            return Err(Stopped);
+        }
+        Ok(())
     }
 
     fn shared(&self) -> &Shared {
         self.port.shared()
-    }
-
-    fn next_client(&mut self) -> Result<TcpStream, Stopped> {
-        match self.next.take() {
-            Some((stream, client)) => {
-                log::info!("{client} connects to the main port");
-                Ok(stream)
-            }
-            None => self.port.accept(),
-        }
     }
 
     fn serve(&mut self, stream: TcpStream) -> Result<(), End> {
@@ -102,7 +123,10 @@ impl Drop for Server {
 
 impl From<Misbehaviour> for End {
     fn from(what: Misbehaviour) -> Self {
-        Self::Misbehaved(what.to_string())
+        match what {
+            Misbehaviour::EndsProgram(why) => Self::EndsProgram(why),
+            what => Self::Misbehaved(what.to_string()),
+        }
     }
 }
 
@@ -128,7 +152,9 @@ impl Connection<'_> {
     fn serve_command(&mut self) -> Result<(), End> {
         let id = self.wait_for_command()?;
         let is_exchange = is_exchange(id);
+        let rest = self.time_of_command(id);
         let outgoing = self.carry_out(is_exchange)?;
+        self.server.shared().sleep(rest)?;
         if let (CommandId::StartCameraOnline, Some(finder)) =
             (id, &self.server.camera_client_finder)
         {
@@ -140,45 +166,34 @@ impl Connection<'_> {
             self.due = Some(next_due(self.due, Instant::now(), self.server.pace));
         }
         self.send(outgoing)?;
-        self.refuse_others();
-        Ok(())
-    }
-
-    /// Refuses clients that come while this client is online. While it is not, others wait.
-    ///
-    /// The new client may be the one that has just closed this connection, and the end of this
-    /// connection may come after commands that are not read yet. So no client is refused before all
-    /// is read.
-    fn refuse_others(&mut self) {
-        while self.server.next.is_some() || self.server.port.has_waiting_client() {
-            if !self.server.shared().read(Machine::online) {
-                return;
-            }
-            if self.server.next.is_none() {
-                self.server.next = self.server.port.try_accept();
-            }
-            if self.server.next.is_none() || !self.is_silent() {
-                return;
-            }
-            if let Some((_, client)) = self.server.next.take() {
-                self.server.shared().with_machine(Machine::note_refused);
-                log::warn!("{client} is refused: another client is online");
-            }
+        match self.server.shared().with_machine(Machine::take_end) {
+            Some(end) => Err(end.into()),
+            None => Ok(()),
         }
     }
 
-    /// Whether the client is connected and no more commands of it have arrived.
-    fn is_silent(&mut self) -> bool {
-        self.read_arrived();
-        self.end.is_none() && self.inbox.command() == Ok(None)
+    /// How much longer a command takes than it would need to.
+    fn time_of_command(&self, id: CommandId) -> Duration {
+        let is_busy = || self.server.shared().read(|machine| machine.i2c_session().is_busy());
+        match id {
+            CommandId::StartOnline if self.server.takes_its_time => START,
+            CommandId::StopOnline if self.server.takes_its_time && is_busy() => STOP,
+            _ => Duration::ZERO,
+        }
     }
 
     /// Waits for a command, at most until the idle limit. It is in the inbox then.
     fn wait_for_command(&mut self) -> Result<CommandId, End> {
         let deadline = Instant::now().checked_add(self.server.idle_limit);
         loop {
+            if self.answer_robo_pro(deadline)? {
+                continue;
+            }
             if let Some(command) = self.inbox.command()? {
                 return Ok(command_id(command)?);
+            }
+            if self.inbox.has_piece() {
+                self.server.shared().with_machine(Machine::piece_came)?;
             }
             if let Some(end) = self.end.take() {
                 return Err(end);
@@ -191,7 +206,23 @@ impl Connection<'_> {
                 return Err(End::Idle);
             }
             self.link.wait(&mut self.server.port, deadline)?;
-            self.refuse_others();
+        }
+    }
+
+    /// Answers a command of ROBO Pro, if there is one.
+    fn answer_robo_pro(&mut self, deadline: Option<Instant>) -> Result<bool, End> {
+        let Some(reply) = robo_pro::reply(self.inbox.bytes()) else { return Ok(false) };
+        self.inbox.remove(ID_LEN);
+        let port = &mut self.server.port;
+        match reply {
+            Reply::Answer(bytes) => {
+                self.link.write_all(port, &bytes, Some(WRITE_LIMIT), |_| Ok(()))?;
+                Ok(true)
+            }
+            Reply::Wait => {
+                self.link.read_all(port, &mut [0; BLOCK], deadline, |_| Ok(()))?;
+                Err(End::Closed("files are not transferred here"))
+            }
         }
     }
 

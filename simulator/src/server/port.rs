@@ -39,14 +39,11 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    /// A port that does not listen yet. The thread of the camera is also woken when the camera starts or stops.
-    pub(crate) fn new(
-        shared: Arc<Shared>,
-        name: &'static str,
-        is_camera: bool,
-    ) -> io::Result<Self> {
+    /// A port that does not listen yet. If its thread follows sessions, it is also woken when the camera or the I2C
+    /// server starts or ends.
+    pub(crate) fn new(shared: Arc<Shared>, name: &'static str, follows: bool) -> io::Result<Self> {
         let poll = Poll::new()?;
-        shared.add_waker(Waker::new(poll.registry(), WAKER)?, is_camera);
+        shared.add_waker(Waker::new(poll.registry(), WAKER)?, follows);
         let events = Events::with_capacity(4);
         Ok(Self {
             shared,
@@ -79,11 +76,6 @@ impl Port {
         &self.shared
     }
 
-    /// Whether a client may be waiting to be accepted.
-    pub(crate) fn has_waiting_client(&self) -> bool {
-        self.has_waiting_client
-    }
-
     /// A client that waits to be accepted, if there is one.
     pub(crate) fn try_accept(&mut self) -> Option<(TcpStream, SocketAddr)> {
         let listener = self.listener.as_ref().filter(|_| self.has_waiting_client)?;
@@ -108,18 +100,31 @@ impl Port {
 
     /// Waits for a client.
     pub(crate) fn accept(&mut self) -> Result<TcpStream, Stopped> {
-        let accepted = self.accept_while(|_| true)?;
+        let accepted = self.accept_while(|_| true, None)?;
         // Nothing else ends the wait.
         accepted.ok_or(Stopped)
     }
 
-    /// Waits for a client as long as the condition holds. It is checked after each change.
+    /// Waits as long as the condition holds. It is checked after each change.
+    pub(crate) fn wait_while(
+        &mut self,
+        condition: impl Fn(&Shared) -> bool,
+    ) -> Result<(), Stopped> {
+        self.shared.check()?;
+        while condition(&self.shared) {
+            self.wait(None)?;
+        }
+        Ok(())
+    }
+
+    /// Waits for a client as long as the condition holds, at most until the deadline. It is checked after each change.
     pub(crate) fn accept_while(
         &mut self,
         condition: impl Fn(&Shared) -> bool,
+        deadline: Option<Instant>,
     ) -> Result<Option<TcpStream>, Stopped> {
         self.shared.check()?;
-        while condition(&self.shared) {
+        while condition(&self.shared) && !has_passed(deadline) {
             if let Some((stream, client)) = self.try_accept() {
                 log::info!("{client} connects to the {} port", self.name);
                 return Ok(Some(stream));
@@ -127,7 +132,7 @@ impl Port {
             if self.has_waiting_client {
                 self.shared.sleep(RETRY)?;
             } else {
-                self.wait(None)?;
+                self.wait(deadline)?;
             }
         }
         Ok(None)
@@ -191,6 +196,11 @@ impl Link {
         }
     }
 
+    /// Whether the client has not closed the connection. What it sent may get lost.
+    pub(crate) fn is_open(&mut self) -> bool {
+        !matches!(self.try_read(&mut [0; 64]), Ok(Some(0)) | Err(_))
+    }
+
     /// Waits for a change of any kind, at most until the deadline. May end without any.
     pub(crate) fn wait(
         &mut self,
@@ -199,6 +209,25 @@ impl Link {
     ) -> Result<(), Stopped> {
         self.may_have_bytes |= port.wait(deadline)?;
         Ok(())
+    }
+
+    /// Fills the buffer from one segment: what comes in pieces ends the connection.
+    pub(crate) fn read_segment(
+        &mut self,
+        port: &mut Port,
+        buffer: &mut [u8],
+        deadline: Option<Instant>,
+        may_go_on: impl Fn(&Shared) -> Result<(), End>,
+    ) -> Result<(), End> {
+        self.read_all(port, &mut buffer[..1], deadline, may_go_on)?;
+        let rest = &mut buffer[1..];
+        if rest.is_empty() {
+            return Ok(());
+        }
+        match self.try_read(rest)? {
+            Some(count) if count == rest.len() => Ok(()),
+            _ => Err(End::Misbehaved("a packet came in pieces".to_owned())),
+        }
     }
 
     /// Fills the buffer, at most until the deadline, and as long as the connection `may_go_on`.
@@ -286,6 +315,8 @@ pub(crate) enum End {
     Misbehaved(String),
     /// It is closed on purpose, for this reason.
     Closed(&'static str),
+    /// The program of the controller ends, for this reason.
+    EndsProgram(String),
     Broken(io::Error),
 }
 
@@ -298,6 +329,7 @@ impl End {
             Self::Idle => log::warn!("{client} is cut off: it sent no command"),
             Self::Unread => log::warn!("{client} is cut off: it reads no responses"),
             Self::Misbehaved(what) => log::warn!("{client} is cut off: {what}"),
+            Self::EndsProgram(why) => log::warn!("the controller's program ends: {why}"),
             Self::Closed(reason) => log::info!("the connection of {client} is closed: {reason}"),
             Self::Broken(error) => log::info!("the connection of {client} broke: {error}"),
         }

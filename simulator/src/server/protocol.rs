@@ -5,7 +5,7 @@ use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
     StartCameraOnline, StartOnline, UpdateConfig,
 };
-use ft_transfer_area::FirmwareVersion;
+use ft_transfer_area::{Error, FirmwareVersion};
 use log::Level;
 
 use crate::machine::journal;
@@ -27,6 +27,9 @@ pub(crate) struct Settings {
     /// How many words of each controller a compressed response has.
     pub(crate) words: usize,
 }
+
+/// The first firmware with the compressed exchange.
+const FIRST_COMPRESSED: FirmwareVersion = FirmwareVersion::new(4, 1, 6);
 
 /// An exchange whose outputs are taken over, and which is not answered yet.
 #[derive(Clone, Copy, Debug)]
@@ -88,7 +91,7 @@ impl Protocol {
         let needs_online =
             !matches!(id, CommandId::QueryStatus | CommandId::StartOnline | CommandId::StopOnline);
         if needs_online && !machine.online() {
-            return Err(Misbehaviour::NotOnline(id));
+            machine.note_oddity(&Oddity::NotOnline(id));
         }
         match id {
             CommandId::QueryStatus => self.query_status(out),
@@ -99,6 +102,10 @@ impl Protocol {
                 machine.note_mask(0);
                 machine.take_over(0, outputs);
                 return Ok(Some(Exchange::Simple));
+            }
+            // As measured on 4.1.5; the kit's client uses it with 4.1.6.
+            CommandId::ExchangeDataCmpr if self.settings.firmware < FIRST_COMPRESSED => {
+                return Err(Misbehaviour::UnknownId(id.id()));
             }
             CommandId::ExchangeDataCmpr => {
                 self.take_over(command, machine)?;
@@ -149,6 +156,7 @@ impl Protocol {
         out: &mut Vec<u8>,
     ) -> Result<(), Misbehaviour> {
         StartOnline::parse(command)?;
+        machine.check_start()?;
         self.expander = Expander::new();
         self.compressor = Compressor::new();
         machine.start_online();
@@ -173,7 +181,14 @@ impl Protocol {
             self.words.extend_from_slice(words);
             machine.note_oddity(&Oddity::SurplusData);
         } else {
-            self.words.extend_from_slice(self.expander.expand(data, count, crc)?);
+            match self.expander.expand(data, count, crc) {
+                Ok(words) => self.words.extend_from_slice(words),
+                Err(error @ Error::DataEndsEarly { .. }) => {
+                    machine.end_program(&Oddity::TooFewWords)?;
+                    return Err(error.into());
+                }
+                Err(error) => return Err(error.into()),
+            }
         }
         machine.note_mask(mask);
         let extensions = (0..MAX_EXTENSIONS).filter(|extension| mask >> extension & 1 != 0);
@@ -235,10 +250,8 @@ fn stop_camera(machine: &mut Machine, out: &mut Vec<u8>) {
 
 #[cfg(test)]
 mod tests {
-    use ft_transfer_area::transfer_area::Config;
-    use ft_transfer_area::Error;
-
     use super::*;
+    use ft_transfer_area::transfer_area::Config;
 
     fn protocol() -> Protocol {
         let firmware = FirmwareVersion::new(4, 6, 6);
@@ -308,7 +321,7 @@ mod tests {
         machine.start_online();
         let (mut script, mut out): (Script, _) = (Box::new(|_| {}), Vec::new());
         let mut compressor = Compressor::new();
-        let commands = [(); 3].map(|()| {
+        let commands = [(); 6].map(|()| {
             [100, 200, 300].map(|duty| {
                 let (mut data, mut command) = (Vec::new(), Vec::new());
                 let crc = compressor.compress(&[duty; 2 * COMMAND_WORDS], &mut data);
@@ -325,22 +338,48 @@ mod tests {
                 protocol.answer(command, &mut machine, &mut script, &mut out).unwrap();
             }
         };
-        answer_all(&commands[0]);
+        // The longest response comes when commands read as done because there were eight.
+        commands[..4].iter().for_each(|commands| answer_all(commands));
         let allocations = allocation_counter::measure(|| {
-            answer_all(&commands[1]);
-            answer_all(&commands[2]);
+            commands[4..].iter().for_each(|commands| answer_all(commands));
         });
         assert_eq!(allocations.count_total, 0);
     }
 
     #[test]
-    fn commands_out_of_place_are_not_answered() {
+    fn commands_outside_online_mode_are_answered_and_odd() {
         let (mut protocol, mut machine) = (protocol(), Machine::new(0));
-        let early = answer(&mut protocol, &mut machine, &compressed(&[0; 27], 0));
-        assert_eq!(early, Err(Misbehaviour::NotOnline(CommandId::ExchangeDataCmpr)));
-        let camera = CommandId::StopCameraOnline.id().to_le_bytes();
-        let camera = answer(&mut protocol, &mut machine, &camera);
-        assert_eq!(camera, Err(Misbehaviour::NotOnline(CommandId::StopCameraOnline)));
+        answer(&mut protocol, &mut machine, &compressed(&[0; 27], 0)).unwrap();
+        assert_eq!(machine.exchanges(), 1);
+        let odd = Oddity::NotOnline(CommandId::ExchangeDataCmpr).to_string();
+        assert!(oddities(&machine).contains(&odd.as_str()));
+    }
+
+    #[test]
+    fn what_ends_the_program_is_odd_or_ends_it() {
+        let (mut protocol, mut machine) = (protocol(), Machine::new(0));
+        let missing = compressed(&[0; 27], 1);
+        let error = answer(&mut protocol, &mut machine, &missing).unwrap_err();
+        assert!(matches!(error, Misbehaviour::Packet(Error::DataEndsEarly { .. })));
+        let why = Oddity::TooFewWords.to_string();
+        assert!(oddities(&machine).contains(&why.as_str()));
+        machine.be_strict();
+        let error = answer(&mut protocol, &mut machine, &missing).unwrap_err();
+        assert_eq!(error, Misbehaviour::EndsProgram(why));
+    }
+
+    #[test]
+    fn the_compressed_exchange_came_with_4_1_6() {
+        let (mut old, mut machine) = (protocol(), Machine::new(0));
+        old.settings.firmware = FirmwareVersion::new(4, 1, 5);
+        let id = CommandId::ExchangeDataCmpr.id();
+        let error = answer(&mut old, &mut machine, &compressed(&[0; 27], 0)).unwrap_err();
+        assert_eq!(error, Misbehaviour::UnknownId(id));
+    }
+
+    #[test]
+    fn a_mask_has_8_bits() {
+        let (mut protocol, mut machine) = (protocol(), Machine::new(0));
         machine.start_online();
         let ninth = answer(&mut protocol, &mut machine, &compressed(&[0; 54], 1 << 8));
         assert_eq!(ninth, Err(Misbehaviour::Extensions(1 << 8)));
@@ -394,10 +433,13 @@ mod tests {
         let (mut protocol, mut machine) = (protocol(), Machine::new(0));
         let mut start = Vec::new();
         StartOnline::new().emit(&mut start);
+        // Without a sound, which would play on.
+        let mut words = [3; COMMAND_WORDS];
+        words[24] = 0;
         let [first, second] = [(); 2].map(|()| {
             answer(&mut protocol, &mut machine, &start).unwrap();
             machine.controllers[0].uni[0] = 5;
-            answer(&mut protocol, &mut machine, &compressed(&[3; 27], 0)).unwrap()
+            answer(&mut protocol, &mut machine, &compressed(&words, 0)).unwrap()
         });
         assert_eq!(first, second);
         assert_eq!(machine.controllers[0].outputs.sound_index, 3);

@@ -31,7 +31,7 @@ pub(crate) struct Shared {
 /// Wakes a thread that waits for sockets.
 struct ThreadWaker {
     waker: Waker,
-    is_camera: bool,
+    follows: bool,
 }
 
 impl Shared {
@@ -51,10 +51,10 @@ impl Shared {
         }
     }
 
-    /// Wakes one more thread when the threads should end; that of the camera also when the camera is started or
-    /// stopped.
-    pub(crate) fn add_waker(&self, waker: Waker, is_camera: bool) {
-        self.wakers.lock().push(ThreadWaker { waker, is_camera });
+    /// Wakes one more thread when the threads should end; one that follows sessions also when the camera or the I2C
+    /// server starts or ends.
+    pub(crate) fn add_waker(&self, waker: Waker, follows: bool) {
+        self.wakers.lock().push(ThreadWaker { waker, follows });
     }
 
     /// Reads or changes the machine as it is now.
@@ -64,16 +64,18 @@ impl Shared {
         let mut machine = self.machine.lock();
         machine.catch_up();
         let (run, time) = (machine.camera_run(), machine.camera_time());
+        let session = machine.i2c_session();
         let result = f(&mut machine);
         let is_other_run = machine.camera_run() != run;
+        let is_other_session = is_other_run || machine.i2c_session() != session;
         let is_camera_changed = is_other_run || machine.camera_time() != time;
         drop(machine);
         self.changed.notify_all();
         if is_camera_changed {
             self.camera_changed.notify_all();
         }
-        if is_other_run {
-            self.wake(|thread| thread.is_camera);
+        if is_other_session {
+            self.wake(|thread| thread.follows);
         }
         drop(kept_lines);
         result
@@ -90,13 +92,24 @@ impl Shared {
         limit: Duration,
         mut condition: impl FnMut(&Machine) -> bool,
     ) -> bool {
+        let deadline = Instant::now().checked_add(limit);
         let mut machine = self.machine.lock();
-        let mut holds = |machine: &mut Machine| {
+        loop {
             machine.catch_up();
-            condition(machine)
-        };
-        let waited = self.changed.wait_while_for(&mut machine, |machine| !holds(machine), limit);
-        !waited.timed_out() || holds(&mut machine)
+            if condition(&machine) {
+                return true;
+            }
+            let now = Instant::now();
+            if deadline.is_some_and(|deadline| deadline <= now) {
+                return false;
+            }
+            // A watchdog changes the machine without a command.
+            let watchdog = machine.watchdog_limit().map(|left| now + left);
+            match deadline.into_iter().chain(watchdog).min() {
+                Some(wake) => drop(self.changed.wait_until(&mut machine, wake)),
+                None => self.changed.wait(&mut machine),
+            }
+        }
     }
 
     /// Waits for the camera until `look` has a result. Until then it returns after which time it has to look

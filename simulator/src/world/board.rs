@@ -126,8 +126,8 @@ impl BoardState {
     pub(super) fn show(&mut self, controller: &mut Controller) {
         self.move_sensors();
         for (output, brightness) in &mut self.lamps {
-            let duty = controller.outputs.duty[output.index()];
-            *brightness = f64::from(duty.clamp(0, DUTY_MAX)) / f64::from(DUTY_MAX);
+            let duty = controller.effective_duty(output.index());
+            *brightness = f64::from(duty) / f64::from(DUTY_MAX);
         }
         for input in Input::ALL {
             let config = controller.config.uni[input.index()];

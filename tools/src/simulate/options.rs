@@ -21,14 +21,12 @@ WHAT is delay:MS, jitter:MS, silence, dribble, id, crc, size:BYTES, mask:BITS, c
 surplus:BYTES or close:BYTES; WHERE is response:N, exchange:N (from 0, on a connection; each
 fault strikes once) or exchange:each, such as crc@exchange:100, close:5@response:3,
 jitter:20@exchange:each.
-
 The camera's port accepts clients always (waits), while it serves (txt), or always, but serves
 only a client that was there before its start (txt40).
 
 It listens on 127.0.0.1, prints each port on its own line, and ends on Ctrl-C. With
 RUST_LOG=info it logs who connects and what clients do. Lines that you type while it runs press
 buttons and change sensors, such as I3 1 or E1.I2 0; after a wrong line it lists all of them.
-
 A world may have several controllers, such as factory. Each gets three ports, from the main port
 on; the lines with the ports and lines that you type begin with its name.
 
@@ -50,7 +48,7 @@ pub(crate) struct Args {
     /// Number of extensions, 0 to 8 [default: those of the world]
     #[arg(long, value_name = "N", value_parser = extensions)]
     extensions: Option<usize>,
-    /// Firmware version that is reported [default: 4.6.6]
+    /// Firmware version that is reported [default: 4.7.0]
     #[arg(long, value_name = "A.B.C", value_parser = firmware)]
     firmware: Option<FirmwareVersion>,
     /// Name that is reported, at most 16 bytes [default: TX2013]
@@ -68,6 +66,12 @@ pub(crate) struct Args {
     /// Seconds a connection may be silent, such as 0.5 [default: 5]
     #[arg(long, value_name = "S", value_parser = arguments::seconds)]
     idle_limit: Option<Duration>,
+    /// The board clears its outputs MS after the last exchange [default: never]
+    #[arg(long, value_name = "MS", value_parser = milliseconds)]
+    board_watchdog: Option<Duration>,
+    /// End and refuse where the maker's firmware does, instead of a warning
+    #[arg(long)]
+    strict: bool,
     /// When clients are accepted: waits, txt, txt40
     #[arg(long, value_name = "C", default_value = "waits", hide_possible_values = true)]
     camera_connection: CameraAccepts,
@@ -148,6 +152,7 @@ impl Args {
                 CameraAccepts::Txt40 => CameraConnection::Txt40,
             })
             .camera_tables(!self.no_huffman_tables)
+            .strict(self.strict)
             .seed(self.seed);
         let builder = if self.lock_step { builder.lock_step() } else { builder };
         let builder = with(builder, self.camera_port, SimulatedTxtBuilder::camera_port);
@@ -157,6 +162,7 @@ impl Args {
         let builder = with(builder, self.name.as_deref(), SimulatedTxtBuilder::device_name);
         let builder = with(builder, self.pace, SimulatedTxtBuilder::pace);
         let builder = with(builder, self.idle_limit, SimulatedTxtBuilder::idle_limit);
+        let builder = with(builder, self.board_watchdog, SimulatedTxtBuilder::board_watchdog);
         let builder = with(builder, self.camera_start_up, SimulatedTxtBuilder::camera_start_up);
         let builder = with(builder, self.camera_stall, SimulatedTxtBuilder::camera_stall_after);
         self.faults.iter().cloned().fold(builder, SimulatedTxtBuilder::fault)

@@ -66,7 +66,7 @@ fn a_controller_that_is_not_there_yet_is_tried_again() {
     assert_eq!(page.refused(json!({"do": "camera", "on": true})), "not_connected");
     let txt = at(port);
     let state = page.state(0, is_running);
-    assert_eq!(state["link"]["firmware"], "4.6.6");
+    assert_eq!(state["link"]["firmware"], "4.7.0");
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
 }

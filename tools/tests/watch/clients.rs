@@ -162,7 +162,7 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     assert_eq!(state["link"]["phase"], "running");
     assert_eq!(
         (&state["link"]["name"], &state["link"]["firmware"]),
-        (&"TX2013".into(), &"4.6.6".into())
+        (&"TX2013".into(), &"4.7.0".into())
     );
     assert_eq!(state["areas"][0]["inputs"][1]["value"], 1);
     assert!(state["watched"]["answer"]["median"].as_f64().is_some(), "{state}");

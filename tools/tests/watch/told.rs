@@ -15,7 +15,7 @@ fn each_change_is_a_line_with_the_names_of_the_page() {
     handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I2, InputMode::Voltage, false);
     handler.begin_transfer().unwrap();
     let line = watch.line_where(|line| line["what"] == "controller");
-    assert_eq!((&line["name"], &line["firmware"]), (&json!("TX2013"), &json!("4.6.6")));
+    assert_eq!((&line["name"], &line["firmware"]), (&json!("TX2013"), &json!("4.7.0")));
     let line = watch.line_where(|line| line["command"] == "UpdateConfig");
     assert_eq!(line["what"], "command");
     // The first cycle has a line for each terminal.

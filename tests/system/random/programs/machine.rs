@@ -14,8 +14,10 @@ use crate::proxy::Proxy;
 /// The limit for connecting, and for a response.
 pub(crate) const CONNECT_LIMIT: Duration = Duration::from_millis(300);
 pub(crate) const READ_LIMIT: Duration = Duration::from_millis(250);
-/// After this time without a request, the simulated TXT stops its motors.
+/// After this time without a request, the simulated TXT closes the connection.
 pub(crate) const IDLE_LIMIT: Duration = Duration::from_secs(3);
+/// After this time without one, its board clears the outputs, so that each run ends with motors off.
+const BOARD_WATCHDOG: Duration = Duration::from_millis(500);
 
 pub(crate) struct Slot {
     /// `None` when the program has dropped it.
@@ -67,6 +69,7 @@ fn controller(setup: &Setup, seed: u64, which: usize, record: &Arc<Record>) -> S
         .extensions(setup.extension.into())
         .pace(Duration::from_millis(setup.pace_ms))
         .idle_limit(IDLE_LIMIT)
+        .board_watchdog(BOARD_WATCHDOG)
         .camera_start_up(Duration::from_millis(30))
         .seed(seed)
         .on_exchange(move |machine| {

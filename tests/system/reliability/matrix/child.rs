@@ -206,9 +206,7 @@ fn controller(port: u16) {
     let (by, stopped) = controller.stopped_after(begin);
     let by = match by {
         By::Exchange => "Exchange",
-        By::StopOnline => "StopOnline",
-        By::Close => "Close",
-        By::IdleLimit => "IdleLimit",
+        By::Board => "Board",
         By::NeverOn | By::GoesOn => "none",
     };
     say("off", by, began + stopped.unwrap_or_default());

@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
@@ -33,7 +32,6 @@ struct Exchange {
 /// A simulated TXT, and a thread that watches its motors.
 pub(crate) struct Controller {
     pub(crate) txt: Arc<SimulatedTxt>,
-    idle_limit: Duration,
     record: Record,
     finished: Arc<AtomicBool>,
     /// Returns when the motors were off again.
@@ -84,7 +82,7 @@ impl Controller {
                 (!is_finished()).then(Instant::now)
             })
         };
-        Self { txt, idle_limit, record, finished, watcher: Mutex::new(Some(watcher)) }
+        Self { txt, record, finished, watcher: Mutex::new(Some(watcher)) }
     }
 
     pub(crate) fn port(&self) -> u16 {
@@ -113,12 +111,13 @@ impl Controller {
         record.iter().filter(|exchange| exchange.on && exchange.at > moment).count()
     }
 
-    /// What has stopped the motors, and how long after the fault. Waits until the client is
-    /// gone.
+    /// What has stopped the motors, and how long after the fault, if anything has. Waits until the client is gone.
     pub(crate) fn stopped_after(&self, fault: Instant) -> (By, Option<Duration>) {
-        self.wait("motors off and the end of online mode", |machine| {
-            !machine.online() && !is_on(machine)
-        });
+        self.wait("the end of online mode", |machine| !machine.online());
+        if self.txt.with_machine(|machine| is_on(machine)) {
+            self.end_watcher();
+            return (By::Board, None);
+        }
         let off = self.finish();
         let record = self.record.lock().unwrap().clone();
         let runs = record.chunk_by(|before, after| before.on == after.on);
@@ -131,13 +130,8 @@ impl Controller {
             return (By::Exchange, Some(next.at.saturating_duration_since(fault)));
         }
         let off = off.expect("motors that were on are off");
-        let last_command = self.txt.with_machine(|machine| machine.commands().last());
-        let by = match last_command {
-            Some(CommandId::StopOnline) if next.is_none() => By::StopOnline,
-            _ if off.duration_since(last_on.at) >= self.idle_limit => By::IdleLimit,
-            _ => By::Close,
-        };
-        (by, Some(off.saturating_duration_since(fault)))
+        // Another connection: its StartOnline has cleared the outputs.
+        (By::Board, Some(off.saturating_duration_since(fault)))
     }
 
     /// Stops the watcher, and returns when the motors were off.
@@ -149,17 +143,23 @@ impl Controller {
         while was_on && !watcher.is_finished() && begin.elapsed() < DEADLINE {
             thread::sleep(Duration::from_millis(1));
         }
+        self.end_watcher();
+        watcher.join().unwrap()
+    }
+}
+
+impl Controller {
+    /// Lets the watcher end, whether the motors are off or not.
+    fn end_watcher(&self) {
         self.finished.store(true, Ordering::SeqCst);
         // Wakes the watcher.
         self.txt.with_machine(|_| ());
-        watcher.join().unwrap()
     }
 }
 
 impl Drop for Controller {
     fn drop(&mut self) {
-        self.finished.store(true, Ordering::SeqCst);
-        self.txt.with_machine(|_| ());
+        self.end_watcher();
         if let Some(watcher) = self.watcher.get_mut().ok().and_then(Option::take) {
             let _ = watcher.join();
         }

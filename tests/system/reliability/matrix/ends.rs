@@ -55,14 +55,14 @@ pub(crate) fn rows() -> Vec<Row> {
         rows.push(
             row("while the controller is silent")
                 .sees("`NoAnswer` in each wait", "the read limit (1 s) and 0.5 s")
-                .by(&[By::IdleLimit])
+                .by(&[By::Board])
                 .test(move || Ok(in_silence(end))),
         );
     }
     rows.push(
         Row::new(SECTION, "FIN", "while another thread holds a guard")
             .sees("`ConnectionClosed` in each wait", "immediately, by `is_running`")
-            .by(&[By::Close])
+            .by(&[By::Board])
             .test(|| Ok(lost_under_guard())),
     );
     for (place, write) in WRITES {

@@ -31,7 +31,7 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(|| Ok(extension())),
         Row::new(SECTION, "the controller is restarted", "with other firmware")
             .sees("`ConnectionClosed`, then the new version", "immediately")
-            .by(&[By::Close])
+            .by(&[By::Board])
             .test(|| Ok(restart())),
         Row::new(SECTION, "16 busy threads", "during 200 exchanges")
             .sees("nothing", "–")
@@ -39,7 +39,7 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(|| Ok(busy())),
         Row::new(SECTION, "FIN", "with 16 busy threads")
             .sees("`ConnectionClosed`", "when a processor is free")
-            .by(&[By::Close])
+            .by(&[By::Board])
             .turn(Turn::Alone)
             .test(|| Ok(fin_beside_busy_threads())),
         Row::new(SECTION, "10 000 transfers", "begun and ended")

@@ -28,23 +28,19 @@ pub(crate) fn rows() -> Vec<Row> {
     };
     const READ: &str = "the read limit (2 s) and 0.5 s";
     let rows = [
-        cut("for 12 s", 12, 2000).sees("`NoAnswer`", READ).by(&[By::IdleLimit]),
+        cut("for 12 s", 12, 2000).sees("`NoAnswer`", READ).by(&[By::Board]),
         // The last packets may arrive when the network is back.
-        cut("for 3 s", 3, 2000).sees("`NoAnswer`", READ).by(&[
-            By::Exchange,
-            By::IdleLimit,
-            By::Close,
-        ]),
+        cut("for 3 s", 3, 2000).sees("`NoAnswer`", READ).by(&[By::Exchange, By::Board]),
         cut("for 1 s, with a read limit of 4 s", 1, 4000).sees("nothing: TCP sends again", "–"),
         reconnects_after("for 12 s, with reconnecting", 12)
             .sees("`ConnectionLost` once, and it goes on", READ)
-            .by(&[By::IdleLimit]),
+            .by(&[By::Board]),
         reconnects_after("for 3 s, with reconnecting", 3)
             .sees("`ConnectionLost` once, and it goes on", READ)
-            .by(&[By::Exchange, By::IdleLimit, By::Close]),
+            .by(&[By::Exchange, By::Board]),
         reconnects_after("for 1 s, with reconnecting", 1)
             .sees("nothing, or `ConnectionLost` once, and it goes on", READ)
-            .by(&[By::GoesOn, By::Exchange, By::IdleLimit, By::Close]),
+            .by(&[By::GoesOn, By::Exchange, By::Board]),
         Row::new(SECTION, "5 % loss", "both ways, for 5 s, with a read limit of 10 s")
             .sees("nothing: TCP sends again", "–")
             .test(loss),
@@ -251,9 +247,7 @@ fn finish(
 fn by_name(name: &str) -> By {
     match name {
         "Exchange" => By::Exchange,
-        "StopOnline" => By::StopOnline,
-        "IdleLimit" => By::IdleLimit,
-        _ => By::Close,
+        _ => By::Board,
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) fn rows() -> Vec<Row> {
     let killed = |fault, signal| {
         Row::new(SECTION, fault, "during the exchanges")
             .sees("nothing: the process has ended", "–")
-            .by(&[By::Close])
+            .by(&[By::Board])
             .test(move || killed_by(signal))
     };
     vec![
@@ -35,7 +35,7 @@ pub(crate) fn rows() -> Vec<Row> {
             "for longer than the idle limit (1 s)",
         )
         .sees("`ConnectionClosed` or `NoAnswer`", "when it continues")
-        .by(&[By::IdleLimit])
+        .by(&[By::Board])
         .test(stopped_for_long),
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "`begin_transfer`")
             .sees("`NoAnswer`", "the read limit (1 s)")
@@ -43,7 +43,7 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(|| signalled(Place::QueryStatus)),
         Row::new(SECTION, "a handled signal every 100 ms, and silence", "during the exchanges")
             .sees("`NoAnswer`", "the read limit (1 s) and 0.5 s")
-            .by(&[By::IdleLimit])
+            .by(&[By::Board])
             .test(|| signalled(Place::Exchange)),
         Row::new(SECTION, "no descriptor left", "`begin_transfer`")
             .sees("`ConnectFailed`", "immediately")
@@ -105,7 +105,7 @@ fn stopped_for_a_moment() -> Result<Outcome, Skipped> {
     drop(child.stdin.take());
     let (ended, _) = child.hear("ended");
     let seen = if ended == "Ok" { Seen::Nothing } else { Seen::Named(ended) };
-    let by = if goes_on { By::GoesOn } else { By::Close };
+    let by = if goes_on { By::GoesOn } else { By::Board };
     Ok(Outcome { seen, soon: None, by, stopped: None })
 }
 

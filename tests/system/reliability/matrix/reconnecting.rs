@@ -49,7 +49,7 @@ pub(crate) fn rows() -> Vec<Row> {
             row.test_at(format!("{place:?}"), move || Ok(run(strike, Some(DEADLINE))))
         }));
     }
-    let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Close]);
+    let closed = |fault, place| Row::new(SECTION, fault, place).by(&[By::Board]);
     rows.extend([
         closed("FIN", "with eight waiting threads, and an idle handle")
             .sees("`ConnectionLost` once for each handle, and it goes on", "immediately")

@@ -71,11 +71,8 @@ pub(crate) enum By {
     NeverOn,
     /// An exchange with duty 0.
     Exchange,
-    StopOnline,
-    /// The connection is closed.
-    Close,
-    /// It receives nothing any more.
-    IdleLimit,
+    /// Nothing: the motor is on when the connection has ended. Perhaps the board has a watchdog.
+    Board,
     /// Nothing: the motor goes on as the program wants.
     GoesOn,
 }
@@ -85,9 +82,7 @@ impl fmt::Display for By {
         f.write_str(match self {
             Self::NeverOn => "never on",
             Self::Exchange => "an exchange",
-            Self::StopOnline => "StopOnline",
-            Self::Close => "the closed connection",
-            Self::IdleLimit => "its idle limit",
+            Self::Board => "nothing of ours",
             Self::GoesOn => "none: the motor goes on",
         })
     }

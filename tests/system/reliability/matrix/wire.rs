@@ -28,13 +28,13 @@ const WRONG_SIZE: (&str, &str) = ("`WrongSize` with the packet", "immediately");
 
 /// Faults of a response, what the program sees, and what stops motors that run.
 const RESPONSES: &[(Fault, &str, (&str, &str), By)] = &[
-    (Fault::Fin, "FIN instead of the response", CLOSED, By::Close),
-    (Fault::Rst, "RST instead of the response", CLOSED, By::Close),
+    (Fault::Fin, "FIN instead of the response", CLOSED, By::Board),
+    (Fault::Rst, "RST instead of the response", CLOSED, By::Board),
     (Fault::HalfClose, "half-close: FIN, but requests are read", CLOSED, By::Exchange),
     (Fault::Silence, "silence, but requests are read", NO_ANSWER, By::Exchange),
-    (Fault::Cut, "silence, and no request is read", NO_ANSWER, By::IdleLimit),
+    (Fault::Cut, "silence, and no request is read", NO_ANSWER, By::Board),
     (Fault::Half, "half a response, then silence", NO_ANSWER, By::Exchange),
-    (Fault::HalfThenFin, "half a response, then FIN", CLOSED, By::Close),
+    (Fault::HalfThenFin, "half a response, then FIN", CLOSED, By::Board),
     (Fault::Drip, "a response one byte at a time", ("nothing", "–"), By::Exchange),
     (Fault::SlowDrip, "one byte at a time, too slowly", NO_ANSWER, By::Exchange),
     (Fault::WrongId, "a wrong id", ("`WrongId` with the packet", "immediately"), By::Exchange),
@@ -65,12 +65,12 @@ const EXCHANGES: &[(Fault, &str, (&str, &str))] = &[
 
 /// Faults of a request, before the controller has all of it, and what stops motors that run.
 const REQUESTS: &[(Fault, &str, (&str, &str), By)] = &[
-    (Fault::Fin, "FIN instead of reading the request", CLOSED, By::Close),
-    (Fault::Rst, "RST instead of reading the request", CLOSED, By::Close),
-    (Fault::Cut, "the request is not read, and nothing after it", NO_ANSWER, By::IdleLimit),
-    (Fault::Half, "half a request arrives, and nothing after it", NO_ANSWER, By::IdleLimit),
+    (Fault::Fin, "FIN instead of reading the request", CLOSED, By::Board),
+    (Fault::Rst, "RST instead of reading the request", CLOSED, By::Board),
+    (Fault::Cut, "the request is not read, and nothing after it", NO_ANSWER, By::Board),
+    (Fault::Half, "half a request arrives, and nothing after it", NO_ANSWER, By::Board),
     (Fault::Drip, "a request that arrives one byte at a time", ("nothing", "–"), By::Exchange),
-    (Fault::WrongId, "a request that arrives with a wrong id", CLOSED, By::Close),
+    (Fault::WrongId, "a request that arrives with a wrong id", CLOSED, By::Board),
 ];
 
 /// A part of a transfer.
@@ -106,24 +106,22 @@ pub(crate) fn rows() -> Vec<Row> {
         rows.push(row(true, fault, text, HANDSHAKE, sees).by(never));
         rows.push(row(true, fault, text, RUNNING, sees).by(never_or(by)));
         let end = match by {
-            By::Close => &[By::Exchange, By::Close][..],
-            By::IdleLimit => &[By::Exchange, By::IdleLimit],
+            By::Board => &[By::Exchange, By::Board][..],
             _ => &[By::Exchange],
         };
         rows.push(row(true, fault, text, END, sees).by(end));
     }
     let text = "a request that arrives with a wrong CRC";
     let crc = |phase| row(true, Fault::WrongCrc, text, phase, CLOSED);
-    rows.push(crc(EXCHANGE).by(&[By::Close, By::NeverOn]));
-    rows.push(crc(LAST).by(&[By::Close]));
+    rows.push(crc(EXCHANGE).by(&[By::Board, By::NeverOn]));
+    rows.push(crc(LAST).by(&[By::Board]));
     rows
 }
 
 /// If the first exchange fails, no duty has arrived.
 fn never_or(by: By) -> &'static [By] {
     match by {
-        By::Close => &[By::Close, By::NeverOn],
-        By::IdleLimit => &[By::IdleLimit, By::NeverOn],
+        By::Board => &[By::Board, By::NeverOn],
         _ => &[By::Exchange],
     }
 }
@@ -158,8 +156,7 @@ pub(crate) fn ways() -> Vec<Way> {
 
 fn only(by: By) -> &'static [By] {
     match by {
-        By::Close => &[By::Close],
-        By::IdleLimit => &[By::IdleLimit],
+        By::Board => &[By::Board],
         _ => &[By::Exchange],
     }
 }
