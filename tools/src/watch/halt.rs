@@ -1,7 +1,7 @@
 //! Stops a controller whose program has gone, on the connection that the program had.
 //!
-//! A TXT switches nothing off when a connection ends. So the command that does goes out before anything else is done,
-//! and then StopOnline. Where that can't be, a new connection does the same.
+//! The maker's firmware switches nothing off when a connection ends. So the command that does goes out before anything
+//! else is done, and then StopOnline. Where that can't be, a new connection does the same.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -44,8 +44,8 @@ pub(super) struct Halt {
     pub(super) connection: u64,
     step: Step,
     controller: Option<TcpStream>,
-    /// A TXT waits for a connection to I2C for 5 s from StartOnline on. One that is made and closed ends that: then
-    /// StopOnline takes no second, and the firmware survives the next StartOnline.
+    /// The firmware waits for a connection to I2C for 5 s from StartOnline on. One that is made and closed ends that:
+    /// then StopOnline takes no second, and the firmware survives the next StartOnline.
     i2c: Option<TcpStream>,
     /// The connection is still the program's, and what passes on it is told. Afterwards its end was told.
     is_own: bool,

@@ -1,4 +1,4 @@
-//! A program that is gone without an end of its session: the controller is stopped. A TXT does not stop by itself, so
+//! A program that is gone without an end of its session: the controller is stopped. It does not stop by itself, so
 //! what counts is the last exchange that it has received.
 
 use std::io::{ErrorKind, Read, Write};
