@@ -23,7 +23,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Input, Motor, Output, Sound, SILENCE};
+use ft_transfer_area::tx::{Input, Motor, Output, Sound};
 use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Error, SimulatedTxt};
@@ -88,8 +88,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
 
-    // The end of the transfer switches the lamps off, but the sound would go on.
-    handler.lock()[LOCAL_IO].set_sound(SILENCE, 1)?;
+    // Switches the lamps off and ends the sound.
     handler.end_transfer()?;
     Ok(())
 }

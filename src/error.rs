@@ -95,7 +95,8 @@ pub enum Error {
     /// The call needs a running transfer, and there is none: call `begin_transfer` first.
     #[doc(alias = "FTLIB_ERR_THREAD_NOT_RUNNING")]
     NotStarted,
-    /// The command needs online mode: call `start_online` first. The connection stays usable.
+    /// The command needs online mode: call `start_online` first; or an I2C request needs a transfer that runs. The
+    /// connection stays usable.
     NotOnline {
         /// The command that was refused.
         command: &'static str,

@@ -1,12 +1,7 @@
 //! I2C devices at the controller, over a connection of their own.
 
-use std::time::{Duration, Instant};
-
-use crate::client::{
-    found_host, Connection, Endpoint, Network, PacketNames, TimeLimits, PORT, TCP,
-};
+use crate::client::{found_host, Endpoint, I2cLine, Network, TimeLimits, TxtClient, PORT, TCP};
 use crate::error::Error;
-use crate::notices::notice;
 use crate::wire::{I2cRequestHeader, I2cResponseHeader};
 
 /// The highest address of a device: it has 7 bits.
@@ -18,29 +13,19 @@ const WRITE_MAX: i64 = u8::MAX as i64;
 /// The most bytes to read: the firmware sends no more.
 const READ_MAX: i64 = 1024;
 
-/// The maximum age of a connection's last request when the next goes out. The controller closes a
-/// connection that was silent for 5 s, and must not do so while a request is on its way.
-const SILENCE_LIMIT: Duration = Duration::from_secs(4);
-
-/// The names of a request and its response in errors.
-const NAMES: PacketNames =
-    PacketNames { request: "an I2C request", response: I2cResponseHeader::NAME };
-
 /// Reads and writes the I2C devices that are plugged into the controller.
 ///
-/// Get one from [`TransferAreaComHandler::i2c`](crate::TransferAreaComHandler::i2c), or from
-/// [`connect`](Self::connect) without a handler. Each call sends one request, waits for its response,
-/// and returns within the [`TimeLimits`]. The client has a connection of its own (port 65002), so a
-/// running transfer goes on meanwhile.
+/// Get one from [`TransferAreaComHandler::i2c`](crate::TransferAreaComHandler::i2c) or [`TxtClient::i2c`]. Each call
+/// sends one request, waits for its response, and returns within the [`TimeLimits`]. I2C has a connection of its own
+/// (port 65002), so a running transfer goes on meanwhile. All clients of a handler share that connection: a call waits
+/// until those before it are answered.
 ///
-/// The controller closes a connection that is silent for 5 s. So before each request the client makes a new
-/// connection if the old one was closed or has been silent for 4 s. The client also makes a new connection
-/// after an error on the wire.
-///
-/// **With a TXT, do not pause for longer than 4 s.** The maker's firmware 4.7.0 (under emulation) accepts one I2C
-/// connection in each transfer, within 5 s after its begin. Once that one is closed, it refuses every other one
-/// until the next transfer begins, so a client that connects again gets [`Error::ConnectionRefused`]. Before the
-/// first transfer it refuses, too. The simulated TXT accepts connections at any time.
+/// The maker's firmware 4.7.0 (measured under emulation) accepts one I2C connection in each transfer, within 5 s after
+/// its beginning, and closes it after 5 s of silence; then it refuses others until the next transfer begins. So the
+/// transfer makes the connection when it begins, and holds it open: a program may come late and pause for as long as
+/// it likes. Without a transfer, and while a lost connection is re-established, calls fail with [`Error::NotOnline`];
+/// afterwards they work again. After an error on the wire, for instance a device that does not answer within the
+/// limit for reading, the next call makes a new connection, which this firmware refuses.
 ///
 /// **No request is sent twice.** After an error of connecting, nothing was sent. After another error
 /// on the wire, it is not known whether the device has carried out the request. Whether a program may
@@ -61,18 +46,20 @@ const NAMES: PacketNames =
 /// ```
 #[derive(Debug)]
 pub struct I2cClient {
-    endpoint: Endpoint,
-    limits: TimeLimits,
-    /// `None` after an error on the wire.
-    connection: Option<Connection>,
-    /// When the last request was sent, or the connection was made.
-    last_request: Instant,
+    line: I2cLine,
     request: Vec<u8>,
     response: Vec<u8>,
 }
 
 impl I2cClient {
-    /// Connects to the controller. Blocks up to `limits.connect`.
+    /// Connects to an I2C port without a handler, for a controller that another program has online. Blocks up to
+    /// `limits.connect`.
+    ///
+    /// A TXT refuses while no program is online. The program that is online must leave I2C alone: those of this
+    /// library, ftrobopy with I2C and others connect themselves, and the firmware answers the first connection only.
+    /// Nothing holds this connection open: before a request, the client makes a new one if the old one was closed
+    /// or has been silent for 4 s, and a TXT refuses that one. So use it for the simulated TXT, and for other servers
+    /// that accept connections at any time.
     ///
     /// `host` is a name or a numeric address, and `port` is 65002 for a real controller. An I2C port
     /// after the host replaces `port`: `"192.168.7.2:65002"`, `"[::1]:65002"`. The host `auto` means the
@@ -85,8 +72,6 @@ impl I2cClient {
     /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
     /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
     /// could be started to look for a host name.
-    #[doc(alias = "InitI2C")]
-    #[doc(alias = "StartI2C")]
     pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
         limits.check()?;
         Self::connect_in(&TCP, host, port, limits)
@@ -100,14 +85,12 @@ impl I2cClient {
     ) -> Result<Self, Error> {
         let host = found_host(network, host, PORT, limits.connect)?;
         let endpoint = Endpoint::new(network, &host, port)?;
-        Ok(Self {
-            connection: Some(Connection::open(&endpoint, limits)?),
-            endpoint,
-            limits,
-            last_request: Instant::now(),
-            request: Vec::new(),
-            response: Vec::new(),
-        })
+        Ok(Self::over(I2cLine::without_sessions(endpoint, limits)?))
+    }
+
+    /// A client that shares this line.
+    pub(crate) fn over(line: I2cLine) -> Self {
+        Self { line, request: Vec::new(), response: Vec::new() }
     }
 
     /// Reads a device's register. With a longer buffer, most devices also send the next registers.
@@ -193,28 +176,22 @@ impl I2cClient {
         // A byte more, to detect a longer response.
         self.response.resize(expected + 1, 0);
 
-        let mut connection = self.take_connection()?;
-        self.last_request = Instant::now();
         let size = |start: &[u8]| response_size(start, expected);
-        // After an error, bytes of the response may still come, so the connection is not kept.
-        connection.transact(NAMES, &self.request, &mut self.response, size)?;
-        self.connection = Some(connection);
+        self.line.transact(&self.request, &mut self.response, size)?;
         if !I2cResponseHeader::parse(&self.response[..I2cResponseHeader::LEN])?.is_ok {
             return Err(Error::I2cNoDevice { device });
         }
         buffer.copy_from_slice(&self.response[I2cResponseHeader::LEN..expected]);
         Ok(())
     }
+}
 
-    /// The connection if it is still usable, or else a new one.
-    fn take_connection(&mut self) -> Result<Connection, Error> {
-        let is_young = self.last_request.elapsed() < SILENCE_LIMIT;
-        let connection = self.connection.take();
-        if let Some(connection) = connection.filter(|old| is_young && old.is_silent()) {
-            return Ok(connection);
-        }
-        notice!(Debug, "a new I2C connection to {} is made", self.endpoint);
-        Connection::open(&self.endpoint, self.limits)
+impl TxtClient {
+    /// The I2C devices at this controller, while it is in online mode. Does not block.
+    ///
+    /// The connection is held open by the commands of this client, so send one at least every 3 s.
+    pub fn i2c(&self) -> I2cClient {
+        I2cClient::over(self.i2c_access().line.clone())
     }
 }
 
@@ -223,15 +200,9 @@ impl I2cClient {
 #[cfg(feature = "__fuzzing")]
 pub fn i2c_client(pieces: Vec<Vec<u8>>) -> (I2cClient, impl Fn() -> Vec<u8>) {
     let server = crate::client::scripted::Scripted::sending(pieces);
-    let client = I2cClient {
-        endpoint: Endpoint::at(&TCP, std::net::Ipv4Addr::LOCALHOST.into(), 0),
-        limits: TimeLimits::default(),
-        last_request: Instant::now(),
-        connection: Some(server.connection()),
-        request: Vec::new(),
-        response: Vec::new(),
-    };
-    (client, move || server.state().written.clone())
+    let nobody = Endpoint::at(&TCP, std::net::Ipv4Addr::LOCALHOST.into(), 0);
+    let line = I2cLine::over(server.connection(), nobody, TimeLimits::default());
+    (I2cClient::over(line), move || server.state().written.clone())
 }
 
 /// The size of a response, as soon as its first bytes show it. `expected` is the size of a successful
@@ -248,25 +219,27 @@ mod tests {
     use std::net::{Shutdown, TcpListener, TcpStream};
     use std::sync::mpsc;
     use std::thread;
+    use std::time::{Duration, Instant};
 
     use super::*;
     use crate::client::scripted::{
         at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS,
     };
+    use crate::client::I2C_NAMES;
 
     /// The result of a client whose connection has this script, and how long it took.
     fn write_over(reads: Script, writes: Script) -> (Result<(), Error>, Duration) {
         let transport = Scripted::new(reads, writes);
         let mut client = scripted_client([Ok(transport.clone())]).0;
         let result = client.write(0x18, 1, &[2]);
-        assert!(client.connection.is_none(), "it is used again");
+        assert!(!client.line.is_held(), "it is used again");
         let time = transport.state().time;
         (result, time)
     }
 
     #[test]
     fn the_limits_hold_in_a_storm_of_signals() {
-        let (command, limit) = (NAMES.request, LIMITS.read);
+        let (command, limit) = (I2C_NAMES.request, LIMITS.read);
         let no_answer = Error::NoAnswer { command, limit, received: 0 };
         assert_eq!(write_over(storm(), vec![]), (Err(no_answer), limit));
         let limit = LIMITS.write;
@@ -352,8 +325,7 @@ mod tests {
     fn a_connection_is_used_again_unless_it_was_silent_for_4_seconds() {
         let (mut client, _streams) = client_of(4);
         assert_eq!([read(&mut client), read(&mut client)], [0, 0]);
-        let long_ago = client.last_request.checked_sub(Duration::from_secs(4));
-        client.last_request = long_ago.unwrap();
+        client.line.age(Duration::from_secs(4));
         assert_eq!([read(&mut client), read(&mut client)], [1, 1]);
     }
 
@@ -366,7 +338,7 @@ mod tests {
             assert_eq!(read(&mut client), 0);
             disturb(&streams.recv().unwrap());
             let begin = Instant::now();
-            while client.connection.as_ref().unwrap().is_silent() {
+            while client.line.is_silent() {
                 assert!(begin.elapsed() < Duration::from_secs(30), "nothing came");
                 thread::sleep(Duration::from_millis(1));
             }

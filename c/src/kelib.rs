@@ -8,7 +8,7 @@ use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::FishX1Transfer;
-use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler, TransferMode};
+use ft_transfer_area::{Error, I2cClient, TransferMode};
 use parking_lot::{Mutex, ReentrantMutex};
 
 use crate::exit;
@@ -167,7 +167,7 @@ pub extern "C" fn GetKeLibTransferAreaMainAddress() -> *mut FishX1Transfer {
     })
 }
 
-/// Connects to the controller's I2C port.
+/// Makes I2C requests possible, which on a TXT needs an exchange: begins it if the program has not.
 #[no_mangle]
 pub extern "C" fn InitI2C() -> u32 {
     guarded(UNDEFINED, || match connect_i2c() {
@@ -183,11 +183,14 @@ pub extern "C" fn InitI2C() -> u32 {
 }
 
 fn connect_i2c() -> Result<I2cClient, Error> {
-    let session = SESSION.lock().clone();
-    match session {
-        Some(session) => session.handler().i2c(),
-        None => TransferAreaComHandler::builder(host::or_auto()).build()?.i2c(),
-    }
+    let session = {
+        let mut session = SESSION.lock();
+        match &*session {
+            Some(session) => Arc::clone(session),
+            None => Arc::clone(session.insert(begin()?)),
+        }
+    };
+    session.handler().i2c()
 }
 
 /// Writes to an I2C device, then reads from it. The clock is the TXT's.

@@ -4,8 +4,8 @@ use std::io::{self, ErrorKind};
 use std::net::IpAddr;
 use std::time::Duration;
 
-use super::limits::{TimeLeft, TimeLimits};
-use super::transport::{Endpoint, Transport};
+use super::limits::{TimeLeft, TimeLimits, SHORTEST_LIMIT};
+use super::transport::{Close, Endpoint, Transport};
 use crate::error::Error;
 
 /// A connection on which requests and responses alternate.
@@ -31,10 +31,29 @@ impl Connection {
         Self { transport, limits }
     }
 
+    pub(super) fn limits(&self) -> TimeLimits {
+        self.limits
+    }
+
     /// Whether the other side has neither closed the connection, as far as is known here, nor sent
     /// bytes that no request asked for. Does not block.
     pub(crate) fn is_silent(&self) -> bool {
         self.transport.is_silent()
+    }
+
+    /// Reads bytes that have come in already; `None` when the connection has ended.
+    pub(super) fn read_now(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        match self.transport.read(buffer, SHORTEST_LIMIT) {
+            Ok(0) => None,
+            Ok(count) => Some(count),
+            Err(error) if error.kind() == ErrorKind::Interrupted => Some(0),
+            Err(_) => None,
+        }
+    }
+
+    /// What lets another thread end this connection, if the system has room for it.
+    pub(super) fn quick_closer(&self) -> Option<Box<dyn Close>> {
+        self.transport.quick_closer().ok()
     }
 
     /// The other side's address, unless the connection is lost already.
@@ -42,11 +61,7 @@ impl Connection {
         self.transport.addresses().ok().map(|addresses| addresses.peer.ip())
     }
 
-    /// Sends a request and reads its whole response into `buffer`. The buffer is longer than any
-    /// response, to detect one with too many bytes. Returns the response's size.
-    ///
-    /// `size` gets the bytes that have come in. It returns the response's size once it can tell, or an
-    /// error when the bytes are wrong.
+    /// Sends a request and reads its response, see [`read_response`](Self::read_response).
     pub(crate) fn transact(
         &mut self,
         names: PacketNames,
@@ -55,6 +70,20 @@ impl Connection {
         size: impl Fn(&[u8]) -> Result<Option<usize>, Error>,
     ) -> Result<usize, Error> {
         self.send(names.request, request)?;
+        self.read_response(names, buffer, size)
+    }
+
+    /// Reads the whole response to a request into `buffer`. The buffer is longer than any response, to detect
+    /// one with too many bytes. Returns the response's size.
+    ///
+    /// `size` gets the bytes that have come in. It returns the response's size once it can tell, or an
+    /// error when the bytes are wrong.
+    pub(super) fn read_response(
+        &mut self,
+        names: PacketNames,
+        buffer: &mut [u8],
+        size: impl Fn(&[u8]) -> Result<Option<usize>, Error>,
+    ) -> Result<usize, Error> {
         let mut left = self.time_to_read();
         let mut received = 0;
         let size = loop {
@@ -103,14 +132,22 @@ impl Connection {
         Ok(())
     }
 
-    /// Leaves a connection that may not work any more: sends these last bytes, and reads until
+    /// Leaves a connection that may not work any more: sends these last bytes, calls `sent`, and reads until
     /// the other side has closed. Ignores errors. Blocks up to the limit.
     ///
     /// Closing with unread bytes would reset the connection, and the other side might never read
     /// the last bytes.
-    pub(super) fn abandon(&mut self, last_words: &[u8], limit: Duration, buffer: &mut [u8]) {
+    pub(super) fn abandon(
+        &mut self,
+        last_words: &[u8],
+        limit: Duration,
+        buffer: &mut [u8],
+        sent: impl FnOnce(),
+    ) {
         let mut left = TimeLeft::new(limit, self.transport.now());
-        if self.write_all(last_words, &mut left).is_err() {
+        let is_sent = self.write_all(last_words, &mut left).is_ok();
+        sent();
+        if !is_sent {
             return;
         }
         let _ = self.transport.end_writing();

@@ -4,6 +4,7 @@ mod address;
 mod connect;
 mod connection;
 mod find;
+mod i2c_line;
 mod limits;
 mod resolve;
 mod response;
@@ -20,12 +21,17 @@ mod transport;
 mod watched;
 
 use std::net::IpAddr;
+use std::thread;
 use std::time::{Duration, Instant};
 
 pub(crate) use address::host_and_port;
-pub(crate) use connection::{Connection, PacketNames};
+pub(crate) use connection::Connection;
+pub(crate) use find::found_host;
 pub use find::{ask_controllers_at, find_controllers, find_controllers_at, USUAL_HOSTS};
-pub(crate) use find::{found_host, is_auto};
+pub(crate) use i2c_line::I2cLine;
+use i2c_line::I2cSession;
+#[cfg(test)]
+pub(crate) use i2c_line::I2C_NAMES;
 pub use limits::TimeLimits;
 pub(crate) use limits::LIMIT_RANGE;
 #[cfg(test)]
@@ -37,7 +43,7 @@ pub(crate) use watched::WaitEnds;
 
 use crate::error::Error;
 use crate::exchange::{check_area_count, Exchange, Inputs};
-use crate::transfer_area::FishX1Transfer;
+use crate::transfer_area::{FishX1Transfer, MAX_AREAS};
 use crate::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
     StartCameraOnline, StartOnline, UpdateConfig, MAX_EXTRA_SIZE,
@@ -46,12 +52,11 @@ use crate::wire::{
 /// Port of the controller's main connection.
 pub const PORT: u16 = 65000;
 
-/// How long after StartOnline the firmware's I2C server may still wait for its client: 5 s, and some more for slow
-/// clocks and networks.
-const I2C_SERVER_WAITS: Duration = Duration::from_secs(6);
-
-/// How long connecting to that server may take.
-const I2C_CONNECT_LIMIT: Duration = Duration::from_millis(300);
+/// How long after StopCameraOnline the camera may be started again.
+///
+/// The maker's firmware 4.7.0 (under emulation) looks with each picture whether it should end its camera. Started again
+/// before that, it has two cameras, and its program ends when they stop.
+const CAMERA_PAUSE: Duration = Duration::from_secs(1);
 
 /// The longest response, and one more byte to detect a longer one.
 const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
@@ -90,14 +95,28 @@ pub struct TxtClient {
     endpoint: Endpoint,
     /// `None` when it was abandoned.
     connection: Option<Connection>,
-    /// When online mode has begun; `None` when it has not, or has ended.
-    online_since: Option<Instant>,
-    /// Where the I2C server of a TXT is.
-    i2c_port: Option<u16>,
+    /// How I2C requests reach the controller while it is in online mode.
+    i2c: I2cAccess,
+    /// `None` when online mode has not begun, or has ended.
+    online: Option<I2cSession>,
     /// The error after which the connection can't be used any more.
     broken: Option<Error>,
+    /// By extension, the byte of the configuration's id that the firmware has.
+    config_ids: [u8; MAX_AREAS],
+    /// When the camera was last stopped.
+    camera_stopped: Option<Instant>,
     request: Vec<u8>,
     response: Box<[u8; BUFFER_SIZE]>,
+}
+
+/// How I2C requests reach the controller of a [`TxtClient`].
+#[derive(Clone, Debug)]
+pub(crate) struct I2cAccess {
+    pub(crate) line: I2cLine,
+    pub(crate) port: u16,
+    /// Whether the connection is made with StartOnline, and not with the first request. At a port that nobody has
+    /// named there may be another server than a controller's.
+    pub(crate) at_once: bool,
 }
 
 impl TxtClient {
@@ -133,14 +152,16 @@ impl TxtClient {
     }
 
     fn over(endpoint: Endpoint, connection: Connection) -> Self {
-        let i2c_port = (endpoint.port == PORT).then_some(PORT + 2);
+        let port = endpoint.port;
+        let (line, at_once) = (I2cLine::default(), port == PORT);
         Self {
             endpoint,
             connection: Some(connection),
-            online_since: None,
-            // A simulated TXT at another port does not need it.
-            i2c_port,
+            i2c: I2cAccess { line, port: port.saturating_add(2), at_once },
+            online: None,
             broken: None,
+            config_ids: [0; MAX_AREAS],
+            camera_stopped: None,
             request: Vec::with_capacity(BUFFER_SIZE),
             response: Box::new([0; BUFFER_SIZE]),
         }
@@ -161,18 +182,30 @@ impl TxtClient {
     /// Begins online mode: the controller stops a program that runs on it, locks its screen and
     /// resets the compression. Blocks until the response.
     ///
+    /// At port 65000 it then connects to the I2C port 65002, which takes 0.3 s at most. Each command holds that
+    /// connection open, and [`stop_online`](Self::stop_online) closes it; [`i2c`](Self::i2c) uses it. A controller
+    /// without I2C refuses, which is no error. If nobody connects, another StartOnline within 5 s ends the
+    /// program of the maker's firmware (4.7.0, measured under emulation), which is away for 2 s then.
+    ///
     /// # Errors
     ///
     /// Any error of talking to the controller.
     #[doc(alias = "ftIF2013CommandId_StartOnline")]
     #[doc(alias = "BeginTransfer")]
     pub fn start_online(&mut self) -> Result<(), Error> {
+        self.online = None;
         self.command(CommandId::StartOnline, |out| StartOnline::new().emit(out), no_values)?;
-        self.online_since = Some(Instant::now());
+        self.config_ids = [0; MAX_AREAS];
+        let I2cAccess { line, port, at_once } = &self.i2c;
+        let limits = self.connection.as_ref().map(Connection::limits).unwrap_or_default();
+        self.online = Some(line.begin(self.other_port(*port), limits, *at_once));
         Ok(())
     }
 
     /// Hands over the configuration of one controller. Blocks until the response.
+    ///
+    /// The maker's firmware 4.7.0 (measured under emulation) takes a configuration if the low byte of its id is another
+    /// one than before; after StartOnline it is 0. So an id with the same low byte is sent with bit 7 inverted.
     ///
     /// # Errors
     ///
@@ -181,6 +214,14 @@ impl TxtClient {
     #[doc(alias = "ftIF2013CommandId_UpdateConfig")]
     pub fn update_config(&mut self, update: &UpdateConfig) -> Result<(), Error> {
         self.online(CommandId::UpdateConfig)?;
+        let mut update = *update;
+        let area = usize::try_from(update.extension_id).ok();
+        if let Some(sent) = area.and_then(|area| self.config_ids.get_mut(area)) {
+            if update.config_id as u8 == *sent {
+                update.config_id ^= 0x80;
+            }
+            *sent = update.config_id as u8;
+        }
         self.command(CommandId::UpdateConfig, |out| update.emit(out), no_values)
     }
 
@@ -260,7 +301,8 @@ impl TxtClient {
     /// [`start_camera`](Self::start_camera) for both. The server is ready 1 to 2 s after the response. Its
     /// frames come over a connection of their own, each after a
     /// [`CameraFrameHeader`](crate::wire::CameraFrameHeader).
-    /// Blocks until the response.
+    /// Blocks until the response; within a second after [`stop_camera_online`](Self::stop_camera_online) it waits before
+    /// the command is sent, because the maker's firmware 4.7.0 (measured under emulation) needs that time to stop.
     ///
     /// # Errors
     ///
@@ -270,6 +312,9 @@ impl TxtClient {
     pub fn start_camera_online(&mut self, start: &StartCameraOnline) -> Result<(), Error> {
         let command = CommandId::StartCameraOnline;
         self.online(command)?;
+        if let Some(pause) = self.camera_pause() {
+            thread::sleep(pause);
+        }
         self.command(command, |out| start.emit(out), no_values)
     }
 
@@ -283,15 +328,18 @@ impl TxtClient {
     pub fn stop_camera_online(&mut self) -> Result<(), Error> {
         let command = CommandId::StopCameraOnline;
         self.online(command)?;
+        self.camera_stopped = Some(Instant::now());
         self.command(command, |out| command.emit(out), no_values)
     }
 
+    /// How long the camera must wait until it can be started; `None` if it was not stopped over this connection.
+    pub(crate) fn camera_pause(&self) -> Option<Duration> {
+        Some(CAMERA_PAUSE.saturating_sub(self.camera_stopped?.elapsed()))
+    }
+
     /// Ends online mode. Blocks until the response. It does not stop the motors of the maker's firmware 4.7.0
-    /// (measured under emulation): send an exchange with all duties 0 first.
-    ///
-    /// At port 65000, and within 6 s after [`start_online`](Self::start_online), it first connects to the I2C port
-    /// 65002 and closes that connection, for 0.3 s at most: otherwise a second StartOnline within 5 s after the
-    /// first ends the program of the maker's firmware (4.7.0, under emulation), which is away for 2 s then.
+    /// (measured under emulation): send an exchange with all duties 0 first. The I2C connection is closed before
+    /// the command is sent.
     ///
     /// # Errors
     ///
@@ -299,24 +347,19 @@ impl TxtClient {
     #[doc(alias = "ftIF2013CommandId_StopOnline")]
     #[doc(alias = "EndTransfer")]
     pub fn stop_online(&mut self) -> Result<(), Error> {
-        self.release_i2c_server();
+        self.online = None;
         let command = CommandId::StopOnline;
-        self.command(command, |out| command.emit(out), no_values)?;
-        self.online_since = None;
-        Ok(())
+        self.command(command, |out| command.emit(out), no_values)
     }
 
-    /// Begins and ends a connection to the I2C server, if that may still wait for its first client.
-    ///
-    /// The server of the maker's firmware waits for 5 s after StartOnline. If it still does so at the next
-    /// StartOnline, the firmware's program ends. A client that has come and gone ends the wait.
-    fn release_i2c_server(&mut self) {
-        let (Some(since), Some(port)) = (self.online_since, self.i2c_port) else { return };
-        if since.elapsed() < I2C_SERVER_WAITS {
-            let limits = TimeLimits::default().with_connect(I2C_CONNECT_LIMIT);
-            // A controller without I2C refuses, and needs none of this.
-            let _ = self.other_port(port).open(&limits);
-        }
+    pub(crate) fn i2c_access(&self) -> &I2cAccess {
+        &self.i2c
+    }
+
+    /// Another way for I2C requests, from the next StartOnline on.
+    #[cfg_attr(all(test, shuttle), allow(dead_code, reason = "the models have their own client"))]
+    pub(crate) fn set_i2c_access(&mut self, access: I2cAccess) {
+        self.i2c = access;
     }
 
     /// The controller's address, unless the connection is lost already.
@@ -343,7 +386,7 @@ impl TxtClient {
     /// Returns an error when the connection is broken or not in online mode.
     pub(crate) fn online(&self, command: CommandId) -> Result<(), Error> {
         self.usable()?;
-        if self.online_since.is_some() {
+        if self.online.is_some() {
             Ok(())
         } else {
             Err(Error::NotOnline { command: command.name() })

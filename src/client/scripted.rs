@@ -65,6 +65,10 @@ pub(crate) struct State {
     pub(crate) read_limits: Vec<Duration>,
     pub(crate) write_limits: Vec<Duration>,
     pub(crate) silent: bool,
+    /// How many events have come in that are not read yet.
+    pub(crate) waiting: usize,
+    /// Whether it was closed from another thread.
+    closed: bool,
 }
 
 impl Scripted {
@@ -79,7 +83,14 @@ impl Scripted {
             read_limits: Vec::new(),
             write_limits: Vec::new(),
             silent: true,
+            waiting: 0,
+            closed: false,
         })))
+    }
+
+    /// Whether nothing uses it any more, or another thread has closed it.
+    pub(crate) fn is_closed(&self) -> bool {
+        Arc::strong_count(&self.0) == 1 || self.state().closed
     }
 
     /// The other side sends these pieces, then closes. An empty piece means a signal.
@@ -135,7 +146,9 @@ impl Transport for Scripted {
                 let count = bytes.len().min(buffer.len());
                 let rest = bytes.split_off(count);
                 buffer[..count].copy_from_slice(&bytes);
-                if !rest.is_empty() {
+                if rest.is_empty() {
+                    state.waiting = state.waiting.saturating_sub(1);
+                } else {
                     state.reads.push_front((NO_WAIT, Event::Bytes(rest)));
                 }
                 Ok(count)
@@ -172,7 +185,8 @@ impl Transport for Scripted {
     }
 
     fn is_silent(&self) -> bool {
-        self.state().silent
+        let state = self.state();
+        state.silent && state.waiting == 0
     }
 
     fn addresses(&self) -> io::Result<Addresses> {
@@ -185,11 +199,17 @@ impl Transport for Scripted {
     fn closer(&mut self) -> io::Result<Box<dyn Close>> {
         Ok(Box::new(self.clone()))
     }
+
+    fn quick_closer(&self) -> io::Result<Box<dyn Close>> {
+        Ok(Box::new(self.clone()))
+    }
 }
 
 impl Close for Scripted {
     fn close(&self) {
-        self.state().reads = [(NO_WAIT, Event::End)].into();
+        let mut state = self.state();
+        state.reads = [(NO_WAIT, Event::End)].into();
+        state.closed = true;
     }
 }
 
@@ -211,6 +231,13 @@ impl ScriptedNetwork {
     /// The host and the port of each connection that was asked for, and its limits.
     pub(crate) fn asked(&self) -> Vec<(String, TimeLimits)> {
         self.asked.lock().unwrap().clone()
+    }
+
+    /// The next connection is refused.
+    pub(crate) fn refuse_next(&self) {
+        let address = "a port where nobody listens".to_owned();
+        let mut openings = self.openings.lock().unwrap();
+        openings.push_front(Err(Error::ConnectionRefused { address }));
     }
 
     pub(crate) fn endpoint(&'static self) -> Endpoint {

@@ -121,6 +121,10 @@ impl Transport for TcpTransport {
             }
         }
     }
+
+    fn quick_closer(&self) -> io::Result<Box<dyn Close>> {
+        Ok(Box::new(self.stream.try_clone()?))
+    }
 }
 
 impl Close for TcpStream {

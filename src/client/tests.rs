@@ -1,14 +1,23 @@
 //! The client over a scripted connection: bytes that come in, fail to come in or are interrupted in
 //! every way, with exact times.
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
+use std::net::TcpListener;
+use std::thread;
 use std::time::Duration;
 
+use super::i2c_line::{I2cLine, I2cSession};
 use super::scripted::{at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS, NO_WAIT};
-use super::TxtClient;
+use super::{Endpoint, TimeLimits, TxtClient, TCP};
 use crate::error::Error;
+use crate::exchange::{Exchange, TransferMode};
 use crate::firmware::FirmwareVersion;
-use crate::wire::{CommandId, QueryStatusResponse, ResponseId, UpdateConfig};
+use crate::i2c::I2cClient;
+use crate::transfer_area::FishX1Transfer;
+use crate::wire::{
+    CmprHeader, CommandId, Compressor, I2cResponseHeader, QueryStatusResponse, ResponseId,
+    UpdateConfig,
+};
 
 const QUERY: &str = "QueryStatus";
 
@@ -261,24 +270,225 @@ fn an_abandoned_connection_that_takes_no_bytes_is_left_immediately() {
 #[ignore = "only Unix has signals that interrupt a call"]
 fn limits_hold_in_a_storm_of_real_signals() {}
 
-/// The addresses to which a client of this port has connected, in a session that ends with StopOnline.
-fn connections_of_a_session(port: u16) -> Vec<String> {
+/// A client of this port whose connections are scripted: the main one answers StartOnline and StopOnline, and the I2C
+/// one has this script.
+fn client_with_i2c(port: u16, i2c: Script) -> (TxtClient, Scripted, &'static ScriptedNetwork) {
     let answers = [ResponseId::StartOnline, ResponseId::StopOnline].map(|id| {
         let mut bytes = Vec::new();
         id.emit(&mut bytes);
         Event::Bytes(bytes)
     });
-    let network = ScriptedNetwork::new([Ok(Scripted::new(at_once(answers), vec![]))]);
-    let mut client = TxtClient::connect_within(network, "txt", port, LIMITS).unwrap();
-    client.start_online().unwrap();
-    let before = network.asked().len();
-    client.stop_online().unwrap();
-    network.asked().split_off(before).into_iter().map(|(address, _)| address).collect()
+    let main = Scripted::new(at_once(answers), vec![]);
+    let i2c = Scripted::new(i2c, vec![]);
+    let network = ScriptedNetwork::new([Ok(main), Ok(i2c.clone())]);
+    (TxtClient::connect_within(network, "txt", port, LIMITS).unwrap(), i2c, network)
+}
+
+/// The ports to which a client has connected.
+fn ports(network: &ScriptedNetwork) -> Vec<String> {
+    let port = |address: &str| address.rsplit(':').next().map(str::to_owned);
+    network.asked().iter().filter_map(|(address, _)| port(address)).collect()
 }
 
 #[test]
-fn a_short_session_ends_the_wait_of_the_i2c_server_and_needs_none() {
-    let [i2c] = &connections_of_a_session(65_000)[..] else { panic!("not one connection") };
-    assert!(i2c.ends_with(":65002"), "{i2c}");
-    assert_eq!(connections_of_a_session(4000), [""; 0]);
+fn the_i2c_connection_is_open_from_start_online_to_stop_online() {
+    let (mut client, i2c, network) = client_with_i2c(65_000, vec![]);
+    assert_eq!(ports(network), ["65000"]);
+    client.start_online().unwrap();
+    assert_eq!(ports(network), ["65000", "65002"]);
+    assert!(!i2c.is_closed());
+    client.stop_online().unwrap();
+    assert!(i2c.is_closed());
+    assert!(i2c.state().written.is_empty());
+    let error = Error::NotOnline { command: "an I2C request" };
+    assert_eq!(client.i2c().read(0x18, 0, &mut [0]), Err(error));
+    assert_eq!(ports(network).len(), 2);
+}
+
+#[test]
+fn a_controller_without_i2c_is_no_error_and_another_port_is_left_alone_until_a_request() {
+    let (mut client, _, network) = client_with_i2c(65_000, vec![]);
+    network.refuse_next();
+    client.start_online().unwrap();
+    let (mut client, i2c, network) = client_with_i2c(4000, vec![]);
+    client.start_online().unwrap();
+    assert_eq!(ports(network), ["4000"]);
+    client.i2c().read(0x18, 0, &mut [0]).unwrap_err();
+    assert_eq!(ports(network), ["4000", "4002"]);
+    assert!(!i2c.state().written.is_empty());
+}
+
+#[test]
+fn a_client_that_is_dropped_or_goes_online_again_closes_its_i2c_connection() {
+    let (mut client, i2c, _) = client_with_i2c(65_000, vec![]);
+    client.start_online().unwrap();
+    drop(client);
+    assert!(i2c.is_closed());
+    let (mut client, i2c, _) = client_with_i2c(65_000, vec![]);
+    client.start_online().unwrap();
+    client.start_online().unwrap_err();
+    assert!(i2c.is_closed());
+    let (mut client, i2c, _) = client_with_i2c(65_000, vec![]);
+    client.start_online().unwrap();
+    client.abandon(&[]);
+    assert!(i2c.is_closed());
+}
+
+/// The ids of configurations that are sent for these.
+fn sent_config_ids(ids: &[i16]) -> Vec<i16> {
+    let mut answers = vec![ResponseId::StartOnline];
+    answers.resize(1 + ids.len(), ResponseId::UpdateConfig);
+    let answer = |id: ResponseId| {
+        let mut bytes = Vec::new();
+        id.emit(&mut bytes);
+        (NO_WAIT, Event::Bytes(bytes))
+    };
+    let (mut client, transport) = client(answers.into_iter().map(answer).collect(), vec![]);
+    client.start_online().unwrap();
+    let start = transport.state().written.len();
+    for id in ids {
+        let update = UpdateConfig { config_id: *id, extension_id: 0, config: Default::default() };
+        client.update_config(&update).unwrap();
+    }
+    let written = transport.state().written.split_off(start);
+    let updates = written.chunks(UpdateConfig::LEN);
+    updates.map(|bytes| UpdateConfig::parse(bytes).unwrap().config_id).collect()
+}
+
+/// The firmware looks at the low byte, which is 0 after StartOnline.
+#[test]
+fn a_configuration_has_an_id_that_the_firmware_notices() {
+    assert_eq!(sent_config_ids(&[1, 2, 3, 1, 0]), [1, 2, 3, 1, 0]);
+    assert_eq!(sent_config_ids(&[0]), [0x80]);
+    assert_eq!(sent_config_ids(&[256, 1, 257]), [256 ^ 0x80, 1, 257 ^ 0x80]);
+    assert_eq!(sent_config_ids(&[5, 5, 5]), [5, 0x85, 5]);
+}
+
+/// The firmware closes the connection when a request comes in pieces.
+#[test]
+fn the_longest_request_is_one_write_that_fits_a_segment() {
+    /// What IPv6 lets through everywhere, without the headers of IP and TCP.
+    const SEGMENT: usize = 1280 - 60;
+    let mut areas = vec![FishX1Transfer::default(); 9];
+    let mut exchange = Exchange::new(TransferMode::Compressed, FirmwareVersion::new(4, 7, 0));
+    let all = 0xFF;
+    let mut response = Vec::new();
+    let mut data = Vec::new();
+    let crc = Compressor::new().compress(&[0; 9 * 52], &mut data);
+    CmprHeader { extra_size: data.len() as u32, crc, active_extensions: all }
+        .emit_response(&mut response);
+    response.extend(data);
+    exchange.receive(&response).unwrap();
+    for (number, area) in (1..).zip(&mut areas) {
+        // No word is 0, or as the one before or after it.
+        area.output.duty = std::array::from_fn(|index| number + 2 * index as i16);
+        area.output.distance = [1000, 2000, 3000, 4000];
+        area.output.master = [1, 2, 3, 4];
+        area.output.motor_ex_cmd_id = [11, 22, 33, 44];
+        area.output.cnt_reset_cmd_id = [55, 66, 77, 88];
+        (area.txt_outputs.sound_cmd_id, area.txt_outputs.sound_index) = (9, 8);
+        area.txt_outputs.sound_repeat = 7;
+    }
+    let mut start = Vec::new();
+    ResponseId::StartOnline.emit(&mut start);
+    let (mut client, transport) = client(at_once([start, response].map(Event::Bytes)), vec![]);
+    client.start_online().unwrap();
+    transport.state().write_limits.clear();
+    let before = transport.state().written.len();
+    client.exchange(&mut exchange, &areas).unwrap();
+    let size = transport.state().written.len() - before;
+    assert_eq!(transport.state().write_limits.len(), 1);
+    assert!((500..=SEGMENT).contains(&size), "{size} bytes");
+}
+
+/// A line in a session, over a connection with this script.
+fn line(i2c: Script) -> (I2cLine, I2cSession, Scripted) {
+    let i2c = Scripted::new(i2c, vec![]);
+    let network = ScriptedNetwork::new([Ok(i2c.clone())]);
+    let line = I2cLine::default();
+    let session = line.begin(network.endpoint(), LIMITS, true);
+    (line, session, i2c)
+}
+
+/// The firmware's response to a request for nothing.
+const NOTHING: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
+
+#[test]
+fn a_silent_i2c_connection_is_held_open_by_requests_for_nothing() {
+    let mut request = vec![0xB9, 0xDB, 0x3B, 0x39];
+    request.resize(16, 0);
+    let pieces = [&NOTHING[..5], &NOTHING[5..], &NOTHING].map(|piece| Event::Bytes(piece.to_vec()));
+    let (line, _session, i2c) = line(at_once(pieces));
+    line.keep_open();
+    assert!(i2c.state().written.is_empty(), "it is young");
+    for (count, pieces) in [(1, 2), (2, 1), (3, 0)] {
+        line.age(ms(2000));
+        line.keep_open();
+        line.keep_open();
+        assert_eq!(i2c.state().written, request.repeat(count));
+        // The response comes in before the next is due.
+        i2c.state().waiting = pieces;
+    }
+}
+
+#[test]
+fn a_request_for_nothing_is_not_sent_before_the_last_one_is_answered() {
+    let (line, _session, i2c) = line(vec![]);
+    for _ in 0..3 {
+        line.age(ms(2000));
+        line.keep_open();
+    }
+    assert_eq!(i2c.state().written.len(), 16);
+    assert!(i2c.state().read_limits.is_empty(), "nothing waits for it");
+}
+
+#[test]
+fn an_i2c_request_comes_after_the_response_to_a_request_for_nothing() {
+    let mut answer = Vec::new();
+    I2cResponseHeader { read_len: 1, is_ok: true }.emit(&mut answer);
+    answer.push(7);
+    let reads = at_once([NOTHING.to_vec(), answer].map(Event::Bytes));
+    let (line, _session, i2c) = line(reads);
+    line.age(ms(2000));
+    line.keep_open();
+    let mut value = [0];
+    I2cClient::over(line).read(0x18, 0, &mut value).unwrap();
+    assert_eq!(value, [7]);
+    assert_eq!(i2c.state().written.len(), 16 + 17);
+}
+
+#[test]
+fn an_i2c_connection_that_the_controller_has_closed_is_left() {
+    let (line, _session, i2c) = line(at_once([Event::End]));
+    line.age(ms(2000));
+    line.keep_open();
+    i2c.state().silent = false;
+    line.age(ms(2000));
+    line.keep_open();
+    assert!(!line.is_held());
+}
+
+/// A session that ends neither waits for a request nor leaves it waiting.
+#[test]
+fn the_end_of_a_session_ends_a_request() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = listener.local_addr().unwrap().port();
+    let line = I2cLine::default();
+    let ample = ms(60_000);
+    let limits = TimeLimits { connect: ample, read: ample, write: ample };
+    let server = Endpoint::new(&TCP, "127.0.0.1", port).unwrap();
+    let session = line.begin(server, limits, true);
+    let mut controller = listener.accept().unwrap().0;
+    thread::scope(|scope| {
+        let request = scope.spawn(|| I2cClient::over(line.clone()).read(0x18, 0, &mut [0]));
+        let mut sent = [0; 17];
+        controller.read_exact(&mut sent).unwrap();
+        line.keep_open();
+        drop(session);
+        assert_eq!(controller.read(&mut sent).unwrap(), 0, "it is closed while it waits");
+        drop(controller);
+        let closed = Error::ConnectionClosed { command: "an I2C request", received: 0 };
+        assert_eq!(request.join().unwrap(), Err(closed));
+    });
+    assert!(!line.is_held());
 }

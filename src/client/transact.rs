@@ -38,11 +38,13 @@ impl TxtClient {
         let Some(connection) = &mut self.connection else {
             return Err(Error::ConnectionClosed { command: names.request, received: 0 });
         };
-        connection
-            .transact(names, &self.request, &mut self.response[..], |start| {
-                response_size(command, start)
-            })
-            .map_err(|error| self.broken(error))
+        let result = connection.send(names.request, &self.request).and_then(|()| {
+            // While the controller makes its response.
+            self.i2c.line.keep_open();
+            let size = |start: &[u8]| response_size(command, start);
+            connection.read_response(names, &mut self.response[..], size)
+        });
+        result.map_err(|error| self.broken(error))
     }
 
     /// Leaves a connection on which something went wrong: sends this request and StopOnline, without
@@ -51,8 +53,10 @@ impl TxtClient {
     pub(crate) fn abandon(&mut self, last_request: &[u8]) {
         let mut last_words = last_request.to_vec();
         CommandId::StopOnline.emit(&mut last_words);
+        let session = self.online.take();
         if let Some(mut connection) = self.connection.take() {
-            connection.abandon(&last_words, ABANDON_LIMIT, &mut self.response[..]);
+            let end_i2c = || drop(session);
+            connection.abandon(&last_words, ABANDON_LIMIT, &mut self.response[..], end_i2c);
         }
     }
 }

@@ -72,6 +72,10 @@ pub(crate) trait Transport: fmt::Debug + Send + Sync {
 
     /// What lets another thread end this connection.
     fn closer(&mut self) -> io::Result<Box<dyn Close>>;
+
+    /// The same, but no call gets slower for it, on any system. On Windows a thread that waits notices the end only
+    /// when the other side has closed, too, or at its limit.
+    fn quick_closer(&self) -> io::Result<Box<dyn Close>>;
 }
 
 /// The addresses of both sides of a connection.

@@ -56,6 +56,11 @@ impl fmt::Display for Error {
             Self::NotStarted => {
                 write!(f, "no transfer is running; call begin_transfer first")
             }
+            Self::NotOnline { command: "an I2C request" } => write!(
+                f,
+                "an I2C request needs a transfer that runs; call begin_transfer (TxtClient: start_online) first, \
+                 or wait until a lost connection is re-established"
+            ),
             Self::NotOnline { command } => {
                 write!(f, "{command} needs the controller in online mode; call start_online first")
             }

@@ -1,8 +1,10 @@
 //! One exchange without I/O: from areas to request bytes, and from response bytes to inputs.
 
+mod commands;
 mod inputs;
 mod outputs;
 
+use commands::Commands;
 use inputs::RESPONSES;
 use outputs::Outputs;
 
@@ -73,6 +75,7 @@ pub struct Exchange {
     /// The configuration last sent for each area.
     sent_configs: SentConfigs,
     outputs: Outputs,
+    commands: Commands,
     inputs: Inputs,
     /// Buffers that are kept, so that a cycle allocates nothing.
     words: Vec<u16>,
@@ -91,6 +94,7 @@ impl Exchange {
             expander: Expander::new(),
             sent_configs: [None; MAX_AREAS],
             outputs: Outputs::default(),
+            commands: Commands::default(),
             inputs: Inputs::default(),
             words: Vec::with_capacity(MAX_AREAS * ExchangeData::WORDS),
             data: Vec::with_capacity(MAX_REQUEST_DATA),
@@ -125,7 +129,8 @@ impl Exchange {
     /// Replaces the content of `out` by the request with the areas' outputs.
     ///
     /// In the compressed mode it includes the extensions that took part in the last response, if there
-    /// are areas for them. A duty outside 0..=512 goes out as 0 or 512, with a warning in the log if it
+    /// are areas for them. Eight commands of a motor or counter of which none is done are one too many for the
+    /// firmware to tell apart, so the eighth goes out with another id first and with its own in the next request. A duty outside 0..=512 goes out as 0 or 512, with a warning in the log if it
     /// was in range before.
     ///
     /// # Errors
@@ -135,7 +140,7 @@ impl Exchange {
         check_area_count(areas.len())?;
         out.clear();
         match self.mode {
-            TransferMode::Simple => self.outputs.of(0, &areas[0]).emit(out),
+            TransferMode::Simple => self.sent(0, &areas[0]).emit(out),
             TransferMode::Compressed => self.compressed_request(areas, out),
         }
         Ok(())
@@ -149,6 +154,19 @@ impl Exchange {
         }
     }
 
+    /// From now on, requests end the sounds that may play: to be called before the last request, because the maker's
+    /// firmware 4.7.0 (measured under emulation) plays them on after StopOnline.
+    pub fn end_sounds(&mut self) {
+        self.commands.end_sounds();
+    }
+
+    /// What is sent for the area with this index (0 the master).
+    fn sent(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
+        let mut outputs = self.outputs.of(index, area);
+        self.commands.send(index, &mut outputs);
+        outputs
+    }
+
     fn compressed_request(&mut self, areas: &[FishX1Transfer], out: &mut Vec<u8>) {
         let extensions = areas.len() - 1;
         let active_extensions = self.inputs.alive() & ((1 << extensions) - 1);
@@ -157,7 +175,8 @@ impl Exchange {
         let active = 1 | u32::from(active_extensions) << 1;
         for (index, area) in areas.iter().enumerate() {
             if active & 1 << index != 0 {
-                self.words.extend_from_slice(&self.outputs.of(index, area).words());
+                let sent = self.sent(index, area);
+                self.words.extend_from_slice(&sent.words());
             }
         }
         self.data.clear();
@@ -180,6 +199,11 @@ impl Exchange {
                 self.inputs.take_simple(ExchangeDataResponse::parse(response)?);
             }
             TransferMode::Compressed => self.compressed_response(response)?,
+        }
+        for index in 0..MAX_AREAS {
+            if let Some(told) = self.inputs.area_mut(index) {
+                self.commands.receive(index, told);
+            }
         }
         Ok(&self.inputs)
     }

@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::time::Duration;
 
-use crate::client::{host_and_port, TimeLimits, LIMIT_RANGE};
+use crate::client::{host_and_port, TimeLimits, LIMIT_RANGE, PORT};
 use crate::error::Error;
 use crate::exchange::{check_area_count, TransferMode};
 use crate::handler::com_handler::TransferAreaComHandler;
@@ -74,6 +74,9 @@ impl TransferAreaComHandlerBuilder {
     }
 
     /// The port of I2C. Default the main connection's plus 2, 65002.
+    ///
+    /// A transfer connects to it when it begins, if it is 65002 or set here; another one is connected to by the first
+    /// I2C request.
     pub fn i2c_port(mut self, port: u16) -> Self {
         self.i2c_port = Some(port);
         self
@@ -291,6 +294,7 @@ impl TransferAreaComHandlerBuilder {
         Error::check_range("port", settings.port, 1..=most.into())?;
         settings.camera_port = camera_port.unwrap_or(settings.port.saturating_add(1));
         settings.i2c_port = i2c_port.unwrap_or(settings.port.saturating_add(2));
+        settings.i2c_port_is_known = i2c_port.is_some() || settings.port == PORT;
         Ok(TransferAreaComHandler::new(settings))
     }
 }

@@ -14,6 +14,8 @@ pub(crate) struct Settings {
     pub(crate) port: u16,
     pub(crate) camera_port: u16,
     pub(crate) i2c_port: u16,
+    /// Whether the program has named that port, or it is a TXT's.
+    pub(crate) i2c_port_is_known: bool,
     pub(crate) areas: usize,
     pub(crate) mode: TransferMode,
     pub(crate) limits: TimeLimits,
@@ -35,6 +37,7 @@ impl Settings {
             port: PORT,
             camera_port: PORT + 1,
             i2c_port: PORT + 2,
+            i2c_port_is_known: true,
             areas: 1,
             mode: TransferMode::default(),
             limits: TimeLimits::default(),

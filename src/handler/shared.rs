@@ -9,13 +9,15 @@
 //! [`program::calls`](crate::handler::program::calls), what the transfer thread does in
 //! [`transfer::calls`](crate::handler::transfer::calls).
 //!
-//! The only other lock is that of the listeners. It is taken first.
+//! The only other locks are that of the listeners, which is taken first, and those of the I2C connection, under which
+//! no other one is taken.
 
 use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::camera::CameraControl;
+use crate::client::I2cLine;
 use crate::firmware::FirmwareVersion;
 use crate::handler::events::{Event, Listeners, LoggedBeginning, TimedEvent};
 use crate::handler::parts::area_lock::{AreaLock, Waiter};
@@ -42,6 +44,8 @@ pub(crate) struct Shared {
     /// it may have to be called or to end, or has ended.
     areas_free: [Condvar; Waiter::COUNT],
     pub(crate) listeners: Arc<Listeners>,
+    /// For all I2C clients, in every transfer.
+    pub(crate) i2c: I2cLine,
     area_count: usize,
     lock_step: bool,
 }
@@ -130,6 +134,7 @@ impl Shared {
             attended: Condvar::new(),
             areas_free: Default::default(),
             listeners: Arc::default(),
+            i2c: I2cLine::default(),
             area_count: count,
             lock_step: clock.is_lock_step(),
         }

@@ -73,7 +73,8 @@ pub struct TxtOutputs {
     #[doc(alias = "u16SoundIndex")]
     #[doc(alias = "m_sound_index")]
     pub sound_index: u16,
-    /// How often the sound is played; with 0, until the next sound command.
+    /// How often the sound is played. The kit's manual says that 0 is without end; the maker's firmware 4.7.0
+    /// (measured under emulation) plays it once then.
     #[doc(alias = "u16SoundRepeat")]
     #[doc(alias = "m_sound_repeat")]
     pub sound_repeat: u16,

@@ -92,12 +92,13 @@ impl From<Sound> for i64 {
 }
 
 impl FishX1Transfer {
-    /// Plays a sound `repeat` times, with 0 until the next sound command. It replaces the sound that is
-    /// playing.
+    /// Plays a sound `repeat` times. It replaces the sound that is playing. The kit's manual says that `repeat` 0 is
+    /// without end; the maker's firmware 4.7.0 (measured under emulation, as all that follows) plays the sound once.
     ///
     /// `sound` is a [`Sound`], or the number of a file as any integer: 1 to 29 as delivered, and up to
     /// 99 for files that somebody has put onto the controller. [`SILENCE`] stops the sound that is
-    /// playing. [`is_sound_ready`](Self::is_sound_ready) is `true` when the sound is done.
+    /// playing. [`is_sound_ready`](Self::is_sound_ready) is `true` when the sound is done. A sound that begins while
+    /// another one plays reads as done at once, and one without a file never does.
     ///
     /// ```
     /// use ft_transfer_area::tx::{Sound, SILENCE};
@@ -136,8 +137,8 @@ impl FishX1Transfer {
             next_id(self.txt_outputs.sound_cmd_id, self.txt_inputs.sound_cmd_id);
     }
 
-    /// Whether the last sound command is done. Also `true` when there was none. A sound that repeats
-    /// forever is never done.
+    /// Whether the last sound command is done. Also `true` when there was none. See [`set_sound`](Self::set_sound) for
+    /// what the firmware reports.
     #[doc(alias = "IsSoundReady")]
     #[must_use]
     pub fn is_sound_ready(&self) -> bool {

@@ -45,11 +45,10 @@ fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
     let handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
     let before = handler.lock()[LOCAL_IO];
     let error = match handler.begin_transfer() {
-        Ok(()) => loop {
-            if let Err(error) = handler.wait_cycle() {
-                break error;
-            }
-        },
+        Ok(()) => {
+            let mut responses = (0..1000).map(|_| handler.wait_cycle().map(drop));
+            responses.find_map(Result::err).expect("the transfer has failed")
+        }
         Err(error) => error,
     };
     assert_eq!(handler.wait_cycle().unwrap_err(), error, "the error stays");
@@ -94,6 +93,10 @@ fn a_port_without_a_listener() {
 fn a_connection_closed_before_and_inside_each_packet() {
     for (response, (kind, size)) in (0..).zip(RESPONSES) {
         for after in [0, 1, size - 1] {
+            if (kind, after) == (ResponseId::StartOnline, 0) {
+                // Then it is tried again.
+                continue;
+            }
             let txt = faulty_txt(response, FaultKind::Close { after });
             let command = kind.name().trim_end_matches(" response");
             match failure_of(&txt, TransferMode::Compressed) {
@@ -109,7 +112,8 @@ fn a_connection_closed_before_and_inside_each_packet() {
 
 #[test]
 fn a_connection_closed_after_each_packet() {
-    for response in 0..RESPONSES.len() - 1 {
+    // After the first one it is tried again.
+    for response in 1..RESPONSES.len() - 1 {
         let txt = faulty_txt(response as u64, FaultKind::Close { after: usize::MAX });
         let (next, _) = RESPONSES[response + 1];
         match failure_of(&txt, TransferMode::Compressed) {

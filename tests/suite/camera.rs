@@ -2,7 +2,7 @@
 
 use std::sync::mpsc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::Receiver;
 use ft_transfer_area::transfer_area::LOCAL_IO;
@@ -149,6 +149,21 @@ fn stopping_ends_the_channel_and_the_camera_starts_again() {
     }
     handler.stop_camera().unwrap();
     handler.wait_cycle().unwrap();
+}
+
+/// The firmware's camera looks with each picture whether it should stop.
+#[test]
+fn before_the_camera_starts_another_one_has_a_second_to_stop_while_the_exchange_goes_on() {
+    let (txt, handler) = begin(unpaced());
+    for _ in 0..2 {
+        let before = txt.with_machine(|machine| machine.exchanges());
+        let start = Instant::now();
+        let frames = handler.start_camera(CameraOptions::default()).unwrap();
+        assert!(start.elapsed() >= Duration::from_secs(1));
+        assert!(txt.with_machine(|machine| machine.exchanges()) > before + 10);
+        receive(&frames);
+        handler.stop_camera().unwrap();
+    }
 }
 
 #[test]

@@ -101,10 +101,46 @@ fn registers_are_read_and_written_while_a_transfer_runs() {
     assert_eq!(values, [2, 8, 9]);
     i2c.write_read(DEVICE, &[0x11], &mut []).unwrap();
     drop(handler.wait_cycle().unwrap());
-    handler.end_transfer().unwrap();
-    i2c.read(DEVICE, 0x11, &mut values[..1]).unwrap();
+    handler.i2c().unwrap().read(DEVICE, 0x11, &mut values[..1]).unwrap();
     assert_eq!(values, [5, 8, 9]);
     assert_eq!(i2c_connections(&txt), 1);
+    handler.end_transfer().unwrap();
+    check_client(&txt);
+}
+
+#[test]
+fn without_a_transfer_there_is_no_i2c_and_a_client_waits_for_the_next_one() {
+    let txt = unpaced().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(DEVICE)[1] = 5);
+    let handler = handler_for(&txt).build().unwrap();
+    let not_online = Error::NotOnline { command: "an I2C request" };
+    assert_eq!(handler.i2c().unwrap_err(), not_online);
+    handler.begin_transfer().unwrap();
+    let mut i2c = handler.i2c().unwrap();
+    for transfers in 1..=2 {
+        let mut value = [0];
+        i2c.read(DEVICE, 1, &mut value).unwrap();
+        assert_eq!(value, [5]);
+        assert_eq!(i2c_connections(&txt), transfers);
+        handler.end_transfer().unwrap();
+        assert_eq!(i2c.read(DEVICE, 1, &mut value), Err(not_online.clone()));
+        handler.begin_transfer().unwrap();
+    }
+}
+
+/// The controller closes a connection that is silent for 5 s, and a TXT accepts no other one.
+#[test]
+fn a_pause_of_more_than_five_seconds_loses_nothing_while_a_transfer_runs() {
+    let txt = SimulatedTxt::builder().i2c_port(0).start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(DEVICE)[1] = 5);
+    let handler = handler_for(&txt).i2c_port(txt.i2c_port()).build().unwrap();
+    handler.begin_transfer().unwrap();
+    wait_until(&txt, "the connection of I2C", |machine| machine.i2c_connections() == 1);
+    thread::sleep(Duration::from_secs(6));
+    let mut value = [0];
+    handler.i2c().unwrap().read(DEVICE, 1, &mut value).unwrap();
+    assert_eq!((value, i2c_connections(&txt)), ([5], 1));
+    handler.end_transfer().unwrap();
     check_client(&txt);
 }
 
@@ -127,7 +163,7 @@ fn a_read_that_writes_nothing_goes_on_where_the_device_is() {
 }
 
 #[test]
-fn i2c_has_the_second_port_after_the_main_one_or_its_own_and_needs_no_transfer() {
+fn i2c_has_the_second_port_after_the_main_one_or_its_own() {
     for own_port in [false, true] {
         let mut builder = unpaced();
         if own_port {
@@ -140,8 +176,10 @@ fn i2c_has_the_second_port_after_the_main_one_or_its_own_and_needs_no_transfer()
         if own_port {
             handler = handler.i2c_port(txt.i2c_port());
         }
+        let handler = handler.build().unwrap();
+        handler.begin_transfer().unwrap();
         let mut value = [0];
-        handler.build().unwrap().i2c().unwrap().read(DEVICE, 1, &mut value).unwrap();
+        handler.i2c().unwrap().read(DEVICE, 1, &mut value).unwrap();
         assert_eq!(value, [5]);
     }
 }

@@ -11,6 +11,46 @@ use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
 
+/// The connection is closed at this many StartOnline, as a TXT does whose firmware ends there.
+fn ending_at_start_online(count: u64) -> SimulatedTxt {
+    // The second response of a connection; each of these strikes once.
+    let close = Fault::at_response(1, FaultKind::Close { after: 0 });
+    (0..count).fold(unpaced(), |txt, _| txt.fault(close)).start().unwrap()
+}
+
+#[test]
+fn a_controller_that_ends_at_start_online_is_tried_again() {
+    let txt = ending_at_start_online(3);
+    let handler = handler_for(&txt).build().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().unwrap();
+    handler.end_transfer().unwrap();
+    check_client(&txt);
+}
+
+#[test]
+fn a_controller_that_always_ends_at_start_online_is_an_error_within_the_limit_for_connecting() {
+    let txt = ending_at_start_online(100);
+    let limits = TimeLimits::default().with_connect(Duration::from_millis(300));
+    let handler = handler_for(&txt).time_limits(limits).build().unwrap();
+    let closed = Error::ConnectionClosed { command: "StartOnline", received: 0 };
+    assert_eq!(handler.begin_transfer(), Err(closed.clone()));
+    assert_eq!(handler.error(), Some(closed));
+}
+
+#[test]
+fn a_transfer_that_is_tried_again_can_be_ended() {
+    let txt = ending_at_start_online(10_000);
+    let limits = TimeLimits::default().with_connect(Duration::from_secs(3600));
+    let handler = handler_for(&txt).time_limits(limits).build().unwrap();
+    thread::scope(|scope| {
+        let begun = scope.spawn(|| handler.begin_transfer());
+        wait_until(&txt, "a second attempt", |machine| machine.connections() >= 2);
+        handler.end_transfer().unwrap();
+        assert_eq!(begun.join().unwrap(), Err(Error::NotStarted));
+    });
+}
+
 #[test]
 fn a_transfer_has_a_device_name_a_version_and_statistics() {
     let txt = unpaced().firmware(FirmwareVersion::new(4, 7, 0)).device_name("TXT on the desk");

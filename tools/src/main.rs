@@ -11,9 +11,12 @@ mod interrupt;
 mod lines;
 mod panel;
 mod print;
+mod program;
 mod recording;
+mod selftest;
 mod shell_files;
 mod simulate;
+mod stop;
 mod told;
 mod values;
 mod watch;
@@ -44,9 +47,11 @@ enum Tool {
     Plot(recording::plot::Args),
     Compare(recording::compare::Args),
     Replay(recording::replay::Args),
+    Selftest(selftest::Args),
     Camera(camera::Args),
     Bridge(bridge::Args),
     Simulate(simulate::Args),
+    Stop(stop::Args),
     Watch(watch::Args),
     Classroom(classroom::Args),
     Check(check::Args),
@@ -87,10 +92,12 @@ fn run(tool: Tool) -> ExitCode {
         Tool::Plot(args) => recording::plot::run(args),
         Tool::Compare(args) => return compare(args),
         Tool::Replay(args) => recording::replay::run(args),
+        Tool::Selftest(args) => selftest::run(args),
         Tool::Camera(args) => camera::run(args),
         Tool::Bridge(args) => bridge::run(args),
         Tool::Simulate(args) => simulate::run(args),
-        Tool::Watch(args) => watch::run(args),
+        Tool::Stop(args) => stop::run(args),
+        Tool::Watch(args) => return watch(args),
         Tool::Classroom(args) => classroom::run(args),
         Tool::Check(args) => check::run(args),
     })
@@ -106,6 +113,11 @@ fn compare(args: recording::compare::Args) -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Has the exit status of the program that it has started, if it has.
+fn watch(args: watch::Args) -> ExitCode {
+    watch::run(args).unwrap_or_else(|error| ended(Err(error)))
 }
 
 /// Tells an error.

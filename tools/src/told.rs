@@ -1,5 +1,6 @@
 //! What has happened on the connections between a program and a controller, for everything that reports it.
 
+use std::fmt;
 use std::io;
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
@@ -46,6 +47,54 @@ impl Side {
     }
 }
 
+/// How long a program that is online may be silent. A TXT closes the connection after 5 s, and then nothing can be
+/// sent on it.
+pub(crate) const SILENCE: Duration = Duration::from_millis(4500);
+
+/// Why the outputs have to be switched off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Gone {
+    /// The program has closed its connection, or was killed.
+    Closed,
+    Reset,
+    Silent,
+    /// The controller has ended the connection, and no program has come back.
+    Lost,
+    /// `txt watch` itself ends.
+    Watch,
+}
+
+impl Gone {
+    /// For programs.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Closed => "closed",
+            Self::Reset => "reset",
+            Self::Silent => "silent",
+            Self::Lost => "lost",
+            Self::Watch => "watch_ends",
+        }
+    }
+}
+
+impl fmt::Display for Gone {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Closed => {
+                f.write_str("the program has closed its connection while it was online")
+            }
+            Self::Reset => f.write_str("the program's connection broke while it was online"),
+            Self::Silent => {
+                write!(f, "the program was online and silent for {} s", SILENCE.as_secs_f64())
+            }
+            Self::Lost => f.write_str(
+                "the controller has ended the connection of a program that was online, and none has come back",
+            ),
+            Self::Watch => f.write_str("txt watch ends while a program is online"),
+        }
+    }
+}
+
 /// What has happened, and when.
 #[derive(Debug)]
 pub(crate) struct Told {
@@ -74,6 +123,11 @@ pub(crate) enum Happened {
         name: String,
         firmware: FirmwareVersion,
     },
+    /// The program has gone while it drove, and all outputs were switched off, or the error says why not.
+    Halted {
+        gone: Gone,
+        error: Option<io::Error>,
+    },
     /// Online mode has ended, by the program or without it.
     Offline {
         by_program: bool,
@@ -88,6 +142,16 @@ pub(crate) enum Happened {
     },
     /// This computer was too busy to look at all that has passed on this connection.
     Missed,
+}
+
+/// A stopped controller as a sentence for people.
+pub(crate) fn halted(gone: Gone, error: Option<&io::Error>) -> String {
+    match error {
+        None => format!("{gone}: all outputs of the controller were switched off"),
+        Some(error) => format!(
+            "{gone}, and the controller can't be told to switch its outputs off ({error}): motors may go on"
+        ),
+    }
 }
 
 /// Why nothing more of a connection is reported.

@@ -26,7 +26,7 @@ const INSIDE: &str = "TXT_EXAMPLES_INSIDE";
 const ADDRESSES: [&str; 3] = ["192.168.7.2", "192.168.8.2", "192.168.1.17"];
 
 /// Commands that end by themselves. The others go on until Ctrl-C.
-const ENDING: [&str; 6] = ["check", "compare", "csv", "find", "info", "plot"];
+const ENDING: [&str; 8] = ["check", "compare", "csv", "find", "info", "plot", "selftest", "stop"];
 
 /// Commands that write a recording.
 const RECORDING: [&str; 2] = ["record", "watch"];
@@ -111,6 +111,8 @@ fn run_each(command: &str, recording: &TempDir) {
             }
         }
         let mut status = 0;
+        // The program in an example of `txt watch`.
+        fs::write(folder.path().join("run.py"), "print('runs')").unwrap();
         if command == "check" {
             write_programs(folder.path());
             // The pupil's programs do nothing yet, and that is what the check says.

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-pub(crate) const COMMANDS: [&str; 14] = [
+pub(crate) const COMMANDS: [&str; 16] = [
     "bridge",
     "camera",
     "check",
@@ -16,7 +16,9 @@ pub(crate) const COMMANDS: [&str; 14] = [
     "plot",
     "record",
     "replay",
+    "selftest",
     "simulate",
+    "stop",
     "watch",
 ];
 

@@ -13,5 +13,7 @@ mod plot;
 mod recording;
 mod replay;
 mod running;
+mod selftest;
+mod stop;
 mod used_up;
 mod watch;

@@ -225,6 +225,7 @@ impl Link {
     /// StopOnline and at a close, so an exchange with all duties 0 comes first.
     fn leave(&mut self, camera: Option<Camera>) -> Result<(), Error> {
         self.areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
+        self.compressed.end_sounds();
         self.client.do_transfer(&mut self.compressed, &mut self.areas)?;
         if let Some(camera) = camera {
             drop(camera);

@@ -5,17 +5,21 @@ use std::ffi::OsString;
 use std::process::{Command, ExitStatus};
 
 use crate::program::Program;
-use crate::signals;
 use crate::symbols::Entry;
-use crate::{say, Sentence};
+use crate::target::Target;
+use crate::{say, signals, stop, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
 
 /// Runs the program, and returns the exit status for `tx_run`.
-pub(crate) fn run(program: &Program, host: &str, arguments: &[OsString]) -> Result<i32, Sentence> {
+pub(crate) fn run(
+    program: &Program,
+    target: &Target,
+    arguments: &[OsString],
+) -> Result<i32, Sentence> {
     let mut command = Command::new(&program.path);
-    command.args(arguments).env(HOST, host);
+    command.args(arguments).env(HOST, target.host());
     if cfg!(windows) {
         let before = env::var_os("PATH").unwrap_or_default();
         let own = std::iter::once(program.library_folder.clone());
@@ -27,8 +31,28 @@ pub(crate) fn run(program: &Program, host: &str, arguments: &[OsString]) -> Resu
     let status = child.wait();
     signals::stop_passing_on(id);
     let status = status?;
+    // Before a word that a paused terminal would hold up.
+    let stopped = match target {
+        Target::Host(host) if is_sudden(program.entry, status) => Some(stop::stop(host)),
+        _ => None,
+    };
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
-    Ok(tell(&name, program.entry, status))
+    let status = tell(&name, program.entry, status);
+    match stopped {
+        Some(Ok(())) => say("it could send no last exchange, so tx_run has sent it: all outputs are off"),
+        Some(Err(error)) => say(&format!(
+            "it could send no last exchange, and tx_run could not either, so motors may go on: {error}"
+        )),
+        None => {}
+    }
+    Ok(status)
+}
+
+/// Whether the program has ended without a chance to send a last exchange. The runtime of a program with `PrgTic` ends
+/// with 0 or 1, so other codes are from `_exit`; in others they may be from `main`.
+fn is_sudden(entry: Entry, status: ExitStatus) -> bool {
+    let is_own = status.code().is_none_or(|code| [0, 1].contains(&code));
+    signals::is_sudden(status) || (entry == Entry::PrgTic && !is_own)
 }
 
 /// Has the program ended when nobody is left who would: `tx_run` was killed. Other systems than Linux have

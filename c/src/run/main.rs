@@ -22,6 +22,7 @@ mod program;
 mod show;
 mod signals;
 mod sources;
+mod stop;
 mod symbols;
 mod target;
 mod work;
@@ -76,5 +77,5 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
-    child::run(&program, &target.host(), &options.arguments)
+    child::run(&program, &target, &options.arguments)
 }

@@ -11,9 +11,13 @@ use unix::came;
 use windows::came;
 
 #[cfg(unix)]
-pub(crate) use unix::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
+pub(crate) use unix::{
+    is_crash, is_sudden, name_in, pass_on_to, stop_passing_on, take_up, words_of,
+};
 #[cfg(not(unix))]
-pub(crate) use windows::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
+pub(crate) use windows::{
+    is_crash, is_sudden, name_in, pass_on_to, stop_passing_on, take_up, words_of,
+};
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
 pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
@@ -134,6 +138,12 @@ mod unix {
         false
     }
 
+    /// Whether something has ended a process at which it could do nothing. At the others the library ends the
+    /// transfers first.
+    pub(crate) fn is_sudden(status: ExitStatus) -> bool {
+        status.signal().is_some_and(|signal| ![SIGINT, SIGTERM, SIGHUP].contains(&signal))
+    }
+
     /// The signal that has ended a process.
     pub(crate) fn name_in(status: ExitStatus) -> String {
         let what = |signal| match signal {
@@ -183,6 +193,10 @@ mod windows {
             Some(name) => format!("was ended by {name}"),
             None => format!("has ended with the exit status {code}"),
         }
+    }
+
+    pub(crate) fn is_sudden(status: ExitStatus) -> bool {
+        status.code().is_none_or(is_crash)
     }
 
     pub(crate) fn is_crash(code: i32) -> bool {

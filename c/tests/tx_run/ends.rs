@@ -5,24 +5,16 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
 
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::support::{cache, has_compiler, program, run_on, txt, wait_for, wait_until, Ended, Run};
 
-/// Ends in which the last exchange may not come about. Then only a watchdog of the board stops the motors; it is not
-/// known whether a real one has one.
-const CANNOT_SEND: [&str; 3] = ["QUICK", "HEAP", "AFTER_CRASH"];
-
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
 fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {
-    let mut txt = txt();
-    if CANNOT_SEND.contains(&kind) {
-        txt = txt.board_watchdog(Duration::from_millis(500));
-    }
-    let txt = txt.start().unwrap();
+    let txt = txt().start().unwrap();
     let run = run_on(&txt, "ends.c", &format!("-w -D{kind}"));
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     then(&txt, &run);
@@ -83,6 +75,7 @@ fn an_end_past_the_runtime_is_named() {
     let ended = with_a_motor("QUICK", press);
     ended.badly("tx_run: ends has ended with the exit status 4");
     assert_eq!(ended.status, Some(4), "{ended:?}");
+    assert!(ended.err.contains("all outputs are off"), "{ended:?}");
 }
 
 #[test]
@@ -170,6 +163,40 @@ fn the_program_sees_that_it_is_to_end() {
         run.signal(libc::SIGINT);
     });
     ended.badly("ended by Ctrl-C");
+}
+
+#[test]
+fn a_program_that_is_killed_is_followed_by_an_exchange_that_stops_everything() {
+    if !has_compiler() {
+        return;
+    }
+    let duties = Arc::new(Mutex::new(Vec::new()));
+    let kept = Arc::clone(&duties);
+    let keep = move |machine: &mut Machine| {
+        kept.lock().unwrap().push(machine.controllers[0].outputs.duty[0]);
+    };
+    let txt = txt().on_exchange(keep).start().unwrap();
+    let run = run_on(&txt, "killed.c", "");
+    // A controller keeps the outputs at a close, so what counts is what was exchanged.
+    let ended = run.end();
+    ended.badly("killed was ended by SIGKILL (it was killed)");
+    assert_eq!(ended.status, Some(1), "{ended:?}");
+    assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
+    let duties = duties.lock().unwrap();
+    assert_eq!((duties.contains(&300), duties.last()), (true, Some(&0)));
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_controller_that_can_not_be_stopped_is_told() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "killed.c", "-DGONE");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    drop(txt);
+    run.end().badly("tx_run could not either, so motors may go on: ");
 }
 
 /// The last command is the one of a client that has ended well.

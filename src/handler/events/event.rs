@@ -100,7 +100,8 @@ pub enum Event {
         /// Backwards to forward: −15..=15.
         y: i16,
     },
-    /// An extension was connected or disconnected since the previous response of the same transfer. While it
+    /// An extension was connected or disconnected since the previous response of the same transfer. (The maker's
+    /// firmware 4.7.0, measured under emulation, looks for extensions only when a transfer begins.) While it
     /// is disconnected, its inputs keep their last values.
     #[doc(alias = "SetCBRoboExtState")]
     #[non_exhaustive]

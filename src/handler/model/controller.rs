@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use shuttle::sync::{Mutex, MutexGuard};
 use shuttle::thread;
 
-use crate::client::{Network, TimeLimits};
+use crate::client::{I2cAccess, Network, TimeLimits};
 use crate::error::Error;
 use crate::exchange::{Exchange, Inputs};
 use crate::firmware::FirmwareVersion;
@@ -135,6 +135,9 @@ impl TxtClient {
         None
     }
 
+    /// The models have no I2C.
+    pub(crate) fn set_i2c_access(&mut self, _access: I2cAccess) {}
+
     pub(crate) fn query_status(&mut self) -> Result<QueryStatusResponse, Error> {
         let version = FirmwareVersion::OLDEST_SUPPORTED;
         Ok(QueryStatusResponse { device_name: *b"ROBOTICS TXT 001", version })
@@ -165,6 +168,10 @@ impl TxtClient {
 
     pub(crate) fn start_camera_online(&mut self, _start: &StartCameraOnline) -> Result<(), Error> {
         Ok(())
+    }
+
+    pub(crate) fn camera_pause(&self) -> Option<Duration> {
+        Some(Duration::ZERO)
     }
 
     pub(crate) fn stop_camera_online(&mut self) -> Result<(), Error> {

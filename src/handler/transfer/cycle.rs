@@ -4,9 +4,13 @@ use std::time::Duration;
 
 use crate::camera::CameraServer;
 use crate::client::Endpoint;
+#[cfg(not(all(test, shuttle)))]
+use crate::client::TxtClient;
 use crate::error::Error;
 use crate::exchange::{Inputs, SentConfigs};
 use crate::handler::events::Comparison;
+#[cfg(all(test, shuttle))]
+use crate::handler::model::TxtClient;
 use crate::handler::parts::state::Stop;
 use crate::handler::shared::{CameraCommand, Shared, State};
 use crate::handler::sync::MutexGuard;
@@ -33,6 +37,17 @@ pub(crate) struct Cycle<'a> {
     configs_before: SentConfigs,
     /// Whether others were sent since then.
     configs_changed: bool,
+}
+
+/// Whether the controller's camera has ended, so that it can be started; otherwise exchanges go on until then.
+///
+/// It may still run since before a gap, or since a program that was killed. Two cameras end the maker's firmware (4.7.0,
+/// under emulation) when they stop.
+fn is_camera_off(client: &mut TxtClient, shared: &Shared) -> Result<bool, Error> {
+    if client.camera_pause().is_none() {
+        client.stop_camera_online()?;
+    }
+    Ok(shared.is_lock_step() || client.camera_pause().is_some_and(|pause| pause.is_zero()))
 }
 
 impl<'a> Cycle<'a> {
@@ -145,15 +160,24 @@ impl<'a> Cycle<'a> {
     }
 
     /// Sends the program's command, if there is one. After a gap, starts the camera again before that.
+    ///
+    /// What must wait is tried again in the next cycle. In lock-step the client waits.
     fn run_command(&mut self) -> Result<(), Error> {
-        if let (Some(start), Some(server)) = (&self.camera, self.camera_to_restart.take()) {
-            let server = CameraServer::before_start(server);
-            self.link.client.start_camera_online(start)?;
-            self.shared.resume_camera(server);
-        }
         let client = &mut self.link.client;
+        if let (Some(start), Some(server)) = (&self.camera, &self.camera_to_restart) {
+            if !is_camera_off(client, self.shared)? {
+                return Ok(());
+            }
+            let server = CameraServer::before_start(server.clone());
+            client.start_camera_online(start)?;
+            self.shared.resume_camera(server);
+            self.camera_to_restart = None;
+        }
         match self.shared.command() {
             Some(CameraCommand::Start(start)) => {
+                if !is_camera_off(client, self.shared)? {
+                    return Ok(());
+                }
                 client.start_camera_online(&start)?;
                 self.camera = Some(start);
             }
@@ -183,8 +207,9 @@ impl<'a> Cycle<'a> {
         Ok(delivered)
     }
 
-    /// Stops the motors with a last exchange and ends online mode.
+    /// Stops motors and sounds with a last exchange and ends online mode.
     pub(crate) fn leave(&mut self) -> Result<(), Error> {
+        self.link.exchange.end_sounds();
         let (delivered, _) = self.exchange()?;
         self.announce(&delivered);
         if self.camera.is_some() && self.camera_to_restart.is_none() {
@@ -197,6 +222,7 @@ impl<'a> Cycle<'a> {
     pub(crate) fn abandon(&mut self) {
         let Link { client, exchange } = &mut self.link;
         let mut request = Vec::new();
+        exchange.end_sounds();
         // There are areas, so there is a request.
         if exchange.request(&self.areas, &mut request).is_ok() {
             client.abandon(&request);

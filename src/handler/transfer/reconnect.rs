@@ -76,7 +76,7 @@ fn attempt(
         shared.set_controller(controller);
     };
     let (mut link, config_updates) =
-        handshake::connect(settings, limit, &shared.outgoing(), found)?;
+        handshake::connect(settings, limit, &shared.i2c, &shared.outgoing(), found)?;
     // A command is sent after the first exchange.
     shared.wait_for_step();
     if let Some(stop) = shared.stop() {

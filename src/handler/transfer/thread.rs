@@ -138,7 +138,7 @@ mod tests {
         let settings = handler.settings().clone();
         let areas = vec![FishX1Transfer::default(); areas];
         let limit = settings.limits.connect;
-        let (link, _) = handshake::connect(&settings, limit, &areas, |_| ()).unwrap();
+        let (link, _) = handshake::connect(&settings, limit, &shared.i2c, &areas, |_| ()).unwrap();
         TransferThread::new(link, areas, shared, settings)
     }
 

@@ -240,8 +240,6 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
     // StartI2C() → bool
     let i2c: I2cClient = handler.i2c()?;
 
-    // StartI2C() → bool, without a handler
-    let i2c = I2cClient::connect("192.168.7.2:65002", 65002, limits)?;
     Ok(())
 }
 
@@ -379,7 +377,7 @@ fn ke_lib(handler: &TransferAreaComHandler, limits: TimeLimits) -> Result<(), Er
     let mut areas: TransferAreaGuard = handler.lock();
 
     // InitI2C() → uint32_t
-    let mut i2c = I2cClient::connect("192.168.7.2:65002", 65002, limits)?;
+    let mut i2c = handler.i2c()?;
 
     // KeLibI2cTransfer(0x18, 1, write, 6, read, I2C_SPEED_400_KHZ) → uint32_t
     let mut read = [0; 6];

@@ -42,7 +42,7 @@ pub(crate) const CALLS: &[Calls] = &[
         has_aliases: true,
         without: &[
             (&["PrintIR"], "print `area.txt_inputs.ir_input`"),
-            (&["StopI2C"], "dropping the `I2cClient` closes its connection"),
+            (&["StopI2C"], "the connection ends with the transfer"),
         ],
     },
     Calls {

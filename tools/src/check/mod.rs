@@ -3,7 +3,6 @@
 mod lesson;
 mod lessons;
 mod moment;
-mod program;
 mod stage;
 mod words;
 

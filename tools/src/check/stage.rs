@@ -2,6 +2,7 @@
 //!
 //! Every exchange is kept, so nothing is missed while a check is busy. Times are those of the machine.
 
+use std::process::Stdio;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -10,11 +11,11 @@ use ft_transfer_area_simulator::world::{Sensor, World, WorldState};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::moment::Moment;
-use super::program::Program;
 use super::words::{Check, Language, Words, Wrong};
 use super::Args;
 use crate::panel::pages::{self, Simulated};
 use crate::print;
+use crate::program::Program;
 use crate::web::browser::Opening;
 
 /// How long a program has to answer an input. Much longer than it needs on a busy computer.
@@ -69,7 +70,7 @@ impl Stage {
             print::line(format_args!("page {url}"))?;
             opening = kept;
         }
-        let program = Program::start(&args.program, &address)?;
+        let program = Program::start(&args.program, &address, Stdio::null())?;
         Ok(Self { program, txts, log, mark: 0, step: None, language, _opening: opening })
     }
 

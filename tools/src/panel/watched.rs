@@ -14,7 +14,7 @@ use super::problem::Problem;
 use super::state::{
     self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
 };
-use crate::told::{missed, Cycle, Happened, I2cExchange, Line, Told};
+use crate::told::{halted, missed, Cycle, Happened, I2cExchange, Line, Told};
 
 /// Of how many answers the median is shown.
 const ANSWERS: usize = 256;
@@ -96,6 +96,10 @@ impl Watched {
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
                 (self.cycles, self.late) = (0, 0);
+            }
+            Happened::Halted { gone, error } => {
+                let code = if error.is_none() { "halted" } else { "halt_failed" };
+                self.error = Some(Problem::new(code, halted(*gone, error.as_ref())));
             }
             Happened::Offline { by_program } => {
                 self.online = self.online.saturating_sub(1);

@@ -98,6 +98,9 @@ impl Changes {
                 self.told.clear();
                 json!({"what": "online"})
             }
+            Happened::Halted { gone, error } => {
+                json!({"what": "outputs_off", "because": gone.name(), "done": error.is_none(), "why": error.as_ref().map(ToString::to_string)})
+            }
             Happened::Offline { by_program } => {
                 json!({"what": "offline", "by_program": by_program})
             }

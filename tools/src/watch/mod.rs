@@ -5,20 +5,26 @@
 
 mod changes;
 mod decode;
+mod driven;
+mod halt;
+mod packet;
 mod passage;
-mod ports;
+pub(crate) mod ports;
 mod record;
 mod relay;
 mod tap;
 
+use std::ffi::OsString;
+use std::net::SocketAddr;
 use std::path::PathBuf;
+use std::process::{ExitCode, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{bail, Context};
-use crossbeam_channel::select;
+use crossbeam_channel::{select, Receiver};
 use ft_transfer_area::PORT;
 
 use self::changes::Changes;
@@ -27,26 +33,36 @@ use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
 use crate::panel::pages::{self, Watched};
+use crate::program::Program;
 use crate::recording::output::Output;
-use crate::told::{missed, Happened, Told};
+use crate::told::{halted, missed, Happened, Told};
 use crate::web::browser::Opening;
 use crate::{interrupt, lines, print};
 
 /// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
 const LOOK: Duration = Duration::from_millis(5);
 
+/// How often to look whether the program that was started still runs.
+const PROGRAM_LOOK: Duration = Duration::from_millis(20);
+/// How long that program may go on after Ctrl-C, which it has got, too.
+const FAREWELL: Duration = Duration::from_secs(1);
+
 const AFTER: &str = "\
 Let your program connect to 127.0.0.1 instead of the controller: ftrobopy, ROBO Pro, the kit's
 programs and those of this library. Every byte is passed on as it is, in both directions, and
 the page shows what the bytes mean. The page drives nothing.
 
-The camera is one port after the main port, and I2C two, on both sides. Ctrl-C closes all
-connections. A TXT's motors may go on then, so end your program first.
+The camera is one port after the main port, and I2C two, on both sides. When a program that is
+online is killed, disconnects or is silent for 4.5 s, and with Ctrl-C, all outputs go off.
+
+After -- comes a program to start. Its last argument is the address for it, which is also in the
+variables TXT_ADDRESS and FT_TXT_HOST. txt watch ends with it, with its exit status.
 
 Examples:
   txt watch 192.168.7.2                          the program uses 127.0.0.1
   txt watch 192.168.7.2 --record run.mcap        and records what it does
-  txt watch 192.168.7.2 --json --no-page         prints each change as a line of JSON";
+  txt watch 192.168.7.2 --json --no-page         prints each change as a line of JSON
+  txt watch 192.168.7.2 --no-page -- python3 run.py";
 
 /// See what another program and a controller say to each other
 #[derive(clap::Args)]
@@ -73,9 +89,15 @@ pub(crate) struct Args {
     /// Do not open the browser
     #[arg(long)]
     no_browser: bool,
+    /// Do not switch the outputs off when a program is gone that was online
+    #[arg(long)]
+    leave_outputs: bool,
+    /// A program to start, and its arguments
+    #[arg(last = true)]
+    program: Vec<OsString>,
 }
 
-pub(crate) fn run(args: Args) -> anyhow::Result<()> {
+pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
@@ -96,11 +118,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let changes = args.json.then(Changes::start).transpose()?;
 
     let (tap, pieces) = tap::tap();
-    let relay = Relay::start(listeners, controller, tap)?;
-    let (main, controller) = (main.to_string(), controller.to_string());
+    let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
+    let controller = controller.to_string();
     match &changes {
-        Some(changes) => changes.begin(&main, &controller, page.as_deref()),
-        None => announce(&main, &controller, page.as_deref())?,
+        Some(changes) => changes.begin(&main.to_string(), &controller, page.as_deref()),
+        None if args.program.is_empty() => {
+            announce(&main.to_string(), &controller, page.as_deref())?;
+        }
+        // What is printed is the program's.
+        None => page.iter().for_each(|url| lines::print(&format!("page {url}"))),
     }
     let ending = Arc::new(AtomicBool::new(false));
     let looker = Looker {
@@ -115,19 +141,67 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let ending = Arc::clone(&ending);
         move || looker.run(&ending)
     })?;
-    let failure = select! {
-        recv(interrupted) -> done => done.map(|()| None)?,
-        recv(relay.failure) -> error => error.ok(),
+    let passed = if args.program.is_empty() {
+        wait(&interrupted, &relay).map(|()| ExitCode::SUCCESS)
+    } else {
+        accompany(&args.program, main, &interrupted, &relay)
     };
     // The connections end first: then a controller can serve others.
     drop(relay);
     ending.store(true, Ordering::Relaxed);
     let looked = looks.join();
-    if let Some(error) = failure {
-        return Err(error).context("nothing could be passed on any more");
-    }
-    looked.unwrap_or_else(|_| bail!("what has passed at the end was not looked at"))
+    let code = passed?;
+    looked.unwrap_or_else(|_| bail!("what has passed at the end was not looked at"))?;
+    Ok(code)
 }
+
+/// Waits for Ctrl-C.
+fn wait(interrupted: &Receiver<()>, relay: &Relay) -> anyhow::Result<()> {
+    select! {
+        recv(interrupted) -> done => Ok(done?),
+        recv(relay.failure) -> error => Err(error?).context(NOT_PASSED),
+    }
+}
+
+/// Starts a program, and waits until it has ended. Ctrl-C ends it, too.
+fn accompany(
+    words: &[OsString],
+    main: SocketAddr,
+    interrupted: &Receiver<()>,
+    relay: &Relay,
+) -> anyhow::Result<ExitCode> {
+    // Not all programs take an address with a port.
+    let address = if main.port() == PORT { main.ip().to_string() } else { main.to_string() };
+    let mut program = Program::start(words, &address, Stdio::inherit())?;
+    let mut ends_at = None;
+    loop {
+        if let Some(status) = program.ended()? {
+            return Ok(code(status));
+        }
+        if ends_at.is_some_and(|at| at <= Instant::now()) {
+            return Ok(ExitCode::FAILURE);
+        }
+        select! {
+            recv(interrupted) -> done => {
+                done?;
+                ends_at = ends_at.or(Some(Instant::now() + FAREWELL));
+            }
+            recv(relay.failure) -> error => return Err(error?).context(NOT_PASSED),
+            default(PROGRAM_LOOK) => {}
+        }
+    }
+}
+
+/// The exit status of a program as that of this one. Windows has longer ones.
+fn code(status: ExitStatus) -> ExitCode {
+    if status.code().is_none() {
+        log::warn!("the program was ended: {status}");
+    }
+    let code = status.code().and_then(|code| u8::try_from(code).ok());
+    code.map_or(ExitCode::FAILURE, ExitCode::from)
+}
+
+const NOT_PASSED: &str = "nothing could be passed on any more";
 
 /// Says where the program has to connect to.
 fn announce(main: &str, controller: &str, page: Option<&str>) -> anyhow::Result<()> {
@@ -207,6 +281,7 @@ impl Notes {
                 side.name()
             ),
             Happened::Missed => log::warn!("{}", missed(told.line)),
+            Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
             Happened::Refused(_)
             | Happened::Connected(_)

@@ -8,8 +8,10 @@ use mio::net::TcpStream;
 use mio::{Interest, Registry, Token};
 use socket2::SockRef;
 
+use super::driven::Driven;
+use super::halt::Halt;
 use super::tap::{Piece, Tap, What};
-use crate::told::Line;
+use crate::told::{Gone, Line, Side};
 
 /// How much is passed on in one direction before the other connections have their turn.
 const TURN: usize = 1 << 20;
@@ -49,6 +51,8 @@ pub(super) enum Then {
     /// There is more to pass on at once.
     More,
     Closed,
+    /// The program has gone while it drove, so that the controller has to be stopped.
+    Gone(Gone),
 }
 
 pub(super) struct Passage {
@@ -63,6 +67,8 @@ pub(super) struct Passage {
     controller: TcpStream,
     up: Flow,
     down: Flow,
+    /// What the program does, if the controller is to be stopped after it.
+    driven: Option<Driven>,
     /// Nothing of it is reported any more, because too much waited to be looked at.
     missed: bool,
 }
@@ -92,8 +98,14 @@ impl Passage {
             controller: to_controller,
             up: Flow::default(),
             down: Flow::default(),
+            driven: None,
             missed: false,
         })
+    }
+
+    /// Has the controller stopped when the program has gone while it drives.
+    pub(super) fn stops_after_it(&mut self) {
+        self.driven = Some(Driven::new());
     }
 
     /// Tries once more to connect to the controller.
@@ -103,8 +115,7 @@ impl Passage {
         registry: &Registry,
         token: Token,
     ) -> io::Result<()> {
-        self.controller = TcpStream::connect(controller)?;
-        registry.register(&mut self.controller, token, Interest::READABLE | Interest::WRITABLE)?;
+        self.controller = connect(controller, registry, token)?;
         self.stage = Stage::Connecting(Instant::now());
         Ok(())
     }
@@ -114,22 +125,12 @@ impl Passage {
         if self.stage == Stage::Open {
             return Ok(true);
         }
-        if let Some(error) = self.controller.take_error()? {
-            return Err(error);
+        let is_connected = is_connected(&self.controller)?;
+        if is_connected {
+            self.controller.set_nodelay(true)?;
+            self.stage = Stage::Open;
         }
-        match self.controller.peer_addr() {
-            // Where nothing listens on this computer, a system may connect the port with itself.
-            Ok(peer) if self.controller.local_addr()? == peer => {
-                Err(ErrorKind::ConnectionRefused.into())
-            }
-            Ok(_) => {
-                self.controller.set_nodelay(true)?;
-                self.stage = Stage::Open;
-                Ok(true)
-            }
-            Err(error) if is_pending(&error) => Ok(false),
-            Err(error) => Err(error),
-        }
+        Ok(is_connected)
     }
 
     /// Whether the program still waits for a connection that is not made yet.
@@ -158,15 +159,19 @@ impl Passage {
             let down = self.pass_down(chunk, tap)?;
             Ok(up || down)
         });
+        if let Some(gone) = self.gone(passed.as_ref().err(), chunk, tap) {
+            return Then::Gone(gone);
+        }
         if self.down.ended && !had_ended {
             let (line, connection) = (self.line, self.number);
             tap.tell(Piece { line, connection, at: Instant::now(), what: What::ControllerEnded });
         }
         match passed {
             Ok(_) if self.up.told_end && self.down.told_end => Then::Closed,
-            Ok(true) => Then::More,
-            Ok(false) => Then::Waits,
-            Err(error) => {
+            // The program's end was held back for nothing.
+            Ok(false) if !(self.up.ended && !self.up.told_end && self.drives()) => Then::Waits,
+            Ok(_) => Then::More,
+            Err(Broken { error, .. }) => {
                 log::debug!("connection {} is reset: {error}", self.number);
                 (self.up.broken, self.down.broken) = (true, true);
                 // What one side said before it reset the connection still arrives.
@@ -178,21 +183,68 @@ impl Passage {
         }
     }
 
-    fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
+    /// Whether the program has gone while it drives. It may have said farewell before its connection broke.
+    fn gone(&mut self, broken: Option<&Broken>, chunk: &mut [u8], tap: &Tap) -> Option<Gone> {
+        let is_broken = broken.is_some_and(|broken| broken.side == Side::Program);
+        if is_broken && self.drives() {
+            let _ = self.pass_up(true, chunk, tap);
+        }
+        let has_gone = is_broken || (broken.is_none() && self.up.ended && !self.down.ended);
+        (has_gone && self.drives()).then_some(if is_broken { Gone::Reset } else { Gone::Closed })
+    }
+
+    /// Whether a program drives through it, after which the controller is to be stopped.
+    pub(super) fn drives(&self) -> bool {
+        self.driven.as_ref().is_some_and(Driven::drives)
+    }
+
+    /// When the program will have been silent for too long.
+    pub(super) fn silent_at(&self) -> Option<Instant> {
+        self.driven.as_ref()?.silent_at(!self.down.ended)
+    }
+
+    /// Stops the controller, if a program has driven it.
+    pub(super) fn halt(self, gone: Gone, tap: &Tap) -> Option<Halt> {
+        let driven = self.driven.filter(Driven::drives)?;
+        // Behind the part of a command, and after its end, the controller understands nothing.
+        let is_clear = self.up.pending.is_empty() && !self.down.ended;
+        let controller = Some(self.controller).filter(|_| is_clear);
+        Some(Halt::now(gone, self.number, driven, controller, tap))
+    }
+
+    /// Stops the controller that has ended the connection, if no program comes back.
+    pub(super) fn halt_later(self) -> Option<Halt> {
+        let driven = self.driven.filter(Driven::drives)?;
+        Some(Halt::later(self.number, driven))
+    }
+
+    fn pass_up(&mut self, may_send: bool, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {
         if !may_send {
             return Ok(false);
         }
-        let mut witness =
-            Witness { tap, line: self.line, number: self.number, missed: &mut self.missed };
-        let tell = |at, bytes: &[u8]| witness.tell(at, bytes, What::FromProgram);
-        pass(&mut self.program, &mut self.controller, &mut self.up, chunk, tell)
+        let witness = Witness {
+            tap,
+            line: self.line,
+            connection: self.number,
+            side: Side::Program,
+            holds_end: !self.down.ended,
+            driven: self.driven.as_mut(),
+            missed: &mut self.missed,
+        };
+        pass(&mut self.program, &mut self.controller, &mut self.up, chunk, witness)
     }
 
-    fn pass_down(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
-        let mut witness =
-            Witness { tap, line: self.line, number: self.number, missed: &mut self.missed };
-        let tell = |at, bytes: &[u8]| witness.tell(at, bytes, What::FromController);
-        pass(&mut self.controller, &mut self.program, &mut self.down, chunk, tell)
+    fn pass_down(&mut self, chunk: &mut [u8], tap: &Tap) -> Result<bool, Broken> {
+        let witness = Witness {
+            tap,
+            line: self.line,
+            connection: self.number,
+            side: Side::Controller,
+            holds_end: false,
+            driven: self.driven.as_mut(),
+            missed: &mut self.missed,
+        };
+        pass(&mut self.controller, &mut self.program, &mut self.down, chunk, witness)
     }
 
     /// Both sides see that the connection has broken.
@@ -208,26 +260,72 @@ fn reset(side: &TcpStream) {
     let _ = SockRef::from(side).set_linger(Some(Duration::ZERO));
 }
 
-/// Tells what has passed, after it has passed.
+/// Begins to connect to a controller.
+pub(super) fn connect(to: SocketAddr, registry: &Registry, token: Token) -> io::Result<TcpStream> {
+    let mut stream = TcpStream::connect(to)?;
+    registry.register(&mut stream, token, Interest::READABLE | Interest::WRITABLE)?;
+    Ok(stream)
+}
+
+/// Whether a connection to a controller is made by now. The error is why there is none.
+pub(super) fn is_connected(controller: &TcpStream) -> io::Result<bool> {
+    if let Some(error) = controller.take_error()? {
+        return Err(error);
+    }
+    match controller.peer_addr() {
+        // Where nothing listens on this computer, a system may connect the port with itself.
+        Ok(peer) if controller.local_addr()? == peer => Err(ErrorKind::ConnectionRefused.into()),
+        Ok(_) => Ok(true),
+        Err(error) if is_pending(&error) => Ok(false),
+        Err(error) => Err(error),
+    }
+}
+
+/// Whose connection has broken.
+struct Broken {
+    side: Side,
+    error: io::Error,
+}
+
+/// Sees what has passed from one side, after it has passed.
 struct Witness<'a> {
     tap: &'a Tap,
     line: Line,
-    number: u64,
+    connection: u64,
+    side: Side,
+    /// The end of this side is not passed on while a program drives: it is gone then, and something else comes first.
+    holds_end: bool,
+    driven: Option<&'a mut Driven>,
     missed: &'a mut bool,
 }
 
 impl Witness<'_> {
-    fn tell(&mut self, at: Instant, bytes: &[u8], what: fn(Vec<u8>) -> What) {
-        if *self.missed {
-            return;
+    fn tell(&mut self, at: Instant, bytes: &[u8]) {
+        match (self.side, &mut self.driven) {
+            (Side::Program, Some(driven)) => driven.sent(at, bytes),
+            (Side::Controller, Some(driven)) => driven.received(at, bytes),
+            (_, None) => {}
         }
-        let what = if self.tap.reserve(bytes.len()) {
-            what(bytes.to_vec())
-        } else {
-            *self.missed = true;
-            What::Missed
+        let connection = (self.line, self.connection);
+        self.tap.tell_bytes(connection, self.side, at, bytes, self.missed);
+    }
+
+    /// Whether the end of this side is passed on.
+    fn passes_end(&self) -> bool {
+        !(self.holds_end && self.driven.as_ref().is_some_and(|driven| driven.drives()))
+    }
+
+    /// The side that sends is the one that has broken.
+    fn sender_broke(&self, error: io::Error) -> Broken {
+        Broken { side: self.side, error }
+    }
+
+    fn receiver_broke(&self, error: io::Error) -> Broken {
+        let side = match self.side {
+            Side::Program => Side::Controller,
+            Side::Controller => Side::Program,
         };
-        self.tap.tell(Piece { line: self.line, connection: self.number, at, what });
+        Broken { side, error }
     }
 }
 
@@ -237,16 +335,20 @@ fn pass(
     to: &mut TcpStream,
     flow: &mut Flow,
     chunk: &mut [u8],
-    mut tell: impl FnMut(Instant, &[u8]),
-) -> io::Result<bool> {
+    mut witness: Witness,
+) -> Result<bool, Broken> {
     let mut passed = 0;
     while !flow.told_end {
-        if !send_pending(to, flow)? {
+        if !send_pending(to, flow).map_err(|error| witness.receiver_broke(error))? {
             return Ok(false);
         }
         if flow.ended {
+            if !witness.passes_end() {
+                return Ok(false);
+            }
             if !flow.broken {
-                to.shutdown(Shutdown::Write).or_else(unless_gone)?;
+                let told = to.shutdown(Shutdown::Write).or_else(unless_gone);
+                told.map_err(|error| witness.receiver_broke(error))?;
             }
             flow.told_end = true;
             break;
@@ -262,12 +364,12 @@ fn pass(
             Ok(count) => count,
             Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(false),
             Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) => return Err(error),
+            Err(error) => return Err(witness.sender_broke(error)),
         };
         let at = Instant::now();
         let sent = write(to, &chunk[..count]);
-        tell(at, &chunk[..count]);
-        let sent = sent?;
+        witness.tell(at, &chunk[..count]);
+        let sent = sent.map_err(|error| witness.receiver_broke(error))?;
         flow.pending.extend_from_slice(&chunk[sent..count]);
         passed += count;
     }

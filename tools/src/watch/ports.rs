@@ -16,7 +16,7 @@ const ATTEMPTS: usize = 50;
 const FIND_LIMIT: Duration = Duration::from_millis(1500);
 
 /// The address of the controller's main port; that of its camera is the next one, and then comes I2C.
-pub(super) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
+pub(crate) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
     if host == "auto" {
         let mut found = find_controllers(FIND_LIMIT)?;
         return match (found.pop(), found.len()) {
@@ -45,7 +45,7 @@ pub(super) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
 }
 
 /// The address of one of a controller's ports.
-pub(super) fn behind(main: SocketAddr, line: Line) -> SocketAddr {
+pub(crate) fn behind(main: SocketAddr, line: Line) -> SocketAddr {
     // There is room, as `controller` has checked.
     SocketAddr::new(main.ip(), main.port() + line.index() as u16)
 }

@@ -11,7 +11,7 @@ use ft_transfer_area_recorder::{
 
 use crate::lines;
 use crate::recording::output::{discard, Output};
-use crate::told::{Cycle, Happened, Line, Told, MISSED};
+use crate::told::{halted, Cycle, Happened, Line, Told, MISSED};
 
 /// Writes a recording.
 pub(super) struct Record {
@@ -24,6 +24,9 @@ pub(super) struct Record {
     begins: Option<(String, String)>,
     /// Why what passes is not understood any more.
     unclear: Option<String>,
+    /// How the controller was stopped after its program had gone.
+    halted: Option<String>,
+    is_online: bool,
     statistics: Statistics,
     /// An error was reported.
     failed: bool,
@@ -41,6 +44,8 @@ impl Record {
             address: address.to_string(),
             begins: None,
             unclear: None,
+            halted: None,
+            is_online: false,
             statistics: Statistics::default(),
             failed: false,
         })
@@ -50,7 +55,8 @@ impl Record {
         match &told.what {
             Happened::Online { name, firmware } => {
                 self.begins = Some((name.clone(), firmware.to_string()));
-                self.unclear = None;
+                self.is_online = true;
+                (self.unclear, self.halted) = (None, None);
                 self.statistics = Statistics::default();
             }
             Happened::Cycle(cycle) => self.cycle(told, cycle),
@@ -60,7 +66,19 @@ impl Record {
                     Some(format!("what the {} sent is not understood: {why}", side.name()));
             }
             Happened::Missed if told.line == Line::Main => self.unclear = Some(MISSED.to_owned()),
+            Happened::Halted { gone, error } => {
+                let error = halted(*gone, error.as_ref());
+                if self.is_online {
+                    self.halted = Some(error);
+                } else {
+                    // By a connection of its own.
+                    let failure = Failure { kind: FailureKind::Other, error };
+                    self.feed.transfer(told.at, Transfer::EndedBy(failure));
+                }
+            }
             Happened::Offline { by_program } => {
+                self.is_online = false;
+                let closed = "the connection was closed before the program went offline";
                 let what = match self.unclear.take() {
                     Some(error) => {
                         Transfer::EndedBy(Failure { kind: FailureKind::WrongData, error })
@@ -68,8 +86,7 @@ impl Record {
                     None if *by_program => Transfer::Ended,
                     None => Transfer::EndedBy(Failure {
                         kind: FailureKind::Closed,
-                        error: "the connection was closed before the program went offline"
-                            .to_owned(),
+                        error: self.halted.take().unwrap_or_else(|| closed.to_owned()),
                     }),
                 };
                 self.feed.transfer(told.at, what);

@@ -3,6 +3,8 @@
 //! One thread sees things in the order in which they happen: a connection that a program has closed is closed at the
 //! controller before the program's next one is made, and a program that has connected to the camera and then starts
 //! it is seen to do so in this order. What has passed is handed to those who look as a copy.
+//!
+//! When a program has gone that was online, the controller is stopped before its connection ends.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -13,13 +15,14 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver};
-use mio::net::TcpListener;
+use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
-use super::passage::{Passage, Stage, Then, CHUNK};
+use super::halt::Halt;
+use super::passage::{connect, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
-use crate::told::Line;
+use crate::told::{Gone, Line};
 
 const WAKER: Token = Token(3);
 /// The first token of a connection; each has two.
@@ -50,6 +53,7 @@ impl Relay {
         listeners: [TcpListener; 3],
         controller: SocketAddr,
         tap: Tap,
+        leaves_outputs: bool,
     ) -> anyhow::Result<Self> {
         let poll = Poll::new()?;
         let waker = Waker::new(poll.registry(), WAKER)?;
@@ -58,8 +62,11 @@ impl Relay {
             listeners,
             controller,
             tap,
+            leaves_outputs,
             poll,
             passages: BTreeMap::new(),
+            halts: Vec::new(),
+            held: Vec::new(),
             numbers: 0,
             chunk: vec![0; CHUNK],
             busy: false,
@@ -99,9 +106,15 @@ struct Worker {
     listeners: [TcpListener; 3],
     controller: SocketAddr,
     tap: Tap,
+    /// No controller is stopped whose program has gone.
+    leaves_outputs: bool,
     poll: Poll,
     /// By number.
     passages: BTreeMap<u64, Passage>,
+    /// Controllers that are being stopped.
+    halts: Vec<Halt>,
+    /// Programs that come while the controller is being stopped.
+    held: Vec<(TcpStream, SocketAddr)>,
     numbers: u64,
     chunk: Vec<u8>,
     /// There is more to pass on at once.
@@ -145,11 +158,37 @@ impl Worker {
             }
             self.connect();
             self.pass(|_| true);
+            self.halt_the_silent();
+            self.go_on_to_halt();
             if knocks[Line::Main.index()] {
                 self.accept(Line::Main);
             }
         }
-        Ok(())
+        self.leave(&mut events)
+    }
+
+    /// Stops what a program still drives, and closes everything.
+    fn leave(&mut self, events: &mut Events) -> io::Result<()> {
+        // Nobody comes back.
+        self.halts.retain(|halt| !halt.waits());
+        let numbers: Vec<_> = self.passages.keys().copied().collect();
+        let (driving, others): (Vec<_>, Vec<_>) =
+            numbers.into_iter().partition(|number| self.passages[number].drives());
+        driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
+        // StopOnline takes a second while a connection to I2C is open.
+        others.into_iter().for_each(|number| self.close(number));
+        self.held.clear();
+        loop {
+            self.go_on_to_halt();
+            if self.halts.is_empty() {
+                return Ok(());
+            }
+            let limit = self.limit();
+            match self.poll.poll(events, limit) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                done => done?,
+            }
+        }
     }
 
     /// How long to wait for something to happen.
@@ -164,9 +203,10 @@ impl Worker {
                 .into_iter()
                 .filter(|at| *at > now)
                 .min(),
-            Stage::Open => None,
+            Stage::Open => passage.silent_at(),
         });
-        let next = times.chain(self.accept_at).min()?;
+        let halts = self.halts.iter().map(Halt::next_at);
+        let next = times.chain(self.accept_at).chain(halts).min()?;
         // Not a moment too early: it would be for nothing.
         Some(next.saturating_duration_since(now) + Duration::from_micros(100))
     }
@@ -198,19 +238,89 @@ impl Worker {
             self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
-            self.numbers += 1;
-            let number = self.numbers;
-            self.tell(line, number, What::Opened(from));
-            let (address, tokens) = (behind(self.controller, line), tokens(number));
-            let registry = self.poll.registry();
-            match Passage::begin((line, number), program, address, registry, tokens) {
-                Ok(passage) => drop(self.passages.insert(number, passage)),
-                Err(error) => {
-                    self.tell(line, number, What::Refused(error));
-                    self.tell(line, number, What::Closed);
-                }
+            if line == Line::Main && !self.halts.iter().all(Halt::waits) {
+                self.held.push((program, from));
+            } else {
+                self.admit(line, program, from);
             }
         }
+    }
+
+    /// Begins to connect to the controller for a program.
+    fn admit(&mut self, line: Line, program: TcpStream, from: SocketAddr) {
+        if line == Line::Main {
+            // It may have come back, also if the controller refuses it now.
+            self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
+        }
+        self.numbers += 1;
+        let number = self.numbers;
+        self.tell(line, number, What::Opened(from));
+        let (address, tokens) = (behind(self.controller, line), tokens(number));
+        let registry = self.poll.registry();
+        match Passage::begin((line, number), program, address, registry, tokens) {
+            Ok(mut passage) => {
+                if line == Line::Main && !self.leaves_outputs {
+                    passage.stops_after_it();
+                }
+                self.passages.insert(number, passage);
+            }
+            Err(error) => {
+                self.tell(line, number, What::Refused(error));
+                self.tell(line, number, What::Closed);
+            }
+        }
+    }
+
+    /// Stops the controller of a program that has gone.
+    fn halt(&mut self, number: u64, gone: Gone) {
+        let Some(passage) = self.passages.remove(&number) else { return };
+        self.halts.extend(passage.halt(gone, &self.tap));
+    }
+
+    /// Begins to stop the controller for programs that say nothing more. The controller would close their connections
+    /// a moment later, and then it would be too late.
+    fn halt_the_silent(&mut self) {
+        let now = Instant::now();
+        let is_silent = |one: &&Passage| one.silent_at().is_some_and(|at| at <= now);
+        let silent = self.passages.values().filter(is_silent).map(|one| one.number);
+        let silent: Vec<_> = silent.collect();
+        silent.into_iter().for_each(|number| self.halt(number, Gone::Silent));
+    }
+
+    /// Goes on to stop controllers whose program has gone. Afterwards others are let in.
+    fn go_on_to_halt(&mut self) {
+        if self.halts.is_empty() {
+            return;
+        }
+        self.wait_for_return();
+        for mut halt in std::mem::take(&mut self.halts) {
+            let token = tokens(halt.connection)[1];
+            let connect = || connect(self.controller, self.poll.registry(), token);
+            if !halt.go_on(connect, &mut self.chunk, &self.tap) {
+                self.halts.push(halt);
+            }
+        }
+        if self.halts.iter().all(Halt::waits) {
+            for (program, from) in std::mem::take(&mut self.held) {
+                self.admit(Line::Main, program, from);
+            }
+        }
+    }
+
+    /// A program that has come back and drives stops what was left by going online. One that has only connected may
+    /// still do so.
+    fn wait_for_return(&mut self) {
+        if !self.held.is_empty() {
+            self.halts.iter_mut().filter(|halt| halt.pauses()).for_each(Halt::put_off);
+        }
+        let mut mains = self.passages.values().filter(|one| one.line == Line::Main).peekable();
+        if mains.peek().is_none() {
+            return;
+        }
+        if mains.any(Passage::drives) {
+            self.halts.retain(|halt| !halt.waits());
+        }
+        self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
     }
 
     /// Goes on with connections that are being made.
@@ -276,7 +386,7 @@ impl Worker {
     /// Passes on what is there, on these connections.
     fn pass(&mut self, which: impl Fn(Line) -> bool) {
         let may_command = !self.is_one_coming();
-        let mut closed = Vec::new();
+        let (mut closed, mut gone) = (Vec::new(), None);
         for passage in self.passages.values_mut() {
             if passage.stage != Stage::Open || !which(passage.line) {
                 continue;
@@ -286,7 +396,16 @@ impl Worker {
                 Then::Waits => {}
                 Then::More => self.busy = true,
                 Then::Closed => closed.push(passage.number),
+                Then::Gone(why) => {
+                    gone = Some((passage.number, why));
+                    // Nothing is done before the controller is stopped.
+                    self.busy = true;
+                    break;
+                }
             }
+        }
+        if let Some((number, why)) = gone {
+            self.halt(number, why);
         }
         closed.into_iter().for_each(|number| self.close(number));
     }
@@ -295,7 +414,7 @@ impl Worker {
         if let Some(passage) = self.passages.remove(&number) {
             let line = passage.line;
             // Its sockets are closed before that is reported.
-            drop(passage);
+            self.halts.extend(passage.halt_later());
             self.tell(line, number, What::Closed);
         }
     }

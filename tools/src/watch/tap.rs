@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use crossbeam_channel::{unbounded, Receiver, Sender};
 
-use crate::told::Line;
+use crate::told::{Gone, Line, Side};
 
 /// How many bytes may wait to be looked at.
 const WAITING_MAX: usize = 32 << 20;
@@ -37,6 +37,10 @@ pub(super) enum What {
     ControllerEnded,
     /// So many bytes were not kept that what follows can't be understood.
     Missed,
+    /// The program has gone: what follows as from it is from the relay, which stops the controller.
+    Gone,
+    /// What has become of the outputs then.
+    Halted(Gone, io::Result<()>),
     Closed,
 }
 
@@ -65,8 +69,30 @@ impl Tap {
         let _ = self.sender.send(piece);
     }
 
+    /// Tells what a side of this connection has sent. `missed` is whether there was no room, and then nothing more is
+    /// told.
+    pub(super) fn tell_bytes(
+        &self,
+        (line, connection): (Line, u64),
+        side: Side,
+        at: Instant,
+        bytes: &[u8],
+        missed: &mut bool,
+    ) {
+        if *missed {
+            return;
+        }
+        *missed = !self.reserve(bytes.len());
+        let what = match side {
+            _ if *missed => What::Missed,
+            Side::Program => What::FromProgram(bytes.to_vec()),
+            Side::Controller => What::FromController(bytes.to_vec()),
+        };
+        self.tell(Piece { line, connection, at, what });
+    }
+
     /// Whether there is room for this number of bytes, which then has to be reported.
-    pub(super) fn reserve(&self, bytes: usize) -> bool {
+    fn reserve(&self, bytes: usize) -> bool {
         let size = bytes + PIECE;
         if self.waiting.load(Ordering::Relaxed) + size > WAITING_MAX {
             return false;

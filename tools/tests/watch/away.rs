@@ -9,7 +9,7 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::Error;
 use ft_transfer_area_simulator::{SimulatedTxt, SimulatedTxtBuilder};
 
-use super::support::{KitClient, Watch};
+use super::support::Watch;
 use super::LIMIT;
 
 /// A simulated TXT at ports that systems give to nobody by themselves, so that they are free when it is back.
@@ -88,30 +88,4 @@ fn a_transfer_goes_on_when_the_controller_is_back() {
     }
     page.state(0, |state| state["areas"][0]["motors"][0]["duty"][0] == 300);
     handler.end_transfer().unwrap();
-}
-
-#[test]
-fn motors_stop_when_the_program_or_the_watch_is_killed() {
-    // A watchdog of the board stops them; whether a real one has one is not known.
-    let watchdog = std::time::Duration::from_millis(500);
-    let txt = SimulatedTxt::builder().board_watchdog(watchdog).start().unwrap();
-    for kills_watch in [false, true] {
-        let watch = Watch::start(txt.address(), &["--no-page"]);
-        let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
-        program.exchange([512, 0, 0, 0, 0, 0, 0, 0]);
-        let turns = |txt: &SimulatedTxt| {
-            txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512)
-        };
-        assert!(turns(&txt));
-        if kills_watch {
-            drop(watch);
-        } else {
-            // It sends no last exchange.
-            drop(program);
-        }
-        let stopped = |machine: &ft_transfer_area_simulator::Machine| {
-            !machine.online() && machine.controllers[0].outputs.duty[0] == 0
-        };
-        assert!(txt.wait_until(LIMIT, stopped), "{kills_watch}");
-    }
 }

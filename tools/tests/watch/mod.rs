@@ -1,10 +1,12 @@
 //! `txt watch`: what passes through it, and what it reports.
 
 mod away;
+mod beside;
 mod bytes;
 mod clients;
+mod gone;
 mod slow;
-mod support;
+pub(crate) mod support;
 mod told;
 mod unanswered;
 

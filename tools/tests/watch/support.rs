@@ -3,12 +3,14 @@
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::process::{Command, Stdio};
+use std::sync::{Arc, Mutex};
 
 use ft_transfer_area::transfer_area::Config;
 use ft_transfer_area::wire::{
     CmprHeader, CommandId, Compressor, ExchangeData, StartOnline, UpdateConfig,
 };
 use ft_transfer_area::{TransferAreaComHandler, TransferAreaComHandlerBuilder};
+use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 use serde_json::Value;
 
 use super::LIMIT;
@@ -22,6 +24,19 @@ pub(super) struct Watch {
     pub(super) port: u16,
     page: Option<String>,
 }
+
+/// Keeps the duties of all outputs of each exchange.
+pub(crate) fn logged(builder: SimulatedTxtBuilder) -> (SimulatedTxt, Duties) {
+    let log = Duties::default();
+    let kept = Duties::clone(&log);
+    let keep = move |machine: &mut Machine| {
+        let duties = machine.controllers.iter().map(|one| one.outputs.duty);
+        kept.lock().unwrap().push(duties.collect());
+    };
+    (builder.on_exchange(keep).start().unwrap(), log)
+}
+
+pub(crate) type Duties = Arc<Mutex<Vec<Vec<[i16; 8]>>>>;
 
 /// The command for this controller, on free ports.
 pub(super) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
@@ -92,7 +107,7 @@ pub(super) fn connect(to: SocketAddr) -> TcpStream {
 }
 
 /// Listens where a controller would.
-pub(super) fn listener() -> (TcpListener, SocketAddr) {
+pub(crate) fn listener() -> (TcpListener, SocketAddr) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     (listener, address)
@@ -106,15 +121,15 @@ pub(super) fn accept(listener: &TcpListener) -> TcpStream {
 }
 
 /// A client as the kit's: nine configurations, then exchanges. It keeps all that it has received.
-pub(super) struct KitClient {
-    stream: TcpStream,
+pub(crate) struct KitClient {
+    pub(super) stream: TcpStream,
     compressor: Compressor,
     pub(super) received: Vec<u8>,
 }
 
 impl KitClient {
     /// Goes online.
-    pub(super) fn online(to: SocketAddr) -> Self {
+    pub(crate) fn online(to: SocketAddr) -> Self {
         let stream = connect(to);
         let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
         client.ask(&CommandId::QueryStatus.id().to_le_bytes(), 24);
@@ -144,14 +159,22 @@ impl KitClient {
     }
 
     /// A compressed exchange of the master, with these duties.
-    pub(super) fn exchange(&mut self, duty: [i16; 8]) {
-        let mut words = [0; 27];
-        words[..8].copy_from_slice(&duty.map(|duty| duty as u16));
+    pub(crate) fn exchange(&mut self, duty: [i16; 8]) {
+        self.exchange_all(&[duty]);
+    }
+
+    /// The same with extensions.
+    pub(crate) fn exchange_all(&mut self, duties: &[[i16; 8]]) {
+        let mut words = vec![0; 27 * duties.len()];
+        for (words, duty) in words.chunks_mut(27).zip(duties) {
+            words[..8].copy_from_slice(&duty.map(|duty| duty as u16));
+        }
+        let active_extensions = (1 << (duties.len() - 1)) - 1;
         let mut data = Vec::new();
         let crc = self.compressor.compress(&words, &mut data);
         let mut packet = Vec::new();
         let extra_size = data.len() as u32;
-        CmprHeader { extra_size, crc, active_extensions: 0 }.emit_command(&mut packet);
+        CmprHeader { extra_size, crc, active_extensions }.emit_command(&mut packet);
         packet.extend(data);
         let header = self.ask(&packet, CmprHeader::LEN);
         let size = CmprHeader::parse_response(header).unwrap().extra_size as usize;
@@ -159,7 +182,7 @@ impl KitClient {
     }
 
     /// The other kind of exchange.
-    pub(super) fn simple_exchange(&mut self, duty: [i16; 8]) {
+    pub(crate) fn simple_exchange(&mut self, duty: [i16; 8]) {
         let mut packet = Vec::new();
         ExchangeData { duty, ..ExchangeData::default() }.emit(&mut packet);
         self.ask(&packet, 80);

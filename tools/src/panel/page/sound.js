@@ -8,7 +8,7 @@ export class Sound {
     const play = (index, repeat) => send({ do: "sound", host: host.id, area: 0, index, repeat });
     const names = sounds().map((name, index) => [index + 1, `${index + 1} · ${name}`]);
     const sound = select(t("soundLabel"), names, () => {});
-    const repeat = h("input", { type: "number", min: 0, max: 65535, value: 1, "aria-label": t("repeatLabel"), title: t("repeatLabel") });
+    const repeat = h("input", { type: "number", min: 1, max: 65535, value: 1, "aria-label": t("repeatLabel"), title: t("repeatLabel") });
     this.text = h("p", { class: "note", role: "status" });
     this.microphone = h("p", { class: "note microphone" });
     this.controls = h("fieldset", { class: "row" }, sound, repeat, h("span", { class: "unit" }, t("repeat")),

@@ -5,9 +5,9 @@ use std::time::Instant;
 use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE, ID_LEN};
 use ft_transfer_area::CameraFrame;
 
-use super::packet::Inbox;
 use super::Reader;
 use crate::told::{Happened, Side};
+use crate::watch::packet::Inbox;
 
 /// No picture is longer.
 const PICTURE_MAX: usize = 16 << 20;

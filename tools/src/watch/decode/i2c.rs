@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use ft_transfer_area::wire::{I2cRequestHeader, I2cResponseHeader};
 
-use super::packet::Inbox;
 use super::Reader;
 use crate::told::{Happened, I2cExchange, Side};
+use crate::watch::packet::Inbox;
 
 /// No request writes more.
 const WRITE_MAX: u32 = 64 * 1024;
@@ -52,7 +52,10 @@ impl Reader for I2cReader {
             };
             let Some(Request { device, written, .. }) = self.waiting.pop_front() else { break };
             let read = is_ok(&packet)?.then(|| packet[I2cResponseHeader::LEN..].to_vec());
-            tell(Happened::I2c(I2cExchange { device, written, read }));
+            // Programs hold the connection open by requests for nothing.
+            if !written.is_empty() || count > 0 {
+                tell(Happened::I2c(I2cExchange { device, written, read }));
+            }
         }
         // What is left has no request.
         match self.responses.next(|start| Ok(start.len()))? {

@@ -10,9 +10,9 @@ use ft_transfer_area::wire::{
 };
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
-use super::packet::{command_size, id, response_size, Inbox};
 use super::Reader;
 use crate::told::{Cycle, Happened, Side};
+use crate::watch::packet::{command_size, id, response_size, Inbox};
 
 /// Words per area in a compressed command.
 const WORDS: usize = 27;
@@ -31,6 +31,8 @@ pub(super) struct MainReader {
     online: Option<Online>,
     /// StopOnline was sent.
     stops: bool,
+    /// The program has gone, and the relay sends what stops the controller.
+    is_gone: bool,
     last_response: Option<Instant>,
 }
 
@@ -98,6 +100,10 @@ impl Reader for MainReader {
         Ok(())
     }
 
+    fn program_gone(&mut self) {
+        self.is_gone = true;
+    }
+
     /// A program that says farewell after this has not ended the transfer.
     fn controller_ended(&mut self, tell: &mut dyn FnMut(Happened)) {
         self.end(tell);
@@ -105,7 +111,7 @@ impl Reader for MainReader {
 
     fn end(&mut self, tell: &mut dyn FnMut(Happened)) {
         if self.online.take().is_some() {
-            tell(Happened::Offline { by_program: self.stops });
+            tell(Happened::Offline { by_program: self.stops && !self.is_gone });
         }
     }
 }

@@ -6,7 +6,6 @@
 mod camera;
 mod i2c;
 mod main_line;
-mod packet;
 
 use std::collections::HashMap;
 use std::time::Instant;
@@ -26,6 +25,9 @@ trait Reader {
         bytes: &[u8],
         tell: &mut dyn FnMut(Happened),
     ) -> Result<(), String>;
+
+    /// The program has gone; what follows as from it is not.
+    fn program_gone(&mut self) {}
 
     /// The controller sends nothing more.
     fn controller_ended(&mut self, _tell: &mut dyn FnMut(Happened)) {}
@@ -63,6 +65,12 @@ impl Decoder {
                     reader.controller_ended(&mut tell);
                 }
             }
+            What::Gone => {
+                if let Some(Some(reader)) = self.readers.get_mut(&connection) {
+                    reader.program_gone();
+                }
+            }
+            What::Halted(gone, done) => tell(Happened::Halted { gone, error: done.err() }),
             What::Missed => {
                 self.give_up(connection, Happened::Missed, &mut tell);
             }

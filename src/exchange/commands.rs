@@ -1,0 +1,211 @@
+//! Commands as the firmware tells them apart, so that what is not done never reads as done.
+//!
+//! Measured on the maker's firmware 4.7.0 under emulation:
+//!
+//! - Three bits count the commands of a motor or counter on their way to the I/O board. The eighth command after the
+//!   last one that is done looks like that one, and reads as done at once. Before it goes out, its outputs are sent
+//!   once with another id, so that it is the ninth.
+//! - Sounds play on after StopOnline, unless silence ends them.
+
+use crate::transfer_area::{IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+use crate::wire::{ExchangeData, ExchangeDataResponse};
+
+/// How many commands the firmware tells apart.
+const COUNT: usize = 8;
+
+/// The commands of all areas since StartOnline.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Commands {
+    areas: [AreaCommands; MAX_AREAS],
+    /// Whether silence is sent where a sound may play.
+    ends_sounds: bool,
+}
+
+#[derive(Clone, Debug, Default)]
+struct AreaCommands {
+    motors: [SentIds; IZ_MOTOR],
+    resets: [SentIds; IZ_COUNTER],
+    sound: SentSound,
+}
+
+/// The last ids of a motor's or counter's commands.
+#[derive(Clone, Debug, Default)]
+struct SentIds {
+    ids: [u16; COUNT],
+    /// The place of the newest one.
+    newest: usize,
+    /// The place of the last one that is done.
+    done: usize,
+}
+
+/// The last command for a sound.
+#[derive(Clone, Copy, Debug, Default)]
+struct SentSound {
+    /// The program's id.
+    id: u16,
+    /// Whether silence was sent instead.
+    is_ended: bool,
+    /// Whether a sound was played, and no silence came after it.
+    may_play: bool,
+}
+
+impl Commands {
+    /// From now on silence is sent where a sound may play.
+    pub(super) fn end_sounds(&mut self) {
+        self.ends_sounds = true;
+    }
+
+    /// Changes an area's outputs where the firmware would mistake them.
+    pub(super) fn send(&mut self, index: usize, outputs: &mut ExchangeData) {
+        let AreaCommands { motors, resets, sound } = &mut self.areas[index];
+        for (sent, id) in motors.iter_mut().zip(&mut outputs.motor_command_id) {
+            *id = sent.send(*id);
+        }
+        for (sent, id) in resets.iter_mut().zip(&mut outputs.counter_reset_id) {
+            *id = sent.send(*id);
+        }
+        sound.send(outputs, self.ends_sounds);
+    }
+
+    /// Takes in what an area's response says, and corrects it.
+    pub(super) fn receive(&mut self, index: usize, told: &mut ExchangeDataResponse) {
+        // The mask of a response has bits for more extensions than there can be areas.
+        let Some(AreaCommands { motors, resets, sound }) = self.areas.get_mut(index) else {
+            return;
+        };
+        for (sent, id) in motors.iter_mut().zip(told.motor_command_id) {
+            sent.receive(id);
+        }
+        for (sent, id) in resets.iter_mut().zip(told.counter_reset_id) {
+            sent.receive(id);
+        }
+        if sound.is_ended {
+            // Whether the sound was done is known by the caller.
+            told.sound_command_id = sound.id;
+        }
+    }
+}
+
+impl SentIds {
+    /// The id to send for the program's.
+    fn send(&mut self, id: u16) -> u16 {
+        let last = self.ids[self.newest];
+        if id == last {
+            return id;
+        }
+        self.newest = (self.newest + 1) % COUNT;
+        let looks_done = self.newest == self.done;
+        let others = [id ^ 0x8000, id ^ 0x4000];
+        let sent = match others.into_iter().find(|other| *other != last) {
+            Some(other) if looks_done => other,
+            _ => id,
+        };
+        self.ids[self.newest] = sent;
+        sent
+    }
+
+    /// The controller says that the command of this id was the last one done.
+    fn receive(&mut self, id: u16) {
+        // Nearly always.
+        if self.ids[self.newest] == id {
+            self.done = self.newest;
+            return;
+        }
+        let newest_first = (0..COUNT).map(|age| (self.newest + COUNT - age) % COUNT);
+        if let Some(place) = newest_first.into_iter().find(|place| self.ids[*place] == id) {
+            self.done = place;
+        }
+    }
+}
+
+impl SentSound {
+    fn send(&mut self, outputs: &mut ExchangeData, ends: bool) {
+        let is_new = outputs.sound_command_id != self.id;
+        self.id = outputs.sound_command_id;
+        if is_new {
+            self.may_play = outputs.sound_index != 0;
+        }
+        self.is_ended = ends && self.may_play;
+        if self.is_ended {
+            outputs.sound_command_id = self.id.wrapping_add(1);
+            (outputs.sound_index, outputs.sound_repeat) = (0, 0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is sent for these ids of a motor, one exchange each, when the controller reports this one.
+    fn sent(ids: impl IntoIterator<Item = u16>, commands: &mut Commands, done: u16) -> Vec<u16> {
+        let exchange = |id| {
+            let mut outputs =
+                ExchangeData { motor_command_id: [0, id, 0, 0], ..ExchangeData::default() };
+            commands.send(1, &mut outputs);
+            let mut told = ExchangeDataResponse {
+                motor_command_id: [0, done, 0, 0],
+                ..ExchangeDataResponse::default()
+            };
+            commands.receive(1, &mut told);
+            outputs.motor_command_id[1]
+        };
+        ids.into_iter().map(exchange).collect()
+    }
+
+    #[test]
+    fn the_eighth_command_after_the_last_one_done_goes_out_as_the_ninth() {
+        let mut commands = Commands::default();
+        assert_eq!(sent(1..=7, &mut commands, 0), [1, 2, 3, 4, 5, 6, 7]);
+        assert_eq!(sent([8, 8, 8], &mut commands, 0x8008), [0x8008, 8, 8]);
+        // The seven after it can be told apart.
+        assert_eq!(sent(9..=14, &mut commands, 0x8008), [9, 10, 11, 12, 13, 14]);
+        assert_eq!(sent([15, 15], &mut commands, 0x8008), [0x800F, 15]);
+    }
+
+    #[test]
+    fn commands_that_are_done_in_time_go_out_as_they_are() {
+        let mut commands = Commands::default();
+        for first in (1..100).step_by(7) {
+            let ids: Vec<u16> = (first..first + 7).collect();
+            assert_eq!(sent(ids.clone(), &mut commands, first), ids);
+        }
+        // Also when an id is used again.
+        assert_eq!(sent([300, 301, 300, 301, 300], &mut commands, 300), [300, 301, 300, 301, 300]);
+    }
+
+    #[test]
+    fn the_id_that_is_sent_before_differs_from_the_last_one() {
+        let mut commands = Commands::default();
+        sent([1, 2, 3, 4, 5, 6, 0x8007], &mut commands, 0);
+        assert_eq!(sent([7, 7], &mut commands, 0), [0x4007, 7]);
+    }
+
+    /// What is sent for a sound, and what the program learns when the controller reports the id `done`.
+    fn sound(commands: &mut Commands, id: u16, index: u16, done: u16) -> ((u16, u16), u16) {
+        let mut outputs = ExchangeData {
+            sound_command_id: id,
+            sound_index: index,
+            sound_repeat: 1,
+            ..ExchangeData::default()
+        };
+        commands.send(0, &mut outputs);
+        let mut told =
+            ExchangeDataResponse { sound_command_id: done, ..ExchangeDataResponse::default() };
+        commands.receive(0, &mut told);
+        ((outputs.sound_command_id, outputs.sound_index), told.sound_command_id)
+    }
+
+    #[test]
+    fn sounds_are_ended_where_one_may_play() {
+        let mut commands = Commands::default();
+        sound(&mut commands, 1, 3, 1);
+        commands.end_sounds();
+        assert_eq!(sound(&mut commands, 1, 0, 2), ((2, 0), 1));
+        let mut silent = Commands::default();
+        sound(&mut silent, 1, 3, 1);
+        sound(&mut silent, 2, 0, 1);
+        silent.end_sounds();
+        assert_eq!(sound(&mut silent, 2, 0, 1), ((2, 0), 1));
+    }
+}

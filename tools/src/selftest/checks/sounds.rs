@@ -1,0 +1,163 @@
+//! Sounds. They are short, and each one has ended when its check has.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use super::{Check, Found};
+use crate::selftest::bench::Bench;
+use crate::selftest::outcome::{seconds, Outcome, Trouble};
+use crate::selftest::session::Session;
+
+pub(super) const CHECKS: &[Check] = &[
+    Check::new("sound", "The id of a sound comes back when the sound has ended.", once),
+    Check::new("sound-repeat-0", "Repeat 0 plays a sound once, like 1.", repeat_0),
+    Check::new("sound-repeat-2", "Repeat 2 plays a sound twice.", repeat_2),
+    Check::new(
+        "sound-while-playing",
+        "The id of a sound that begins while another one plays comes back at once, but not each time.",
+        while_playing,
+    ),
+    Check::new("sound-ended", "Index 0 ends a sound, and its id comes back at once.", ended),
+    Check::new(
+        "sound-0-in-silence",
+        "The id of index 0 does not come back when nothing plays.",
+        in_silence,
+    ),
+    Check::new(
+        "sound-without-file",
+        "The id of an index that has no sound does not come back.",
+        without_file,
+    ),
+];
+
+/// A short sound, and a longer one.
+const SHORT: u16 = 6;
+const LONGER: u16 = 24;
+/// No controller has so many.
+const MISSING: u16 = 99;
+
+/// A short sound is over by then.
+const OVER: Duration = Duration::from_secs(4);
+/// After this time an id does not come back any more.
+const NEVER: Duration = Duration::from_secs(1);
+/// This number of exchanges is at once.
+const AT_ONCE: usize = 3;
+
+/// Sends a sound command, and waits for its id.
+fn play(
+    session: &mut Session,
+    index: u16,
+    repeat: u16,
+    limit: Duration,
+) -> Result<Option<(Duration, usize)>, Trouble> {
+    begin(session, index, repeat);
+    let id = session.outputs.sound_command_id;
+    let back = session.until(limit, |inputs| inputs.sound_id() == id)?;
+    session.is_playing &= back.is_none();
+    Ok(back)
+}
+
+/// Sends a sound command with the next exchange.
+fn begin(session: &mut Session, index: u16, repeat: u16) {
+    session.outputs.sound_command_id = session.outputs.sound_command_id.wrapping_add(1);
+    session.outputs.sound_index = index;
+    session.outputs.sound_repeat = repeat;
+    session.is_playing = true;
+}
+
+/// Ends what plays.
+fn be_silent(session: &mut Session) -> Result<(), Trouble> {
+    begin(session, 0, 0);
+    session.exchanges(AT_ONCE)?;
+    session.is_playing = false;
+    Ok(())
+}
+
+fn once(bench: &mut Bench) -> Found {
+    let session = bench.online()?;
+    let Some((time, _)) = play(session, SHORT, 1, OVER)? else {
+        be_silent(session)?;
+        return Ok(Outcome::differs("it does not come back"));
+    };
+    // It has a length, which is known for the maker's file only.
+    let is_same = time > Duration::from_millis(100);
+    Ok(Outcome::same_if(is_same, seconds(time)).with_time("ms", time))
+}
+
+fn repeat_0(bench: &mut Bench) -> Found {
+    compare_with_once(bench, 0, 0.5..1.6)
+}
+
+fn repeat_2(bench: &mut Bench) -> Found {
+    compare_with_once(bench, 2, 1.6..3.0)
+}
+
+/// Plays a sound once, then with this repeat: how many times as long that may take.
+fn compare_with_once(bench: &mut Bench, repeat: u16, times: Range<f64>) -> Found {
+    let session = bench.online()?;
+    let Some((once, _)) = play(session, SHORT, 1, OVER)? else {
+        be_silent(session)?;
+        return Ok(Outcome::not_tried("a sound that plays once does not come back"));
+    };
+    let Some((time, _)) = play(session, SHORT, repeat, OVER)? else {
+        be_silent(session)?;
+        return Ok(Outcome::differs(format!("it plays for more than {}", seconds(OVER))));
+    };
+    let ratio = time.as_secs_f64() / once.as_secs_f64();
+    let is_same = times.contains(&ratio);
+    let seen = format!("{}; once is {}", seconds(time), seconds(once));
+    Ok(Outcome::same_if(is_same, seen).with_time("ms", time).with_time("once_ms", once))
+}
+
+fn while_playing(bench: &mut Bench) -> Found {
+    const TRIES: usize = 5;
+
+    let session = bench.online()?;
+    let mut at_once = 0;
+    for _ in 0..TRIES {
+        begin(session, LONGER, 2);
+        session.exchanges(10)?;
+        let back = play(session, SHORT, 1, OVER)?;
+        at_once += usize::from(back.is_some_and(|(_, count)| count <= AT_ONCE));
+        be_silent(session)?;
+    }
+    let seen = format!("{at_once} of {TRIES} at once");
+    Ok(Outcome::same_if(at_once > 0, seen).with("at_once", at_once))
+}
+
+fn ended(bench: &mut Bench) -> Found {
+    let session = bench.online()?;
+    begin(session, LONGER, 2);
+    session.exchanges(10)?;
+    let back = play(session, 0, 0, OVER)?;
+    be_silent(session)?;
+    Ok(came_back_at_once(back))
+}
+
+fn came_back_at_once(back: Option<(Duration, usize)>) -> Outcome {
+    match back {
+        Some((_, count)) if count <= AT_ONCE => {
+            Outcome::same_if(true, format!("with answer {count}")).with("answers", count)
+        }
+        Some((time, _)) => Outcome::differs(format!("after {}", seconds(time))),
+        None => Outcome::differs(format!("not within {}", seconds(OVER))),
+    }
+}
+
+fn in_silence(bench: &mut Bench) -> Found {
+    never_back(bench, 0)
+}
+
+fn without_file(bench: &mut Bench) -> Found {
+    never_back(bench, MISSING)
+}
+
+fn never_back(bench: &mut Bench, index: u16) -> Found {
+    let session = bench.online()?;
+    let back = play(session, index, 1, NEVER)?;
+    session.is_playing = false;
+    Ok(match back {
+        None => Outcome::same_if(true, format!("not within {}", seconds(NEVER))),
+        Some((time, _)) => Outcome::differs(format!("back after {}", seconds(time))),
+    })
+}

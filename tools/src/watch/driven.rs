@@ -1,0 +1,290 @@
+//! What the relay itself knows of a main connection: whether a program drives through it, and what stops that.
+//!
+//! Those who look may be too slow, so the relay can't ask them. It looks only at where packets begin, and at their
+//! heads; what it does not know it takes for driving.
+
+use std::time::Instant;
+
+use ft_transfer_area::wire::{crc_of_words, CmprHeader, CommandId, ExchangeData};
+
+use super::packet::{command_size, id, response_size};
+use crate::told::SILENCE;
+
+/// As much of a packet as tells its size and what matters here.
+const HEAD: usize = CmprHeader::LEN;
+/// Words per area in a compressed command.
+const WORDS: usize = 27;
+/// A word in a compressed command that says its value, 0: two bits for this, and 16 for the value.
+const WORD_BITS: usize = 18;
+const WORD_CODE_BITS: usize = 2;
+
+/// What passes on a main connection.
+pub(super) struct Driven {
+    commands: Packets,
+    responses: Responses,
+    /// A program is online, or has exchanged without being so.
+    drives: bool,
+    /// The extensions of all compressed exchanges; `None` before the first.
+    extensions: Option<u16>,
+    /// When one side has last said something.
+    heard: Instant,
+}
+
+/// Counts the commands that have no response yet.
+#[derive(Default)]
+pub(super) struct Responses {
+    packets: Packets,
+    missing: usize,
+}
+
+/// Where the packets of one side end.
+#[derive(Default)]
+struct Packets {
+    head: [u8; HEAD],
+    /// How much of the present packet has come.
+    come: usize,
+}
+
+impl Driven {
+    pub(super) fn new() -> Self {
+        Self {
+            commands: Packets::default(),
+            responses: Responses::default(),
+            drives: false,
+            extensions: None,
+            heard: Instant::now(),
+        }
+    }
+
+    /// Takes in what the program has sent.
+    pub(super) fn sent(&mut self, at: Instant, bytes: &[u8]) {
+        self.heard = at;
+        let Self { commands, responses, drives, extensions, .. } = self;
+        commands.take(bytes, command_size, |head| {
+            responses.missing += 1;
+            match id(head).and_then(CommandId::from_id) {
+                Some(CommandId::StartOnline) => (*drives, *extensions) = (true, None),
+                Some(CommandId::StopOnline) => *drives = false,
+                Some(CommandId::ExchangeData) => *drives = true,
+                Some(CommandId::ExchangeDataCmpr) => {
+                    *drives = true;
+                    let mask = CmprHeader::parse_command(head).map_or(0, |it| it.active_extensions);
+                    *extensions = Some(extensions.unwrap_or(0) | mask);
+                }
+                _ => {}
+            }
+        });
+    }
+
+    /// Takes in what the controller has sent.
+    pub(super) fn received(&mut self, at: Instant, bytes: &[u8]) {
+        self.heard = at;
+        self.responses.take(bytes);
+    }
+
+    /// Whether outputs may be on for which only the program knows.
+    pub(super) fn drives(&self) -> bool {
+        self.drives
+    }
+
+    /// When the program will have been silent for too long. A program that waits for a response is not silent, while
+    /// one can come.
+    pub(super) fn silent_at(&self, can_come: bool) -> Option<Instant> {
+        let waits = can_come && self.responses.missing > 0;
+        (self.drives && !waits).then(|| self.heard + SILENCE)
+    }
+
+    /// Whether a whole command was the last: one that follows is understood.
+    pub(super) fn is_between_commands(&self) -> bool {
+        self.commands.come == 0
+    }
+
+    /// The command that switches all outputs off, in the words that need no knowledge of those before.
+    pub(super) fn zeros(&self) -> Vec<u8> {
+        let mut packet = Vec::new();
+        let Some(active_extensions) = self.extensions else {
+            ExchangeData::default().emit(&mut packet);
+            return packet;
+        };
+        let count = WORDS * (1 + active_extensions.count_ones() as usize);
+        let mut data = vec![0; (WORD_BITS * count).div_ceil(8)];
+        for bit in (0..WORD_BITS * count).filter(|bit| bit % WORD_BITS < WORD_CODE_BITS) {
+            data[bit / 8] |= 1 << (bit % 8);
+        }
+        let crc = crc_of_words(&vec![0; count]);
+        let extra_size = data.len() as u32;
+        CmprHeader { extra_size, crc, active_extensions }.emit_command(&mut packet);
+        packet.append(&mut data);
+        packet
+    }
+
+    /// What the controller still has to say.
+    pub(super) fn into_responses(self) -> Responses {
+        self.responses
+    }
+}
+
+impl Responses {
+    /// A command was sent.
+    pub(super) fn expect(&mut self) {
+        self.missing += 1;
+    }
+
+    pub(super) fn take(&mut self, bytes: &[u8]) {
+        let missing = &mut self.missing;
+        self.packets.take(bytes, response_size, |_| *missing = missing.saturating_sub(1));
+    }
+
+    /// Whether each command has its response.
+    pub(super) fn are_all_here(&self) -> bool {
+        self.missing == 0
+    }
+}
+
+impl Packets {
+    /// Hands on the head of each packet that is whole now. After something unknown, a packet begins with the next
+    /// bytes: a controller wants each in one piece.
+    fn take(
+        &mut self,
+        mut bytes: &[u8],
+        size: impl Fn(&[u8]) -> Result<usize, String>,
+        mut whole: impl FnMut(&[u8]),
+    ) {
+        loop {
+            let Ok(needed) = size(&self.head[..self.come.min(HEAD)]) else {
+                self.come = 0;
+                return;
+            };
+            if self.come == needed {
+                whole(&self.head[..needed.min(HEAD)]);
+                self.come = 0;
+                continue;
+            }
+            if bytes.is_empty() {
+                return;
+            }
+            // The size is known only with the head.
+            let wanted = if self.come < HEAD { needed.min(HEAD) } else { needed };
+            let (now, later) = bytes.split_at(bytes.len().min(wanted - self.come));
+            if let Some(place) = self.head.get_mut(self.come..self.come + now.len()) {
+                place.copy_from_slice(now);
+            }
+            self.come += now.len();
+            bytes = later;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::transfer_area::Config;
+    use ft_transfer_area::wire::{Compressor, Expander, ResponseId, StartOnline, UpdateConfig};
+
+    use super::*;
+
+    fn packet(command: CommandId) -> Vec<u8> {
+        let mut out = Vec::new();
+        match command {
+            CommandId::StartOnline => StartOnline::new().emit(&mut out),
+            CommandId::ExchangeData => ExchangeData::default().emit(&mut out),
+            CommandId::UpdateConfig => {
+                UpdateConfig { config_id: 1, extension_id: 0, config: Config::default() }
+                    .emit(&mut out);
+            }
+            _ => command.emit(&mut out),
+        }
+        out
+    }
+
+    fn compressed(active_extensions: u16) -> Vec<u8> {
+        let (mut data, mut out) = (Vec::new(), Vec::new());
+        let words = vec![3; WORDS * (1 + active_extensions.count_ones() as usize)];
+        let crc = Compressor::new().compress(&words, &mut data);
+        let extra_size = data.len() as u32;
+        CmprHeader { extra_size, crc, active_extensions }.emit_command(&mut out);
+        [out, data].concat()
+    }
+
+    /// After these bytes, in pieces of every size.
+    fn after(bytes: &[u8], check: impl Fn(&Driven)) {
+        for size in 1..=bytes.len() {
+            let mut driven = Driven::new();
+            bytes.chunks(size).for_each(|piece| driven.sent(Instant::now(), piece));
+            check(&driven);
+        }
+    }
+
+    #[test]
+    fn a_program_drives_from_start_online_or_an_exchange_until_stop_online() {
+        let start = packet(CommandId::StartOnline);
+        let query = packet(CommandId::QueryStatus);
+        let config = packet(CommandId::UpdateConfig);
+        let stop = packet(CommandId::StopOnline);
+        for (sent, drives) in [
+            (vec![&query, &config], false),
+            (vec![&query, &start], true),
+            (vec![&start, &config], true),
+            (vec![&start, &compressed(0), &compressed(0)], true),
+            (vec![&start, &compressed(1), &stop], false),
+            (vec![&start, &stop, &query], false),
+            (vec![&packet(CommandId::ExchangeData)], true),
+            (vec![&start, &stop, &compressed(0)], true),
+        ] {
+            let bytes = sent.into_iter().flatten().copied().collect::<Vec<_>>();
+            after(&bytes, |driven| {
+                assert_eq!((driven.drives(), driven.is_between_commands()), (drives, true));
+            });
+        }
+    }
+
+    #[test]
+    fn a_command_that_is_not_whole_is_noticed() {
+        let sent = [packet(CommandId::StartOnline), compressed(0)].concat();
+        after(&sent[..sent.len() - 1], |driven| assert!(!driven.is_between_commands()));
+    }
+
+    #[test]
+    fn what_is_unknown_ends_with_its_piece() {
+        let mut driven = Driven::new();
+        let at = Instant::now();
+        driven.sent(at, &[1, 2, 3, 4, 5]);
+        driven.received(at, &[9; 20]);
+        driven.sent(at, &packet(CommandId::StartOnline));
+        assert!(driven.drives() && driven.is_between_commands());
+        driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
+        assert!(driven.silent_at(true).is_some());
+    }
+
+    #[test]
+    fn a_program_that_waits_for_a_response_is_not_silent() {
+        let mut driven = Driven::new();
+        let at = Instant::now();
+        assert_eq!(driven.silent_at(true), None);
+        driven.sent(at, &packet(CommandId::StartOnline));
+        assert_eq!(driven.silent_at(true), None);
+        assert_eq!(driven.silent_at(false), Some(at + SILENCE));
+        driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
+        assert_eq!(driven.silent_at(true), Some(at + SILENCE));
+        driven.sent(at, &packet(CommandId::StopOnline));
+        driven.received(at, &ResponseId::StopOnline.id().to_le_bytes());
+        assert_eq!(driven.silent_at(true), None);
+    }
+
+    #[test]
+    fn zeros_are_understood_after_any_words() {
+        let mut driven = Driven::new();
+        assert_eq!(driven.zeros(), packet(CommandId::ExchangeData));
+        for mask in [0, 1, 0b100] {
+            driven.sent(Instant::now(), &compressed(mask));
+        }
+        let packet = driven.zeros();
+        let (header, data) = packet.split_at(CmprHeader::LEN);
+        let header = CmprHeader::parse_command(header).unwrap();
+        assert_eq!((header.active_extensions, header.extra_size as usize), (0b101, data.len()));
+        let (mut expander, mut before) = (Expander::new(), Vec::new());
+        let words: Vec<u16> = (0..81).map(|word| word % 3).collect();
+        let crc = Compressor::new().compress(&words, &mut before);
+        assert_eq!(expander.expand(&before, 81, crc), Ok(&words[..]));
+        assert_eq!(expander.expand(data, 81, header.crc), Ok(&[0; 81][..]));
+    }
+}

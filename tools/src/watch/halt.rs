@@ -1,0 +1,261 @@
+//! Stops a controller whose program has gone, on the connection that the program had.
+//!
+//! A TXT switches nothing off when a connection ends. So the command that does goes out before anything else is done,
+//! and then StopOnline. Where that can't be, a new connection does the same.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::time::{Duration, Instant};
+
+use ft_transfer_area::wire::{CommandId, StartOnline};
+use mio::net::TcpStream;
+
+use super::driven::{Driven, Responses};
+use super::passage::is_connected;
+use super::tap::{Piece, Tap, What};
+use crate::told::{Gone, Line, Side};
+
+/// How long the controller may take for an answer. StopOnline and a board that does not answer take a second each.
+const ANSWER: Duration = Duration::from_secs(2);
+/// How long all of it may take. A controller whose firmware has crashed is back after two seconds.
+const WHOLE: Duration = Duration::from_secs(6);
+/// The pause between two connections.
+const RETRY: Duration = Duration::from_millis(100);
+/// How long a program may take to come back to a controller that has ended the connection.
+const RETURN: Duration = Duration::from_secs(2);
+
+/// What is being done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// The program may come back until then.
+    Waits(Instant),
+    /// A new connection is made then.
+    Pauses(Instant),
+    Connects,
+    /// A command was sent, and its response is waited for.
+    Starts,
+    SwitchesOff,
+    Ends,
+    Done,
+}
+
+pub(super) struct Halt {
+    gone: Gone,
+    /// The number of the program's connection.
+    pub(super) connection: u64,
+    step: Step,
+    controller: Option<TcpStream>,
+    /// The connection is still the program's, and what passes on it is told. Afterwards its end was told.
+    is_own: bool,
+    missed: bool,
+    responses: Responses,
+    zeros: Vec<u8>,
+    /// When the present step is given up, and when everything.
+    answer_until: Instant,
+    until: Instant,
+}
+
+impl Halt {
+    /// Sends the command, at once, if there is a connection on which it is understood.
+    pub(super) fn now(
+        gone: Gone,
+        connection: u64,
+        driven: Driven,
+        controller: Option<TcpStream>,
+        tap: &Tap,
+    ) -> Self {
+        let mut halt = Self::new(gone, connection, driven, controller);
+        let sent = halt.controller.as_mut().map(|controller| send(controller, &halt.zeros));
+        halt.tell(tap, What::Gone);
+        if matches!(sent, Some(Ok(()))) {
+            halt.step = Step::SwitchesOff;
+            halt.responses.expect();
+            halt.tell_bytes(tap, Side::Program, &halt.zeros.clone());
+        } else {
+            halt.close(tap);
+        }
+        halt
+    }
+
+    /// Waits some time for the program to come back to a controller that has ended the connection.
+    pub(super) fn later(connection: u64, driven: Driven) -> Self {
+        let mut halt = Self::new(Gone::Lost, connection, driven, None);
+        halt.is_own = false;
+        halt.put_off();
+        halt
+    }
+
+    fn new(gone: Gone, connection: u64, driven: Driven, controller: Option<TcpStream>) -> Self {
+        let now = Instant::now();
+        Self {
+            gone,
+            connection,
+            step: Step::Pauses(now),
+            controller: controller.filter(|_| driven.is_between_commands()),
+            is_own: true,
+            missed: false,
+            zeros: driven.zeros(),
+            responses: driven.into_responses(),
+            answer_until: now + ANSWER,
+            until: now + WHOLE,
+        }
+    }
+
+    /// Whether it waits for the program to come back.
+    pub(super) fn waits(&self) -> bool {
+        matches!(self.step, Step::Waits(_))
+    }
+
+    /// Whether nothing is left but a new connection.
+    pub(super) fn pauses(&self) -> bool {
+        matches!(self.step, Step::Pauses(_))
+    }
+
+    /// Waits from now on.
+    pub(super) fn put_off(&mut self) {
+        let now = Instant::now();
+        self.step = Step::Waits(now + RETURN);
+        self.until = now + RETURN + WHOLE;
+    }
+
+    /// When to go on at the latest.
+    pub(super) fn next_at(&self) -> Instant {
+        match self.step {
+            Step::Waits(at) | Step::Pauses(at) => at,
+            _ => self.answer_until,
+        }
+    }
+
+    /// Goes on as far as it can. `connect` makes a new connection. Returns whether all is done.
+    pub(super) fn go_on(
+        &mut self,
+        connect: impl Fn() -> io::Result<TcpStream>,
+        chunk: &mut [u8],
+        tap: &Tap,
+    ) -> bool {
+        while self.step != Step::Done {
+            let step = self.step;
+            let over = match self.is_over(chunk, tap) {
+                Ok(false) => return false,
+                Ok(true) => Ok(()),
+                Err(error) => Err(error),
+            };
+            let is_off = over.is_ok() && step == Step::SwitchesOff;
+            if is_off {
+                self.tell(tap, What::Halted(self.gone, Ok(())));
+            }
+            if let Err(error) = over.and_then(|()| self.next(&connect, tap)) {
+                if is_off || step == Step::Ends {
+                    // A controller that does not hear the farewell has its outputs off, too.
+                    self.step = Step::Done;
+                } else if Instant::now() + RETRY > self.until {
+                    self.step = Step::Done;
+                    self.tell(tap, What::Halted(self.gone, Err(error)));
+                } else {
+                    self.step = Step::Pauses(Instant::now() + RETRY);
+                    self.close(tap);
+                }
+            }
+        }
+        self.close(tap);
+        true
+    }
+
+    /// Closes the connection, before that is told.
+    fn close(&mut self, tap: &Tap) {
+        self.controller = None;
+        if std::mem::take(&mut self.is_own) {
+            self.tell(tap, What::Closed);
+        }
+    }
+
+    /// Whether the present step is done.
+    fn is_over(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
+        let now = Instant::now();
+        let is_over = match (self.step, &self.controller) {
+            (Step::Waits(at) | Step::Pauses(at), _) => return Ok(at <= now),
+            (Step::Connects, Some(controller)) => is_connected(controller)?,
+            _ => {
+                self.hear(chunk, tap)?;
+                self.responses.are_all_here()
+            }
+        };
+        if !is_over && self.answer_until <= now {
+            return Err(ErrorKind::TimedOut.into());
+        }
+        Ok(is_over)
+    }
+
+    /// Begins the next step.
+    fn next(&mut self, connect: &impl Fn() -> io::Result<TcpStream>, tap: &Tap) -> io::Result<()> {
+        let mut packet = Vec::new();
+        let step = match self.step {
+            Step::Waits(_) | Step::Pauses(_) => {
+                self.responses = Responses::default();
+                self.controller = Some(connect()?);
+                Step::Connects
+            }
+            Step::Connects => {
+                StartOnline::new().emit(&mut packet);
+                Step::Starts
+            }
+            Step::Starts => {
+                packet.clone_from(&self.zeros);
+                Step::SwitchesOff
+            }
+            Step::SwitchesOff => {
+                CommandId::StopOnline.emit(&mut packet);
+                Step::Ends
+            }
+            Step::Ends | Step::Done => Step::Done,
+        };
+        if let Some(controller) = self.controller.as_mut().filter(|_| !packet.is_empty()) {
+            send(controller, &packet)?;
+            self.responses.expect();
+            self.tell_bytes(tap, Side::Program, &packet);
+        }
+        self.answer_until = self.until.min(Instant::now() + ANSWER);
+        self.step = step;
+        Ok(())
+    }
+
+    /// Takes in what the controller has said.
+    fn hear(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<()> {
+        while let Some(controller) = &mut self.controller {
+            match controller.read(chunk) {
+                // What it has said before counts.
+                Ok(0) if self.responses.are_all_here() => break,
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(count) => {
+                    self.responses.take(&chunk[..count]);
+                    self.tell_bytes(tap, Side::Controller, &chunk[..count]);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(())
+    }
+
+    fn tell(&self, tap: &Tap, what: What) {
+        let (line, connection) = (Line::Main, self.connection);
+        tap.tell(Piece { line, connection, at: Instant::now(), what });
+    }
+
+    fn tell_bytes(&mut self, tap: &Tap, side: Side, bytes: &[u8]) {
+        if self.is_own {
+            let (line, connection) = (Line::Main, self.connection);
+            tap.tell_bytes((line, connection), side, Instant::now(), bytes, &mut self.missed);
+        }
+    }
+}
+
+/// Sends a command in one piece: a TXT takes no other. Where there is no room for one, the controller reads nothing.
+fn send(controller: &mut TcpStream, command: &[u8]) -> io::Result<()> {
+    // Without it, a command waits for the answer to the one before.
+    controller.set_nodelay(true)?;
+    match controller.write(command)? {
+        sent if sent == command.len() => Ok(()),
+        _ => Err(ErrorKind::WriteZero.into()),
+    }
+}

@@ -1,0 +1,37 @@
+//! `txt stop`.
+
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use crate::recording::{run, said};
+use crate::watch::support::{listener, logged, KitClient};
+
+/// Longer than anything takes on a busy machine; only a failing test waits this long.
+const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);
+
+#[test]
+fn a_controller_that_a_killed_client_left_on_is_stopped() {
+    let (txt, duties) = logged(SimulatedTxt::builder().extensions(1));
+    let mut client = KitClient::online(txt.address());
+    client.exchange_all(&[[512, 0, 0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0, 0, 300]]);
+    let left = duties.lock().unwrap().len();
+    // It sends no last exchange.
+    drop(client);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    let output = run(&["stop", &txt.address().to_string()]);
+    assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "all outputs of TX2013 are off\n");
+    let duties = duties.lock().unwrap();
+    assert_eq!(duties[left - 1][0][0], 512);
+    assert!(duties.len() > left, "nothing was sent");
+    assert_eq!(duties.last().unwrap()[..], [[0; 8]; 2]);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+}
+
+#[test]
+fn a_controller_that_is_not_there_is_an_error() {
+    let (free, address) = listener();
+    drop(free);
+    let output = run(&["stop", &address.to_string()]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(output.stdout.is_empty(), "{}", said(&output));
+}

@@ -1,0 +1,70 @@
+//! A program that `txt watch` starts.
+
+use std::process::{Command, Stdio};
+
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use super::support::{command, logged};
+use super::LIMIT;
+use crate::recording::{run, said};
+use crate::running::Running;
+
+/// The command for a controller with a program that a shell runs: there, `$0` is the address.
+fn shell(txt: &SimulatedTxt, script: &str) -> Command {
+    let mut command = command(txt.address(), &["--no-page", "--", "sh", "-c", script]);
+    command.env("TXT", env!("CARGO_BIN_EXE_txt")).stderr(Stdio::piped());
+    command
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn it_gets_the_address_and_gives_its_exit_status() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let script = r#"echo "$0 $TXT_ADDRESS $FT_TXT_HOST"; exit 7"#;
+    let output = shell(&txt, script).output().unwrap();
+    assert_eq!(output.status.code(), Some(7), "{}", said(&output));
+    let printed = String::from_utf8_lossy(&output.stdout).into_owned();
+    let words: Vec<_> = printed.split_whitespace().collect();
+    assert!(words[0].starts_with("127.0.0.1:"), "{printed}");
+    // It prints nothing of its own.
+    assert_eq!(words, [words[0]; 3]);
+    assert!(shell(&txt, "exit 0").status().unwrap().success());
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn the_controller_is_stopped_when_it_is_killed() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let folder = tempfile::tempdir().unwrap();
+    let script = r#"echo $$; exec "$TXT" record "$0" -o run.mcap"#;
+    let watch = Running::start(shell(&txt, script).current_dir(folder.path()));
+    let program = watch.line();
+    assert!(txt.wait_until(LIMIT, |machine| machine.exchanges() > 3));
+    assert!(Command::new("kill").args(["-KILL", &program]).status().unwrap().success());
+    let output = watch.end();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("were switched off"), "{}", said(&output));
+    assert!(said(&output).contains("SIGKILL"), "{}", said(&output));
+    assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn it_ends_at_ctrl_c_and_soon_when_it_does_not_listen() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let script = "trap '' INT; echo ready; while true; do sleep 0.1; done";
+    let watch = Running::start(&mut shell(&txt, script));
+    assert_eq!(watch.line(), "ready");
+    watch.signal("INT");
+    assert_eq!(watch.end().status.code(), Some(1));
+}
+
+#[test]
+fn a_program_that_is_not_there_is_an_error() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let host = txt.address().to_string();
+    let output = run(&["watch", &host, "--port", "0", "--no-page", "--", "no such program"]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("can't start the program no such program"), "{}", said(&output));
+}

@@ -1,0 +1,301 @@
+//! A program that is gone without an end of its session: the controller is stopped. A TXT does not stop by itself, so
+//! what counts is the last exchange that it has received.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::time::Duration;
+
+use ft_transfer_area::wire::{
+    CommandId, ExchangeData, ExchangeDataResponse, ResponseId, StartOnline,
+};
+use ft_transfer_area_recorder::{Recorded, Recording, Transfer};
+use ft_transfer_area_simulator::SimulatedTxt;
+use serde_json::Value;
+use socket2::SockRef;
+
+use super::support::{accept, connect, listener, logged, Duties, KitClient, Watch};
+use super::LIMIT;
+
+const M1: [i16; 8] = [512, 0, 0, 0, 0, 0, 0, 0];
+
+/// What was exchanged at last.
+fn last(duties: &Duties) -> Vec<[i16; 8]> {
+    duties.lock().unwrap().last().cloned().unwrap_or_default()
+}
+
+/// A program that is online through it.
+fn program(watch: &Watch) -> KitClient {
+    KitClient::online(([127, 0, 0, 1], watch.port).into())
+}
+
+/// Waits until it says that the outputs are off, and that the program has not ended its session.
+fn told(watch: &Watch, because: &str) {
+    assert_eq!(outputs_off(watch), (because.into(), true.into()));
+    let told = watch.line_where(|line| line["what"] == "offline");
+    assert_eq!(told["by_program"], false);
+    watch.line_where(closed);
+}
+
+/// What it says about that: because of what, and whether it was done.
+fn outputs_off(watch: &Watch) -> (Value, Value) {
+    let told = watch.line_where(|line| line["what"] == "outputs_off");
+    (told["because"].clone(), told["done"].clone())
+}
+
+fn closed(line: &Value) -> bool {
+    line["what"] == "closed" && line["connection"] == "main"
+}
+
+#[test]
+fn all_outputs_go_off_when_the_program_is_killed() {
+    let (txt, duties) = logged(SimulatedTxt::builder().extensions(1));
+    let watch = Watch::with_lines(txt.address());
+    for (number, resets) in [false, true, false].into_iter().enumerate() {
+        let mut program = program(&watch);
+        if number < 2 {
+            program.exchange_all(&[M1, M1]);
+        } else {
+            program.simple_exchange(M1);
+        }
+        assert_eq!(last(&duties)[0], M1);
+        if resets {
+            SockRef::from(&program.stream).set_linger(Some(Duration::ZERO)).unwrap();
+        }
+        drop(program);
+        // Wine loses a reset when it reports it, and then it is an end.
+        told(&watch, if resets && cfg!(not(windows)) { "reset" } else { "closed" });
+        assert_eq!(last(&duties), [[0; 8]; 2], "{number}");
+        assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    }
+}
+
+#[test]
+fn a_response_that_is_still_to_come_holds_nothing_up() {
+    let (txt, duties) = logged(SimulatedTxt::builder().pace(Duration::from_millis(300)));
+    let watch = Watch::with_lines(txt.address());
+    let mut program = program(&watch);
+    program.exchange(M1);
+    let mut request = Vec::new();
+    ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut request);
+    program.stream.write_all(&request).unwrap();
+    drop(program);
+    told(&watch, "closed");
+    assert_eq!(last(&duties), [[0; 8]]);
+}
+
+#[test]
+fn a_part_of_a_command_does_not_hide_the_one_that_stops() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let watch = Watch::with_lines(txt.address());
+    let mut program = program(&watch);
+    program.exchange(M1);
+    let mut request = Vec::new();
+    ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut request);
+    program.stream.write_all(&request[..30]).unwrap();
+    drop(program);
+    // By a new connection.
+    watch.line_where(closed);
+    assert_eq!(outputs_off(&watch), ("closed".into(), true.into()));
+    assert_eq!(last(&duties), [[0; 8]]);
+}
+
+#[test]
+fn all_outputs_go_off_when_the_program_is_silent() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let watch = Watch::with_lines(txt.address());
+    let mut program = program(&watch);
+    program.exchange(M1);
+    told(&watch, "silent");
+    assert_eq!(last(&duties), [[0; 8]]);
+    // As the controller would have done.
+    assert!(matches!(program.stream.read(&mut [0]), Ok(0)));
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn all_outputs_go_off_at_ctrl_c() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let watch = Watch::with_lines(txt.address());
+    let mut program = program(&watch);
+    program.exchange(M1);
+    watch.running.signal("INT");
+    told(&watch, "watch_ends");
+    assert_eq!(last(&duties), [[0; 8]]);
+}
+
+#[test]
+fn outputs_stay_when_that_is_wanted_or_the_session_has_ended() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let watch = Watch::start(txt.address(), &["--no-page", "--leave-outputs"]);
+    let mut left = program(&watch);
+    left.exchange(M1);
+    drop(left);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert_eq!(last(&duties), [M1]);
+
+    let watch = Watch::with_lines(txt.address());
+    let mut ended = program(&watch);
+    ended.exchange(M1);
+    ended.end();
+    watch.line_where(|line| {
+        assert_ne!(line["what"], "outputs_off");
+        closed(line)
+    });
+    assert_eq!(last(&duties), [M1]);
+}
+
+/// A controller that does as it is told here.
+struct Controller {
+    listener: TcpListener,
+    stream: TcpStream,
+}
+
+impl Controller {
+    /// With a program that is online on it.
+    fn online(watch: &Watch, listener: TcpListener) -> (Self, TcpStream) {
+        let mut program = watch.connect();
+        let stream = accept(&listener);
+        let mut controller = Self { listener, stream };
+        let mut packet = Vec::new();
+        StartOnline::new().emit(&mut packet);
+        program.write_all(&packet).unwrap();
+        controller.answer(StartOnline::LEN, &ResponseId::StartOnline.id().to_le_bytes());
+        program.read_exact(&mut [0; 4]).unwrap();
+        (controller, program)
+    }
+
+    /// Reads a command of this size, and sends this response.
+    fn answer(&mut self, size: usize, response: &[u8]) -> Vec<u8> {
+        let mut command = vec![0; size];
+        self.stream.read_exact(&mut command).unwrap();
+        self.stream.write_all(response).unwrap();
+        command
+    }
+
+    fn nobody_comes(&self) -> bool {
+        self.listener.set_nonblocking(true).unwrap();
+        let come = self.listener.accept();
+        self.listener.set_nonblocking(false).unwrap();
+        come.is_err_and(|error| error.kind() == ErrorKind::WouldBlock)
+    }
+}
+
+#[test]
+fn the_next_program_waits_until_the_controller_is_stopped() {
+    let (listener, address) = listener();
+    let watch = Watch::start(address, &["--no-page"]);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    drop(program);
+    let mut zeros = vec![0; ExchangeData::LEN];
+    controller.stream.read_exact(&mut zeros).unwrap();
+    assert_eq!(ExchangeData::parse(&zeros), Ok(ExchangeData::default()));
+    let mut next = watch.connect();
+    next.write_all(b"next").unwrap();
+    std::thread::sleep(Duration::from_millis(300));
+    assert!(controller.nobody_comes());
+    let mut response = Vec::new();
+    ExchangeDataResponse::default().emit(&mut response);
+    controller.stream.write_all(&response).unwrap();
+    let stop = controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
+    assert_eq!(stop, CommandId::StopOnline.id().to_le_bytes());
+    assert_eq!(controller.stream.read(&mut [0]).unwrap(), 0);
+    accept(&controller.listener).read_exact(&mut [0; 4]).unwrap();
+}
+
+#[test]
+fn a_program_that_has_come_back_goes_before_a_new_connection() {
+    let (listener, address) = listener();
+    let watch = Watch::start(address, &["--no-page"]);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    drop(program);
+    controller.stream.read_exact(&mut [0; ExchangeData::LEN]).unwrap();
+    let mut next = watch.connect();
+    next.write_all(b"next").unwrap();
+    drop(controller.stream);
+    let mut received = [0; 4];
+    accept(&controller.listener).read_exact(&mut received).unwrap();
+    assert_eq!(&received, b"next");
+}
+
+#[test]
+fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (Controller { listener, stream }, program) = Controller::online(&watch, listener);
+    drop(stream);
+    watch.line_where(|line| line["what"] == "offline");
+    drop(program);
+    // One that comes back drives again, and nobody else does.
+    let (mut controller, program) = Controller::online(&watch, listener);
+    std::thread::sleep(Duration::from_millis(2500));
+    assert!(controller.nobody_comes());
+    drop(controller.stream);
+    drop(program);
+    controller.stream = accept(&controller.listener);
+    let start = controller.answer(StartOnline::LEN, &ResponseId::StartOnline.id().to_le_bytes());
+    assert_eq!(StartOnline::parse(&start), Ok(StartOnline::new()));
+    let mut response = Vec::new();
+    ExchangeDataResponse::default().emit(&mut response);
+    let zeros = controller.answer(ExchangeData::LEN, &response);
+    assert_eq!(ExchangeData::parse(&zeros), Ok(ExchangeData::default()));
+    controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+#[test]
+fn a_controller_that_does_not_answer_is_told_as_not_stopped() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    drop(program);
+    controller.stream.read_exact(&mut [0; ExchangeData::LEN]).unwrap();
+    drop(controller);
+    watch.line_where(closed);
+    assert_eq!(outputs_off(&watch), ("closed".into(), false.into()));
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn the_page_and_the_recording_say_so() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let watch = Watch::start(txt.address(), &["--record", path.to_str().unwrap()]);
+    let mut page = watch.page();
+    let mut program = program(&watch);
+    program.exchange(M1);
+    drop(program);
+    let state = page.state(0, |state| state["link"]["error"]["code"] == "halted");
+    assert_eq!(state["areas"][0]["motors"][0]["duty"][0], 0, "{state}");
+    page.state(0, |state| state["link"]["phase"] == "idle" && state["link"]["gaps"] == 1);
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let entries: Vec<_> =
+        Recording::open(&path).unwrap().map(|entry| entry.unwrap().what).collect();
+    let said = entries.iter().find_map(|what| match what {
+        Recorded::Transfer(Transfer::EndedBy(failure)) => Some(&failure.error),
+        _ => None,
+    });
+    assert!(
+        said.is_some_and(|said| said.contains("all outputs of the controller were switched off"))
+    );
+    let last = entries.iter().rev().find_map(|what| match what {
+        Recorded::Cycle(cycle) => Some(cycle.areas[0].output.duty),
+        _ => None,
+    });
+    assert_eq!(last, Some([0; 8]));
+}
+
+#[test]
+fn a_program_that_has_gone_meanwhile_is_served_by_nobody() {
+    // One that was only connected drives nothing.
+    let (listener, address) = listener();
+    let watch = Watch::start(address, &["--no-page"]);
+    let mut program = connect(([127, 0, 0, 1], watch.port).into());
+    program.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+    let mut controller = accept(&listener);
+    drop(program);
+    let mut received = Vec::new();
+    controller.read_to_end(&mut received).unwrap();
+    assert_eq!(received, CommandId::QueryStatus.id().to_le_bytes());
+}
