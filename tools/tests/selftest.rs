@@ -17,30 +17,7 @@ use crate::running::Running;
 /// How long a step may take, however busy the computer is.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// What the simulated TXT does otherwise than the firmware.
-const DIFFER: &[&str] = &[
-    "commands-before-start",
-    "command-in-pieces",
-    "ports-before-start",
-    "start-online",
-    "sound-repeat-0",
-    "sound-while-playing",
-    "sound-0-in-silence",
-    "sound-without-file",
-    "eighth-motor-command",
-    "config-id-low-byte",
-    "i2c-long-read",
-    "i2c-long-write",
-    "i2c-once",
-    "i2c-late",
-    "commands-after-stop",
-    "stop-online-without-i2c",
-    "second-client",
-    "camera-once",
-    "camera-late",
-];
-
-/// What also differs on a computer that is busy.
+/// What differs on a computer that is busy.
 const TIMED: &[&str] = &[
     "pace",
     "answer-after-a-pause",
@@ -57,7 +34,7 @@ fn txt() -> SimulatedTxt {
     let board = Board::default().with_motor(Motor::M1, MotorModel::encoder_motor());
     let world = World::new().with_master(board.with_input(Input::I1, Sensor::BUTTON));
     let builder = SimulatedTxt::builder().firmware(FirmwareVersion::new(4, 7, 0)).world(world);
-    let txt = builder.device_name("Bench").start().unwrap();
+    let txt = builder.device_name("Bench").strict(true).start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(0x18)[0] = 1);
     txt
 }
@@ -113,7 +90,7 @@ fn each_check_has_a_row_and_no_output_is_switched_on() {
         let rows = checks.iter().filter(|row| row["result"] == wanted);
         rows.map(|row| row["check"].as_str().unwrap()).collect::<Vec<_>>()
     };
-    let may_differ = |name: &&str| DIFFER.contains(name) || TIMED.contains(name);
+    let may_differ = |name: &&str| TIMED.contains(name);
     let unexpected: Vec<_> =
         results("differs").into_iter().filter(|row| !may_differ(row)).collect();
     assert!(unexpected.is_empty(), "{unexpected:?} of {result:#}");

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
+use std::time::Duration;
 
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
 
 use super::support::{
     command, compile, set_input, simulated, wait_duty, wait_offline, wait_stopped, wait_until,
@@ -55,10 +56,19 @@ fn a_motor_does_its_distance_and_a_sound_is_played() {
     wait_offline(&txt);
 }
 
+/// Where a program ends so that it can send nothing, only a watchdog of the board stops its motors. It is not known
+/// whether a real one has one.
+fn with_watchdog(is_out_of_hand: bool) -> SimulatedTxtBuilder {
+    match is_out_of_hand {
+        true => simulated().board_watchdog(Duration::from_millis(500)),
+        false => simulated(),
+    }
+}
+
 #[test]
 fn however_a_program_ends_its_motors_stop() {
     for what in ["return", "crash"] {
-        let txt = simulated().start().unwrap();
+        let txt = with_watchdog(what == "crash").start().unwrap();
         let Some(mut running) = started(&txt, what) else { return };
         wait_duty(&txt, 0, 300);
         set_input(&txt, 0, 1);
@@ -71,7 +81,7 @@ fn however_a_program_ends_its_motors_stop() {
     let Some(running) = started(&txt, "exit") else { return };
     assert_eq!(running.end().code, Some(3));
     wait_offline(&txt);
-    let txt = simulated().start().unwrap();
+    let txt = with_watchdog(true).start().unwrap();
     let Some(mut running) = started(&txt, "wait") else { return };
     wait_duty(&txt, 0, 300);
     running.kill();

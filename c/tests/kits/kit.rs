@@ -124,7 +124,7 @@ fn frames_of_the_camera_come_in_repaired() {
     let Some(mut running) = begun(&txt, "camera") else { return };
     for _ in 0..3 {
         running.expect("1");
-        running.expect("4060600");
+        running.expect("4070000");
     }
     running.end().well();
     assert_eq!(txt.with_machine(|machine| machine.camera()), None);

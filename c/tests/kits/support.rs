@@ -197,7 +197,7 @@ pub(crate) fn wait_duty(txt: &SimulatedTxt, output: usize, duty: i16) {
     wait_until(txt, &what, |machine| machine.controllers[0].outputs.duty[output] == duty);
 }
 
-/// Waits until the simulated TXT is offline, which stops its motors.
+/// Waits until the simulated TXT is offline and its motors are off.
 pub(crate) fn wait_offline(txt: &SimulatedTxt) {
     wait_until(txt, "the end of online mode", |machine| {
         !machine.online() && machine.controllers[0].outputs.duty == [0; 8]

@@ -61,7 +61,7 @@ fn the_sample_in_python_drives_a_motor_in_both_exchanges() {
         let (text, errors) =
             (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
         assert!(output.status.success(), "{mode}: {text}{errors}");
-        for part in ["COM4", "firmware V 04.06", "M1 has arrived", "all motors off"] {
+        for part in ["COM4", "firmware V 04.07", "M1 has arrived", "all motors off"] {
             assert!(text.contains(part), "{mode}: no \"{part}\" in {text}{errors}");
         }
         stands(&txt);

@@ -32,15 +32,15 @@ fn a_controller_tells_its_name_and_firmware_before_its_transfer() {
         text(|to, size| get(device, controller, to, size))
     };
     assert_eq!(of(0, GetRoboTxDevName), ("Sorting line 1".to_owned(), 14));
-    assert_eq!(of(0, GetRoboTxFwStr), ("V 04.06".to_owned(), 7));
+    assert_eq!(of(0, GetRoboTxFwStr), ("V 04.07".to_owned(), 7));
     assert_eq!(of(0, GetRoboTxBtAddr), ("00:00:00:00:00:00".to_owned(), 17));
     assert_eq!(of(0, GetRoboTxDllStr).0, "V 1.5.11");
-    assert_eq!(of_device(ftxGetFirmwareStrg), "V 04.06");
+    assert_eq!(of_device(ftxGetFirmwareStrg), "V 04.07");
     assert_eq!(of_device(ftxGetShortNameStrg), "ROBO TXT");
     assert_eq!(of_device(ftxGetManufacturerStrg), "fischertechnik");
     assert_eq!(of_device(ftxGetLongNameStrg), "ROBOTICS TXT Controller");
     let mut firmware = 0;
-    assert_eq!((GetRoboTxFwVal(device, 0, &mut firmware), firmware), (SUCCESS, 0x0004_0606));
+    assert_eq!((GetRoboTxFwVal(device, 0, &mut firmware), firmware), (SUCCESS, 0x0004_0700));
     assert_eq!(GetRoboTxInfo(device, 0), SUCCESS);
     // SAFETY: the device is open; a program reads its areas so.
     let name = unsafe { (&raw const (*Device(device).area(0)).info.hostname).read_volatile() };

@@ -124,7 +124,7 @@ fn accept_while_serving(
         port.shared().with_machine(Machine::stop_camera);
         return Ok(None);
     }
-    let limit = port.shared().read(|machine| machine.camera_client_limit(start_up));
+    let limit = port.shared().read(Machine::camera_client_limit);
     let deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
     let serves = |shared: &Shared| shared.read(|machine| machine.camera_serves(start_up).is_ok());
     let client = port.accept_while(serves, deadline);

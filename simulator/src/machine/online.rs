@@ -209,9 +209,9 @@ impl Machine {
     }
 
     /// How long the camera waits for a client, if it is strict.
-    pub(crate) fn camera_client_limit(&self, start_up: Duration) -> Option<Duration> {
+    pub(crate) fn camera_client_limit(&self) -> Option<Duration> {
         let run = self.camera.run().filter(|_| self.strict)?;
-        let waits_until = run.since.saturating_add(start_up).saturating_add(PATIENCE);
+        let waits_until = run.since.saturating_add(PATIENCE);
         Some(waits_until.saturating_sub(self.now()))
     }
 

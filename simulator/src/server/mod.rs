@@ -53,7 +53,7 @@ const AWAY: Duration = Duration::from_secs(2);
 /// How long StartOnline takes.
 const START: Duration = Duration::from_millis(520);
 
-/// How long StopOnline takes while the I2C server waits for a client or has one.
+/// How long StopOnline waits for the end of the I2C server.
 const STOP: Duration = Duration::from_secs(1);
 
 impl Server {
@@ -152,9 +152,8 @@ impl Connection<'_> {
     fn serve_command(&mut self) -> Result<(), End> {
         let id = self.wait_for_command()?;
         let is_exchange = is_exchange(id);
-        let rest = self.time_of_command(id);
         let outgoing = self.carry_out(is_exchange)?;
-        self.server.shared().sleep(rest)?;
+        self.take_time(id)?;
         if let (CommandId::StartCameraOnline, Some(finder)) =
             (id, &self.server.camera_client_finder)
         {
@@ -172,13 +171,17 @@ impl Connection<'_> {
         }
     }
 
-    /// How much longer a command takes than it would need to.
-    fn time_of_command(&self, id: CommandId) -> Duration {
-        let is_busy = || self.server.shared().read(|machine| machine.i2c_session().is_busy());
+    /// Takes the time that a command takes with the firmware.
+    fn take_time(&self, id: CommandId) -> Result<(), Stopped> {
+        let shared = self.server.shared();
         match id {
-            CommandId::StartOnline if self.server.takes_its_time => START,
-            CommandId::StopOnline if self.server.takes_its_time && is_busy() => STOP,
-            _ => Duration::ZERO,
+            CommandId::StartOnline if self.server.takes_its_time => shared.sleep(START),
+            CommandId::StopOnline if self.server.takes_its_time => {
+                // A client may just have closed its I2C connection.
+                shared.wait_until(STOP, |machine| !machine.i2c_session().is_busy());
+                shared.check()
+            }
+            _ => Ok(()),
         }
     }
 

@@ -39,7 +39,7 @@ pub(crate) fn rows() -> Vec<Row> {
             // No part of a name has more than 63 characters, so no server is asked for this name.
             Ok(begin(TransferAreaComHandler::builder("x".repeat(64))))
         }),
-        row("another program is online", "`NoAnswer`", "the read limit").test(|| Ok(busy())),
+        row("another program is online", "`NoAnswer`", "the read limit (1 s)").test(|| Ok(busy())),
         row("firmware below 4.1.6", "`FirmwareTooOld`", "immediately").test(|| {
             let txt = txt().firmware(FirmwareVersion::new(4, 1, 5)).start().unwrap();
             Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(txt.port())))
