@@ -210,8 +210,7 @@ impl Client {
         let answer = match request {
             Request::Status => self.status()?,
             Request::Config(modes) => self.configure(modes)?,
-            // The firmware reports the resets of this exchange as done, the simulated TXT those of the one before.
-            Request::Simple(change) => self.exchange(&Change { reset: false, ..change.clone() })?,
+            Request::Simple(change) => self.exchange(change)?,
             Request::Compressed(change) => self.exchange_compressed(change)?,
             Request::I2c(device, register, values, read) => {
                 self.i2c(*device, &[&[*register], values.as_slice()].concat(), *read)?
