@@ -77,6 +77,12 @@ impl Controller {
         self.keeper.lock().unwrap().ends.clone()
     }
 
+    /// Forgets the newest of these ends, which there must be.
+    pub(crate) fn expect_end(&self) {
+        let end = self.keeper.lock().unwrap().ends.pop();
+        assert!(end.is_some(), "the program has not ended");
+    }
+
     /// Kills the program, which is back after two seconds.
     pub(crate) fn kill(&self) {
         let mut keeper = self.keeper.lock().unwrap();

@@ -23,6 +23,11 @@ mod examples {
 #[allow(dead_code, reason = "the tests of everything use all of it")]
 mod program;
 #[cfg(target_os = "linux")]
+#[path = "../../firmware/session.rs"]
+#[allow(dead_code, reason = "the program that drives any controller uses all of it")]
+mod session;
+
+#[cfg(target_os = "linux")]
 fn main() -> std::process::ExitCode {
     partner::main()
 }

@@ -2,6 +2,7 @@
 
 mod c_programs;
 mod clients;
+mod golden;
 mod random;
 mod samples;
 mod sessions;
@@ -56,6 +57,7 @@ fn checks() -> Vec<(String, Check)> {
     checks.extend(c_programs::checks());
     checks.extend(clients::checks());
     checks.extend(random::checks());
+    checks.extend(golden::checks());
     checks
 }
 
