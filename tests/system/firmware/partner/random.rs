@@ -67,15 +67,18 @@ struct Change {
     speed: i16,
     master: i16,
     distance: u16,
-    command: bool,
-    reset: bool,
+    /// What is added to the id of its command; 0 is none.
+    command: u16,
+    /// The same for the reset of its counter.
+    reset: u16,
 }
 
 fn change() -> impl Strategy<Value = Change> {
     let speed = prop_oneof![Just(0), Just(255), 1..255_i16];
     let values =
         (speed, prop_oneof![3 => Just(0), 1 => 1..=8_i16], prop_oneof![Just(0), 1..50_u16]);
-    (0..4_usize, any::<bool>(), values, any::<bool>(), any::<bool>()).prop_map(
+    let step = || prop_oneof![3 => Just(0), 3 => Just(1), 1 => any::<u16>()];
+    (0..4_usize, any::<bool>(), values, step(), step()).prop_map(
         |(motor, forward, (speed, master, distance), command, reset)| Change {
             motor,
             forward,
@@ -257,12 +260,13 @@ impl Client {
         let side = usize::from(!forward);
         outputs.duty[2 * motor + side] = duty;
         outputs.duty[2 * motor + 1 - side] = 0;
-        if command && outputs.motor_command_id[motor] < 7 {
+        if command != 0 {
             outputs.master[motor] = master;
             outputs.distance[motor] = distance;
-            outputs.motor_command_id[motor] += 1;
         }
-        outputs.counter_reset_id[motor] += u16::from(reset && outputs.counter_reset_id[motor] < 7);
+        let [command_id, reset_id] = [&mut outputs.motor_command_id, &mut outputs.counter_reset_id];
+        command_id[motor] = command_id[motor].wrapping_add(command);
+        reset_id[motor] = reset_id[motor].wrapping_add(reset);
     }
 
     fn i2c(&mut self, device: u8, write: &[u8], length: u16) -> Result<Vec<u8>, TestCaseError> {
