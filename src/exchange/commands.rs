@@ -43,6 +43,8 @@ struct SentIds {
 struct SentSound {
     /// The program's id.
     id: u16,
+    /// Whether the program has asked for silence.
+    is_silence: bool,
     /// Whether silence was sent instead.
     is_ended: bool,
     /// Whether a sound was played, and no silence came after it.
@@ -53,6 +55,12 @@ impl Commands {
     /// From now on silence is sent where a sound may play.
     pub(super) fn end_sounds(&mut self) {
         self.ends_sounds = true;
+    }
+
+    /// The id of an area's last command for a sound, if that was silence.
+    pub(super) fn silence(&self, index: usize) -> Option<u16> {
+        let sound = self.areas.get(index)?.sound;
+        sound.is_silence.then_some(sound.id)
     }
 
     /// Changes an area's outputs where the firmware would mistake them.
@@ -125,6 +133,7 @@ impl SentSound {
         if is_new {
             self.may_play = outputs.sound_index != 0;
         }
+        self.is_silence = outputs.sound_index == 0;
         self.is_ended = ends && self.may_play;
         if self.is_ended {
             outputs.sound_command_id = self.id.wrapping_add(1);

@@ -33,6 +33,8 @@ pub struct Inputs {
     areas: [Option<AreaInputs>; MAX_AREAS],
     /// Which extensions took part in the last response, bit 0 the first.
     alive: u16,
+    /// By area, the id of the last command for a sound, if that was silence.
+    silences: [Option<u16>; MAX_AREAS],
 }
 
 /// The inputs of one area in a response.
@@ -57,6 +59,20 @@ impl Inputs {
     /// The same, to be changed before the program sees it.
     pub(crate) fn area_mut(&mut self, index: usize) -> Option<&mut ExchangeDataResponse> {
         self.areas.get_mut(index)?.as_mut().map(|area| &mut area.data)
+    }
+
+    pub(super) fn set_silence(&mut self, index: usize, id: Option<u16>) {
+        self.silences[index] = id;
+    }
+
+    /// Reports silence as done: the maker's firmware 4.7.0 (measured under emulation) never does that while nothing
+    /// plays.
+    pub(crate) fn finish_silence(&mut self) {
+        for (area, silence) in self.areas.iter_mut().zip(self.silences) {
+            if let (Some(area), Some(id)) = (area, silence) {
+                area.data.sound_command_id = id;
+            }
+        }
     }
 
     /// Writes the newest inputs of each controller that has ever taken part into its area, and which

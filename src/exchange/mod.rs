@@ -203,6 +203,7 @@ impl Exchange {
         for index in 0..MAX_AREAS {
             if let Some(told) = self.inputs.area_mut(index) {
                 self.commands.receive(index, told);
+                self.inputs.set_silence(index, self.commands.silence(index));
             }
         }
         Ok(&self.inputs)

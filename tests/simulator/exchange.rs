@@ -132,7 +132,7 @@ fn a_distance_ends_and_its_id_comes_back_then() {
 }
 
 #[test]
-fn a_counter_reset_comes_back_one_exchange_later() {
+fn a_counter_reset_comes_back_at_once_in_the_simple_exchange_and_one_later_in_the_compressed() {
     let txt = unpaced().start().unwrap();
     let mut client = Client::online(&txt);
     txt.with_machine(|machine| machine.controllers[0].counter[2] = 77);
@@ -140,9 +140,12 @@ fn a_counter_reset_comes_back_one_exchange_later() {
     assert_eq!(client.exchange(&outputs).counter[2], 77);
     outputs.counter_reset_id[2] = 3;
     let response = client.exchange(&outputs);
-    assert_eq!((response.counter[2], response.counter_reset_id[2]), (0, 0));
-    let response = client.exchange(&outputs);
     assert_eq!((response.counter[2], response.counter_reset_id[2]), (0, 3));
+
+    let mut words = [0; 27];
+    words[22] = 4;
+    let finished = [(); 2].map(|()| client.exchange_compressed(&[words], 0).words[18]);
+    assert_eq!(finished, [3, 4]);
 }
 
 #[test]

@@ -47,8 +47,8 @@ impl Side {
     }
 }
 
-/// How long a program that is online may be silent. A TXT closes the connection after 5 s, and then nothing can be
-/// sent on it.
+/// How long a program that is online may be silent. The maker's firmware closes the connection after 5 s, and then
+/// nothing can be sent on it.
 pub(crate) const SILENCE: Duration = Duration::from_millis(4500);
 
 /// Why the outputs have to be switched off.

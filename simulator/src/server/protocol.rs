@@ -2,8 +2,8 @@
 
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::wire::{
-    CmprHeader, CommandId, Compressor, ExchangeData, Expander, QueryStatusResponse, ResponseId,
-    StartCameraOnline, StartOnline, UpdateConfig,
+    CmprHeader, CommandId, Compressor, ExchangeData, ExchangeDataResponse, Expander,
+    QueryStatusResponse, ResponseId, StartCameraOnline, StartOnline, UpdateConfig,
 };
 use ft_transfer_area::{Error, FirmwareVersion};
 use log::Level;
@@ -133,7 +133,9 @@ impl Protocol {
         match exchange {
             Exchange::Simple => {
                 if let Some(master) = machine.reachable().next() {
-                    master.report().emit(out);
+                    // The firmware reports the resets of this exchange as done, whatever its board says.
+                    let counter_reset_id = master.outputs.counter_reset_id;
+                    ExchangeDataResponse { counter_reset_id, ..master.report() }.emit(out);
                 }
             }
             Exchange::Compressed => {

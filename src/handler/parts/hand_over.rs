@@ -100,7 +100,8 @@ impl HandOver {
     /// Takes the inputs of a response.
     pub(crate) fn put(&mut self, inputs: &Inputs) {
         self.incoming.clone_from(inputs);
-        finish_silence(&mut self.incoming, &self.outgoing);
+        // Stopping the outputs leaves silence, too; a sound that was cut off is hidden afterwards.
+        self.incoming.finish_silence();
         self.unfinished.hide(&mut self.incoming, &self.outgoing);
         self.inputs_due = true;
     }
@@ -118,21 +119,11 @@ impl HandOver {
     }
 }
 
-/// Reports silence (sound 0) as done: the maker's firmware 4.7.0 (measured under emulation) never does that while
-/// nothing plays. Stopping the outputs leaves silence, too; such a sound is hidden afterwards.
-fn finish_silence(inputs: &mut Inputs, areas: &[FishX1Transfer]) {
-    for (index, area) in areas.iter().enumerate() {
-        if let Some(told) = inputs.area_mut(index) {
-            if area.txt_outputs.sound_index == 0 {
-                told.sound_command_id = area.txt_outputs.sound_cmd_id;
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exchange::{Exchange, TransferMode};
+    use crate::firmware::FirmwareVersion;
     use crate::wire::ExchangeDataResponse;
 
     fn hand_over() -> (HandOver, Vec<FishX1Transfer>) {
@@ -173,21 +164,31 @@ mod tests {
         assert_eq!(areas, hand_over.outgoing());
     }
 
+    /// The id of the sound that is done, after a response to the areas' outputs that says 0.
+    fn done_sound(hand_over: &mut HandOver, areas: &[FishX1Transfer]) -> u16 {
+        let mut exchange = Exchange::new(TransferMode::Simple, FirmwareVersion::OLDEST_SUPPORTED);
+        exchange.request(areas, &mut Vec::new()).unwrap();
+        let mut response = Vec::new();
+        ExchangeDataResponse::default().emit(&mut response);
+        hand_over.put(exchange.receive(&response).unwrap());
+        hand_over.incoming().area(0).unwrap().sound_command_id
+    }
+
     #[test]
-    fn silence_is_done_with_the_next_response_but_a_sound_that_was_cut_off_is_not() {
+    fn silence_is_done_when_it_is_answered_but_a_sound_that_was_cut_off_is_not() {
         let (mut hand_over, mut areas) = hand_over();
         areas[0].txt_outputs.sound_cmd_id = 1;
         hand_over.take(&areas, true);
-        put(&mut hand_over, 0);
-        assert_eq!(hand_over.incoming().area(0).unwrap().sound_command_id, 1);
+        // It was not sent yet.
+        assert_eq!(done_sound(&mut hand_over, &[FishX1Transfer::default()]), 0);
+        assert_eq!(done_sound(&mut hand_over, &areas), 1);
         (areas[0].txt_outputs.sound_cmd_id, areas[0].txt_outputs.sound_index) = (2, 3);
         hand_over.take(&areas, true);
-        put(&mut hand_over, 0);
-        assert_eq!(hand_over.incoming().area(0).unwrap().sound_command_id, 0);
+        assert_eq!(done_sound(&mut hand_over, &areas), 0);
         hand_over.stop(Cut::Connection);
-        assert_eq!(hand_over.outgoing()[0].txt_outputs.sound_index, 0);
-        put(&mut hand_over, 0);
-        assert_eq!(hand_over.incoming().area(0).unwrap().sound_command_id, 0);
+        let stopped = hand_over.outgoing().to_vec();
+        assert_eq!(stopped[0].txt_outputs.sound_index, 0);
+        assert_eq!(done_sound(&mut hand_over, &stopped), 0);
     }
 
     #[test]

@@ -4,7 +4,18 @@ use std::fs;
 use std::path::Path;
 
 use super::run::assert_in_order;
-use super::wifi::GAP;
+
+/// What the sample wifi says when the connection is lost and re-established.
+pub(crate) const GAP: [&str; 7] = [
+    "Lost: the connection to the controller was lost and is being re-established",
+    STOPPED,
+    "The connection is restored after ",
+    STOPPED,
+    "M3 looks for the start.",
+    "M3 runs 50 pulses there.",
+    "Connections that were lost and re-established: 1.",
+];
+const STOPPED: &str = "M3 has duty 0 and 0; its last way reads as not done.";
 
 /// How many pulses a count may differ from its distance.
 const FEW: u16 = 3;

@@ -4,6 +4,7 @@ mod checks;
 mod factory;
 mod picture;
 mod run;
+mod sample;
 mod samples;
 mod wifi;
 

@@ -1,4 +1,4 @@
-//! A sample as a child process, read line by line.
+//! A sample, or another program, as a child process, read line by line.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use crate::program::{example, DEADLINE};
 
-/// A running sample, which is killed when this is dropped.
+/// A running program, which is killed when this is dropped.
 pub(crate) struct Run {
     child: Child,
     stdout: Receiver<String>,
@@ -16,8 +16,13 @@ pub(crate) struct Run {
 }
 
 impl Run {
+    /// A sample with these arguments.
     pub(crate) fn start(name: &str, arguments: &[&str]) -> Self {
-        let mut child = example(name).args(arguments).stdout(Stdio::piped()).spawn().unwrap();
+        Self::of(example(name).args(arguments))
+    }
+
+    pub(crate) fn of(command: &mut Command) -> Self {
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
         let (sender, stdout) = mpsc::channel();
         let lines = BufReader::new(child.stdout.take().unwrap()).lines();
         thread::spawn(move || lines.map_while(Result::ok).try_for_each(|line| sender.send(line)));

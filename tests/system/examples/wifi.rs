@@ -7,21 +7,10 @@ use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
+use super::checks::GAP;
 use super::run::{assert_in_order, Run};
 use crate::ports::unused_ports;
 use crate::program::DEADLINE;
-
-/// What it says when the connection is lost and re-established.
-pub(crate) const GAP: [&str; 7] = [
-    "Lost: the connection to the controller was lost and is being re-established",
-    STOPPED,
-    "The connection is restored after ",
-    STOPPED,
-    "M3 looks for the start.",
-    "M3 runs 50 pulses there.",
-    "Connections that were lost and re-established: 1.",
-];
-const STOPPED: &str = "M3 has duty 0 and 0; its last way reads as not done.";
 
 /// The default world with its slide in the middle.
 fn away_from_the_start() -> World {

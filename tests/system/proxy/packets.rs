@@ -71,11 +71,13 @@ pub(crate) struct Tracker {
     exchanges: u64,
     expander: Expander,
     was_on: bool,
+    /// Whether the camera was started.
+    has_camera: bool,
 }
 
 impl Tracker {
     pub(crate) fn new() -> Self {
-        Self { exchanges: 0, expander: Expander::new(), was_on: false }
+        Self { exchanges: 0, expander: Expander::new(), was_on: false, has_camera: false }
     }
 
     /// The place of this request.
@@ -85,8 +87,13 @@ impl Tracker {
             CommandId::StartOnline => Place::StartOnline,
             CommandId::UpdateConfig if self.exchanges == 0 => Place::UpdateConfig,
             CommandId::UpdateConfig => Place::NewConfig,
-            CommandId::StartCameraOnline => Place::StartCamera,
-            CommandId::StopCameraOnline => Place::StopCamera,
+            CommandId::StartCameraOnline => {
+                self.has_camera = true;
+                Place::StartCamera
+            }
+            CommandId::StopCameraOnline if self.has_camera => Place::StopCamera,
+            // For a camera that another program may have left on.
+            CommandId::StopCameraOnline => return None,
             CommandId::StopOnline => Place::StopOnline,
             CommandId::ExchangeDataCmpr => {
                 self.exchanges += 1;

@@ -11,7 +11,7 @@ use ft_transfer_area::FirmwareVersion;
 use super::i2c::I2c;
 use super::line::{pause, Line};
 use super::outcome::Trouble;
-use super::session::{command, packet, Session};
+use super::session::{command, packet, Session, NO_I2C};
 use crate::told;
 use crate::watch::ports;
 
@@ -37,7 +37,7 @@ pub(super) struct Bench {
     pub(super) firmware: FirmwareVersion,
     pub(super) name: String,
     /// The I2C port has accepted a connection.
-    pub(super) has_i2c: bool,
+    has_i2c: bool,
     /// Pictures have come.
     pub(super) has_camera: bool,
     /// How many pulses M1 gives in a second at full duty.
@@ -94,6 +94,15 @@ impl Bench {
 
     pub(super) fn pause(&self, time: Duration) -> Result<(), Trouble> {
         pause(time, &self.interrupted)
+    }
+
+    /// For a check that makes no sense without an I2C port.
+    pub(super) fn needs_i2c(&self) -> Result<(), Trouble> {
+        if self.has_i2c {
+            Ok(())
+        } else {
+            Err(Trouble::NotTried(NO_I2C))
+        }
     }
 
     /// The session that is there, or a new one with a configuration.

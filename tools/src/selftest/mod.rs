@@ -29,8 +29,8 @@ use crate::{interrupt, print};
 
 const AFTER: &str = "\
 Each line is a statement about the controller: \"as the firmware does\", \"differs\", or \"not tried\".
-The firmware is the maker's 4.7.0, as measured under emulation. It takes less than a minute, plays
-some short sounds, and switches no output on. A program that runs on the controller is stopped.
+The firmware is the maker's 4.7.0, as measured under emulation. It takes about a minute, plays some
+short sounds, and switches no output on. A program that runs on the controller is stopped.
 
 With --motors M1 turns for half a minute. Plug in M1, with its encoder at C1, so that it turns
 freely. A button at I1 stops it, so it is good to have one. --crash also starts the camera twice.
@@ -89,7 +89,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(&path);
         not_there(trouble, &args.host)
     })?;
-    let mut run = Run { rows: Vec::new(), bench, args, begin: Instant::now() };
+    let mut run = Run { rows: Vec::new(), bench, args, begin: Instant::now(), given_up: None };
     run.head()?;
     let ended = run.all();
     let is_stopped = run.bench.leave();
@@ -134,7 +134,7 @@ fn not_there(trouble: Trouble, host: &str) -> anyhow::Error {
         Trouble::Lost(what) => anyhow!(
             "{host}: {what}; is it on, at this address, and is no other program online on it?"
         ),
-        Trouble::Interrupted | Trouble::Button => anyhow!(INTERRUPTED),
+        Trouble::Interrupted | Trouble::Button | Trouble::NotTried(_) => anyhow!(INTERRUPTED),
     }
 }
 
@@ -145,6 +145,8 @@ struct Run {
     bench: Bench,
     args: Args,
     begin: Instant,
+    /// Why nothing more is tried, or no motors.
+    given_up: Option<&'static str>,
 }
 
 impl Run {
@@ -159,7 +161,6 @@ impl Run {
     /// Runs each check. The error is what has ended it early.
     fn all(&mut self) -> anyhow::Result<()> {
         let progress = ProgressBar::new_spinner();
-        let mut given_up = None;
         for check in checks::all() {
             if let Some(option) = self.option_without(check) {
                 self.rows.push(Row::new(check, Outcome::not_tried(format!("it needs {option}"))));
@@ -167,31 +168,39 @@ impl Run {
             }
             progress.set_message(check.name);
             progress.tick();
-            let outcome = match given_up {
-                Some(why) if why == GONE || check.needs == Needs::Motors => Outcome::not_tried(why),
-                _ => match (check.run)(&mut self.bench) {
-                    Ok(outcome) => outcome,
-                    Err(Trouble::Interrupted) => bail!(INTERRUPTED),
-                    Err(Trouble::Button) => {
-                        given_up = Some(BUTTON);
-                        self.bench.end().ok();
-                        Outcome::not_tried(BUTTON)
-                    }
-                    Err(Trouble::Lost(what)) => {
-                        given_up = given_up.or(self.came_back()?);
-                        Outcome::differs(what)
-                    }
-                },
-            };
-            let row = Row::new(check, outcome);
+            let row = Row::new(check, self.run_one(check)?);
             if !self.args.json {
+                // No motor turns between two checks, so the terminal may be paused.
                 progress.suspend(|| print::line(row.line()))?;
             }
             self.rows.push(row);
         }
         progress.finish_and_clear();
-        ensure!(given_up != Some(GONE), GONE);
+        ensure!(self.given_up != Some(GONE), GONE);
         Ok(())
+    }
+
+    fn run_one(&mut self, check: &Check) -> anyhow::Result<Outcome> {
+        if let Some(why) = self.given_up {
+            if why == GONE || check.needs == Needs::Motors {
+                return Ok(Outcome::not_tried(why));
+            }
+        }
+        Ok(match (check.run)(&mut self.bench) {
+            Ok(outcome) => outcome,
+            Err(Trouble::Interrupted) => bail!(INTERRUPTED),
+            Err(Trouble::NotTried(why)) => Outcome::not_tried(why),
+            Err(Trouble::Button) => {
+                self.given_up = Some(BUTTON);
+                // What it could not stop is stopped before the next session.
+                let _ = self.bench.end();
+                Outcome::not_tried(BUTTON)
+            }
+            Err(Trouble::Lost(what)) => {
+                self.come_back()?;
+                Outcome::differs(what)
+            }
+        })
     }
 
     /// The option without which a check does not run.
@@ -203,13 +212,14 @@ impl Run {
         }
     }
 
-    /// After a lost connection: why nothing more can be tried.
-    fn came_back(&mut self) -> anyhow::Result<Option<&'static str>> {
+    /// After a lost connection: gives up when the controller does not answer any more.
+    fn come_back(&mut self) -> anyhow::Result<()> {
         match self.bench.comes_back() {
-            Ok(Some(_)) => Ok(None),
-            Ok(None) | Err(Trouble::Lost(_) | Trouble::Button) => Ok(Some(GONE)),
+            Ok(Some(_)) => {}
             Err(Trouble::Interrupted) => bail!(INTERRUPTED),
+            _ => self.given_up = Some(GONE),
         }
+        Ok(())
     }
 
     fn json(&self, begun: &Zoned, error: Option<&anyhow::Error>) -> Value {

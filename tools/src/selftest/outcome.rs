@@ -16,6 +16,8 @@ pub(super) enum Trouble {
     Button,
     /// What the controller did instead of what the check needs.
     Lost(String),
+    /// Why the check can't be tried.
+    NotTried(&'static str),
 }
 
 impl Trouble {

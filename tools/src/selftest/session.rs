@@ -13,6 +13,9 @@ use super::i2c::I2c;
 use super::line::Line;
 use super::outcome::Trouble;
 
+/// Why checks of I2C are not tried.
+pub(super) const NO_I2C: &str = "the I2C port refuses";
+
 /// The words that the controller sends for each area.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Inputs {
@@ -92,6 +95,11 @@ impl Session {
             expander: Expander::new(),
             words_per_area: if has_microphone { 52 } else { 50 },
         })
+    }
+
+    /// The I2C connection, for a check that needs it.
+    pub(super) fn i2c(&mut self) -> Result<&mut I2c, Trouble> {
+        self.i2c.as_mut().ok_or(Trouble::NotTried(NO_I2C))
     }
 
     /// Sends UpdateConfig for the master.

@@ -1,7 +1,7 @@
 //! Stops a controller whose program has gone, on the connection that the program had.
 //!
-//! A TXT switches nothing off when a connection ends. So the command that does goes out before anything else is done,
-//! and then StopOnline. Where that can't be, a new connection does the same.
+//! The maker's firmware switches nothing off when a connection ends. So the command that does goes out before anything
+//! else is done, and then StopOnline. Where that can't be, a new connection does the same.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
@@ -44,6 +44,9 @@ pub(super) struct Halt {
     pub(super) connection: u64,
     step: Step,
     controller: Option<TcpStream>,
+    /// The firmware waits for a connection to I2C for 5 s from StartOnline on. One that is made and closed ends that:
+    /// then StopOnline takes no second, and the firmware survives the next StartOnline.
+    i2c: Option<TcpStream>,
     /// The connection is still the program's, and what passes on it is told. Afterwards its end was told.
     is_own: bool,
     missed: bool,
@@ -91,6 +94,7 @@ impl Halt {
             connection,
             step: Step::Pauses(now),
             controller: controller.filter(|_| driven.is_between_commands()),
+            i2c: None,
             is_own: true,
             missed: false,
             zeros: driven.zeros(),
@@ -128,7 +132,7 @@ impl Halt {
     /// Goes on as far as it can. `connect` makes a new connection. Returns whether all is done.
     pub(super) fn go_on(
         &mut self,
-        connect: impl Fn() -> io::Result<TcpStream>,
+        connect: impl Fn(Line) -> io::Result<TcpStream>,
         chunk: &mut [u8],
         tap: &Tap,
     ) -> bool {
@@ -170,6 +174,7 @@ impl Halt {
 
     /// Whether the present step is done.
     fn is_over(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<bool> {
+        self.i2c.take_if(|i2c| !matches!(is_connected(i2c), Ok(false)));
         let now = Instant::now();
         let is_over = match (self.step, &self.controller) {
             (Step::Waits(at) | Step::Pauses(at), _) => return Ok(at <= now),
@@ -186,12 +191,16 @@ impl Halt {
     }
 
     /// Begins the next step.
-    fn next(&mut self, connect: &impl Fn() -> io::Result<TcpStream>, tap: &Tap) -> io::Result<()> {
+    fn next(
+        &mut self,
+        connect: &impl Fn(Line) -> io::Result<TcpStream>,
+        tap: &Tap,
+    ) -> io::Result<()> {
         let mut packet = Vec::new();
         let step = match self.step {
             Step::Waits(_) | Step::Pauses(_) => {
                 self.responses = Responses::default();
-                self.controller = Some(connect()?);
+                self.controller = Some(connect(Line::Main)?);
                 Step::Connects
             }
             Step::Connects => {
@@ -203,6 +212,7 @@ impl Halt {
                 Step::SwitchesOff
             }
             Step::SwitchesOff => {
+                self.i2c = connect(Line::I2c).ok();
                 CommandId::StopOnline.emit(&mut packet);
                 Step::Ends
             }

@@ -294,8 +294,11 @@ impl Worker {
         }
         self.wait_for_return();
         for mut halt in std::mem::take(&mut self.halts) {
-            let token = tokens(halt.connection)[1];
-            let connect = || connect(self.controller, self.poll.registry(), token);
+            let [of_i2c, of_main] = tokens(halt.connection);
+            let connect = |line| {
+                let token = if line == Line::Main { of_main } else { of_i2c };
+                connect(behind(self.controller, line), self.poll.registry(), token)
+            };
             if !halt.go_on(connect, &mut self.chunk, &self.tap) {
                 self.halts.push(halt);
             }

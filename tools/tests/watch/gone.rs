@@ -1,8 +1,8 @@
-//! A program that is gone without an end of its session: the controller is stopped. A TXT does not stop by itself, so
+//! A program that is gone without an end of its session: the controller is stopped. It does not stop by itself, so
 //! what counts is the last exchange that it has received.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::time::Duration;
 
 use ft_transfer_area::wire::{
@@ -180,9 +180,21 @@ impl Controller {
     }
 }
 
+/// Listens where a controller would, also for I2C.
+fn with_i2c() -> (TcpListener, SocketAddr, TcpListener) {
+    loop {
+        let (main, address) = listener();
+        let port = address.port().checked_add(2);
+        let i2c = port.map(|port| TcpListener::bind((address.ip(), port)));
+        if let Some(Ok(i2c)) = i2c {
+            return (main, address, i2c);
+        }
+    }
+}
+
 #[test]
 fn the_next_program_waits_until_the_controller_is_stopped() {
-    let (listener, address) = listener();
+    let (listener, address, i2c) = with_i2c();
     let watch = Watch::start(address, &["--no-page"]);
     let (mut controller, program) = Controller::online(&watch, listener);
     drop(program);
@@ -196,6 +208,8 @@ fn the_next_program_waits_until_the_controller_is_stopped() {
     let mut response = Vec::new();
     ExchangeDataResponse::default().emit(&mut response);
     controller.stream.write_all(&response).unwrap();
+    // The firmware waits for this one, and holds up StopOnline meanwhile.
+    assert_eq!(accept(&i2c).read(&mut [0]).unwrap(), 0);
     let stop = controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
     assert_eq!(stop, CommandId::StopOnline.id().to_le_bytes());
     assert_eq!(controller.stream.read(&mut [0]).unwrap(), 0);

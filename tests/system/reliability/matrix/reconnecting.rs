@@ -39,7 +39,11 @@ pub(crate) fn rows() -> Vec<Row> {
     }
     // A connection is only re-established for a transfer that has begun and does not end.
     for (text, places, by) in [
-        ("each packet of the handshake", Place::HANDSHAKE, &[By::NeverOn]),
+        (
+            "QueryStatus, and UpdateConfig before the first exchange",
+            &[Place::QueryStatus, Place::UpdateConfig][..],
+            &[By::NeverOn],
+        ),
         ("each packet of the end", Place::END, &[By::Exchange]),
     ] {
         let row = Row::new(SECTION, "FIN instead of the response", text);

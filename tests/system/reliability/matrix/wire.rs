@@ -80,6 +80,13 @@ struct Phase {
 }
 
 const HANDSHAKE: Phase = Phase { text: "each packet of the handshake", places: Place::HANDSHAKE };
+/// Where a closed connection is an error at once.
+const BESIDE_START: Phase = Phase {
+    text: "QueryStatus, and UpdateConfig before the first exchange",
+    places: &[Place::QueryStatus, Place::UpdateConfig],
+};
+const START: Phase =
+    Phase { text: "StartOnline: it is tried again", places: &[Place::StartOnline] };
 const RUNNING: Phase = Phase { text: "each packet while it runs", places: Place::RUNNING };
 const END: Phase = Phase { text: "each packet of the end", places: Place::END };
 const EXCHANGE: Phase = Phase { text: "each exchange", places: Place::EXCHANGES };
@@ -91,7 +98,7 @@ pub(crate) fn rows() -> Vec<Row> {
     for &(fault, text, sees, by) in RESPONSES {
         let goes_on = fault == Fault::Drip;
         let never = if goes_on { &[By::Exchange][..] } else { &[By::NeverOn] };
-        rows.push(row(false, fault, text, HANDSHAKE, sees).by(never));
+        rows.extend(handshake(false, fault, text, sees, never));
         rows.push(row(false, fault, text, RUNNING, sees).by(only(by)));
         rows.push(row(false, fault, text, SIMPLE, sees).by(only(by)));
         rows.push(row(false, fault, text, END, sees).by(&[By::Exchange]));
@@ -103,7 +110,7 @@ pub(crate) fn rows() -> Vec<Row> {
     for &(fault, text, sees, by) in REQUESTS {
         let goes_on = fault == Fault::Drip;
         let never = if goes_on { &[By::Exchange][..] } else { &[By::NeverOn] };
-        rows.push(row(true, fault, text, HANDSHAKE, sees).by(never));
+        rows.extend(handshake(true, fault, text, sees, never));
         rows.push(row(true, fault, text, RUNNING, sees).by(never_or(by)));
         let end = match by {
             By::Board => &[By::Exchange, By::Board][..],
@@ -116,6 +123,22 @@ pub(crate) fn rows() -> Vec<Row> {
     rows.push(crc(EXCHANGE).by(&[By::Board, By::NeverOn]));
     rows.push(crc(LAST).by(&[By::Board]));
     rows
+}
+
+/// The rows of the handshake. A TXT whose firmware ends closes the connection at StartOnline, and is back soon.
+fn handshake(
+    in_request: bool,
+    fault: Fault,
+    text: &'static str,
+    sees: (&'static str, &'static str),
+    by: &'static [By],
+) -> Vec<Row> {
+    let row = |phase, sees, by| row(in_request, fault, text, phase, sees).by(by);
+    if sees == CLOSED && fault != Fault::HalfThenFin {
+        vec![row(BESIDE_START, sees, by), row(START, ("nothing", "–"), &[By::Exchange])]
+    } else {
+        vec![row(HANDSHAKE, sees, by)]
+    }
 }
 
 /// If the first exchange fails, no duty has arrived.

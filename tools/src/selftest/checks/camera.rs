@@ -58,8 +58,17 @@ const SIZE: StartCameraOnline =
 /// How long the camera's port may refuse.
 const OPENS: Duration = Duration::from_secs(4);
 
-pub(super) const NO_PICTURE: &str = "no picture comes, so there is no camera";
+const NO_PICTURE: &str = "no picture comes, so there is no camera";
 const NOT_THIS_TIME: &str = "no picture comes this time";
+
+/// For a check that makes no sense without a camera.
+pub(super) fn needs_camera(bench: &Bench) -> Result<(), Trouble> {
+    if bench.has_camera {
+        Ok(())
+    } else {
+        Err(Trouble::NotTried(NO_PICTURE))
+    }
+}
 
 /// A command that starts or stops the camera in this session: how long its answer took.
 fn tell(bench: &mut Bench, id: CommandId) -> Result<Duration, Trouble> {
@@ -121,9 +130,7 @@ fn with_picture(
     bench: &mut Bench,
     check: impl FnOnce(&mut Bench, &mut Option<Line>, CameraFrameHeader, &[u8]) -> Found,
 ) -> Found {
-    if !bench.has_camera {
-        return Ok(Outcome::not_tried(NO_PICTURE));
-    }
+    needs_camera(bench)?;
     bench.begin(Holds::I2c)?;
     tell(bench, CommandId::StartCameraOnline)?;
     let Some((line, header, jpeg)) = connect(bench)? else {
@@ -152,7 +159,7 @@ fn picture(bench: &mut Bench) -> Found {
 
 fn acknowledge(bench: &mut Bench) -> Found {
     with_picture(bench, |bench, line, _, _| {
-        let Some(line) = line else { return Ok(Outcome::not_tried(NO_PICTURE)) };
+        let line = line.as_mut().ok_or(Trouble::NotTried(NO_PICTURE))?;
         if !matches!(line.hear(1, Duration::from_millis(500))?, Heard::Silence) {
             return Ok(Outcome::differs("something comes before"));
         }
@@ -167,7 +174,7 @@ fn acknowledge(bench: &mut Bench) -> Found {
 
 fn wrong_acknowledge(bench: &mut Bench) -> Found {
     with_picture(bench, |_, line, _, _| {
-        let Some(line) = line else { return Ok(Outcome::not_tried(NO_PICTURE)) };
+        let line = line.as_mut().ok_or(Trouble::NotTried(NO_PICTURE))?;
         line.send(&[1, 2, 3, 4])?;
         closes(line)
     })
@@ -184,9 +191,7 @@ fn once(bench: &mut Bench) -> Found {
 }
 
 fn stops(bench: &mut Bench) -> Found {
-    if !bench.has_camera {
-        return Ok(Outcome::not_tried(NO_PICTURE));
-    }
+    needs_camera(bench)?;
     let Some(took) = start_and_stop(bench)? else {
         return Ok(Outcome::differs(NOT_THIS_TIME));
     };
@@ -204,9 +209,7 @@ pub(super) fn start_and_stop(bench: &mut Bench) -> Result<Option<Duration>, Trou
 }
 
 fn late(bench: &mut Bench) -> Found {
-    if !bench.has_camera {
-        return Ok(Outcome::not_tried(NO_PICTURE));
-    }
+    needs_camera(bench)?;
     bench.begin(Holds::I2c)?;
     tell(bench, CommandId::StartCameraOnline)?;
     let begin = Instant::now();

@@ -63,30 +63,18 @@ const MISSING: [u8; 3] = [0x0B, 0x2B, 0x5B];
 /// What comes for no device.
 const FAILED: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
 
-pub(super) const NO_PORT: &str = "the I2C port refuses";
-
-/// The session and its I2C connection, or why there is none.
-macro_rules! i2c_of {
-    ($session:expr) => {
-        match $session.i2c.as_mut() {
-            Some(i2c) => i2c,
-            None => return Ok(Outcome::not_tried(NO_PORT)),
-        }
-    };
-}
-
 fn connects(bench: &mut Bench) -> Found {
     let is_there = bench.online()?.i2c.is_some();
     Ok(Outcome::same_if(is_there, if is_there { "" } else { "it refuses" }))
 }
 
 fn nothing(bench: &mut Bench) -> Found {
-    let i2c = i2c_of!(bench.online()?);
+    let i2c = bench.online()?.i2c()?;
     Ok(failed(&i2c.transact(0, &[], 0)?))
 }
 
 fn missing_device(bench: &mut Bench) -> Found {
-    let i2c = i2c_of!(bench.online()?);
+    let i2c = bench.online()?.i2c()?;
     for device in MISSING {
         let begin = std::time::Instant::now();
         let answer = i2c.transact(device, &[], 1)?;
@@ -94,7 +82,7 @@ fn missing_device(bench: &mut Bench) -> Found {
             return Ok(failed(&answer).with_time("ms", begin.elapsed()));
         }
     }
-    Ok(Outcome::not_tried("each address that was tried has a device"))
+    Err(Trouble::NotTried("each address that was tried has a device"))
 }
 
 fn failed(answer: &I2cAnswer) -> Outcome {
@@ -107,7 +95,7 @@ fn failed(answer: &I2cAnswer) -> Outcome {
 
 fn long_read(bench: &mut Bench) -> Found {
     let session = bench.online()?;
-    let i2c = i2c_of!(session);
+    let i2c = session.i2c()?;
     let mut device = None;
     for address in DEVICES {
         if matches!(i2c.transact(address, &[0], 1)?, I2cAnswer::Read(_)) {
@@ -116,13 +104,13 @@ fn long_read(bench: &mut Bench) -> Found {
         }
     }
     let Some(device) = device else {
-        return Ok(Outcome::not_tried("no known I2C device answers"));
+        return Err(Trouble::NotTried("no known I2C device answers"));
     };
     let mut lengths = Vec::new();
     for wanted in [300, 1024, 1025] {
         // The main connection must not be silent meanwhile.
         session.exchange()?;
-        let i2c = i2c_of!(session);
+        let i2c = session.i2c()?;
         lengths.push(match i2c.transact(device, &[0], wanted)? {
             I2cAnswer::Read(bytes) => bytes.len(),
             I2cAnswer::Failed(_) => 0,
@@ -137,7 +125,7 @@ fn i2c_line(bench: &Bench) -> Result<Option<Line>, Trouble> {
 }
 
 fn second_connection(bench: &mut Bench) -> Found {
-    i2c_of!(bench.online()?);
+    bench.online()?.i2c()?;
     let Some(mut second) = i2c_line(bench)? else { return Ok(Outcome::differs("it is refused")) };
     second.send(&request(0, &[], 0))?;
     Ok(match second.hear(1, Duration::from_millis(300))? {
@@ -151,19 +139,19 @@ fn pause(bench: &mut Bench) -> Found {
     const LONG: Duration = Duration::from_secs(6);
 
     let session = bench.online()?;
-    i2c_of!(session);
+    session.i2c()?;
     let is_kept = |session: &Session| session.i2c.as_ref().is_some_and(|i2c| i2c.kept >= LONG);
     while !is_kept(session) {
         session.exchange()?;
     }
-    let i2c = i2c_of!(session);
+    let i2c = session.i2c()?;
     i2c.transact(0, &[], 0)?;
     Ok(Outcome::same_if(true, format!("{} and more", seconds(LONG))))
 }
 
 fn long_write(bench: &mut Bench) -> Found {
     let session = bench.begin(Holds::I2c)?;
-    let I2c { line, .. } = i2c_of!(session);
+    let I2c { line, .. } = session.i2c()?;
     line.send(&request(MISSING[0], &[0; 1025], 0))?;
     let outcome = super::commands::closes(line)?;
     session.i2c = None;
@@ -173,7 +161,7 @@ fn long_write(bench: &mut Bench) -> Found {
 
 fn once(bench: &mut Bench) -> Found {
     let session = bench.begin(Holds::I2c)?;
-    i2c_of!(session).transact(0, &[], 0)?;
+    session.i2c()?.transact(0, &[], 0)?;
     session.i2c = None;
     session.exchanges(5)?;
     let again = i2c_line(bench)?.is_some();
@@ -189,11 +177,11 @@ fn silence(bench: &mut Bench) -> Found {
     const LIMIT: Duration = Duration::from_secs(8);
 
     let session = bench.begin(Holds::I2c)?;
-    i2c_of!(session).is_kept = false;
+    session.i2c()?.is_kept = false;
     let mut closed = None;
     while closed.is_none() && session.began.elapsed() < LIMIT {
         session.exchange()?;
-        if i2c_of!(session).is_closed_within(Duration::from_millis(1))? {
+        if session.i2c()?.is_closed_within(Duration::from_millis(1))? {
             closed = Some(session.began.elapsed());
         }
     }
@@ -214,9 +202,7 @@ pub(super) fn closes_after_5_s(closed: Option<Duration>, limit: Duration) -> Out
 }
 
 fn late(bench: &mut Bench) -> Found {
-    if !bench.has_i2c {
-        return Ok(Outcome::not_tried(NO_PORT));
-    }
+    bench.needs_i2c()?;
     let session = bench.begin(Holds::Nothing)?;
     while session.began.elapsed() < Duration::from_millis(5_600) {
         session.exchange()?;

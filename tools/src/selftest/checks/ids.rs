@@ -74,7 +74,7 @@ fn eighth_command(bench: &mut Bench) -> Found {
         session.outputs.motor_command_id[0] = id;
         session.exchanges(2)?;
         if session.inputs.m1_id() == id {
-            return Ok(Outcome::not_tried("a distance with duty 0 reads as done"));
+            return Err(Trouble::NotTried("a distance with duty 0 reads as done"));
         }
     }
     session.outputs.motor_command_id[0] = 18;
@@ -109,12 +109,10 @@ fn config_0(bench: &mut Bench) -> Found {
     for (id, config) in (1..).zip(modes()) {
         would_change |= read_with(session, id, config)? != before;
     }
-    Ok(match (changed, would_change) {
-        (_, false) => Outcome::not_tried(UNKNOWN),
-        (changed, true) => {
-            Outcome::same_if(!changed, if changed { "it has an effect" } else { "" })
-        }
-    })
+    if !would_change {
+        return Err(Trouble::NotTried(UNKNOWN));
+    }
+    Ok(Outcome::same_if(!changed, if changed { "it has an effect" } else { "" }))
 }
 
 fn low_byte(bench: &mut Bench) -> Found {
@@ -124,7 +122,7 @@ fn low_byte(bench: &mut Bench) -> Found {
     let with_258 = read_with(session, 258, second)?;
     let with_second = read_with(session, 3, second)?;
     if with_first == with_second {
-        return Ok(Outcome::not_tried(UNKNOWN));
+        return Err(Trouble::NotTried(UNKNOWN));
     }
     let is_same = with_258 == with_first;
     Ok(Outcome::same_if(is_same, if is_same { "" } else { "it has an effect" }))

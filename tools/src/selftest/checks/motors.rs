@@ -115,9 +115,9 @@ fn pulses(before: i16, session: &Session) -> f64 {
     f64::from(session.inputs.c1().wrapping_sub(before))
 }
 
-/// M1's speed, or the outcome of a check that needs it.
-fn speed(bench: &Bench) -> Result<f64, Outcome> {
-    bench.speed.ok_or_else(|| Outcome::not_tried("M1 does not turn, or its encoder is not at C1"))
+/// M1's speed, for a check that needs it.
+fn speed(bench: &Bench) -> Result<f64, Trouble> {
+    bench.speed.ok_or(Trouble::NotTried("M1 does not turn, or its encoder is not at C1"))
 }
 
 fn distance_at_512(bench: &mut Bench) -> Found {
@@ -129,9 +129,7 @@ fn distance_at_256(bench: &mut Bench) -> Found {
 }
 
 fn distance(bench: &mut Bench, duty: i16) -> Found {
-    if let Err(outcome) = speed(bench) {
-        return Ok(outcome);
-    }
+    speed(bench)?;
     let session = drive(bench)?;
     session.outputs.duty[0] = duty;
     session.outputs.distance[0] = PULSES;
@@ -152,9 +150,7 @@ fn distance(bench: &mut Bench, duty: i16) -> Found {
 }
 
 fn counter_reset(bench: &mut Bench) -> Found {
-    if let Err(outcome) = speed(bench) {
-        return Ok(outcome);
-    }
+    speed(bench)?;
     let session = drive(bench)?;
     let mut is_same = true;
     let mut seen = Vec::new();
@@ -173,10 +169,7 @@ fn counter_reset(bench: &mut Bench) -> Found {
 }
 
 fn in_silence(bench: &mut Bench) -> Found {
-    let speed = match speed(bench) {
-        Ok(speed) => speed,
-        Err(outcome) => return Ok(outcome),
-    };
+    let speed = speed(bench)?;
     let session = drive(bench)?;
     set(session, FULL)?;
     let (begin, before) = (Instant::now(), session.inputs.c1());
@@ -227,10 +220,7 @@ fn after_stop_online(bench: &mut Bench) -> Found {
 
 /// Lets M1 turn, ends the session this way, and measures at the beginning of the next one how long M1 went on.
 fn after(bench: &mut Bench, end: fn(&mut Session) -> Result<(), Trouble>) -> Found {
-    let speed = match speed(bench) {
-        Ok(speed) => speed,
-        Err(outcome) => return Ok(outcome),
-    };
+    let speed = speed(bench)?;
     let session = drive(bench)?;
     set(session, FULL)?;
     let (begin, before) = (Instant::now(), session.inputs.c1());

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use super::commands::outside;
-use super::i2c::NO_PORT;
 use super::{Check, Found};
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::outcome::{seconds, Outcome};
@@ -73,9 +72,7 @@ fn restart_after_a_close(bench: &mut Bench) -> Found {
 }
 
 fn stop_without_i2c(bench: &mut Bench) -> Found {
-    if !bench.has_i2c {
-        return Ok(Outcome::not_tried(NO_PORT));
-    }
+    bench.needs_i2c()?;
     bench.begin(Holds::Nothing)?.exchange()?;
     let took = bench.end()?.map(|(took, _)| took).unwrap_or_default();
     let is_same = (0.8..3.5).contains(&took.as_secs_f64());

@@ -1,0 +1,44 @@
+//! C programs, through `tx_run`.
+
+use std::path::Path;
+
+use ft_transfer_area_simulator::world::World;
+
+use super::{stopped, Check, ADDRESS};
+use crate::controller::Controller;
+use crate::program::{output_in_time, tx_run};
+
+/// A program in the folder `c`, what is plugged in, and a part of what it prints.
+const PROGRAMS: [(&str, &str, &str); 7] = [
+    ("examples/gate.c", "examples/gate.toml", " pulses"),
+    ("examples/pc_slide.c", "slide", " pulses back"),
+    ("examples/txt_button.cpp", "default", "press 3"),
+    ("examples/kit_loop.cpp", "kit", "600 cycles"),
+    ("examples/kit_callbacks.cpp", "default", "M2 has done 1"),
+    ("examples/warehouse.cpp", "high_bay_warehouse", ""),
+    ("tests/tx_run/programs/i2c_missing.c", "default", ""),
+];
+
+pub(super) fn checks() -> impl Iterator<Item = (String, Check)> {
+    PROGRAMS.iter().map(|(program, world, said)| {
+        let check: Check = Box::new(move |controller| run(controller, program, world, said));
+        (format!("tx_run {program}"), check)
+    })
+}
+
+fn run(controller: &Controller, program: &str, world: &str, said: &str) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../c");
+    let file = folder.join(world);
+    match world {
+        // It has to go far, and counts cycles.
+        "high_bay_warehouse" => controller.plug_in_unpaced(World::shipped(world).unwrap()),
+        _ if file.is_file() => controller.plug_in(World::load(file).unwrap()),
+        _ => controller.plug_in(World::shipped(world).unwrap()),
+    }
+    let output = output_in_time(tx_run().arg(folder.join(program)).args(["--host", ADDRESS]));
+    let said_by = |bytes| String::from_utf8(bytes).unwrap();
+    let (out, err) = (said_by(output.stdout), said_by(output.stderr));
+    assert!(output.status.success(), "{out}{err}");
+    assert!(out.contains(said), "{out}{err}");
+    stopped(controller);
+}
