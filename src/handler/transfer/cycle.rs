@@ -180,6 +180,8 @@ impl<'a> Cycle<'a> {
                 }
                 client.start_camera_online(&start)?;
                 self.camera = Some(start);
+                // A gap before this start has left nothing to start again.
+                self.camera_to_restart = None;
             }
             Some(CameraCommand::Stop) => {
                 client.stop_camera_online()?;
