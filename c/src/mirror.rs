@@ -284,13 +284,8 @@ impl<A: Area> Mirror<A> {
                 to.motor_ex_cmd_id[i] = motor.send(motor_id).unwrap_or(to.motor_ex_cmd_id[i]);
             }
             let mut txt_outputs = array.load(places.txt_outputs);
-            match known.sound.send(txt_outputs.sound_cmd_id) {
-                Some(id) => {
-                    txt_outputs.sound_cmd_id = id;
-                    txt_outputs.sound_repeat = repeats(self.dev_mode, txt_outputs.sound_repeat);
-                }
-                None => txt_outputs.sound_cmd_id = area.txt_outputs.sound_cmd_id,
-            }
+            let sound = known.sound.send(txt_outputs.sound_cmd_id);
+            txt_outputs.sound_cmd_id = sound.unwrap_or(area.txt_outputs.sound_cmd_id);
             area.txt_outputs = txt_outputs;
         }
     }
@@ -360,15 +355,6 @@ fn sent<A: Area>(mut config: Config) -> Config {
         }
     }
     config
-}
-
-/// How often a sound is played. A program on the controller waits for the end of a sound with repeat 0, which
-/// is played once; online 0 means without end.
-fn repeats(dev_mode: u8, repeat: u16) -> u16 {
-    match (dev_mode, repeat) {
-        (DEV_MODE_LOCAL, 0) => 1,
-        (_, repeat) => repeat,
-    }
 }
 
 /// What differs between two responses.

@@ -42,32 +42,6 @@ fn outputs_go_out_and_inputs_come_in<A: Area>() {
 }
 
 #[test]
-fn a_sound_with_repeat_0_ends_for_programs_on_the_controller_only() {
-    for (dev_mode, sent) in [(DEV_MODE_LOCAL, 1), (DEV_MODE_ONLINE, 0)] {
-        let array = Arc::new(AreaArray::<FishX1Transfer>::new());
-        let mut mirror = Mirror::new(Arc::clone(&array), dev_mode);
-        let mut areas = vec![FishX1Transfer::default(); AREAS];
-        mirror.begin(&areas);
-        mirror.put_out(&mut areas);
-        assert_eq!(areas[0].txt_outputs.sound_repeat, 0, "no sound is asked for");
-        let places = array.places(0);
-        let sound = |repeat| {
-            let mut outputs = array.load(places.txt_outputs);
-            outputs.sound_cmd_id += 1;
-            (outputs.sound_index, outputs.sound_repeat) = (3, repeat);
-            array.store(places.txt_outputs, outputs);
-        };
-        sound(0);
-        mirror.put_out(&mut areas);
-        assert_eq!(areas[0].txt_outputs.sound_repeat, sent);
-        assert_eq!(array.load(places.txt_outputs).sound_repeat, 0, "the program's own");
-        sound(2);
-        mirror.put_out(&mut areas);
-        assert_eq!(areas[0].txt_outputs.sound_repeat, 2);
-    }
-}
-
-#[test]
 fn outputs_go_out_and_inputs_come_in_for_both_kinds_of_areas() {
     outputs_go_out_and_inputs_come_in::<crate::memory::Ta>();
     outputs_go_out_and_inputs_come_in::<FishX1Transfer>();
