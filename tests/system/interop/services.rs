@@ -78,7 +78,7 @@ impl Own {
         self.until(|areas| areas[0].txt_inputs.sound_cmd_id == 1);
         let lasted = begin.elapsed() >= Duration::from_millis(900);
         self.sound(5, 0);
-        self.cycles(150);
+        self.cycles(20);
         let went_on = !self.sound_finished();
         self.sound(0, 1);
         self.until(|areas| areas[0].txt_inputs.sound_cmd_id == 3);
