@@ -161,7 +161,7 @@ fn ask_at(
 }
 
 /// Whether the host is to be found.
-pub(crate) fn is_auto(host: &str) -> bool {
+fn is_auto(host: &str) -> bool {
     host.eq_ignore_ascii_case(AUTO)
 }
 

@@ -24,7 +24,8 @@ pub struct OutputValues {
     #[doc(alias = "m_motor_master")]
     pub master: [u8; IZ_MOTOR],
     /// O1 to O8: 0 off to 512 full. May change at any time. Less than 0 goes out as 0, more than 512
-    /// as 512, with a warning in the log.
+    /// as 512, with a warning in the log. The maker's firmware 4.7.0 (measured under emulation) hands 8 bits to its
+    /// I/O board, 512 as 255 and others halved, so 1 is off, and 2 is as 3.
     #[doc(alias = "m_pwmOutputValues")]
     pub duty: [i16; IZ_PWM_CHAN],
     /// M1 to M4: stop after this many pulses of the motor's counter, 0 for no limit. Needs a
