@@ -1,5 +1,9 @@
 //! `txt stop`: switches off what another program has left on.
 
+use std::io::{self, ErrorKind, Read};
+use std::thread;
+
+use anyhow::{anyhow, Context};
 use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::TransferAreaComHandler;
 
@@ -8,7 +12,10 @@ use crate::print;
 const AFTER: &str = "\
 Goes online, which ends what a program has left, sends one exchange with all outputs off, also
 those of extensions, and goes offline. A program that is still online keeps the controller: end
-that program first. The exit status is 0 only when the controller has answered.
+that program first. The exit status is 0 only when each controller has answered.
+
+With --guard it first waits until its standard input is closed, as happens when the program that
+has started it is killed. A byte before that ends it: the program has stopped its motors itself.
 
 Example: txt stop 192.168.7.2";
 
@@ -16,16 +23,44 @@ Example: txt stop 192.168.7.2";
 #[derive(clap::Args)]
 #[command(after_help = AFTER)]
 pub(crate) struct Args {
-    /// The controller: an address or a name, with a port if it is not 65000
-    #[arg(default_value = "auto")]
-    host: String,
+    /// Controllers: an address or a name, with a port if it is not 65000
+    #[arg(value_name = "HOST", default_value = "auto")]
+    hosts: Vec<String>,
+    /// Wait until the standard input is closed; a byte before that ends the wait without a stop
+    #[arg(long)]
+    guard: bool,
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let handler = TransferAreaComHandler::builder(&*args.host).areas(MAX_AREAS).build()?;
-    handler.begin_transfer()?;
-    drop(handler.wait_cycle()?);
-    handler.end_transfer()?;
-    let name = handler.device_name().unwrap_or_default();
+    if args.guard && !is_left()? {
+        return Ok(());
+    }
+    // None waits for another one that does not answer.
+    let stops: Vec<_> = args.hosts.into_iter().map(|host| thread::spawn(|| stop(host))).collect();
+    let mut done = Ok(());
+    for stop in stops {
+        let stopped = stop.join().unwrap_or_else(|_| Err(anyhow!("a controller is not stopped")));
+        done = done.and(stopped);
+    }
+    done
+}
+
+/// Waits until the program that has started this one is gone. Whether it has left its controllers to us.
+fn is_left() -> anyhow::Result<bool> {
+    match io::stdin().read_exact(&mut [0]) {
+        Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(true),
+        read => read.map(|()| false).context("can't read the standard input"),
+    }
+}
+
+fn stop(host: String) -> anyhow::Result<()> {
+    let stop = || -> anyhow::Result<String> {
+        let handler = TransferAreaComHandler::builder(&*host).areas(MAX_AREAS).build()?;
+        handler.begin_transfer()?;
+        drop(handler.wait_cycle()?);
+        handler.end_transfer()?;
+        Ok(handler.device_name().unwrap_or_default())
+    };
+    let name = stop().with_context(|| format!("{host} is not stopped"))?;
     print::line(format_args!("all outputs of {} are off", print::clean(&name)))
 }

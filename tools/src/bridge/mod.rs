@@ -29,6 +29,7 @@ use self::machine::{handler, Machine};
 use self::relay::Setup;
 use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
+use crate::guardian::Guardian;
 use crate::{arguments, interrupt, lines};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
@@ -93,12 +94,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let controllers = controllers(&args, simulated.as_ref())?;
     let broker_limit = Duration::from_millis(args.broker_limit);
     let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
+    let hosts: Vec<_> = controllers.iter().map(|(_, host)| host.clone()).collect();
     let stop = AtomicBool::new(false);
     let machines = controllers
         .into_iter()
         .map(|(name, host)| machine(&args, &broker, name, host, &stop))
         .collect::<anyhow::Result<Vec<_>>>()?;
-    thread::scope(|scope| {
+    // A simulated controller ends with this program.
+    let guardian = simulated.is_none().then(|| Guardian::start(&hosts)).transpose()?;
+    let done = thread::scope(|scope| {
         let (ended, ends) = unbounded();
         for machine in machines {
             let ended = ended.clone();
@@ -123,7 +127,11 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         stop.store(true, Ordering::Relaxed);
         let others: anyhow::Result<Vec<()>> = ends.iter().collect();
         first.and(others.map(drop))
-    })
+    });
+    if let Some(guardian) = guardian {
+        guardian.dismiss();
+    }
+    done
 }
 
 fn machine<'a>(

@@ -36,6 +36,7 @@ use self::common::Common;
 use self::dispatch::Panel;
 use self::host::Host;
 use self::world::Simulated;
+use crate::guardian::Guardian;
 use crate::web::{self, qr, Site};
 use crate::{arguments, interrupt};
 
@@ -81,12 +82,21 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let site = Site::listen(SocketAddr::new(args.bind, args.port))?;
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;
+    // No page has driven one yet.
+    let guardian = guard(&args)?;
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let router = server::router([Arc::clone(&panel)])?;
     let url = tell(&site)?;
     let _opening = site.serve(router, (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
-    end(&panel)
+    end(&panel, guardian);
+    Ok(())
+}
+
+/// Guards the controllers that outlive this program.
+fn guard(args: &Args) -> anyhow::Result<Option<Guardian>> {
+    let hosts: Vec<_> = args.hosts.iter().filter(|host| *host != SIMULATED).cloned().collect();
+    (!hosts.is_empty()).then(|| Guardian::start(&hosts)).transpose()
 }
 
 fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
@@ -141,7 +151,7 @@ fn tell(site: &Site) -> anyhow::Result<String> {
 }
 
 /// Stops all motors and waits until the controllers know.
-fn end(panel: &Panel) -> anyhow::Result<()> {
+fn end(panel: &Panel, guardian: Option<Guardian>) {
     panel.common.end();
     panel.stop();
     let deadline = Instant::now() + END_LIMIT;
@@ -152,8 +162,9 @@ fn end(panel: &Panel) -> anyhow::Result<()> {
         .map(|host| host.address.as_str())
         .collect();
     if !late.is_empty() {
-        // Its connection is closed now. Its motors may go on.
+        // The guardian tries it anew when this program has ended.
         log::warn!("no answer from {} at the end", late.join(", "));
+    } else if let Some(guardian) = guardian {
+        guardian.dismiss();
     }
-    Ok(())
 }

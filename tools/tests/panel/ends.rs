@@ -3,7 +3,7 @@
 use std::process::Stdio;
 
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde_json::json;
 
 use super::program::{command, Panel};
@@ -11,7 +11,7 @@ use super::LIMIT;
 
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
 #[test]
-fn the_end_of_the_program_stops_the_motors_unless_it_is_killed() {
+fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
     for signal in ["INT", "TERM", "KILL"] {
         let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
         let panel = Panel::of(&[&txts[0], &txts[1]]);
@@ -25,12 +25,18 @@ fn the_end_of_the_program_stops_the_motors_unless_it_is_killed() {
         let status = panel.running.end().status;
         assert_eq!(status.success(), signal != "KILL", "{signal}: {status}");
         for txt in &txts {
-            assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
-            // A killed program sends no last exchange. Only a watchdog of the board would stop the motors.
-            let duty = txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]);
-            assert_eq!(duty == 0, signal != "KILL", "{signal}: {duty}");
-            let last = txt.with_machine(|machine| machine.commands().next_back());
-            assert_eq!(last == Some(CommandId::StopOnline), signal != "KILL", "{signal}: {last:?}");
+            // A killed program sends nothing more. What it leaves behind connects anew.
+            let is_off = |machine: &Machine| {
+                let last = machine.commands().next_back();
+                !machine.connected()
+                    && machine.controllers[0].outputs.duty[0] == 0
+                    && last == Some(CommandId::StopOnline)
+            };
+            assert!(txt.wait_until(LIMIT, is_off), "{signal}");
+            let starts = |machine: &mut Machine| {
+                machine.commands().filter(|command| *command == CommandId::StartOnline).count()
+            };
+            assert_eq!(txt.with_machine(starts), if signal == "KILL" { 2 } else { 1 }, "{signal}");
         }
     }
 }

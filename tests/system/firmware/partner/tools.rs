@@ -83,12 +83,21 @@ fn bridge(controller: &Controller) {
     let _broker = Run::of(Command::new("mosquitto").args(["-p", "1883"]).stderr(Stdio::null()));
     wait_until("the broker listens", || TcpStream::connect(BROKER).is_ok());
     controller.plug_in(World::default());
-    let bridge = Run::of(txt().args(["bridge", "--mqtt", BROKER, ADDRESS, "--name", "press"]));
-    let set = ["-t", "ft/press/M4/set", "-m", r#"{"duty": 300}"#];
-    wait_until("the motor runs", || {
-        assert!(Command::new("mosquitto_pub").args(set).status().unwrap().success());
-        controller.board.state().machine.controllers[0].outputs.duty[6] == 300
+    let turning = || {
+        let bridge = Run::of(txt().args(["bridge", "--mqtt", BROKER, ADDRESS, "--name", "press"]));
+        let set = ["-t", "ft/press/M4/set", "-m", r#"{"duty": 300}"#];
+        wait_until("the motor runs", || {
+            assert!(Command::new("mosquitto_pub").args(set).status().unwrap().success());
+            controller.board.state().machine.controllers[0].outputs.duty[6] == 300
+        });
+        bridge
+    };
+    // Of what is left on by a killed one, its guardian takes care.
+    drop(turning());
+    wait_until("the motor is stopped", || {
+        controller.board.state().machine.controllers[0].outputs.duty == [0; 8]
     });
+    let bridge = turning();
     let mut heard = Command::new("mosquitto_sub");
     let heard = output_in_time(heard.args(["-C", "1", "-W", "20", "-t", "ft/press/I3"]));
     assert!(heard.status.success(), "nothing from I3");
