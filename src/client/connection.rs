@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind};
 use std::net::IpAddr;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::limits::{TimeLeft, TimeLimits, SHORTEST_LIMIT};
 use super::transport::{Close, Endpoint, Transport};
@@ -102,11 +102,11 @@ impl Connection {
         Ok(size)
     }
 
-    /// Sends a command, within the limit for writing.
-    pub(crate) fn send(&mut self, command: &'static str, bytes: &[u8]) -> Result<(), Error> {
-        let limit = self.limits.write;
-        let mut left = TimeLeft::new(limit, self.transport.now());
-        self.write_all(bytes, &mut left).map_err(|error| match error.kind() {
+    /// Sends a command, within the limit for writing. Returns when it began to.
+    pub(crate) fn send(&mut self, command: &'static str, bytes: &[u8]) -> Result<Instant, Error> {
+        let (limit, now) = (self.limits.write, self.transport.now());
+        let sent = self.write_all(bytes, &mut TimeLeft::new(limit, now));
+        sent.map(|()| now).map_err(|error| match error.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => Error::NotTaken { command, limit },
             _ => io_error(command, error, 0),
         })

@@ -61,8 +61,6 @@ struct Held {
     session: u64,
     /// When the last request was sent, or the connection was made.
     last_request: Instant,
-    /// When it was last looked whether a request for nothing is due.
-    looked: Instant,
     /// A request that reads and writes no byte, which the firmware answers without traffic on the bus.
     nothing: Vec<u8>,
     /// How many bytes of the response to that are still to come.
@@ -102,9 +100,8 @@ impl I2cLine {
         if at_once {
             let connect = limits.connect.min(CONNECT_AT_ONCE_LIMIT);
             match Connection::open(&server, TimeLimits { connect, ..limits }) {
-                // A request of the session before may have the lock for as long as its limits allow. Then the
-                // next request connects.
-                Ok(connection) => drop(self.0.held.try_lock().map(|mut held| {
+                // A request of the session before may still have the lock, but its connection is closed.
+                Ok(connection) => drop(self.0.held.try_lock_for(connect).map(|mut held| {
                     *held = self.admit(connection, session).ok();
                 })),
                 Err(error) => notice!(Debug, "no I2C connection: {error}"),
@@ -130,7 +127,7 @@ impl I2cLine {
     ) -> Result<usize, Error> {
         let mut held = self.0.held.lock();
         let mut used = self.usable(held.take())?;
-        (used.last_request, used.looked) = (Instant::now(), Instant::now());
+        used.last_request = Instant::now();
         let size = used.connection.transact(I2C_NAMES, request, buffer, size)?;
         *held = Some(used);
         Ok(size)
@@ -213,8 +210,7 @@ impl Held {
     fn new(connection: Connection, session: u64) -> Self {
         let mut nothing = Vec::new();
         I2cRequestHeader { data_len: 0, device: 0, write_len: 0, read_len: 0 }.emit(&mut nothing);
-        let now = Instant::now();
-        Self { connection, session, last_request: now, looked: now, nothing, unread: 0 }
+        Self { connection, session, last_request: Instant::now(), nothing, unread: 0 }
     }
 
     /// Whether another request can be sent. Reads the response to a request for nothing before that.
@@ -228,13 +224,12 @@ impl Held {
     }
 
     fn is_quiet(&self) -> bool {
-        self.looked.elapsed() >= KEEP_OPEN_AFTER
+        self.last_request.elapsed() >= KEEP_OPEN_AFTER
     }
 
     /// Sends a request for nothing, but not before the last one is answered. Returns whether the connection is still
     /// usable.
     fn ask_for_nothing(&mut self) -> bool {
-        self.looked = Instant::now();
         while self.unread > 0 && !self.connection.is_silent() {
             let mut rest = [0; I2cResponseHeader::LEN];
             match self.connection.read_now(&mut rest[..self.unread]) {
@@ -267,9 +262,7 @@ impl I2cLine {
     /// As if the last request was so much longer ago.
     pub(crate) fn age(&self, time: Duration) {
         if let Some(held) = &mut *self.0.held.lock() {
-            for moment in [&mut held.last_request, &mut held.looked] {
-                *moment = moment.checked_sub(time).expect("the clock is older");
-            }
+            held.last_request = held.last_request.checked_sub(time).expect("the clock is older");
         }
     }
 }

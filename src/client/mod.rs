@@ -97,6 +97,8 @@ pub struct TxtClient {
     connection: Option<Connection>,
     /// How I2C requests reach the controller while it is in online mode.
     i2c: I2cAccess,
+    /// When to look again whether the I2C connection needs a request.
+    i2c_look: Instant,
     /// `None` when online mode has not begun, or has ended.
     online: Option<I2cSession>,
     /// The error after which the connection can't be used any more.
@@ -158,6 +160,7 @@ impl TxtClient {
             endpoint,
             connection: Some(connection),
             i2c: I2cAccess { line, port: port.saturating_add(2), at_once },
+            i2c_look: Instant::now(),
             online: None,
             broken: None,
             config_ids: [0; MAX_AREAS],

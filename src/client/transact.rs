@@ -11,6 +11,9 @@ use crate::wire::CommandId;
 /// How long the last bytes on a failing connection may take.
 const ABANDON_LIMIT: Duration = Duration::from_millis(500);
 
+/// How often it is looked whether something holds the I2C connection open. A fraction of the time that it needs.
+const I2C_LOOK: Duration = Duration::from_millis(500);
+
 impl TxtClient {
     /// Stores the error after which the connection can't be used any more.
     pub(super) fn broken(&mut self, error: Error) -> Error {
@@ -38,9 +41,12 @@ impl TxtClient {
         let Some(connection) = &mut self.connection else {
             return Err(Error::ConnectionClosed { command: names.request, received: 0 });
         };
-        let result = connection.send(names.request, &self.request).and_then(|()| {
-            // While the controller makes its response.
-            self.i2c.line.keep_open();
+        let result = connection.send(names.request, &self.request).and_then(|now| {
+            // While the controller makes its response. In nearly all cycles nothing is due.
+            if now >= self.i2c_look {
+                self.i2c_look = now + I2C_LOOK;
+                self.i2c.line.keep_open();
+            }
             let size = |start: &[u8]| response_size(command, start);
             connection.read_response(names, &mut self.response[..], size)
         });

@@ -7,8 +7,9 @@
 //!   once with another id, so that it is the ninth.
 //! - Sounds play on after StopOnline, unless silence ends them.
 
+use super::inputs::Told;
 use crate::transfer_area::{IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
-use crate::wire::{ExchangeData, ExchangeDataResponse};
+use crate::wire::ExchangeData;
 
 /// How many commands the firmware tells apart.
 const COUNT: usize = 8;
@@ -23,13 +24,23 @@ pub(super) struct Commands {
 
 #[derive(Clone, Debug, Default)]
 struct AreaCommands {
-    motors: [SentIds; IZ_MOTOR],
-    resets: [SentIds; IZ_COUNTER],
+    motors: Sent<IZ_MOTOR>,
+    resets: Sent<IZ_COUNTER>,
     sound: SentSound,
 }
 
+/// The ids of an area's commands of one kind. In nearly all cycles nothing about them changes.
+#[derive(Clone, Debug)]
+struct Sent<const N: usize> {
+    /// The last one sent of each.
+    newest: [u16; N],
+    /// What the controller has said since then.
+    told: Option<[u16; N]>,
+    all: [SentIds; N],
+}
+
 /// The last ids of a motor's or counter's commands.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct SentIds {
     ids: [u16; COUNT],
     /// The place of the newest one.
@@ -57,39 +68,61 @@ impl Commands {
         self.ends_sounds = true;
     }
 
-    /// The id of an area's last command for a sound, if that was silence.
-    pub(super) fn silence(&self, index: usize) -> Option<u16> {
-        let sound = self.areas.get(index)?.sound;
-        sound.is_silence.then_some(sound.id)
-    }
-
     /// Changes an area's outputs where the firmware would mistake them.
     pub(super) fn send(&mut self, index: usize, outputs: &mut ExchangeData) {
         let AreaCommands { motors, resets, sound } = &mut self.areas[index];
-        for (sent, id) in motors.iter_mut().zip(&mut outputs.motor_command_id) {
-            *id = sent.send(*id);
-        }
-        for (sent, id) in resets.iter_mut().zip(&mut outputs.counter_reset_id) {
-            *id = sent.send(*id);
-        }
+        motors.send(&mut outputs.motor_command_id);
+        resets.send(&mut outputs.counter_reset_id);
         sound.send(outputs, self.ends_sounds);
     }
 
-    /// Takes in what an area's response says, and corrects it.
-    pub(super) fn receive(&mut self, index: usize, told: &mut ExchangeDataResponse) {
-        // The mask of a response has bits for more extensions than there can be areas.
-        let Some(AreaCommands { motors, resets, sound }) = self.areas.get_mut(index) else {
-            return;
-        };
-        for (sent, id) in motors.iter_mut().zip(told.motor_command_id) {
-            sent.receive(id);
+    /// Takes in what the areas' responses say, and corrects it.
+    pub(super) fn receive<'a>(&mut self, told: impl Iterator<Item = Option<Told<'a>>>) {
+        for (commands, told) in self.areas.iter_mut().zip(told) {
+            if let Some(told) = told {
+                commands.receive(told);
+            }
         }
-        for (sent, id) in resets.iter_mut().zip(told.counter_reset_id) {
-            sent.receive(id);
-        }
+    }
+}
+
+impl AreaCommands {
+    fn receive(&mut self, Told { data, silence }: Told<'_>) {
+        let Self { motors, resets, sound } = self;
+        motors.receive(data.motor_command_id);
+        resets.receive(data.counter_reset_id);
+        *silence = sound.is_silence.then_some(sound.id);
         if sound.is_ended {
             // Whether the sound was done is known by the caller.
-            told.sound_command_id = sound.id;
+            data.sound_command_id = sound.id;
+        }
+    }
+}
+
+impl<const N: usize> Default for Sent<N> {
+    fn default() -> Self {
+        Self { newest: [0; N], told: None, all: [SentIds::default(); N] }
+    }
+}
+
+impl<const N: usize> Sent<N> {
+    /// Replaces the program's ids by those to send.
+    fn send(&mut self, ids: &mut [u16; N]) {
+        if *ids != self.newest {
+            for (sent, id) in self.all.iter_mut().zip(&mut *ids) {
+                *id = sent.send(*id);
+            }
+            (self.newest, self.told) = (*ids, None);
+        }
+    }
+
+    /// The controller says that the commands of these ids were the last ones done.
+    fn receive(&mut self, ids: [u16; N]) {
+        if self.told != Some(ids) {
+            for (sent, id) in self.all.iter_mut().zip(ids) {
+                sent.receive(id);
+            }
+            self.told = Some(ids);
         }
     }
 }
@@ -114,11 +147,6 @@ impl SentIds {
 
     /// The controller says that the command of this id was the last one done.
     fn receive(&mut self, id: u16) {
-        // Nearly always.
-        if self.ids[self.newest] == id {
-            self.done = self.newest;
-            return;
-        }
         let newest_first = (0..COUNT).map(|age| (self.newest + COUNT - age) % COUNT);
         if let Some(place) = newest_first.into_iter().find(|place| self.ids[*place] == id) {
             self.done = place;
@@ -145,6 +173,12 @@ impl SentSound {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wire::ExchangeDataResponse;
+
+    /// The controller says this about the area with this index.
+    fn receive(commands: &mut Commands, index: usize, data: &mut ExchangeDataResponse) {
+        commands.areas[index].receive(Told { data, silence: &mut None });
+    }
 
     /// What is sent for these ids of a motor, one exchange each, when the controller reports this one.
     fn sent(ids: impl IntoIterator<Item = u16>, commands: &mut Commands, done: u16) -> Vec<u16> {
@@ -156,7 +190,7 @@ mod tests {
                 motor_command_id: [0, done, 0, 0],
                 ..ExchangeDataResponse::default()
             };
-            commands.receive(1, &mut told);
+            receive(commands, 1, &mut told);
             outputs.motor_command_id[1]
         };
         ids.into_iter().map(exchange).collect()
@@ -201,7 +235,7 @@ mod tests {
         commands.send(0, &mut outputs);
         let mut told =
             ExchangeDataResponse { sound_command_id: done, ..ExchangeDataResponse::default() };
-        commands.receive(0, &mut told);
+        receive(commands, 0, &mut told);
         ((outputs.sound_command_id, outputs.sound_index), told.sound_command_id)
     }
 

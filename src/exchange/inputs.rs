@@ -1,7 +1,7 @@
 //! The inputs in the responses, and how they get into the areas.
 
 use crate::firmware::FirmwareVersion;
-use crate::transfer_area::{FishX1Transfer, IrInput, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+use crate::transfer_area::{FishX1Transfer, IrInput, MAX_AREAS};
 use crate::wire::{ExchangeDataResponse, IrRemote};
 
 /// Since which firmware a compressed response has how many words per area, the oldest first.
@@ -45,6 +45,13 @@ struct AreaInputs {
     microphone: Option<[u16; 2]>,
 }
 
+/// What a response says of an area.
+pub(super) struct Told<'a> {
+    pub(super) data: &'a mut ExchangeDataResponse,
+    /// The id of its last command for a sound, if that was silence.
+    pub(super) silence: &'a mut Option<u16>,
+}
+
 impl Inputs {
     /// Which extensions took part in the last response: bit 0 the first, bit 7 the eighth.
     pub fn alive(&self) -> u16 {
@@ -61,8 +68,13 @@ impl Inputs {
         self.areas.get_mut(index)?.as_mut().map(|area| &mut area.data)
     }
 
-    pub(super) fn set_silence(&mut self, index: usize, id: Option<u16>) {
-        self.silences[index] = id;
+    /// What a response says of each area, to be changed before the program sees it.
+    pub(super) fn told_mut(&mut self) -> impl Iterator<Item = Option<Told<'_>>> {
+        let silences = self.silences.iter_mut();
+        self.areas
+            .iter_mut()
+            .zip(silences)
+            .map(|(area, silence)| area.as_mut().map(|area| Told { data: &mut area.data, silence }))
     }
 
     /// Reports silence as done: the maker's firmware 4.7.0 (measured under emulation) never does that while nothing
@@ -138,20 +150,10 @@ impl AreaInputs {
         input.uni = self.data.uni;
         input.cnt_in = self.data.counter_input;
         input.counter = self.data.counter;
-        for i in 0..IZ_COUNTER {
-            if note_done(&mut input.cnt_reset_cmd_id[i], self.data.counter_reset_id[i])
-                && input.cnt_reset_cmd_id[i] == area.output.cnt_reset_cmd_id[i]
-            {
-                input.cnt_resetted[i] = 1;
-            }
-        }
-        for i in 0..IZ_MOTOR {
-            if note_done(&mut input.motor_ex_cmd_id[i], self.data.motor_command_id[i])
-                && input.motor_ex_cmd_id[i] == area.output.motor_ex_cmd_id[i]
-            {
-                input.motor_ex_reached[i] = 1;
-            }
-        }
+        let resets = (&mut input.cnt_reset_cmd_id, &mut input.cnt_resetted);
+        note_done(resets, self.data.counter_reset_id, &area.output.cnt_reset_cmd_id);
+        let motors = (&mut input.motor_ex_cmd_id, &mut input.motor_ex_reached);
+        note_done(motors, self.data.motor_command_id, &area.output.motor_ex_cmd_id);
         area.txt_inputs.sound_cmd_id = self.data.sound_command_id;
         for (input, &remote) in area.txt_inputs.ir_input.iter_mut().zip(&self.data.ir) {
             *input = ir_input(remote);
@@ -163,9 +165,22 @@ impl AreaInputs {
     }
 }
 
-/// Remembers the id of the last command that is done; `true` if it is a new one.
-fn note_done(remembered: &mut u16, done: u16) -> bool {
-    std::mem::replace(remembered, done) != done
+/// Remembers the ids of the last commands that are done, and sets the flag of each new one that was `asked` for.
+fn note_done<const N: usize>(
+    (remembered, flags): (&mut [u16; N], &mut [u16; N]),
+    done: [u16; N],
+    asked: &[u16; N],
+) {
+    // Nearly always.
+    if *remembered == done {
+        return;
+    }
+    for i in 0..N {
+        if remembered[i] != done[i] && asked[i] == done[i] {
+            flags[i] = 1;
+        }
+    }
+    *remembered = done;
 }
 
 /// A remote as the transfer area has it: with both halves of each axis after its value.

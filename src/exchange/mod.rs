@@ -200,12 +200,7 @@ impl Exchange {
             }
             TransferMode::Compressed => self.compressed_response(response)?,
         }
-        for index in 0..MAX_AREAS {
-            if let Some(told) = self.inputs.area_mut(index) {
-                self.commands.receive(index, told);
-                self.inputs.set_silence(index, self.commands.silence(index));
-            }
-        }
+        self.commands.receive(self.inputs.told_mut());
         Ok(&self.inputs)
     }
 

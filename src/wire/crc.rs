@@ -1,6 +1,11 @@
 //! The checksum of the compressed exchange.
 
+use std::sync::LazyLock;
+
 use crc32fast::Hasher;
+
+/// A new hasher asks what the processor can do, a clone knows it.
+static HASHER: LazyLock<Hasher> = LazyLock::new(Hasher::new);
 
 /// The checksum of words before compression: CRC-32/MPEG-2, each word's high byte first.
 ///
@@ -17,7 +22,7 @@ use crc32fast::Hasher;
 pub fn crc_of_words(words: &[u16]) -> u32 {
     // Hashing in pieces keeps the buffer on the stack and lets crc32fast work on many bytes.
     const PIECE: usize = 128;
-    let mut hasher = Hasher::new();
+    let mut hasher = HASHER.clone();
     let mut bytes = [[0; 2]; PIECE];
     for piece in words.chunks(PIECE) {
         for (pair, word) in bytes.iter_mut().zip(piece) {
