@@ -99,9 +99,10 @@ impl I2cLine {
         };
         if at_once {
             let connect = limits.connect.min(CONNECT_AT_ONCE_LIMIT);
+            let deadline = Instant::now() + connect;
             match Connection::open(&server, TimeLimits { connect, ..limits }) {
                 // A request of the session before may still have the lock, but its connection is closed.
-                Ok(connection) => drop(self.0.held.try_lock_for(connect).map(|mut held| {
+                Ok(connection) => drop(self.0.held.try_lock_until(deadline).map(|mut held| {
                     *held = self.admit(connection, session).ok();
                 })),
                 Err(error) => notice!(Debug, "no I2C connection: {error}"),
