@@ -241,6 +241,14 @@ impl TransferArea {
         self.learn(|known| self.shared.feed_watchdog(known))
     }
 
+    /// Asks the transfer to end, with all motors stopped by a last exchange, and does not wait for that:
+    /// [`end_transfer`](crate::TransferAreaComHandler::end_transfer) does. For a thread that must not wait, and for a
+    /// value that waits when it is dropped: it calls this before. Does nothing without a transfer.
+    pub fn ask_to_end(&self) {
+        self.stop_on_panic();
+        self.shared.ask_to_end();
+    }
+
     /// Whether a transfer is running: from `begin_transfer` until it ends, by `end_transfer` or by an error,
     /// which [`error`](Self::error) then returns. Also while a lost connection is being re-established.
     #[doc(alias = "ftxIsTransferActiv")]

@@ -6,6 +6,9 @@ mod programs;
 #[path = "../proxy/mod.rs"]
 #[allow(dead_code, reason = "the fault matrix uses all of it")]
 mod proxy;
+#[cfg(any(target_os = "linux", windows))]
+#[path = "../still/mod.rs"]
+mod still;
 
 #[cfg(any(target_os = "linux", windows))]
 fn main() -> std::process::ExitCode {

@@ -5,6 +5,10 @@ mod matrix;
 #[cfg(any(target_os = "linux", windows))]
 #[path = "../proxy/mod.rs"]
 mod proxy;
+#[cfg(any(target_os = "linux", windows))]
+#[path = "../still/mod.rs"]
+#[allow(dead_code, reason = "the random programs use all of it")]
+mod still;
 
 #[cfg(any(target_os = "linux", windows))]
 fn main() -> std::process::ExitCode {

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
     CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, Logged, LoggedCycle, TimedEvent,
-    TransferAreaComHandler,
+    TransferArea, TransferAreaComHandler,
 };
 use mcap::{McapError, McapResult};
 
@@ -24,6 +24,9 @@ const LOOK: Duration = Duration::from_millis(10);
 /// How often everything is handed to the operating system, and the statistics are written.
 const FLUSH: Duration = Duration::from_millis(500);
 const STATISTICS: Duration = Duration::from_secs(1);
+
+/// How long the end of a recording may take. A disk that takes nothing for so long stands still.
+const END_LIMIT: Duration = Duration::from_secs(5);
 
 /// How many pictures wait for the disk.
 const FRAMES: usize = 32;
@@ -68,7 +71,10 @@ pub struct Totals {
 /// Records a handler into a file, in a thread of its own.
 ///
 /// It records from now on, through the beginnings and ends of transfers, until [`finish`](Self::finish) or the
-/// end of the handler. A transfer never waits for it. Dropping it finishes the file, too, and only logs an error.
+/// end of the handler. A transfer never waits for it.
+///
+/// **A program that drops it without `finish` leaves**, by a panic or an early return: the transfer ends, with all
+/// motors stopped, and then the file is finished as in `finish`. An error is only logged.
 ///
 /// ```
 /// use ft_transfer_area_simulator::SimulatedTxt;
@@ -94,8 +100,12 @@ pub struct Totals {
 pub struct Recorder {
     path: PathBuf,
     state: Arc<State>,
+    /// What to end when the program leaves without `finish`.
+    transfer: Option<TransferArea>,
     /// Dropped to end the thread.
     stop: Option<Sender<()>>,
+    /// Has an end when the thread has ended.
+    ended: Receiver<()>,
     thread: Option<JoinHandle<()>>,
     frames: FrameSink,
 }
@@ -156,7 +166,9 @@ impl Recorder {
         let kinds = EventKind::ALL.iter().copied().filter(|kind| kind.is_of_response());
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
         let events = handler.events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
-        Self::record(path, Source::Handler { log, events })
+        let mut recorder = Self::record(path, Source::Handler { log, events })?;
+        recorder.transfer = Some(handler.transfer_area());
+        Ok(recorder)
     }
 
     /// Begins to record what the program hands in, into a new file in place of an earlier one: for a program that
@@ -190,12 +202,19 @@ impl Recorder {
             flushed: now,
             told: now,
         };
+        let (end, ended) = bounded(0);
+        let work = move || {
+            // Dropped at the end, whatever happens.
+            let _end: Sender<()> = end;
+            worker.run();
+        };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
-            .spawn(move || worker.run())
+            .spawn(work)
             .map_err(not_started)?;
+        let (stop, thread) = (Some(stop), Some(thread));
         let frames = FrameSink { sender, state: Arc::clone(&state) };
-        Ok(Self { path, state, stop: Some(stop), thread: Some(thread), frames })
+        Ok(Self { path, state, transfer: None, stop, ended, thread, frames })
     }
 
     /// The file.
@@ -238,29 +257,41 @@ impl Recorder {
         Some(Error::Write { path: self.path.clone(), cause, cycles: self.state.recorded().cycles })
     }
 
-    /// Writes what has come in so far, ends the file, and says what is in it.
+    /// Writes what has come in so far, ends the file, and says what is in it. A transfer goes on. Blocks until this
+    /// is done, for 5 s at most: then the thread that writes is left to a disk that stands still.
     ///
     /// # Errors
     ///
-    /// A write has failed, now or before. What was written before can be read.
+    /// A write has failed, now or before, or takes longer than the limit. What was written before can be read.
     pub fn finish(mut self) -> Result<Totals, Error> {
+        // The transfer goes on, unless this runs in a panic.
+        self.transfer = None;
         self.end();
         self.error().map_or_else(|| Ok(self.state.recorded()), Err)
     }
 
     fn end(&mut self) {
         self.stop = None;
-        if let Some(thread) = self.thread.take() {
-            if thread.join().is_err() {
-                let mut failure = self.state.failure.lock().unwrap_or_else(PoisonError::into_inner);
-                failure.get_or_insert_with(|| io::Error::other("the recorder panicked").into());
-            }
+        let Some(thread) = self.thread.take() else { return };
+        let failure = if self.ended.recv_timeout(END_LIMIT) == Err(RecvTimeoutError::Timeout) {
+            let waited = format!("the disk has not taken the end of it in {END_LIMIT:?}");
+            Some(io::Error::new(io::ErrorKind::TimedOut, waited))
+        } else {
+            thread.join().is_err().then(|| io::Error::other("the recorder panicked"))
+        };
+        if let Some(error) = failure {
+            let mut failure = self.state.failure.lock().unwrap_or_else(PoisonError::into_inner);
+            failure.get_or_insert_with(|| error.into());
         }
     }
 }
 
 impl Drop for Recorder {
     fn drop(&mut self) {
+        // The motors do not wait for the disk.
+        if let Some(transfer) = self.transfer.take() {
+            transfer.ask_to_end();
+        }
         self.end();
     }
 }

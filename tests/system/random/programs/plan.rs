@@ -118,6 +118,9 @@ pub(crate) enum Op {
     /// Receives one event, for at most this many ms.
     Receive(usize, u64),
     Unsubscribe(usize),
+    /// Begins to record, instead of an earlier recorder of this thread.
+    Record(usize, Disk),
+    EndRecording(usize, EndRecording),
     Sleep(u64),
     /// A thread that owns a handle panics between two guards.
     PanicAsOwner(usize),
@@ -131,6 +134,22 @@ pub(crate) enum Op {
     Disturb(usize, FaultKind),
     /// The controller answers no connection, for this many ms.
     Absent(usize, u64),
+}
+
+/// Where a recorder writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Disk {
+    Works,
+    StandsStill,
+}
+
+/// How a recording ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum EndRecording {
+    Finish,
+    /// The program leaves.
+    Drop,
+    Panic,
 }
 
 /// A cycle hook.

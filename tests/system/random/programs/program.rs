@@ -14,8 +14,9 @@ use super::areas::{self, act, hold};
 use super::hook;
 use super::logger;
 use super::machine::{Gate, Slot};
-use super::plan::{By, Get, Leave, Op, Under};
+use super::plan::{By, Disk, EndRecording, Get, Leave, Op, Under};
 use super::record::{Call, Hold, Orders, Record, What, Who};
+use crate::still::Recording;
 
 /// A thread of a program.
 pub(crate) struct Program<'a> {
@@ -25,6 +26,7 @@ pub(crate) struct Program<'a> {
     pub(crate) record: &'a Arc<Record>,
     pub(crate) gate: &'a Arc<Gate>,
     pub(crate) events: Vec<Option<Events>>,
+    pub(crate) recordings: Vec<Option<Recording>>,
     pub(crate) kept: Vec<Kept<'a>>,
 }
 
@@ -43,6 +45,10 @@ impl<'a> Program<'a> {
         }
         self.record.set_doing(self.thread, Some("dropping its guards".to_owned()));
         self.drop_kept(|_| true);
+        self.record.set_doing(self.thread, Some("dropping its recorders".to_owned()));
+        for which in 0..self.slots.len() {
+            self.end_recording(which, EndRecording::Drop);
+        }
         self.record.set_doing(self.thread, None);
     }
 
@@ -79,6 +85,14 @@ impl<'a> Program<'a> {
                 }
             }
             Op::Unsubscribe(which) => self.events[which] = None,
+            Op::Record(which, disk) => {
+                self.end_recording(which, EndRecording::Finish);
+                let Some(handler) = self.slots[which].handler() else { return };
+                let still = (disk == Disk::StandsStill).then(|| Recording::still(&handler));
+                let recording = still.flatten().unwrap_or_else(|| Recording::start(&handler));
+                self.recordings[which] = Some(recording);
+            }
+            Op::EndRecording(which, how) => self.end_recording(which, how),
             Op::PanicAsOwner(which) => self.panic_as_owner(which),
             ref op => {
                 call_without_areas(op, Who::Handler, self.slots, self.record, self.gate);
@@ -189,6 +203,22 @@ impl<'a> Program<'a> {
 
     fn drop_guard(&self, kept: Kept<'a>) {
         end_guard(self.record, kept.which, kept.guard, kept.hold, false);
+    }
+
+    fn end_recording(&mut self, which: usize, how: EndRecording) {
+        let Some(recording) = self.recordings[which].take() else { return };
+        let what = if how == EndRecording::Finish { What::Finish } else { What::Leave };
+        note(self.record, which, Who::Own(self.thread), what, || {
+            if how == EndRecording::Panic {
+                let _owned = recording;
+                resume_unwind(Box::new("a thread that owns a recorder"));
+            }
+            if how == EndRecording::Finish {
+                // A disk that stands still is an error.
+                let _ = recording.recorder.finish();
+            }
+            Ok(())
+        });
     }
 
     fn panic_as_owner(&self, which: usize) {

@@ -46,6 +46,9 @@ pub(crate) enum What {
     Ask,
     /// A panic that the library can see.
     Panic,
+    /// The end of a recording, and one without `finish`.
+    Finish,
+    Leave,
     Camera,
     SetHook,
     Other,

@@ -98,6 +98,7 @@ impl Run {
                         record: &self.record,
                         gate,
                         events: slots.iter().map(|_| None).collect(),
+                        recordings: slots.iter().map(|_| None).collect(),
                         kept: Vec::new(),
                     };
                     program.run(&groups.concat());

@@ -121,6 +121,9 @@ fn op(count: usize) -> BoxedStrategy<Op> {
         1 => on(Op::Subscribe),
         2 => (which.clone(), 0..20_u64).prop_map(|(which, ms)| Op::Receive(which, ms)),
         1 => on(Op::Unsubscribe),
+        2 => (which.clone(), disk()).prop_map(|(which, disk)| Op::Record(which, disk)),
+        2 => (which.clone(), end_recording())
+            .prop_map(|(which, how)| Op::EndRecording(which, how)),
         3 => prop_oneof![4 => 0..10_u64, 1 => 10..200_u64].prop_map(Op::Sleep),
         1 => on(Op::PanicAsOwner),
         2 => on(Op::StartCamera),
@@ -133,6 +136,19 @@ fn op(count: usize) -> BoxedStrategy<Op> {
         1 => (which.clone(), 1..250_u64).prop_map(|(which, ms)| Op::Absent(which, ms)),
     ]
     .boxed()
+}
+
+/// To wait for a disk that stands still takes long.
+fn disk() -> impl Strategy<Value = Disk> {
+    prop_oneof![30 => Just(Disk::Works), 1 => Just(Disk::StandsStill)]
+}
+
+fn end_recording() -> impl Strategy<Value = EndRecording> {
+    prop_oneof![
+        2 => Just(EndRecording::Finish),
+        1 => Just(EndRecording::Drop),
+        1 => Just(EndRecording::Panic),
+    ]
 }
 
 /// What a cycle hook does, and what it calls when it has no areas any more.

@@ -27,6 +27,7 @@ mod reconnecting;
 mod row;
 mod services;
 mod system;
+mod values;
 mod watchdog;
 mod wire;
 
@@ -113,6 +114,7 @@ fn rows() -> Vec<Row> {
     rows.extend(services::rows());
     rows.extend(panics::rows());
     rows.extend(hook::rows());
+    rows.extend(values::rows());
     rows.extend(watchdog::rows());
     rows.extend(ends::rows());
     rows.extend(pairs::rows());

@@ -11,6 +11,8 @@ use crate::programs::stalls;
 const WAITS: Duration = Duration::from_secs(4);
 /// The end: a current attempt to connect, the last responses, and closing.
 const ENDS: Duration = Duration::from_secs(2);
+/// The end of a recording on a disk that stands still.
+const RECORDED: Duration = Duration::from_secs(6);
 /// Calls that do not wait.
 const NOT_WAITING: Duration = Duration::from_millis(500);
 
@@ -23,6 +25,7 @@ pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
             What::End => ENDS,
             // It clears the hook, which waits for it up to its limit.
             What::DropHandler => ENDS + Duration::from_millis(case.setup.hook_limit_ms),
+            What::Finish | What::Leave => RECORDED + blocked,
             What::Look | What::Feed | What::Ask => NOT_WAITING + blocked,
             _ => WAITS + blocked,
         };

@@ -5,13 +5,18 @@ use std::time::Instant;
 use super::{after, Case, SOON};
 use crate::programs::record::{Call, Exchange, What, Who};
 
-/// A panic that can be seen, and a hook that ends, panics or hangs: the next request has all duties 0, and only
-/// a new transfer moves anything again.
+/// A panic that can be seen, a recorder that is dropped, and a hook that ends, panics or hangs: the next request has all
+/// duties 0, and only a new transfer moves anything again.
 pub(super) fn panics_and_hooks(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
     for call in case.trace.calls.iter().filter(|call| call.what == What::Panic) {
         // The request before may be on its way.
         stopped(case, "the panic", call.start, call.end, 1, &mut breaches);
+    }
+    for call in case.trace.calls.iter().filter(|call| call.what == What::Leave) {
+        // The motors do not wait for the disk.
+        let to = call.end.min(after(call.start, SOON / 10));
+        stopped(case, "the drop of a recorder", call.start, to, 1, &mut breaches);
     }
     for stop in &case.trace.hook.stops {
         // It is noted before the hook is left.

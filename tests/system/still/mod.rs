@@ -1,0 +1,58 @@
+//! A recorder whose file stands still.
+
+use std::fs::{File, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area_recorder::{Options, Recorder};
+use tempfile::TempDir;
+
+/// A recorder, and what goes with its file. The recorder is dropped first.
+pub(crate) struct Recording {
+    pub(crate) recorder: Recorder,
+    /// Both ends of the pipe into which it writes.
+    _pipe: Option<File>,
+    _folder: TempDir,
+}
+
+impl Recording {
+    /// Begins to record a handler into a file.
+    pub(crate) fn start(handler: &TransferAreaComHandler) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let recorder = Recorder::start(handler, path, Options::default()).unwrap();
+        Self { recorder, _pipe: None, _folder: folder }
+    }
+
+    /// Begins to record a handler into a full pipe; `None` where files can't stand still.
+    pub(crate) fn still(handler: &TransferAreaComHandler) -> Option<Self> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let mut pipe = pipe(&path)?;
+        let recorder = Recorder::start(handler, &path, Options::default()).unwrap();
+        loop {
+            match pipe.write(&[0; 4096]) {
+                Ok(_) => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) => panic!("{error}"),
+            }
+        }
+        Some(Self { recorder, _pipe: Some(pipe), _folder: folder })
+    }
+}
+
+/// Makes a pipe with a name, and opens it so that nothing waits for another end.
+#[cfg(unix)]
+fn pipe(path: &Path) -> Option<File> {
+    use std::os::unix::fs::OpenOptionsExt;
+
+    nix::unistd::mkfifo(path, nix::sys::stat::Mode::S_IRWXU).unwrap();
+    let flags = nix::fcntl::OFlag::O_NONBLOCK.bits();
+    Some(OpenOptions::new().read(true).write(true).custom_flags(flags).open(path).unwrap())
+}
+
+#[cfg(not(unix))]
+fn pipe(_path: &Path) -> Option<File> {
+    None
+}
