@@ -71,6 +71,8 @@ impl Worker {
     }
 
     pub(super) fn run(mut self) {
+        // Other threads have the handler, too, so only a handle of this thread notices its panic.
+        let _handle = self.controller.handler.transfer_area();
         while !self.controller.common.is_ending() {
             self.histogram = Histogram::default();
             match self.controller.handler.begin_transfer() {
