@@ -9,11 +9,12 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::channel::RecvTimeoutError;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Direction, Input, Motor};
+use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{
     CameraOptions, Error, Event, EventKind, TransferArea, TransferAreaComHandler,
 };
 use ft_transfer_area_simulator::world::World;
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
+use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{check_client, handler_for, unpaced, Record, DEADLINE};
 
@@ -322,6 +323,29 @@ fn the_camera_can_be_started_without_moving_the_time() {
     handler.stop_camera().unwrap();
     assert_eq!(handler.lock().cycle(), 1);
     handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_stop_does_not_wait_for_the_pause_before_the_camera() {
+    let txt = machine().start().unwrap();
+    let handler = handler(&txt);
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    drop(handler.wait_cycle().unwrap());
+    thread::scope(|scope| {
+        scope.spawn(|| handler.start_camera(CameraOptions::default()).map(drop));
+        let is_stopped = |machine: &Machine| {
+            machine.commands().any(|command| command == CommandId::StopCameraOnline)
+        };
+        assert!(txt.wait_until(DEADLINE, is_stopped));
+        // The camera is not started yet.
+        handler.end_transfer().unwrap();
+    });
+    let starts = |machine: &mut Machine| {
+        machine.commands().filter(|command| *command == CommandId::StartCameraOnline).count()
+    };
+    assert_eq!(txt.with_machine(starts), 0, "the end has waited for it");
+    assert_eq!(txt.with_machine(|machine| machine.controllers[LOCAL_IO].outputs.duty), [0; 8]);
 }
 
 #[test]

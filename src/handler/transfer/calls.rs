@@ -266,13 +266,14 @@ impl Shared {
         self.listeners.tell_all(&event);
     }
 
-    /// Waits until a stop is requested, but not beyond the deadline.
+    /// Waits until a stop is requested, also by a hook that hangs, but not beyond the deadline.
     pub(crate) fn wait_for_stop(&self, deadline: Instant) {
         let mut state = self.state();
-        while state.transfer.stop().is_none() {
-            if wait_until(&self.attended, &mut state, Some(deadline)) {
-                return;
-            }
+        while state.transfer.stop().is_none() && now() < deadline {
+            state.looks_again = earlier(Some(deadline), state.hook.deadline());
+            let looks_again = state.looks_again;
+            wait_until(&self.attended, &mut state, looks_again);
+            self.give_up_hook(&mut state);
         }
     }
 

@@ -13,7 +13,7 @@ use crate::handler::events::Comparison;
 use crate::handler::model::TxtClient;
 use crate::handler::parts::state::Stop;
 use crate::handler::shared::{CameraCommand, Shared, State};
-use crate::handler::sync::MutexGuard;
+use crate::handler::sync::{now, MutexGuard};
 use crate::handler::transfer::calls::Delivered;
 use crate::handler::transfer::handshake::Link;
 use crate::transfer_area::FishX1Transfer;
@@ -39,7 +39,8 @@ pub(crate) struct Cycle<'a> {
     configs_changed: bool,
 }
 
-/// Whether the controller's camera has ended, so that it can be started; otherwise exchanges go on until then.
+/// Whether the controller's camera has ended, so that it can be started; otherwise exchanges go on until then. In
+/// lock-step, where no exchange may come meanwhile, this waits until then or for a stop.
 ///
 /// It may still run since before a gap, or since a program that was killed. Two cameras end the maker's firmware (4.7.0,
 /// under emulation) when they stop.
@@ -47,7 +48,12 @@ fn is_camera_off(client: &mut TxtClient, shared: &Shared) -> Result<bool, Error>
     if client.camera_pause().is_none() {
         client.stop_camera_online()?;
     }
-    Ok(shared.is_lock_step() || client.camera_pause().is_some_and(|pause| pause.is_zero()))
+    let pause = client.camera_pause().unwrap_or_default();
+    if shared.is_lock_step() {
+        shared.wait_for_stop(now() + pause);
+        return Ok(shared.stop().is_none());
+    }
+    Ok(pause.is_zero())
 }
 
 impl<'a> Cycle<'a> {
@@ -161,7 +167,7 @@ impl<'a> Cycle<'a> {
 
     /// Sends the program's command, if there is one. After a gap, starts the camera again before that.
     ///
-    /// What must wait is tried again in the next cycle. In lock-step the client waits.
+    /// What must wait is tried again in the next cycle.
     fn run_command(&mut self) -> Result<(), Error> {
         let client = &mut self.link.client;
         if let (Some(start), Some(server)) = (&self.camera, &self.camera_to_restart) {
