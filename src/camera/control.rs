@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use parking_lot::{Condvar, Mutex};
+use parking_lot::{Condvar, Mutex, MutexGuard};
 
 use super::server::CameraServer;
 use super::CameraStatistics;
@@ -25,6 +25,8 @@ struct State {
     server: Option<Endpoint>,
     /// The connection that was made before the server was started, until the thread takes it.
     early: Option<Box<dyn Transport>>,
+    /// In a gap: the server that is to be started again.
+    next: Next,
     /// How often the server was changed.
     changes: u64,
     /// Ends the connection, and the thread's waits on it.
@@ -32,6 +34,16 @@ struct State {
     /// Why the stream has ended.
     error: Option<Error>,
     statistics: CameraStatistics,
+}
+
+/// How far the thread is with the connection to a server that is to be started.
+#[derive(Debug, Default)]
+enum Next {
+    #[default]
+    None,
+    Wanted(Endpoint),
+    Connecting,
+    Tried(CameraServer),
 }
 
 /// A camera server, until it is replaced by another or started again.
@@ -75,6 +87,22 @@ impl CameraControl {
         self.change(Some(server));
     }
 
+    /// In a gap: the server that the next command starts, when the thread has tried to connect to it, as
+    /// [`CameraServer::before_start`]. `None` until then. Does not block.
+    pub(crate) fn prepare(&self, endpoint: &Endpoint) -> Option<CameraServer> {
+        let mut state = self.state.lock();
+        if state.stopping || state.finished {
+            return Some(CameraServer { endpoint: endpoint.clone(), early: None });
+        }
+        match std::mem::take(&mut state.next) {
+            Next::Tried(server) => return Some(server),
+            Next::None => state.next = Next::Wanted(endpoint.clone()),
+            waits @ (Next::Wanted(_) | Next::Connecting) => state.next = waits,
+        }
+        self.changed.notify_all();
+        None
+    }
+
     /// The error that ended the stream; `None` if it was stopped or goes on.
     pub(crate) fn error(&self) -> Option<Error> {
         self.state.lock().error.clone()
@@ -95,6 +123,7 @@ impl CameraControl {
             Some(CameraServer { endpoint, early }) => (Some(endpoint), early),
             None => (None, None),
         };
+        state.next = Next::None;
         state.changes += 1;
         state.disconnect();
         self.changed.notify_all();
@@ -103,14 +132,32 @@ impl CameraControl {
 
 /// What the stream's own thread does.
 impl CameraControl {
-    /// The server to read from. Blocks while there is a gap; `None` when the stream is to stop.
+    /// The server to read from. Blocks while there is a gap, and then connects to the next one; `None` when the
+    /// stream is to stop.
     pub(super) fn server(&self) -> Option<Server> {
         let mut state = self.state.lock();
-        self.changed.wait_while(&mut state, |state| !state.stopping && state.server.is_none());
-        if state.stopping {
-            return None;
+        loop {
+            let number = state.changes;
+            if state.stopping {
+                return None;
+            }
+            if let Some(endpoint) = state.server.clone() {
+                return Some(Server { endpoint, number });
+            }
+            match std::mem::replace(&mut state.next, Next::Connecting) {
+                Next::Wanted(endpoint) => {
+                    let connect = || CameraServer::before_start(endpoint);
+                    let next = MutexGuard::unlocked(&mut state, connect);
+                    if state.changes == number {
+                        state.next = Next::Tried(next);
+                    }
+                }
+                other => {
+                    state.next = other;
+                    self.changed.wait(&mut state);
+                }
+            }
         }
-        state.server.clone().map(|endpoint| Server { endpoint, number: state.changes })
     }
 
     /// The connection to this server that was made before it was started; returned only once.

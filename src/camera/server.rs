@@ -13,8 +13,8 @@ const EARLY_LIMIT: Duration = Duration::from_millis(300);
 /// A camera server, and the connection to it if there is one already.
 #[derive(Debug)]
 pub(crate) struct CameraServer {
-    pub(super) endpoint: Endpoint,
-    pub(super) early: Option<Box<dyn Transport>>,
+    pub(crate) endpoint: Endpoint,
+    pub(crate) early: Option<Box<dyn Transport>>,
 }
 
 impl CameraServer {

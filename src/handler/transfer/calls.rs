@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::camera::CameraServer;
+use crate::client::Endpoint;
 use crate::error::Error;
 use crate::exchange::Inputs;
 use crate::handler::events::{Event, KindSet, Logged, LoggedCycle};
@@ -280,6 +281,15 @@ impl Shared {
     /// Counts configurations that were sent outside an exchange.
     pub(crate) fn count_config_updates(&self, count: u64) {
         self.state().statistics.config_updates += count;
+    }
+
+    /// The camera server to start again, when the stream is ready for that.
+    pub(crate) fn prepare_camera(&self, server: &Endpoint) -> Option<CameraServer> {
+        let camera = self.state().camera.clone();
+        match camera {
+            Some(camera) => camera.prepare(server),
+            None => Some(CameraServer { endpoint: server.clone(), early: None }),
+        }
     }
 
     /// The controller's camera server was started again.

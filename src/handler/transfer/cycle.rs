@@ -2,7 +2,6 @@
 
 use std::time::Duration;
 
-use crate::camera::CameraServer;
 use crate::client::Endpoint;
 #[cfg(not(all(test, shuttle)))]
 use crate::client::TxtClient;
@@ -18,6 +17,9 @@ use crate::handler::transfer::calls::Delivered;
 use crate::handler::transfer::handshake::Link;
 use crate::transfer_area::FishX1Transfer;
 use crate::wire::StartCameraOnline;
+
+/// How often to look in lock-step whether the camera's stream is ready.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// A connection, and what one cycle keeps for the next.
 pub(crate) struct Cycle<'a> {
@@ -174,7 +176,13 @@ impl<'a> Cycle<'a> {
             if !is_camera_off(client, self.shared)? {
                 return Ok(());
             }
-            let server = CameraServer::before_start(server.clone());
+            let Some(server) = self.shared.prepare_camera(server) else {
+                if self.shared.is_lock_step() {
+                    // No exchange may come meanwhile.
+                    self.shared.wait_for_stop(now() + LOOK);
+                }
+                return Ok(());
+            };
             client.start_camera_online(start)?;
             self.shared.resume_camera(server);
             self.camera_to_restart = None;

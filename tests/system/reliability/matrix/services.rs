@@ -4,13 +4,16 @@ use std::io::Read;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::wire::{
-    CameraFrameHeader, I2cRequestHeader, I2cResponseHeader, CAMERA_FRAME_ACKNOWLEDGE,
+    CameraFrameHeader, CommandId, I2cRequestHeader, I2cResponseHeader, CAMERA_FRAME_ACKNOWLEDGE,
 };
-use ft_transfer_area::{CameraOptions, Error, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area::{
+    CameraOptions, Error, TimeLimits, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+};
+use ft_transfer_area_simulator::{FaultKind, Machine};
 
 use super::controller::{is_on, txt, Controller, DUTY};
 use super::fake::{closed_port, Client, Deaf, Fake, Script};
-use super::row::{By, Outcome, Row, Seen};
+use super::row::{By, Outcome, Row, Seen, DEADLINE};
 
 /// How long the camera's start and a frame may take.
 const LIMIT: Duration = Duration::from_secs(1);
@@ -80,7 +83,10 @@ fn camera_rows() -> Vec<Row> {
     let flood = Row::new(SECTION, "endless frames", "faster than they are read")
         .sees("nothing: the oldest frames are dropped", "–")
         .test(|| Ok(flood()));
-    [refused, deaf].into_iter().chain(rows).chain([flood]).collect()
+    let restarts = Row::new(SECTION, "SYN dropped", "connecting, after a gap")
+        .sees("nothing: the exchanges go on meanwhile", "–")
+        .test(|| Ok(restarts_deaf()));
+    [refused, deaf, restarts].into_iter().chain(rows).chain([flood]).collect()
 }
 
 fn i2c_rows() -> Vec<Row> {
@@ -175,10 +181,15 @@ struct Program {
 
 impl Program {
     fn start(camera_port: u16, i2c_port: u16) -> Self {
+        Self::with(|builder| builder.camera_port(camera_port).i2c_port(i2c_port))
+    }
+
+    fn with(
+        set: impl FnOnce(TransferAreaComHandlerBuilder) -> TransferAreaComHandlerBuilder,
+    ) -> Self {
         let controller = Controller::start(txt());
         let limits = TimeLimits::default().with_connect(LIMIT).with_read(LIMIT);
-        let builder = controller.handler().time_limits(limits);
-        let handler = builder.camera_port(camera_port).i2c_port(i2c_port).build().unwrap();
+        let handler = set(controller.handler().time_limits(limits)).build().unwrap();
         handler.lock()[0].output.duty[0] = DUTY;
         handler.begin_transfer().unwrap();
         controller.wait_on();
@@ -209,6 +220,30 @@ fn camera(port: u16) -> Outcome {
     let error = program.handler.camera_error();
     assert!(error.is_some(), "the stream has ended without an error");
     program.finish(error, Some(soon))
+}
+
+/// The camera is started again after a gap, and its port does not answer.
+fn restarts_deaf() -> Outcome {
+    // A busy machine may hold up an exchange for as long as connecting takes, but not each time.
+    for _ in 0..4 {
+        let deaf = Deaf::start();
+        let program = Program::with(|builder| builder.camera_port(deaf.port()).reconnect(DEADLINE));
+        let _frames = program.handler.start_camera(CameraOptions::default()).unwrap();
+        let close = FaultKind::Close { after: 0 };
+        program.controller.txt.with_machine(|machine| machine.disturb(close));
+        let error = program.handler.wait_until(|_| false, DEADLINE).map(drop).unwrap_err();
+        assert!(matches!(error, Error::ConnectionLost { .. }), "{error}");
+        program.handler.wait_cycle().unwrap()[0].output.duty[0] = DUTY;
+        let starts = |machine: &Machine| {
+            machine.commands().filter(|command| *command == CommandId::StartCameraOnline).count()
+        };
+        program.controller.wait("the second start", |machine| starts(machine) == 2);
+        let longest = program.handler.statistics().longest_cycle;
+        if longest < Duration::from_millis(300) {
+            return program.finish(None, None);
+        }
+    }
+    panic!("no exchange comes while it connects");
 }
 
 /// Frames that nobody reads, from a server that waits for no acknowledgement.
