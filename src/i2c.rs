@@ -83,8 +83,8 @@ impl I2cClient {
         port: u16,
         limits: TimeLimits,
     ) -> Result<Self, Error> {
-        let host = found_host(network, host, PORT, limits.connect)?;
-        let endpoint = Endpoint::new(network, &host, port)?;
+        let mut endpoint = Endpoint::new(network, host, port)?;
+        endpoint.host = found_host(network, &endpoint.host, PORT, limits.connect)?;
         Ok(Self::over(I2cLine::without_sessions(endpoint, limits)?))
     }
 
@@ -226,6 +226,7 @@ mod tests {
         at_once, storm, Event, Script, Scripted, ScriptedNetwork, LIMITS,
     };
     use crate::client::I2C_NAMES;
+    use crate::wire::QueryStatusResponse;
 
     /// The result of a client whose connection has this script, and how long it took.
     fn write_over(reads: Script, writes: Script) -> (Result<(), Error>, Duration) {
@@ -261,6 +262,23 @@ mod tests {
         I2cResponseHeader { read_len: 1, is_ok: true }.emit(&mut response);
         response.push(value);
         Scripted::new(at_once([Event::Bytes(response)]), vec![])
+    }
+
+    #[test]
+    fn the_only_controller_is_found_also_with_a_port() {
+        let mut response = Vec::new();
+        let status = QueryStatusResponse {
+            device_name: [0; 16],
+            version: crate::FirmwareVersion::OLDEST_SUPPORTED,
+        };
+        status.emit(&mut response);
+        let controller = Scripted::new(at_once([Event::Bytes(response)]), vec![]);
+        let network = ScriptedNetwork::new([Ok(controller), Ok(answering(4))]);
+        let mut client = I2cClient::connect_in(network, "auto:65010", 65_002, LIMITS).unwrap();
+        assert_eq!(read(&mut client), 4);
+        let asked: Vec<_> = network.asked().into_iter().map(|(address, _)| address).collect();
+        // The scripted connection is to 192.168.7.2, wherever it was made to.
+        assert_eq!(asked, ["127.0.0.1:65000", "192.168.7.2:65010"]);
     }
 
     #[test]

@@ -6,7 +6,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
-use std::io::Write as _;
+use std::io::{self, Write};
 use std::panic::{catch_unwind, AssertUnwindSafe};
 use std::time::{Duration, Instant};
 
@@ -99,6 +99,11 @@ fn write_all() {
     }
 }
 
+/// Writes a warning in one piece, so that nothing comes between.
+fn write_warning(out: &mut impl Write, text: &str) -> io::Result<()> {
+    out.write_all(format!("ft-transfer-area: warning: {text}\n").as_bytes())
+}
+
 fn write(line: &Line) {
     // A logger that panics has told so, and the next lines may be written.
     let _ = catch_unwind(AssertUnwindSafe(|| {
@@ -111,7 +116,33 @@ fn write(line: &Line) {
             }
         } else {
             // A standard error that is closed is no reason to stop.
-            let _ = writeln!(std::io::stderr(), "ft-transfer-area: warning: {}", line.text);
+            let _ = write_warning(&mut std::io::stderr(), &line.text);
         }
     }));
+}
+
+#[cfg(all(test, not(shuttle)))]
+mod tests {
+    use super::*;
+
+    /// Notes each write.
+    struct Writes(Vec<Vec<u8>>);
+
+    impl Write for Writes {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.push(bytes.to_vec());
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_warning_is_written_in_one_piece() {
+        let mut writes = Writes(Vec::new());
+        write_warning(&mut writes, "a guard").unwrap();
+        assert_eq!(writes.0, [b"ft-transfer-area: warning: a guard\n"]);
+    }
 }

@@ -21,7 +21,7 @@ pub(crate) trait Network: fmt::Debug + Send + Sync {
 #[derive(Clone, Debug)]
 pub(crate) struct Endpoint {
     pub(super) network: &'static dyn Network,
-    pub(super) host: String,
+    pub(crate) host: String,
     pub(super) port: u16,
 }
 

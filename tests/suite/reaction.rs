@@ -302,3 +302,27 @@ fn late_answers_can_be_counted_from_outside() {
     assert!(missing > 0, "the first answer is late");
     assert_eq!(late, missing);
 }
+
+#[test]
+fn a_watchdog_that_is_fed_does_not_end_the_window() {
+    let (window, limit) = (Duration::from_secs(60), Duration::from_millis(600));
+    // On a busy machine the watchdog may expire, but not each time.
+    for _ in 0..10 {
+        let txt = unpaced().start().unwrap();
+        let handler = handler_for(&txt).reaction_window(window).watchdog(limit).build().unwrap();
+        handler.begin_transfer().unwrap();
+        // Nobody waits for the first response, so its window is open for its whole time.
+        wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
+        let fed = (0..4).all(|_| {
+            thread::sleep(limit / 3);
+            handler.feed_watchdog().is_ok()
+        });
+        let exchanges = txt.with_machine(|machine| machine.exchanges());
+        handler.end_transfer().unwrap();
+        if fed {
+            assert_eq!(exchanges, 1, "the window has ended early");
+            return;
+        }
+    }
+    panic!("the watchdog expires each time");
+}

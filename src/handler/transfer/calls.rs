@@ -163,11 +163,13 @@ impl Shared {
         let mut state = locked.unwrap_or_else(|| self.state_soon());
         let end = state.window_end(length);
         while state.transfer.stop().is_none() && !state.next_may_leave() {
-            let limits = earlier(state.watchdog.deadline(), state.hook.deadline());
-            state.looks_again = earlier(end, limits);
+            state.looks_again = state.next_deadline(end);
             let deadline = state.looks_again;
             if wait_on_time(&self.attended, &mut state, deadline) {
-                break;
+                // Those of the watchdog and the hook may have moved meanwhile.
+                if state.next_deadline(end).is_some_and(|next| Some(next) <= deadline) {
+                    break;
+                }
             }
         }
         self.give_up_hook(&mut state);
@@ -375,6 +377,11 @@ impl State {
     pub(crate) fn window_end(&self, length: Duration) -> Option<Instant> {
         let last_response = self.last_response.filter(|_| !self.clock.is_lock_step());
         last_response.and_then(|response| response.checked_add(length))
+    }
+
+    /// When the window ends, the watchdog expires or the hook hangs, whichever is first.
+    fn next_deadline(&self, end: Option<Instant>) -> Option<Instant> {
+        earlier(end, earlier(self.watchdog.deadline(), self.hook.deadline()))
     }
 
     /// Whether the next request need not wait for the program any more.

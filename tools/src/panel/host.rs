@@ -20,6 +20,7 @@ use super::state::Newest;
 use super::watched::Watched;
 use super::worker::{AreaOrder, Controller, Worker};
 use super::world::Simulated;
+use crate::commands::stop_all;
 
 /// How many commands may wait for a controller. It takes them 100 times a second.
 const WAITING: usize = 64;
@@ -215,9 +216,7 @@ fn start_stopper(areas: TransferArea) -> Result<Sender<()>, Error> {
     let (stopper, stop) = bounded(1);
     spawn("stopper", move || {
         for () in stop {
-            for area in areas.lock().iter_mut() {
-                area.output.stop_motors();
-            }
+            stop_all(&mut areas.lock());
         }
     })?;
     Ok(stopper)

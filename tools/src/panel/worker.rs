@@ -16,7 +16,7 @@ use super::order::{not_connected, stopped, Order};
 use super::problem::Problem;
 use super::state::{self, HostState, Link, Newest, Phase, STATE_PERIOD};
 use super::world::Simulated;
-use crate::commands::Command;
+use crate::commands::{stop_all, Command};
 
 /// How long to wait for a response before looking after everything else.
 const WAIT: Duration = Duration::from_millis(40);
@@ -130,9 +130,7 @@ impl Worker {
             return;
         }
         self.lease = lease;
-        for area in areas.iter_mut().filter(|area| is_moving(area)) {
-            area.output.stop_motors();
-        }
+        stop_all(areas);
     }
 
     fn carry_out(&mut self, areas: &mut [FishX1Transfer]) {
@@ -218,11 +216,6 @@ impl Worker {
         };
         state.publish(&self.publish);
     }
-}
-
-fn is_moving(area: &FishX1Transfer) -> bool {
-    let output = &area.output;
-    output.duty != [0; 8] || output.distance != [0; 4] || output.master != [0; 4]
 }
 
 fn no_area(area: usize, count: usize) -> Problem {

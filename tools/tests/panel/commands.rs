@@ -1,6 +1,6 @@
 //! What a page can order, and what arrives at the controller.
 
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 use serde_json::{json, Value};
 
 use super::program::Panel;
@@ -113,6 +113,18 @@ fn a_sound_plays() {
     });
     page.done(json!({"do": "sound", "index": 0, "repeat": 1}));
     page.state(0, |state| state["areas"][0]["sound"]["playing"] == false);
+}
+
+#[test]
+fn a_stop_ends_a_sound_too() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    let plays = |machine: &Machine| machine.controllers[0].playing_sound().is_some();
+    page.done(json!({"do": "sound", "index": 3, "repeat": 200}));
+    assert!(txt.wait_until(LIMIT, plays));
+    page.done(json!({"do": "stop"}));
+    assert!(txt.wait_until(LIMIT, |machine| !plays(machine)), "it plays on");
 }
 
 #[test]
