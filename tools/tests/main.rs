@@ -10,6 +10,7 @@ mod find;
 mod help;
 mod panel;
 mod plot;
+mod program;
 mod recording;
 mod replay;
 mod running;

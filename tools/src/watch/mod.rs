@@ -17,7 +17,7 @@ mod tap;
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::process::{ExitCode, ExitStatus, Stdio};
+use std::process::{ExitCode, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::thread;
@@ -33,7 +33,7 @@ use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
 use crate::panel::pages::{self, Watched};
-use crate::program::Program;
+use crate::program::{Program, Reads};
 use crate::recording::output::Output;
 use crate::told::{halted, missed, Happened, Told};
 use crate::web::browser::Opening;
@@ -44,7 +44,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// How often to look whether the program that was started still runs.
 const PROGRAM_LOOK: Duration = Duration::from_millis(20);
-/// How long that program may go on after Ctrl-C, which it has got, too.
+/// How long that program may go on after Ctrl-C, which it gets, too. Then it has another second to end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 const AFTER: &str = "\
@@ -172,7 +172,7 @@ fn accompany(
 ) -> anyhow::Result<ExitCode> {
     // Not all programs take an address with a port.
     let address = if main.port() == PORT { main.ip().to_string() } else { main.to_string() };
-    let mut program = Program::start(words, &address, Stdio::inherit())?;
+    let mut program = Program::start(words, &address, Reads::OurInput)?;
     let mut ends_at = None;
     loop {
         if let Some(status) = program.ended()? {
@@ -184,6 +184,7 @@ fn accompany(
         select! {
             recv(interrupted) -> done => {
                 done?;
+                program.interrupt();
                 ends_at = ends_at.or(Some(Instant::now() + FAREWELL));
             }
             recv(relay.failure) -> error => return Err(error?).context(NOT_PASSED),
