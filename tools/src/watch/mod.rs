@@ -35,7 +35,7 @@ use self::tap::Pieces;
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
 use crate::recording::output::Output;
-use crate::told::{halted, missed, Happened, Told};
+use crate::told::{halted, missed, no_answer, not_understood, Happened, Told};
 use crate::web::browser::Opening;
 use crate::{interrupt, lines, print};
 
@@ -240,21 +240,23 @@ impl Looker {
 
     fn look(&mut self) {
         let Self { pieces, decoder, watched, record, changes, notes } = self;
+        let mut tell = |told: Told| {
+            notes.take(&told);
+            if let Some(watched) = watched {
+                watched.take(&told);
+                watched.tell_when_due();
+            }
+            if let Some(record) = record {
+                record.take(&told);
+            }
+            if let Some(changes) = changes {
+                changes.take(&told);
+            }
+        };
         while let Some(piece) = pieces.next() {
-            decoder.take(piece, &mut |told| {
-                notes.take(&told);
-                if let Some(watched) = watched {
-                    watched.take(&told);
-                    watched.tell_when_due();
-                }
-                if let Some(record) = record {
-                    record.take(&told);
-                }
-                if let Some(changes) = changes {
-                    changes.take(&told);
-                }
-            });
+            decoder.take(piece, &mut tell);
         }
+        decoder.look(Instant::now(), &mut tell);
         if let Some(watched) = watched {
             watched.tell_when_due();
         }
@@ -266,6 +268,8 @@ impl Looker {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
+    /// The last connection of which something unknown was told.
+    unknown: Option<u64>,
 }
 
 impl Notes {
@@ -277,10 +281,16 @@ impl Notes {
                 *refused = true;
                 log::warn!("the controller refuses the {line} connection: {error}");
             }
-            Happened::NotUnderstood { side, why } => log::warn!(
-                "what the {} sent on the {line} connection can't be understood, and is passed on all the same: {why}",
-                side.name()
-            ),
+            Happened::NotUnderstood { side, why } => {
+                log::warn!("{}", not_understood(told.line, *side, why));
+            }
+            Happened::Unknown(unknown) if self.unknown != Some(told.connection) => {
+                self.unknown = Some(told.connection);
+                log::warn!("{unknown}; it is passed on, and more of them are not told here");
+            }
+            Happened::NoAnswer { command, since } => {
+                log::warn!("{}", no_answer(*command, told.at.saturating_duration_since(*since)));
+            }
             Happened::Missed => log::warn!("{}", missed(told.line)),
             Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
@@ -290,6 +300,7 @@ impl Notes {
             | Happened::Controller { .. }
             | Happened::Online { .. }
             | Happened::Offline { .. }
+            | Happened::Unknown(_)
             | Happened::Cycle(_) => {}
         }
     }

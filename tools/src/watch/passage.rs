@@ -198,6 +198,11 @@ impl Passage {
         self.driven.as_ref().is_some_and(Driven::drives)
     }
 
+    /// Whether the controller has said anything to a program that may drive.
+    pub(super) fn is_served(&self) -> bool {
+        self.driven.as_ref().is_some_and(Driven::is_served)
+    }
+
     /// When the program will have been silent for too long.
     pub(super) fn silent_at(&self) -> Option<Instant> {
         self.driven.as_ref()?.silent_at(!self.down.ended)

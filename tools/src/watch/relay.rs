@@ -172,8 +172,10 @@ impl Worker {
         // Nobody comes back.
         self.halts.retain(|halt| !halt.waits());
         let numbers: Vec<_> = self.passages.keys().copied().collect();
-        let (driving, others): (Vec<_>, Vec<_>) =
+        let (mut driving, others): (Vec<_>, Vec<_>) =
             numbers.into_iter().partition(|number| self.passages[number].drives());
+        // Those that the controller does not serve have nothing to stop, while it serves another one.
+        driving.sort_by_key(|number| self.passages[number].is_served());
         driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
         // StopOnline takes a second while a connection to I2C is open.
         others.into_iter().for_each(|number| self.close(number));
@@ -271,9 +273,14 @@ impl Worker {
         }
     }
 
-    /// Stops the controller of a program that has gone.
+    /// Stops the controller of a program that has gone, unless it has served another one all the time.
     fn halt(&mut self, number: u64, gone: Gone) {
         let Some(passage) = self.passages.remove(&number) else { return };
+        let serves = |other: &Passage| other.is_served() && other.drives();
+        if !passage.is_served() && self.passages.values().any(serves) {
+            drop(passage);
+            return self.tell(Line::Main, number, What::Closed);
+        }
         self.halts.extend(passage.halt(gone, &self.tap));
     }
 

@@ -66,7 +66,7 @@ impl Watch {
     }
 
     /// The next line of JSON for which this is true.
-    pub(super) fn line_where(&self, wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(super) fn line_where(&self, mut wanted: impl FnMut(&Value) -> bool) -> Value {
         loop {
             let line: Value = serde_json::from_str(&self.running.line()).unwrap();
             if wanted(&line) {
@@ -130,7 +130,11 @@ pub(crate) struct KitClient {
 impl KitClient {
     /// Goes online.
     pub(crate) fn online(to: SocketAddr) -> Self {
-        let stream = connect(to);
+        Self::over(connect(to))
+    }
+
+    /// Goes online on this connection.
+    pub(super) fn over(stream: TcpStream) -> Self {
         let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
         client.ask(&CommandId::QueryStatus.id().to_le_bytes(), 24);
         let mut packet = Vec::new();
