@@ -269,7 +269,7 @@ struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
     /// The last connection of which something unknown was told.
-    unknown: Option<u64>,
+    unknown: u64,
 }
 
 impl Notes {
@@ -284,8 +284,8 @@ impl Notes {
             Happened::NotUnderstood { side, why } => {
                 log::warn!("{}", not_understood(told.line, *side, why));
             }
-            Happened::Unknown(unknown) if self.unknown != Some(told.connection) => {
-                self.unknown = Some(told.connection);
+            Happened::Unknown(unknown) if self.unknown < told.connection => {
+                self.unknown = told.connection;
                 log::warn!("{unknown}; it is passed on, and more of them are not told here");
             }
             Happened::NoAnswer { command, since } => {

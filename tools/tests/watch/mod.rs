@@ -9,6 +9,7 @@ mod slow;
 pub(crate) mod support;
 mod told;
 mod unanswered;
+mod unused;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);
