@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{ensure, Context};
-use ft_transfer_area_recorder::Recorder;
+use ft_transfer_area_recorder::{Error, Recorder, Totals};
+
+use crate::interrupt;
 
 /// The file of a recording.
 pub(crate) struct Output {
@@ -67,10 +69,22 @@ fn beside(file: &Path) -> PathBuf {
     file.with_file_name(name)
 }
 
+/// Ends a file. The error says that it has not taken all in time.
+pub(crate) fn finish(recorder: Recorder) -> anyhow::Result<Result<Totals, Error>> {
+    let path = recorder.path().display().to_string();
+    interrupt::last_words(move || recorder.finish()).with_context(|| incomplete(&path))
+}
+
+/// What is wrong when a disk or a pipe takes nothing.
+pub(crate) fn incomplete(path: &str) -> String {
+    format!("{path} takes nothing any more, so the recording is incomplete")
+}
+
 /// Removes a file that has no cycle, so that it is not in the way of the next attempt.
 pub(crate) fn discard(recorder: Recorder) {
     let path = recorder.path().to_owned();
-    drop(recorder);
+    // It may be a pipe that nobody reads.
+    interrupt::last_words(move || drop(recorder));
     // It may be a pipe or a device.
     if path.is_file() {
         // Without it the reason is reported all the same.

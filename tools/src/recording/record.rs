@@ -13,7 +13,7 @@ use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{discard, Output};
+use super::output::{discard, finish, Output};
 use crate::{arguments, interrupt, print};
 
 /// How often the progress is shown, and the recorder is checked.
@@ -87,10 +87,11 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let mut output = Output::new(args.output.clone(), args.force)?;
-    let interrupted = interrupt::receiver()?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
     let mut recorder = Recorder::start(&handler, output.first(), Options::default())?;
+    // A pipe may have no reader yet.
+    let interrupted = interrupt::receiver()?;
     let begun = handler.begin_transfer().map_err(anyhow::Error::from);
     if let Err(error) = begun.and_then(|()| output.begun(&mut recorder)) {
         discard(recorder);
@@ -103,7 +104,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         // It ends with the transfer. It only hands pictures on, so it has nothing to say.
         let _ = camera.join();
     }
-    let totals = recorder.finish()?;
+    let totals = finish(recorder)??;
     print::line(Progress { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)

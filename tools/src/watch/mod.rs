@@ -32,12 +32,13 @@ use self::decode::Decoder;
 use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
+use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
 use crate::program::{Program, Reads};
-use crate::recording::output::Output;
+use crate::recording::output::{incomplete, Output};
 use crate::told::{halted, missed, no_answer, not_understood, Happened, Told};
 use crate::web::browser::Opening;
-use crate::{interrupt, lines, print};
+use crate::{lines, print};
 
 /// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
 const LOOK: Duration = Duration::from_millis(5);
@@ -100,8 +101,8 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
+    let recorded = args.record.clone();
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
-    let interrupted = interrupt::receiver()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
     ports::check_apart(&listeners, controller)?;
@@ -117,17 +118,20 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     };
     let changes = args.json.then(Changes::start).transpose()?;
 
-    let (tap, pieces) = tap::tap();
-    let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
-    let controller = controller.to_string();
+    let controller_name = controller.to_string();
     match &changes {
-        Some(changes) => changes.begin(&main.to_string(), &controller, page.as_deref()),
+        Some(changes) => changes.begin(&main.to_string(), &controller_name, page.as_deref()),
         None if args.program.is_empty() => {
-            announce(&main.to_string(), &controller, page.as_deref())?;
+            announce(&main.to_string(), &controller_name, page.as_deref())?;
         }
         // What is printed is the program's.
         None => page.iter().for_each(|url| lines::print(&format!("page {url}"))),
     }
+    // Nothing before this moves anything, and a pipe for the recording or a terminal may have blocked it.
+    let interrupted = interrupt::receiver()?;
+    let driving = Driving::begin();
+    let (tap, pieces) = tap::tap();
+    let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
     let ending = Arc::new(AtomicBool::new(false));
     let looker = Looker {
         pieces,
@@ -146,13 +150,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     } else {
         accompany(&args.program, main, &interrupted, &relay)
     };
-    // The connections end first: then a controller can serve others.
+    // The connections end first: then a controller can serve others, and nothing moves.
     drop(relay);
     ending.store(true, Ordering::Relaxed);
-    let looked = looks.join();
+    drop(driving);
+    let looked = interrupt::last_words(move || looks.join());
     let code = passed?;
-    looked.unwrap_or_else(|_| bail!("what has passed at the end was not looked at"))?;
-    Ok(code)
+    match (looked, recorded) {
+        (Some(Ok(done)), _) => done.map(|()| code),
+        (None, Some(path)) => bail!(incomplete(&path.display().to_string())),
+        _ => bail!("what has passed at the end was not looked at"),
+    }
 }
 
 /// Waits for Ctrl-C.
@@ -178,7 +186,7 @@ fn accompany(
         if let Some(status) = program.ended()? {
             return Ok(code(status));
         }
-        if ends_at.is_some_and(|at| at <= Instant::now()) {
+        if ends_at.is_some_and(|at| at <= Instant::now()) || interrupt::is_again() {
             return Ok(ExitCode::FAILURE);
         }
         select! {

@@ -39,7 +39,7 @@ pub(crate) fn logged(builder: SimulatedTxtBuilder) -> (SimulatedTxt, Duties) {
 pub(crate) type Duties = Arc<Mutex<Vec<Vec<[i16; 8]>>>>;
 
 /// The command for this controller, on free ports.
-pub(super) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
+pub(crate) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(["watch", &controller.to_string(), "--port", "0", "--no-browser"]);
     command.args(arguments).stdin(Stdio::null());
@@ -92,7 +92,7 @@ impl Watch {
 }
 
 /// The main port in its first line of JSON.
-pub(super) fn listening(line: &str) -> u16 {
+pub(crate) fn listening(line: &str) -> u16 {
     let line: Value = serde_json::from_str(line).unwrap();
     assert_eq!(line["what"], "listening");
     line["main"].as_str().unwrap().rsplit_once(':').unwrap().1.parse().unwrap()
