@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use anyhow::{bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
-use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
+use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{discard, finish, Output};
-use crate::{arguments, interrupt, print};
+use crate::{arguments, camera, interrupt, print};
 
 /// How often the progress is shown, and the recorder is checked.
 const LOOK: Duration = Duration::from_millis(100);
@@ -143,7 +143,7 @@ fn start_camera(
     if !args.camera {
         return Ok(None);
     }
-    let frames: Receiver<CameraFrame> = handler.start_camera(CameraOptions::default())?;
+    let frames: Receiver<CameraFrame> = handler.start_camera(camera::options())?;
     let hand_on = move || frames.iter().for_each(|frame| sink.record(&frame));
     let thread = thread::Builder::new().name("camera".to_owned()).spawn(hand_on);
     thread.map(Some).context("a thread for the camera could not be started")
