@@ -13,8 +13,8 @@ use crate::lines;
 /// Signals that come together are one: a terminal sends it to a program and to the script that has started it, which
 /// may pass it on.
 const TOGETHER: Duration = Duration::from_millis(300);
-/// How long the last words may take, such as the end of a file.
-const LAST_WORDS: Duration = Duration::from_secs(3);
+/// How long a file or a terminal may take for what is written, such as the end of a recording.
+const IN_TIME: Duration = Duration::from_secs(3);
 /// How long all of the end may take. Nothing that works takes so long: `selftest` looks for its controller for 10 s.
 const END: Duration = Duration::from_secs(20);
 /// The exit status after a second Ctrl-C, as that of a program which the first one kills.
@@ -25,8 +25,7 @@ static AGAIN: AtomicBool = AtomicBool::new(false);
 /// How much drives.
 static DRIVING: AtomicUsize = AtomicUsize::new(0);
 
-/// A receiver that gets a message with Ctrl-C or SIGTERM. A program calls this once, before it moves anything, and not
-/// before something that may block: until then, the system ends it.
+/// A receiver that gets a message with Ctrl-C or SIGTERM. A program calls this once, before it moves anything.
 ///
 /// A second one ends the program at once, when nothing drives.
 pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
@@ -88,13 +87,11 @@ fn end_in_time() {
     process::exit(1);
 }
 
-/// Does the last work. `None` when it takes too long: then it is left to itself.
-pub(crate) fn last_words<T: Send + 'static>(
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Option<T> {
+/// Does what a disk, a pipe or a terminal may block. `None` when that takes too long: then it is left to itself.
+pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
     let (done, result) = bounded(1);
     let work = move || drop(done.send(work()));
     // Without a thread, the result does not come.
-    thread::Builder::new().name("last words".to_owned()).spawn(work).ok()?;
-    result.recv_timeout(LAST_WORDS).ok()
+    thread::Builder::new().name("in time".to_owned()).spawn(work).ok()?;
+    result.recv_timeout(IN_TIME).ok()
 }

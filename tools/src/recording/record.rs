@@ -87,11 +87,12 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let mut output = Output::new(args.output.clone(), args.force)?;
+    let interrupted = interrupt::receiver()?;
+    let reader = output.wait_for_reader(&interrupted)?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
     let mut recorder = Recorder::start(&handler, output.first(), Options::default())?;
-    // A pipe may have no reader yet.
-    let interrupted = interrupt::receiver()?;
+    drop(reader);
     let begun = handler.begin_transfer().map_err(anyhow::Error::from);
     if let Err(error) = begun.and_then(|()| output.begun(&mut recorder)) {
         discard(recorder);

@@ -103,11 +103,14 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     lines::never_wait()?;
     let recorded = args.record.clone();
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
+    let interrupted = interrupt::receiver()?;
+    let reader = output.as_ref().map(|it| it.wait_for_reader(&interrupted)).transpose()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
     ports::check_apart(&listeners, controller)?;
     let main = listeners[0].local_addr()?;
     let record = output.map(|output| Record::start(output, controller.ip())).transpose()?;
+    drop(reader);
     let mut _opening = Opening::default();
     let (page, watched) = if args.no_page {
         (None, None)
@@ -118,17 +121,18 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     };
     let changes = args.json.then(Changes::start).transpose()?;
 
-    let controller_name = controller.to_string();
+    let (main_name, controller_name) = (main.to_string(), controller.to_string());
     match &changes {
-        Some(changes) => changes.begin(&main.to_string(), &controller_name, page.as_deref()),
+        Some(changes) => changes.begin(&main_name, &controller_name, page.as_deref()),
         None if args.program.is_empty() => {
-            announce(&main.to_string(), &controller_name, page.as_deref())?;
+            // A paused terminal shows it later.
+            let told =
+                interrupt::in_time(move || announce(&main_name, &controller_name, page.as_deref()));
+            told.unwrap_or(Ok(()))?;
         }
         // What is printed is the program's.
         None => page.iter().for_each(|url| lines::print(&format!("page {url}"))),
     }
-    // Nothing before this moves anything, and a pipe for the recording or a terminal may have blocked it.
-    let interrupted = interrupt::receiver()?;
     let driving = Driving::begin();
     let (tap, pieces) = tap::tap();
     let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
@@ -154,7 +158,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     drop(relay);
     ending.store(true, Ordering::Relaxed);
     drop(driving);
-    let looked = interrupt::last_words(move || looks.join());
+    let looked = interrupt::in_time(move || looks.join());
     let code = passed?;
     match (looked, recorded) {
         (Some(Ok(done)), _) => done.map(|()| code),

@@ -42,6 +42,8 @@ struct Unanswered {
     since: Instant,
     /// When the program went on.
     until: Option<Instant>,
+    /// Cycles since then. A program that ends then may have stopped its motors first.
+    cycles: u32,
 }
 
 impl Unanswered {
@@ -111,8 +113,8 @@ impl Record {
             }
             Happened::Missed => self.unclear = Some(MISSED.to_owned()),
             Happened::NoAnswer { command, since } => {
-                self.unanswered =
-                    Some(Unanswered { command: *command, since: *since, until: None });
+                let (command, since) = (*command, *since);
+                self.unanswered = Some(Unanswered { command, since, until: None, cycles: 0 });
             }
             Happened::Halted { gone, error } => {
                 let error = halted(*gone, error.as_ref());
@@ -163,7 +165,11 @@ impl Record {
     }
 
     fn cycle(&mut self, told: &Told, cycle: &Cycle) {
-        self.unanswered = None;
+        if let Some(unanswered) = &mut self.unanswered {
+            unanswered.until.get_or_insert(told.at);
+            unanswered.cycles += 1;
+        }
+        self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
         if let Some((device_name, firmware)) = self.begins.take() {
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };

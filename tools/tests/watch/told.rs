@@ -5,12 +5,13 @@ use std::io::{Read, Write};
 use ft_transfer_area::transfer_area::{InputMode, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::wire::CmprHeader;
-use ft_transfer_area_recorder::Transfer;
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area_recorder::{FailureKind, Transfer};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::json;
 
 use super::clients::transfers;
 use super::support::{KitClient, Watch};
+use super::LIMIT;
 
 #[test]
 fn each_change_is_a_line_with_the_names_of_the_page() {
@@ -93,4 +94,27 @@ fn robo_pro_is_answered_through_it_and_what_follows_is_understood() {
     let mut program = KitClient::over(program);
     program.exchange([7; 8]);
     watch.line_where(|line| line["duty"][0] == 7);
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn a_recording_says_that_an_answer_was_missing_before_the_program_ended() {
+    let silence = Fault::at_exchange(5, FaultKind::Silence);
+    let txt = SimulatedTxt::builder().fault(silence).start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let watch = Watch::start(txt.address(), &["--no-page", "--record", path.to_str().unwrap()]);
+    // It waits for two seconds, as programs do by default.
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle_for(LIMIT).is_ok() {}
+    drop(handler);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    let Some(Transfer::EndedBy(failure)) = transfers.last() else { panic!("{transfers:?}") };
+    assert_eq!(failure.kind, FailureKind::NoAnswer);
+    assert!(failure.error.starts_with("no answer to ExchangeDataCmpr for "), "{failure:?}");
+    assert!(failure.error.ends_with(" s, then the program ended"), "{failure:?}");
 }
