@@ -2,7 +2,7 @@
 #![cfg(target_os = "linux")]
 
 use std::fs::{File, OpenOptions};
-use std::io::Write;
+use std::io::{self, BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -12,6 +12,7 @@ use tempfile::TempDir;
 
 use crate::recording::{self, in_folder, said, DEADLINE};
 use crate::running::Running;
+use crate::watch::slow::Killed;
 use crate::watch::support::{command, listening, logged, KitClient};
 
 /// A pipe that takes so many bytes and no more: nobody reads it.
@@ -87,4 +88,29 @@ fn watch_stops_the_motors_before_it_gives_up_the_file() {
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(said(&output).contains("the recording is incomplete"), "{}", said(&output));
     assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
+}
+
+#[test]
+fn readers_that_go_away_end_nothing_that_drives() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, pipe) = pipe(&folder, 32 << 10);
+    let mut watch = command(txt.address(), &["--json", "--record", &path]);
+    let watch = watch.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let mut watch = Killed(watch.unwrap());
+    let mut line = String::new();
+    BufReader::new(watch.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let mut program = KitClient::online(([127, 0, 0, 1], listening(&line)).into());
+    program.exchange([1; 8]);
+    drop(pipe);
+    let mut errors = BufReader::new(watch.0.stderr.take().unwrap()).lines();
+    let is_broken = |line: io::Result<String>| line.unwrap().contains("Broken pipe");
+    thread::scope(|scope| {
+        let told = scope.spawn(|| errors.any(is_broken));
+        while !told.is_finished() {
+            program.exchange([2; 8]);
+        }
+        assert!(told.join().unwrap());
+    });
+    program.exchange([3; 8]);
+    program.end();
 }

@@ -5,7 +5,7 @@ mod beside;
 mod bytes;
 mod clients;
 mod gone;
-mod slow;
+pub(crate) mod slow;
 pub(crate) mod support;
 mod told;
 mod unanswered;

@@ -193,7 +193,7 @@ impl KitClient {
     }
 
     /// Says farewell, and reads until the controller has closed the connection.
-    pub(super) fn end(mut self) -> Vec<u8> {
+    pub(crate) fn end(mut self) -> Vec<u8> {
         self.ask(&CommandId::StopOnline.id().to_le_bytes(), 4);
         self.stream.shutdown(std::net::Shutdown::Write).unwrap();
         let read = self.stream.read_to_end(&mut self.received);
