@@ -13,6 +13,7 @@ mod lines;
 mod panel;
 mod print;
 mod program;
+mod queue;
 mod recording;
 mod selftest;
 mod shell_files;

@@ -8,7 +8,7 @@ use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
@@ -22,6 +22,9 @@ pub(crate) const KEEPER: &str = "keep-program";
 
 /// How often to look whether a program has ended that should.
 const LOOK: Duration = Duration::from_millis(10);
+
+/// How long the end of a program may take. The keeper kills it after a second.
+const END_LIMIT: Duration = Duration::from_secs(3);
 
 /// A running program. It ends when this is dropped.
 pub(crate) struct Program {
@@ -91,7 +94,9 @@ impl Drop for Program {
             let _ = self.keeper.kill();
         }
         drop(self.keeper.stdin.take());
-        while matches!(self.child.try_wait(), Ok(None)) {
+        // One that waits for a disk does not end before the disk answers. Nothing waits for that.
+        let deadline = Instant::now() + END_LIMIT;
+        while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
             if !matches!(self.keeper.try_wait(), Ok(None)) {
                 // The keeper was killed, or could not end it.
                 let _ = self.child.kill();
