@@ -14,6 +14,7 @@ mod compiler;
 mod copies;
 mod headers;
 mod inputs;
+mod key;
 mod kind;
 mod link;
 mod options;

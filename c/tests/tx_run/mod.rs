@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 mod bad_input;
+mod cache;
 mod ends;
 mod hooks;
 mod large;
