@@ -70,7 +70,7 @@ pub(crate) fn identity(words: &[OsString], version: &str, flags: &[OsString]) ->
     let (program, options) = words.split_first()?;
     let is_set = |name: &&str| env::var_os(name).is_some_and(|value| !value.is_empty());
     // clang says which files it takes options from.
-    let takes_more = version.contains("Configuration file") || CHANGES.iter().any(|it| is_set(it));
+    let takes_more = version.contains("Configuration file") || CHANGES.iter().any(is_set);
     if takes_more || !are_known(options) || !are_known(flags) {
         return None;
     }
@@ -127,8 +127,8 @@ fn found(program: &OsStr) -> Option<PathBuf> {
 fn is_compiler(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(env::consts::EXE_SUFFIX).unwrap_or(&name);
-    let mut words =
-        name.rsplit('-').skip_while(|word| word.starts_with(|c: char| c.is_ascii_digit()));
+    let is_digit = |c: char| c.is_ascii_digit();
+    let mut words = name.rsplit('-').skip_while(|word| word.starts_with(is_digit));
     let mut beginning = [0; 64];
     let is_program = File::open(file)
         .and_then(|mut file| file.read_exact(&mut beginning))
