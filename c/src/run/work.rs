@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 use std::env;
 use std::ffi::OsStr;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -22,7 +21,7 @@ use crate::options::Options;
 use crate::packages;
 use crate::signals;
 use crate::sources::{Include, OwnFiles};
-use crate::{say, Sentence};
+use crate::{pass_on, say, Sentence};
 
 /// The main function of programs with PrgTic.
 pub(crate) const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
@@ -130,13 +129,13 @@ impl Unit<'_> {
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
         let key = self.key()?;
         if let Some(messages) = key.and_then(|key| self.cache.take(key, object)) {
-            tell(&messages);
+            pass_on(&messages);
             return Ok(());
         }
         let mut command = self.command();
         command.arg("-c").arg("-o").arg(object);
         let output = signals::output_of(&mut command)?;
-        tell(&output.stderr);
+        pass_on(&output.stderr);
         if !output.status.success() {
             let advice = packages::advice_for_header(&String::from_utf8_lossy(&output.stderr));
             return Err(format!("{} does not compile{advice}", self.path().display()).into());
@@ -192,10 +191,4 @@ impl Unit<'_> {
         let others = [compiler.as_bytes(), folder.as_os_str().as_encoded_bytes(), written];
         Ok(key::of(&output.stdout, others.into_iter().chain(words), &self.plan.build))
     }
-}
-
-/// Passes on what a compiler has said, without that of another one between it.
-fn tell(messages: &[u8]) {
-    // There is nobody left to be told when the terminal is gone.
-    let _ = std::io::stderr().lock().write_all(messages);
 }

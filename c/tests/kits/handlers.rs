@@ -1,6 +1,6 @@
 //! Programs whose signal handlers call the library.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::thread;
 use std::time::Duration;
@@ -21,7 +21,7 @@ fn programs() -> &'static [PathBuf] {
 }
 
 /// Starts a program, and sends it SIGINT some time after its motor turns.
-fn interrupted(program: &PathBuf, how: &str, after: u64) -> (SimulatedTxt, Running) {
+fn interrupted(program: &Path, how: &str, after: u64) -> (SimulatedTxt, Running) {
     let txt = simulated().start().unwrap();
     let mut running = Running::with(program, &txt, &[how]);
     running.expect("turns");

@@ -11,3 +11,4 @@ mod machine;
 mod sources;
 mod support;
 mod tics;
+mod unread;
