@@ -100,7 +100,9 @@ mod unix {
 /// Other systems call handlers in threads of their own.
 #[cfg(not(unix))]
 mod other {
-    pub(crate) fn enter() {}
+    pub(crate) fn enter() -> Option<()> {
+        None
+    }
 
     pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
         call()

@@ -175,6 +175,7 @@ impl Ex2 {
         if let Some(version) = self.session().and_then(|session| session.handler().version()) {
             return Ok(version.code());
         }
+        exit::watch_signals();
         let mut client = TxtClient::connect(&self.host, PORT, TimeLimits::default())?;
         Ok(client.query_status()?.version.code())
     }

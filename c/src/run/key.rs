@@ -79,6 +79,9 @@ pub(crate) fn identity(words: &[OsString], version: &str, flags: &[OsString]) ->
         return None;
     }
     let mut identity = format!("{version} {options:?} {flags:?} {}", state_of(&file)?);
+    // gcc may have none of its own.
+    let assembler = found(OsStr::new("as")).and_then(|file| state_of(&file));
+    let _ = write!(identity, " {assembler:?}");
     for name in VARIABLES {
         let _ = write!(identity, " {:?}", env::var_os(name));
     }
