@@ -27,6 +27,9 @@ pub(crate) const LOCK_LIMIT: Duration = Duration::from_secs(1);
 pub(crate) trait Transfer: Send + Sync {
     /// Ends it with all outputs off, if it runs.
     fn end(&self);
+
+    /// Has a thread that exchanges, if there is one, end it soon. Allocates nothing and waits for nothing.
+    fn ask(&self) {}
 }
 
 /// The transfers that were begun, each with the process that has begun it: a child after `fork` has the list,
@@ -42,6 +45,11 @@ pub(crate) fn check_goes_on() -> Result<(), Error> {
         return Err(Error::NotStarted);
     }
     Ok(())
+}
+
+/// From now on the end that a signal asks for is seen, also while a thread of the program is in a call.
+pub(crate) fn watch_signals() {
+    system::watch();
 }
 
 /// Ends this transfer when the program returns from `main` or calls `exit`: before what the program destroys
@@ -72,7 +80,10 @@ fn end_all() {
     let own = std::process::id();
     let Some(watched) = WATCHED.try_lock_for(LOCK_LIMIT) else { return };
     let own = watched.iter().filter(|(process, _)| *process == own);
-    let transfers: Vec<_> = own.filter_map(|(_, transfer)| transfer.upgrade()).collect();
+    let transfers = own.filter_map(|(_, transfer)| transfer.upgrade());
+    // A handler that calls `exit` may have interrupted the program where it has the allocator's lock.
+    transfers.clone().for_each(|transfer| transfer.ask());
+    let transfers: Vec<_> = transfers.collect();
     drop(watched);
     thread::scope(|scope| {
         let (last, others) = match transfers.split_last() {

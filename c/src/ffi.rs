@@ -4,11 +4,19 @@ use std::ffi::{c_char, CStr};
 use std::mem;
 use std::panic::{catch_unwind, AssertUnwindSafe};
 
+use crate::inside;
 use crate::process;
+
+/// Runs a call from C, which no signal handler interrupts: a handler may make such calls itself. Otherwise as
+/// [`caught`].
+pub(crate) fn guarded<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
+    let _inside = inside::enter();
+    caught(otherwise, call)
+}
 
 /// Runs a call from C. A panic does not cross into C: it is logged, and the program gets `otherwise`. So does a
 /// child process after `fork`: there nobody would ever open the locks that a call waits for.
-pub(crate) fn guarded<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
+pub(crate) fn caught<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
     if process::is_forked() {
         process::tell_forked();
         // What it has taken is the parent's.

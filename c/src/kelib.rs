@@ -15,6 +15,7 @@ use crate::exit;
 use crate::ffi::guarded;
 use crate::host;
 use crate::i2c::DEVICE_MAX as I2C_DEVICE_MAX;
+use crate::inside;
 use crate::memory::AREAS;
 use crate::mirror::DEV_MODE_LOCAL;
 use crate::report::{self, Repeated};
@@ -126,7 +127,9 @@ fn call(areas: *mut FishX1Transfer) -> ControlFlow<()> {
     let _called = CALLED.lock();
     let callback = *CALLBACK.lock();
     match callback {
-        Some(callback) if !callback(areas, AREAS as i32) => ControlFlow::Break(()),
+        Some(callback) if !inside::leave(|| callback(areas, AREAS as i32)) => {
+            ControlFlow::Break(())
+        }
         _ => ControlFlow::Continue(()),
     }
 }
@@ -135,8 +138,9 @@ fn stop() -> u32 {
     guarded(UNDEFINED, || {
         // Not locked while it ends: a callback may wait for the lock.
         let session = SESSION.lock().clone();
+        let stopped = session.map(|session| session.stop());
         *I2C.lock() = None;
-        match session.map(|session| session.stop()) {
+        match stopped {
             None => LIB_NOT_INIT,
             Some(Ok(()) | Err(Error::NotStarted)) => NONE,
             Some(Err(error)) => {

@@ -7,6 +7,7 @@ mod exit;
 mod ffi;
 mod host;
 mod i2c;
+mod inside;
 mod jpeg;
 mod kelib;
 mod kit;

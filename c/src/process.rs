@@ -28,12 +28,34 @@ pub(crate) fn tell_forked() {
     }
 }
 
-/// Writes to the error output. Allocates nothing and takes no lock; what can't be written is lost.
+/// Waits until the error output has room, a second in all.
+#[cfg(unix)]
+fn is_read() -> bool {
+    use std::sync::atomic::AtomicI32;
+
+    static LIMIT_MS: AtomicI32 = AtomicI32::new(1000);
+    let limit = LIMIT_MS.load(Ordering::Relaxed);
+    let mut output = libc::pollfd { fd: libc::STDERR_FILENO, events: libc::POLLOUT, revents: 0 };
+    loop {
+        // SAFETY: the place is this function's.
+        match unsafe { libc::poll(&raw mut output, 1, limit) } {
+            0 => LIMIT_MS.store(0, Ordering::Relaxed),
+            -1 if std::io::Error::last_os_error().kind() == std::io::ErrorKind::Interrupted => {
+                continue
+            }
+            _ => return true,
+        }
+        return false;
+    }
+}
+
+/// Writes to the error output. Allocates nothing and takes no lock; what can't be written is lost, also when nobody
+/// reads for a second, as at a paused terminal.
 pub(crate) fn write_error(text: &str) {
     #[cfg(unix)]
-    // SAFETY: the bytes are there.
-    unsafe {
-        libc::write(libc::STDERR_FILENO, text.as_ptr().cast(), text.len());
+    if is_read() {
+        // SAFETY: the bytes are there.
+        unsafe { libc::write(libc::STDERR_FILENO, text.as_ptr().cast(), text.len()) };
     }
     #[cfg(not(unix))]
     {

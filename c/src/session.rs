@@ -13,6 +13,7 @@ use ft_transfer_area::{
 use parking_lot::Mutex;
 
 use crate::exit;
+use crate::inside::Programs;
 use crate::memory::{Area, AreaArray, AREAS};
 use crate::mirror::{AreaEvent, Mirror};
 use crate::process;
@@ -66,6 +67,8 @@ struct SessionParts<A: Area> {
     cycle_call: Mutex<Option<CycleCall>>,
     /// Whether the newest cycle call took longer than it may.
     took_long: AtomicBool,
+    /// Set when the program ends, perhaps in the middle of anything.
+    asked_to_end: AtomicBool,
     listener: Mutex<Option<Listener>>,
     /// One of `STATUS_…`; the program may overwrite the one in its areas.
     status: AtomicU8,
@@ -107,6 +110,7 @@ impl<A: Area> ProgramSession<A> {
             outputs: Mutex::new(()),
             cycle_call: Mutex::new(None),
             took_long: AtomicBool::new(false),
+            asked_to_end: AtomicBool::new(false),
             listener: Mutex::new(listener),
             status: AtomicU8::new(STATUS_STOP),
         };
@@ -155,6 +159,8 @@ impl<A: Area> ProgramSession<A> {
             join(ended);
         }
         report::start();
+        exit::watch_signals();
+        self.shared.asked_to_end.store(false, Ordering::Release);
         exit::check_goes_on()?;
         process::begin();
         self.shared.set_status(STATUS_SYNC);
@@ -191,9 +197,12 @@ impl<A: Area> ProgramSession<A> {
     fn spawn(&self) -> Result<JoinHandle<()>, Error> {
         let shared = Arc::clone(&self.shared);
         let thread = thread::Builder::new().name("transfer area of C".into());
-        thread
-            .spawn(move || shared.run())
-            .map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
+        let programs = Programs::of_this_thread();
+        let run = move || {
+            programs.begin();
+            shared.run();
+        };
+        thread.spawn(run).map_err(|cause| Error::ThreadNotStarted { cause: cause.into() })
     }
 
     /// Whether areas are exchanged.
@@ -248,6 +257,10 @@ impl<A: Area> exit::Transfer for ProgramSession<A> {
             let _ = self.stop();
         }
     }
+
+    fn ask(&self) {
+        self.shared.asked_to_end.store(true, Ordering::Release);
+    }
 }
 
 impl<A: Area> Drop for ProgramSession<A> {
@@ -292,6 +305,9 @@ impl<A: Area> SessionParts<A> {
 
     fn cycle(&self, area: &TransferArea) -> Result<ControlFlow<()>, Error> {
         let mut areas = self.wait_cycle(area)?;
+        if self.asked_to_end.load(Ordering::Acquire) {
+            return Ok(ControlFlow::Break(()));
+        }
         self.take_in(&areas);
         let begun = Instant::now();
         let (flow, since) = match &mut *self.cycle_call.lock() {

@@ -67,13 +67,15 @@ impl Error {
         Err(Self::OutOfRange { what, given, least: *range.start(), most: *range.end() })
     }
 
-    /// Returns an error unless a time, in whole milliseconds, is in its range.
+    /// Returns an error unless a time is in its range of milliseconds.
     pub(crate) fn check_millis(
         what: &'static str,
         given: Duration,
         range: RangeInclusive<i64>,
     ) -> Result<(), Self> {
-        Self::check_range(what, given.as_millis(), range)
+        // A part of a millisecond is not enough for the least, and too much for the most.
+        Self::check_range(what, given.as_millis(), range.clone())?;
+        Self::check_range(what, given.as_nanos().div_ceil(1_000_000), range)
     }
 }
 

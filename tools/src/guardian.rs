@@ -37,13 +37,13 @@ impl Guardian {
 
 /// What ends this program by the keyboard does not end the other one.
 #[cfg(unix)]
-fn apart(command: &mut Command) {
+pub(crate) fn apart(command: &mut Command) {
     use std::os::unix::process::CommandExt;
     command.process_group(0);
 }
 
 #[cfg(windows)]
-fn apart(command: &mut Command) {
+pub(crate) fn apart(command: &mut Command) {
     use std::os::windows::process::CommandExt;
     const CREATE_NEW_PROCESS_GROUP: u32 = 0x200;
     command.creation_flags(CREATE_NEW_PROCESS_GROUP);

@@ -1,14 +1,48 @@
-//! Ctrl-C, and the end of the session.
+//! Ctrl-C, the end of the session, and how a command ends: its last words have a limit.
+
+use std::process;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use crossbeam_channel::{bounded, Receiver};
 
-/// A receiver that gets one message with each Ctrl-C. A program calls this once, before it moves anything.
+use crate::lines;
+
+/// Signals that come together are one: a terminal sends it to a program and to the script that has started it, which
+/// may pass it on.
+const TOGETHER: Duration = Duration::from_millis(300);
+/// How long a file or a terminal may take for what is written, such as the end of a recording.
+const IN_TIME: Duration = Duration::from_secs(3);
+/// How long all of the end may take. Nothing that works takes so long: `selftest` looks for its controller for 10 s.
+const END: Duration = Duration::from_secs(20);
+/// The exit status after a second Ctrl-C, as that of a program which the first one kills.
+const STATUS: i32 = 130;
+
+/// There was a second signal.
+static AGAIN: AtomicBool = AtomicBool::new(false);
+/// How much drives.
+static DRIVING: AtomicUsize = AtomicUsize::new(0);
+
+/// A receiver that gets a message with Ctrl-C or SIGTERM. A program calls this once, before it moves anything.
+///
+/// A second one ends the program at once, when nothing drives.
 pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     let (sender, interrupted) = bounded(1);
-    let watched = ctrlc::set_handler(move || {
-        // A full one already has the message.
-        let _ = sender.try_send(());
+    let mut first = None;
+    let watched = ctrlc::set_handler(move || match first {
+        None => {
+            first = Some(Instant::now());
+            let _ = sender.try_send(());
+            // Without the thread, there is still the second one.
+            let _ = thread::Builder::new().name("end".to_owned()).spawn(end_in_time);
+        }
+        Some(first) if first.elapsed() < TOGETHER => {}
+        Some(_) => {
+            AGAIN.store(true, Ordering::SeqCst);
+            end_if_asked_again();
+        }
     });
     let watched = watched.map_err(|error| match error {
         ctrlc::Error::System(cause) => anyhow::Error::from(cause),
@@ -16,4 +50,48 @@ pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     });
     watched.context("Ctrl-C can't be watched")?;
     Ok(interrupted)
+}
+
+/// While this is there, motors may have to be stopped first.
+pub(crate) struct Driving(());
+
+impl Driving {
+    pub(crate) fn begin() -> Self {
+        DRIVING.fetch_add(1, Ordering::SeqCst);
+        Self(())
+    }
+}
+
+impl Drop for Driving {
+    fn drop(&mut self) {
+        DRIVING.fetch_sub(1, Ordering::SeqCst);
+        end_if_asked_again();
+    }
+}
+
+/// Whether there was a second Ctrl-C.
+pub(crate) fn is_again() -> bool {
+    AGAIN.load(Ordering::SeqCst)
+}
+
+fn end_if_asked_again() {
+    if is_again() && DRIVING.load(Ordering::SeqCst) == 0 {
+        process::exit(STATUS);
+    }
+}
+
+fn end_in_time() {
+    thread::sleep(END);
+    lines::print(&format!("the end takes longer than {} s, and is given up", END.as_secs()));
+    lines::flush();
+    process::exit(1);
+}
+
+/// Does what a disk, a pipe or a terminal may block. `None` when that takes too long: then it is left to itself.
+pub(crate) fn in_time<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
+    let (done, result) = bounded(1);
+    let work = move || drop(done.send(work()));
+    // Without a thread, the result does not come.
+    thread::Builder::new().name("in time".to_owned()).spawn(work).ok()?;
+    result.recv_timeout(IN_TIME).ok()
 }

@@ -11,13 +11,14 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::Context;
-use crossbeam_channel::{bounded, Receiver, Sender};
+use crossbeam_channel::{bounded, Sender};
 use jiff::Zoned;
 
 use crate::print::clean;
+use crate::queue::{queue, Put, Take};
 
-/// How many lines wait at most.
-const ROOM: usize = 1000;
+/// How many bytes of lines wait at most.
+const ROOM: usize = 256 << 10;
 
 /// How long the end of the program waits for the last lines.
 const LAST_LINES: Duration = Duration::from_millis(500);
@@ -26,7 +27,7 @@ const LAST_LINES: Duration = Duration::from_millis(500);
 static QUEUE: OnceLock<Queue> = OnceLock::new();
 
 struct Queue {
-    entries: Sender<Entry>,
+    entries: Put<Entry>,
     /// Lines for which there was no room.
     dropped: AtomicU64,
 }
@@ -39,7 +40,7 @@ enum Entry {
 
 /// From now on nobody waits for the terminal, and each line has its time. Also for messages of panics.
 pub(crate) fn never_wait() -> anyhow::Result<()> {
-    let (entries, to_write) = bounded(ROOM);
+    let (entries, to_write) = queue(ROOM);
     thread::Builder::new()
         .name("lines".to_owned())
         .spawn(move || write(&to_write, &mut io::stderr()))
@@ -66,7 +67,7 @@ pub(crate) fn print(text: &str) {
 pub(crate) fn flush() {
     let Some(queue) = QUEUE.get() else { return };
     let (done, written) = bounded(1);
-    if queue.entries.try_send(Entry::Flush(done)).is_ok() {
+    if queue.entries.put(Entry::Flush(done), 0) {
         let _ = written.recv_timeout(LAST_LINES);
     }
 }
@@ -76,19 +77,24 @@ impl Queue {
         let dropped = self.dropped.swap(0, Ordering::Relaxed);
         if dropped > 0 {
             let note = format!("{dropped} lines are missing here: nobody read them in time");
-            if self.entries.try_send(Entry::Line(note)).is_err() {
+            if !self.put(note) {
                 self.dropped.fetch_add(dropped, Ordering::Relaxed);
             }
         }
-        if self.entries.try_send(Entry::Line(line)).is_err() {
+        if !self.put(line) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
+    }
+
+    fn put(&self, line: String) -> bool {
+        let bytes = line.capacity();
+        self.entries.put(Entry::Line(line), bytes)
     }
 }
 
 /// Writes until the program ends.
-fn write(entries: &Receiver<Entry>, to: &mut impl Write) {
-    for entry in entries {
+fn write(entries: &Take<Entry>, to: &mut impl Write) {
+    while let Ok(entry) = entries.wait() {
         match entry {
             Entry::Line(line) => drop(writeln!(to, "{line}")),
             Entry::Flush(done) => drop(done.send(())),
@@ -116,13 +122,15 @@ mod tests {
 
     #[test]
     fn lines_without_room_are_counted_where_they_are_missing() {
-        let (entries, to_write) = bounded(2);
+        let (entries, to_write) = queue(1000);
         let queue = Queue { entries, dropped: AtomicU64::new(0) };
-        (0..5).for_each(|line| queue.leave(format!("line {line}")));
+        let long = "x".repeat(400);
+        (0..5).for_each(|line| queue.leave(format!("{line} {long}")));
+        for expected in 0..2 {
+            let Some(Entry::Line(line)) = to_write.next() else { panic!("a line") };
+            assert_eq!(line, format!("{expected} {long}"));
+        }
         let mut written = Vec::new();
-        let Ok(Entry::Line(first)) = to_write.try_recv() else { panic!("a line") };
-        let Ok(Entry::Line(second)) = to_write.try_recv() else { panic!("a line") };
-        assert_eq!([&*first, &*second], ["line 0", "line 1"]);
         queue.leave("line 5".to_owned());
         drop(queue);
         write(&to_write, &mut written);

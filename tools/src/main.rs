@@ -13,6 +13,7 @@ mod lines;
 mod panel;
 mod print;
 mod program;
+mod queue;
 mod recording;
 mod selftest;
 mod shell_files;
@@ -65,6 +66,8 @@ enum Any {
     Tool(Tool),
     #[command(hide = true)]
     ShellFiles(shell_files::Args),
+    #[command(hide = true, name = program::KEEPER)]
+    KeepProgram,
 }
 
 /// What is logged unless `RUST_LOG` says more. The errors of a transfer, a camera and a recording are returned to
@@ -78,6 +81,7 @@ fn main() -> ExitCode {
     let code = match Cli::<Any>::parse().tool {
         Any::Tool(tool) => run(tool),
         Any::ShellFiles(args) => ended(shell_files::run(args, Cli::<Tool>::command())),
+        Any::KeepProgram => ended(program::keep()),
     };
     lines::flush();
     code

@@ -100,6 +100,8 @@ impl fmt::Display for Gone {
 pub(crate) struct Told {
     pub(crate) at: Instant,
     pub(crate) line: Line,
+    /// The number of the connection: there may be several to one port, and only one of them drives.
+    pub(crate) connection: u64,
     pub(crate) what: Happened,
 }
 
@@ -135,6 +137,14 @@ pub(crate) enum Happened {
     Cycle(Box<Cycle>),
     Picture(CameraFrame),
     I2c(I2cExchange),
+    /// What this side has sent is no packet of the kit. It was passed on.
+    Unknown(Unknown),
+    /// A command got no response for [`NO_ANSWER`], or others were answered instead.
+    NoAnswer {
+        command: CommandId,
+        /// When it was sent.
+        since: Instant,
+    },
     /// What this side has sent can't be understood. It was passed on.
     NotUnderstood {
         side: Side,
@@ -142,6 +152,45 @@ pub(crate) enum Happened {
     },
     /// This computer was too busy to look at all that has passed on this connection.
     Missed,
+}
+
+/// Bytes that are no packet of the kit, as far as they came at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Unknown {
+    pub(crate) side: Side,
+    /// What they begin with.
+    pub(crate) id: u32,
+    pub(crate) bytes: usize,
+}
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { side, id, bytes } = self;
+        match side {
+            Side::Program => write!(f, "unknown command {id:#010x}, {bytes} bytes"),
+            Side::Controller => write!(f, "unknown response {id:#010x}, {bytes} bytes"),
+        }
+    }
+}
+
+/// A response that comes after this time comes no more. StopOnline takes a second.
+pub(crate) const NO_ANSWER: Duration = Duration::from_secs(2);
+
+/// A missing response as a sentence for people.
+pub(crate) fn no_answer(command: CommandId, waited: Duration) -> String {
+    format!("no answer to {command} for {:.1} s", waited.as_secs_f64())
+}
+
+/// What is not understood as a sentence for people.
+pub(crate) fn not_understood(line: Line, side: Side, why: &str) -> String {
+    let what = match line {
+        Line::Main => "no cycles are shown until a program goes online anew",
+        Line::Camera | Line::I2c => "nothing more of it is shown",
+    };
+    let (line, side) = (line.name(), side.name());
+    format!(
+        "what the {side} sent on the {line} connection can't be understood, so {what}; it is passed on all the same: {why}"
+    )
 }
 
 /// A stopped controller as a sentence for people.

@@ -111,8 +111,9 @@ fn run_each(command: &str, recording: &TempDir) {
             }
         }
         let mut status = 0;
-        // The program in an example of `txt watch`.
-        fs::write(folder.path().join("run.py"), "print('runs')").unwrap();
+        // The program in an example of `txt watch`. Ctrl-C, which comes when it has printed, is not its end.
+        let program = "import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\nprint('runs')";
+        fs::write(folder.path().join("run.py"), program).unwrap();
         if command == "check" {
             write_programs(folder.path());
             // The pupil's programs do nothing yet, and that is what the check says.

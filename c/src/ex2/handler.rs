@@ -13,6 +13,7 @@ use parking_lot::Mutex;
 
 use crate::exit;
 use crate::host;
+use crate::inside;
 use crate::jpeg::{self, Buffer};
 use crate::memory::{AreaArray, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_ONLINE};
@@ -39,7 +40,8 @@ impl Cycle {
     }
 
     fn call(&self) -> ControlFlow<()> {
-        let goes_on = !self.freed.load(Ordering::Acquire) && (self.function)(self.context) != 0;
+        let goes_on = !self.freed.load(Ordering::Acquire)
+            && inside::leave(|| (self.function)(self.context)) != 0;
         if goes_on && !self.freed.load(Ordering::Acquire) {
             ControlFlow::Continue(())
         } else {
@@ -173,6 +175,7 @@ impl Ex2 {
         if let Some(version) = self.session().and_then(|session| session.handler().version()) {
             return Ok(version.code());
         }
+        exit::watch_signals();
         let mut client = TxtClient::connect(&self.host, PORT, TimeLimits::default())?;
         Ok(client.query_status()?.version.code())
     }

@@ -80,16 +80,20 @@ fn stay_loaded() {
 
 /// Takes up a signal that ends the program by default.
 fn take_up(signal: c_int) -> io::Result<()> {
+    match handler_of(signal)? {
+        libc::SIG_DFL => set(signal, on_end as extern "C" fn(c_int) as usize),
+        _ => Ok(()),
+    }
+}
+
+fn handler_of(signal: c_int) -> io::Result<usize> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };
     // SAFETY: the place for the action is this function's.
-    if unsafe { libc::sigaction(signal, ptr::null(), &raw mut action) } != 0 {
-        return Err(io::Error::last_os_error());
+    match unsafe { libc::sigaction(signal, ptr::null(), &raw mut action) } {
+        0 => Ok(action.sa_sigaction),
+        _ => Err(io::Error::last_os_error()),
     }
-    if action.sa_sigaction != libc::SIG_DFL {
-        return Ok(());
-    }
-    set(signal, on_end as extern "C" fn(c_int) as usize)
 }
 
 fn set(signal: c_int, handler: usize) -> io::Result<()> {
@@ -142,6 +146,7 @@ fn look() {
     const LOOKS_FOR_MAIN: u32 = 25;
     for looks in 1_u32.. {
         thread::sleep(LOOK);
+        look_for_pending();
         if CAME.load(Ordering::Acquire) != 0 {
             end_within_limit();
             end_as_asked();
@@ -151,6 +156,22 @@ fn look() {
             // As when the last thread of a program ends.
             process::exit(0);
         }
+    }
+}
+
+/// A signal waits while all threads of the program that would take it are in calls of this library.
+fn look_for_pending() {
+    // SAFETY: a set, for which all bits 0 are valid.
+    let mut pending: libc::sigset_t = unsafe { zeroed() };
+    // SAFETY: the set is this function's, and this thread holds back all signals.
+    let is_pending = |signal: &c_int| unsafe {
+        libc::sigpending(&raw mut pending) == 0
+            && libc::sigismember(&raw const pending, *signal) == 1
+    };
+    let own = on_end as extern "C" fn(c_int) as usize;
+    let is_own = |signal: &c_int| handler_of(*signal).is_ok_and(|handler| handler == own);
+    if let Some(signal) = ENDS.iter().copied().filter(is_own).find(is_pending) {
+        on_end(signal);
     }
 }
 

@@ -107,6 +107,7 @@ impl Kit {
     }
 
     fn connect(&self) -> Result<TxtClient, Failure> {
+        exit::watch_signals();
         Ok(TxtClient::connect(&self.host, PORT, TimeLimits::default())?)
     }
 

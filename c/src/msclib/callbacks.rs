@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex, MutexGuard};
 
+use crate::inside::{self, Programs};
 use crate::process;
 
 /// How long is waited for a running callback when it is taken away, or its device closed.
@@ -98,7 +99,12 @@ impl Callbacks {
         });
         let own = Arc::clone(&callbacks);
         let thread = thread::Builder::new().name("callbacks of C".into());
-        *callbacks.thread.lock() = Some(thread.spawn(move || own.run())?);
+        let programs = Programs::of_this_thread();
+        let run = move || {
+            programs.begin();
+            own.run();
+        };
+        *callbacks.thread.lock() = Some(thread.spawn(run)?);
         Ok(callbacks)
     }
 
@@ -135,10 +141,10 @@ impl Callbacks {
                     // removed it since then waits for this call.
                     if let Some(callback) = set_for(event) {
                         // SAFETY: the program has set it as a function of this kind.
-                        unsafe { callback(area, what) };
+                        inside::leave(|| unsafe { callback(area, what) });
                     }
                 }
-                Call::Once(call) => call(),
+                Call::Once(call) => inside::leave(call),
             }
             self.queue.lock().running = None;
             self.returned.notify_all();

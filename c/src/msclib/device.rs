@@ -8,7 +8,7 @@ use parking_lot::Mutex;
 
 use super::callbacks::{Callbacks, Event, Owner};
 use crate::errors::{code_of, FTLIB_ERR_DEVICE_NOT_OPEN, FTLIB_ERR_THREAD_NOT_RUNNING};
-use crate::exit;
+use crate::exit::{self, Transfer};
 use crate::host;
 use crate::i2c::{Done, I2cThread, Request};
 use crate::memory::{AreaArray, Ta, AREAS};
@@ -175,9 +175,13 @@ impl Device {
     }
 }
 
-impl exit::Transfer for Device {
+impl Transfer for Device {
     fn end(&self) {
         self.session.end();
+    }
+
+    fn ask(&self) {
+        self.session.ask();
     }
 }
 

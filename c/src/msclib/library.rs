@@ -16,6 +16,7 @@ use crate::errors::{
     FTLIB_ERR_LIB_IS_NOT_INITIALIZED, FTLIB_ERR_OPEN_COM, FTLIB_ERR_THREAD_NOT_STARTABLE,
     FTLIB_ERR_UNKNOWN_DEVICE_HANDLE, FTLIB_ERR_WRONG_HOSTNAME_LEN,
 };
+use crate::exit::{self, Transfer};
 use crate::ports::Ports;
 use crate::report;
 
@@ -129,6 +130,7 @@ impl Library {
             FTLIB_ERR_OPEN_COM
         })?;
         self.begin_open(&host)?;
+        exit::watch_signals();
         let controller = find(&host);
         let mut state = self.state.lock();
         state.opening.retain(|opening| *opening != host);
@@ -184,7 +186,11 @@ impl Library {
 
     /// Closes all devices, side by side: one that does not answer does not keep the others moving.
     pub(super) fn close_devices(&self) {
-        let devices = self.state.lock().devices.clone();
+        let state = self.state.lock();
+        // Before anything that allocates: a handler may have interrupted the program where it does.
+        state.devices.iter().for_each(|device| device.ask());
+        let devices = state.devices.clone();
+        drop(state);
         thread::scope(|scope| {
             for device in &devices {
                 let close = move || device.close();

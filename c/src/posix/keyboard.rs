@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use parking_lot::Mutex;
 
-use crate::ffi::{guarded, text_of};
+use crate::ffi::{caught, text_of};
 
 /// What `_getch` returns when there are no keys any more.
 const NO_KEYS: c_int = -1;
@@ -196,7 +196,7 @@ pub(super) fn show(bytes: &[u8]) {
 /// Whether a key waits.
 #[no_mangle]
 pub extern "C" fn _kbhit() -> c_int {
-    guarded(0, || key_waits().into())
+    caught(0, || key_waits().into())
 }
 
 /// Whether a key waits.
@@ -208,7 +208,7 @@ pub extern "C" fn kbhit() -> c_int {
 /// The next key.
 #[no_mangle]
 pub extern "C" fn _getch() -> c_int {
-    guarded(NO_KEYS, next_key)
+    caught(NO_KEYS, next_key)
 }
 
 /// The next key.
@@ -236,7 +236,7 @@ pub extern "C" fn getche() -> c_int {
 /// Shows a character and returns it.
 #[no_mangle]
 pub extern "C" fn _putch(character: c_int) -> c_int {
-    guarded(NO_KEYS, || {
+    caught(NO_KEYS, || {
         show(&[character as u8]);
         character
     })
@@ -255,7 +255,7 @@ pub extern "C" fn putch(character: c_int) -> c_int {
 /// `text` is null or a text that ends with 0 and does not change during the call.
 #[no_mangle]
 pub unsafe extern "C" fn _cputs(text: *const c_char) -> c_int {
-    guarded(NO_KEYS, || {
+    caught(NO_KEYS, || {
         // SAFETY: as the caller promises.
         let Some(text) = (unsafe { text_of(text) }) else { return NO_KEYS };
         show(text.as_bytes());

@@ -4,7 +4,7 @@ use std::ffi::{c_char, c_void, CString};
 use std::ptr;
 
 use super::text::wide_text_of;
-use crate::ffi::{guarded, text_of};
+use crate::ffi::{caught, text_of};
 
 /// The file that this library was loaded from.
 fn this_library() -> Option<CString> {
@@ -43,7 +43,7 @@ fn load(name: Option<String>) -> *mut c_void {
 #[no_mangle]
 pub unsafe extern "C" fn LoadLibraryA(name: *const c_char) -> *mut c_void {
     // SAFETY: as the caller promises.
-    guarded(ptr::null_mut(), || load(unsafe { text_of(name) }))
+    caught(ptr::null_mut(), || load(unsafe { text_of(name) }))
 }
 
 /// Loads a library.
@@ -54,7 +54,7 @@ pub unsafe extern "C" fn LoadLibraryA(name: *const c_char) -> *mut c_void {
 #[no_mangle]
 pub unsafe extern "C" fn LoadLibraryW(name: *const libc::wchar_t) -> *mut c_void {
     // SAFETY: as the caller promises.
-    guarded(ptr::null_mut(), || load(unsafe { wide_text_of(name) }))
+    caught(ptr::null_mut(), || load(unsafe { wide_text_of(name) }))
 }
 
 /// Finds a function of a library.

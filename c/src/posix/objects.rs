@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use parking_lot::{Condvar, Mutex};
 
-use crate::ffi::guarded;
+use crate::ffi::caught;
 
 pub(super) type Handle = *mut c_void;
 
@@ -134,7 +134,7 @@ pub extern "C" fn CreateEventA(
     set: i32,
     _name: *const c_char,
 ) -> Handle {
-    guarded(ptr::null_mut(), || add(Object::Event { manual: manual != FALSE, set: set != FALSE }))
+    caught(ptr::null_mut(), || add(Object::Event { manual: manual != FALSE, set: set != FALSE }))
 }
 
 /// Makes an event.
@@ -149,7 +149,7 @@ pub extern "C" fn CreateEventW(
 }
 
 fn set_event(handle: Handle, to: bool) -> i32 {
-    guarded(FALSE, || {
+    caught(FALSE, || {
         truth(change(handle, |object| {
             let Object::Event { set, .. } = object else { return None };
             *set = to;
@@ -173,7 +173,7 @@ pub extern "C" fn ResetEvent(event: Handle) -> i32 {
 /// Makes a lock.
 #[no_mangle]
 pub extern "C" fn CreateMutexA(_security: *mut c_void, owned: i32, _name: *const c_char) -> Handle {
-    guarded(ptr::null_mut(), || {
+    caught(ptr::null_mut(), || {
         let mut mutex = Object::Mutex { owner: None, times: 0 };
         if owned != FALSE {
             mutex.take();
@@ -195,7 +195,7 @@ pub extern "C" fn CreateMutexW(
 /// Gives a lock back, which only its owner can.
 #[no_mangle]
 pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
-    guarded(FALSE, || {
+    caught(FALSE, || {
         truth(change(mutex, |object| {
             let Object::Mutex { owner, times } = object else { return None };
             if *owner != Some(thread::current().id()) {
@@ -213,7 +213,7 @@ pub extern "C" fn ReleaseMutex(mutex: Handle) -> i32 {
 /// Waits for one object.
 #[no_mangle]
 pub extern "C" fn WaitForSingleObject(object: Handle, milliseconds: u32) -> u32 {
-    guarded(WAIT_FAILED, || wait(&[object.addr()], false, milliseconds))
+    caught(WAIT_FAILED, || wait(&[object.addr()], false, milliseconds))
 }
 
 /// Waits for one of several objects, or for all of them.
@@ -228,7 +228,7 @@ pub unsafe extern "C" fn WaitForMultipleObjects(
     all: i32,
     milliseconds: u32,
 ) -> u32 {
-    guarded(WAIT_FAILED, || {
+    caught(WAIT_FAILED, || {
         let count = count as usize;
         if objects.is_null() || count == 0 || count > MOST_OBJECTS {
             return WAIT_FAILED;
@@ -242,7 +242,7 @@ pub unsafe extern "C" fn WaitForMultipleObjects(
 /// Closes a handle. Waits for it fail; a thread goes on.
 #[no_mangle]
 pub extern "C" fn CloseHandle(object: Handle) -> i32 {
-    guarded(FALSE, || close(object).into())
+    caught(FALSE, || close(object).into())
 }
 
 /// Tells the code with which a thread has ended.
@@ -252,7 +252,7 @@ pub extern "C" fn CloseHandle(object: Handle) -> i32 {
 /// `code` is null or points to an integer that this call alone uses.
 #[no_mangle]
 pub unsafe extern "C" fn GetExitCodeThread(thread: Handle, code: *mut u32) -> i32 {
-    guarded(FALSE, || {
+    caught(FALSE, || {
         let ended = change(thread, |object| {
             let Object::Thread { code } = object else { return None };
             Some(code.unwrap_or(STILL_ACTIVE))

@@ -6,7 +6,7 @@ use std::mem::offset_of;
 use std::ptr;
 use std::thread;
 
-use crate::ffi::guarded;
+use crate::ffi::caught;
 
 const TRUE: i32 = 1;
 const FALSE: i32 = 0;
@@ -93,7 +93,7 @@ fn mask(count: usize) -> usize {
 pub unsafe extern "C" fn GetSystemInfo(info: *mut SystemInfo) {
     /// `PROCESSOR_ARCHITECTURE_UNKNOWN`.
     const UNKNOWN: u16 = 0xFFFF;
-    guarded((), || {
+    caught((), || {
         if info.is_null() {
             return;
         }
@@ -165,7 +165,7 @@ pub unsafe extern "C" fn GetLogicalProcessorInformationEx(
     buffer: *mut u8,
     length: *mut u32,
 ) -> i32 {
-    guarded(FALSE, || {
+    caught(FALSE, || {
         let (Some(bytes), false) = (records(kind), length.is_null()) else {
             return fails(ERROR_INVALID_PARAMETER);
         };

@@ -5,7 +5,7 @@ use std::ffi::{c_char, c_int, CStr};
 use std::mem::transmute;
 
 use super::keyboard;
-use crate::ffi::{guarded, text_of};
+use crate::ffi::{caught, text_of};
 
 type System = unsafe extern "C" fn(*const c_char) -> c_int;
 
@@ -22,7 +22,7 @@ pub unsafe extern "C" fn system(command: *const c_char) -> c_int {
     // SAFETY: as the caller promises.
     let text = unsafe { text_of(command) }.unwrap_or_default();
     match pause(&text) {
-        Some(is_silent) => guarded(NOTHING, || {
+        Some(is_silent) => caught(NOTHING, || {
             wait_for_key(is_silent);
             0
         }),

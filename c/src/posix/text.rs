@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::ffi::{c_char, c_int, CStr};
 
-use crate::ffi::{guarded, text_of};
+use crate::ffi::{caught, text_of};
 
 /// Compares as if all letters were small. The C library tells the texts apart by their sign alone.
 fn compare(one: &[u8], other: &[u8]) -> c_int {
@@ -68,7 +68,7 @@ pub unsafe extern "C" fn _strnicmp(
     other: *const c_char,
     length: usize,
 ) -> c_int {
-    guarded(NO_TEXT, || {
+    caught(NO_TEXT, || {
         // SAFETY: as the caller promises.
         match unsafe { (bytes(one, length), bytes(other, length)) } {
             (Some(one), Some(other)) => compare(one, other),
@@ -99,7 +99,7 @@ pub unsafe extern "C" fn strnicmp(
 /// `text` is null or a text that ends with 0 and does not change during the call.
 #[no_mangle]
 pub unsafe extern "C" fn OutputDebugStringA(text: *const c_char) {
-    guarded((), || {
+    caught((), || {
         // SAFETY: as the caller promises.
         if let Some(text) = unsafe { text_of(text) } {
             eprint!("{text}");
@@ -129,7 +129,7 @@ pub(super) unsafe fn wide_text_of(text: *const libc::wchar_t) -> Option<String> 
 /// As for [`OutputDebugStringA`].
 #[no_mangle]
 pub unsafe extern "C" fn OutputDebugStringW(text: *const libc::wchar_t) {
-    guarded((), || {
+    caught((), || {
         // SAFETY: as the caller promises.
         if let Some(text) = unsafe { wide_text_of(text) } {
             eprint!("{text}");

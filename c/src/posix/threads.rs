@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread::{self, JoinHandle};
 
 use super::objects::{add, change, close, Handle, Object};
-use crate::ffi::guarded;
+use crate::ffi::caught;
 
 /// What `_beginthread` answers when there can be no thread.
 const NO_THREAD: usize = usize::MAX;
@@ -85,7 +85,7 @@ pub unsafe extern "C" fn CreateThread(
     _flags: u32,
     id: *mut u32,
 ) -> Handle {
-    guarded(ptr::null_mut(), || {
+    caught(ptr::null_mut(), || {
         let made = start_at.and_then(|run| start(move |argument| run(argument), argument, true));
         let Some((handle, its_id)) = made else { return ptr::null_mut() };
         // SAFETY: as the caller promises.
@@ -101,7 +101,7 @@ pub extern "C" fn _beginthread(
     _stack: c_uint,
     argument: *mut c_void,
 ) -> usize {
-    guarded(NO_THREAD, || {
+    caught(NO_THREAD, || {
         let run = |run: extern "C" fn(*mut c_void)| {
             start(
                 move |argument| {
@@ -137,5 +137,5 @@ pub unsafe extern "C" fn _beginthreadex(
 /// A number that no other thread has.
 #[no_mangle]
 pub extern "C" fn GetCurrentThreadId() -> u32 {
-    guarded(0, || ID.try_with(|id| *id).unwrap_or(0))
+    caught(0, || ID.try_with(|id| *id).unwrap_or(0))
 }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::ffi::guarded;
+use crate::ffi::caught;
 
 const TRUE: i32 = 1;
 const FALSE: i32 = 0;
@@ -18,19 +18,19 @@ fn elapsed() -> Duration {
 /// Waits.
 #[no_mangle]
 pub extern "C" fn Sleep(milliseconds: u32) {
-    guarded((), || thread::sleep(Duration::from_millis(milliseconds.into())));
+    caught((), || thread::sleep(Duration::from_millis(milliseconds.into())));
 }
 
 /// Milliseconds, which begin anew after 49 days.
 #[no_mangle]
 pub extern "C" fn GetTickCount() -> u32 {
-    guarded(0, || elapsed().as_millis() as u32)
+    caught(0, || elapsed().as_millis() as u32)
 }
 
 /// Milliseconds.
 #[no_mangle]
 pub extern "C" fn GetTickCount64() -> u64 {
-    guarded(0, || elapsed().as_millis() as u64)
+    caught(0, || elapsed().as_millis() as u64)
 }
 
 /// # Safety
@@ -53,7 +53,7 @@ unsafe fn give(to: *mut i64, value: i64) -> i32 {
 #[no_mangle]
 pub unsafe extern "C" fn QueryPerformanceCounter(count: *mut i64) -> i32 {
     // SAFETY: as the caller promises.
-    guarded(FALSE, || unsafe { give(count, elapsed().as_nanos() as i64) })
+    caught(FALSE, || unsafe { give(count, elapsed().as_nanos() as i64) })
 }
 
 /// How many counts a second has.
@@ -64,5 +64,5 @@ pub unsafe extern "C" fn QueryPerformanceCounter(count: *mut i64) -> i32 {
 #[no_mangle]
 pub unsafe extern "C" fn QueryPerformanceFrequency(per_second: *mut i64) -> i32 {
     // SAFETY: as the caller promises.
-    guarded(FALSE, || unsafe { give(per_second, 1_000_000_000) })
+    caught(FALSE, || unsafe { give(per_second, 1_000_000_000) })
 }

@@ -31,7 +31,7 @@ mod words;
 
 use std::ffi::{c_int, c_void};
 
-use crate::ffi::guarded;
+use crate::ffi::caught;
 use crate::memory::Ta;
 use crate::report;
 
@@ -56,7 +56,7 @@ pub(crate) extern "C" fn ft_tx_run(
     init: Option<unsafe extern "C-unwind" fn(*mut c_void, c_int)>,
     tic: Option<unsafe extern "C-unwind" fn(*mut c_void, c_int) -> c_int>,
 ) -> c_int {
-    guarded(FAILED, || {
+    caught(FAILED, || {
         report::start();
         let (Some(init), Some(tic)) = (init, tic) else {
             words::say("a program needs both PrgInit and PrgTic");

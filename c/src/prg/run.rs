@@ -17,7 +17,7 @@ use super::draw::{Frame, FRAME_BYTES};
 use super::pace::Pace;
 use super::system::{self, System};
 use super::watch::{Place, Watch};
-use super::{hooks, signals, words, PrgInit, PrgTic, FAILED};
+use super::{hooks, keyboard, signals, words, PrgInit, PrgTic, FAILED};
 use crate::host;
 use crate::i2c::I2cThread;
 use crate::memory::{AreaArray, Ta, AREAS};
@@ -29,6 +29,9 @@ use crate::session::STATUS_RUN;
 const RUNS_ON: c_int = 0x7FFF;
 /// `PGM_STATE_RUN`.
 const PGM_STATE_RUN: u8 = 1;
+
+/// How long a program that was asked to end may still say something.
+const LAST_WORDS: Duration = Duration::from_secs(1);
 
 /// Why a program has ended.
 enum End {
@@ -110,13 +113,16 @@ impl Program {
         let summary = program.pace.summary(Instant::now());
         let ended = handler.end_transfer();
         program.watch.end();
+        // What the program does at its end, such as destructors, may crash or hang as in any other program.
+        keyboard::restore();
+        signals::give_back();
+        if system::stop_reason().is_some() {
+            end_soon();
+        }
         system::set(None);
         // Shows what is left, before the last word.
         drop(program.system);
-        let status = last_word(end.unwrap_or_else(End::Lost), ended.err(), &summary);
-        // What the program does at its end, such as destructors, may crash or hang as in any other program.
-        signals::give_back();
-        Ok(status)
+        Ok(last_word(end.unwrap_or_else(End::Lost), ended.err(), &summary))
     }
 
     /// The first inputs, and `PrgInit`.
@@ -246,6 +252,16 @@ fn write_program_parts(array: &AreaArray<Ta>) {
             (&raw mut (*area).state.local_pgm.state).write(PGM_STATE_RUN);
         }
     }
+}
+
+/// Ends a program that was asked to end, and has stopped its motors, also when nobody reads what it says.
+fn end_soon() {
+    let end = || {
+        thread::sleep(LAST_WORDS);
+        signals::exit(FAILED);
+    };
+    // Without a thread, as soon as somebody reads.
+    let _ = thread::Builder::new().spawn(end);
 }
 
 /// Says how the program has ended, and returns its exit status.

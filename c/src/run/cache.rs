@@ -1,22 +1,21 @@
 //! Compiled files of earlier runs, in the user's folder for caches.
 //!
-//! An entry is one file, which is replaced as a whole, so several `tx_run` may use the cache at once. Its name is
-//! made of what is known before a source is compiled. In it are the headers that the compiler has read, with their
-//! contents at that time: only when all are as they were is the entry used. One that is damaged does not count.
+//! An entry is one file, which is replaced as a whole, so several `tx_run` may use the cache at once. Its name is the
+//! [`Key`] of all that the compiled file depends on. One that is damaged does not count.
 
-use std::collections::HashMap;
 use std::env;
-use std::fs::{self, File};
-use std::hash::Hash;
+use std::fs::{self, DirBuilder, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::{Duration, SystemTime};
 
 use twox_hash::XxHash3_128;
 
+use crate::key::Key;
+use crate::say;
+
 /// The beginning of each entry: another version of this program may have another form.
-const BEGINNING: &[u8] = b"tx_run 1\n";
+const BEGINNING: &[u8] = b"tx_run 2\n";
 /// How much is kept: some programs of the size of a factory.
 const LIMIT: u64 = 512 << 20;
 /// When a file that was not finished belongs to nobody any more.
@@ -24,63 +23,35 @@ const ABANDONED: Duration = Duration::from_secs(24 * 60 * 60);
 /// The beginning of the names of files that are being written.
 const UNFINISHED: &str = "new-";
 
-/// What is known before a source is compiled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Key(u128);
-
-impl Key {
-    pub(crate) fn of(what: &impl Hash) -> Self {
-        let mut hasher = Hasher(XxHash3_128::new());
-        what.hash(&mut hasher);
-        Self(hasher.0.finish_128())
-    }
-}
-
-/// A number for a text, another one for each other text.
-pub(crate) fn content_of(text: &[u8]) -> u128 {
-    XxHash3_128::oneshot(text)
-}
-
-/// Takes in whatever can be hashed.
-struct Hasher(XxHash3_128);
-
-impl std::hash::Hasher for Hasher {
-    fn write(&mut self, bytes: &[u8]) {
-        self.0.write(bytes);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0.finish_128() as u64
-    }
-}
-
-/// A source that was compiled.
-pub(crate) struct Compiled<'a> {
-    pub(crate) object: &'a Path,
-    /// What the compiler has read.
-    pub(crate) read: &'a [PathBuf],
-    /// What it has said, such as warnings.
-    pub(crate) messages: &'a [u8],
-}
-
 /// The cache, or none when this user has no folder for it.
 pub(crate) struct Cache {
     folder: Option<PathBuf>,
     begun: SystemTime,
     limit: u64,
-    /// Contents of files, each of which is read once.
-    contents: Mutex<HashMap<PathBuf, Option<u128>>>,
 }
 
 impl Cache {
     /// That of the user: in `XDG_CACHE_HOME` or `~/.cache`, `~/Library/Caches`, or `%LOCALAPPDATA%`.
     pub(crate) fn of_user() -> Self {
-        Self::in_folder(folder_of_user().map(|folder| folder.join("tx_run")), LIMIT)
+        let folder = folder_of_user().map(|folder| folder.join("tx_run"));
+        Self::in_folder(folder.as_deref(), LIMIT)
     }
 
-    fn in_folder(folder: Option<PathBuf>, limit: u64) -> Self {
-        let folder = folder.filter(|folder| fs::create_dir_all(folder).is_ok());
-        Self { folder, begun: SystemTime::now(), limit, contents: Mutex::default() }
+    /// Without a folder that nobody else can write, nothing is kept: what lies there is run.
+    fn in_folder(folder: Option<&Path>, limit: u64) -> Self {
+        let folder = folder.and_then(|folder| own::make(folder).ok());
+        let folder = folder.and_then(|folder| match own::check(&folder) {
+            Ok(()) => Some(folder),
+            Err(why) => {
+                say(&format!("everything is compiled anew, because {why}"));
+                None
+            }
+        });
+        Self { folder, begun: SystemTime::now(), limit }
+    }
+
+    pub(crate) fn is_there(&self) -> bool {
+        self.folder.is_some()
     }
 
     fn place(&self, key: Key) -> Option<PathBuf> {
@@ -91,60 +62,31 @@ impl Cache {
     /// when it has to be compiled.
     pub(crate) fn take(&self, key: Key, object: &Path) -> Option<Vec<u8>> {
         let place = self.place(key)?;
+        own::check_entry(&place).ok()?;
         let entry = fs::read(&place).ok()?;
         let entry = Entry::parse(&entry)?;
-        let is_same =
-            |(path, content): &(&str, u128)| self.content(Path::new(path)) == Some(*content);
-        if !entry.read.iter().all(is_same) {
-            return None;
-        }
         fs::write(object, entry.object).ok()?;
         // What was used last is kept longest. One that can't be touched is only younger than it should be.
         let _ = File::options().write(true).open(place).and_then(|it| it.set_modified(self.begun));
         Some(entry.messages.to_vec())
     }
 
-    /// Keeps what a source was compiled to. A cache that can't be written is only slow.
-    pub(crate) fn add(&self, key: Key, compiled: &Compiled<'_>) {
+    /// Keeps what a source was compiled to, and what the compiler has said, such as warnings. A cache that can't be
+    /// written is only slow.
+    pub(crate) fn add(&self, key: Key, object: &Path, messages: &[u8]) {
         let (Some(folder), Some(place)) = (&self.folder, self.place(key)) else { return };
-        let Some(bytes) = self.entry(compiled) else { return };
         let write = || -> io::Result<()> {
+            let mut rest = format!("{}\n", messages.len()).into_bytes();
+            rest.extend_from_slice(messages);
+            rest.extend(fs::read(object)?);
             let mut file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder)?;
-            file.write_all(&bytes)?;
+            file.write_all(BEGINNING)?;
+            file.write_all(format!("{:032x}\n", XxHash3_128::oneshot(&rest)).as_bytes())?;
+            file.write_all(&rest)?;
             file.persist(place)?;
             Ok(())
         };
         let _ = write();
-    }
-
-    /// The bytes of an entry; `None` when it would not be known what was read.
-    fn entry(&self, compiled: &Compiled<'_>) -> Option<Vec<u8>> {
-        let mut head = format!("{}\n{}\n", compiled.read.len(), compiled.messages.len());
-        for path in compiled.read {
-            // One that has changed meanwhile may be another one than the compiler has read.
-            let changed = fs::metadata(path).and_then(|data| data.modified()).ok()?;
-            let name = path.to_str().filter(|name| !name.contains('\n'))?;
-            if changed >= self.begun {
-                return None;
-            }
-            head += &format!("{:032x} {name}\n", self.content(path)?);
-        }
-        let mut rest = head.into_bytes();
-        rest.extend_from_slice(compiled.messages);
-        rest.extend(fs::read(compiled.object).ok()?);
-        let check = format!("{:032x}\n", content_of(&rest));
-        Some([BEGINNING, check.as_bytes(), &rest].concat())
-    }
-
-    /// A number for what is in a file now; `None` when it can't be read.
-    fn content(&self, path: &Path) -> Option<u128> {
-        let known = self.contents.lock().unwrap_or_else(|it| it.into_inner()).get(path).copied();
-        known.unwrap_or_else(|| {
-            let content = fs::read(path).ok().map(|bytes| content_of(&bytes));
-            let mut contents = self.contents.lock().unwrap_or_else(|it| it.into_inner());
-            contents.insert(path.to_owned(), content);
-            content
-        })
     }
 
     /// Removes what was not used for longest, if there is too much, and what was never finished.
@@ -195,31 +137,19 @@ fn folder_of_user() -> Option<PathBuf> {
 
 /// An entry that is not damaged.
 struct Entry<'a> {
-    read: Vec<(&'a str, u128)>,
     messages: &'a [u8],
     object: &'a [u8],
 }
 
 impl<'a> Entry<'a> {
     fn parse(bytes: &'a [u8]) -> Option<Self> {
-        let (check, mut rest) = line_of(bytes.strip_prefix(BEGINNING)?)?;
-        if u128::from_str_radix(check, 16).ok()? != content_of(rest) {
+        let (check, rest) = line_of(bytes.strip_prefix(BEGINNING)?)?;
+        if u128::from_str_radix(check, 16).ok()? != XxHash3_128::oneshot(rest) {
             return None;
         }
-        let mut next = || {
-            let (line, behind) = line_of(rest)?;
-            rest = behind;
-            Some(line)
-        };
-        let count: usize = next()?.parse().ok()?;
-        let length: usize = next()?.parse().ok()?;
-        let mut read = Vec::new();
-        for _ in 0..count {
-            let (content, path) = next()?.split_once(' ')?;
-            read.push((path, u128::from_str_radix(content, 16).ok()?));
-        }
-        let (messages, object) = rest.split_at_checked(length)?;
-        Some(Self { read, messages, object })
+        let (length, rest) = line_of(rest)?;
+        let (messages, object) = rest.split_at_checked(length.parse().ok()?)?;
+        Some(Self { messages, object })
     }
 }
 
@@ -229,25 +159,82 @@ fn line_of(bytes: &[u8]) -> Option<(&str, &[u8])> {
     Some((std::str::from_utf8(&bytes[..end]).ok()?, &bytes[end + 1..]))
 }
 
-/// The files in a dependency file, which is written for make.
-pub(crate) fn dependencies(text: &str) -> Vec<PathBuf> {
-    let Some((_, text)) = text.split_once(": ") else { return Vec::new() };
-    let mut files = Vec::new();
-    let mut name = String::new();
-    let mut rest = text.chars().peekable();
-    while let Some(next) = rest.next() {
-        match (next, rest.peek().copied()) {
-            ('\\', Some(escaped @ (' ' | '#'))) | ('$', Some(escaped @ '$')) => {
-                name.push(escaped);
-                rest.next();
-            }
-            ('\\', Some('\n' | '\r')) => {}
-            (' ' | '\n' | '\r', _) => files.extend(Some(std::mem::take(&mut name))),
-            (other, _) => name.push(other),
+/// Folders and files that only this user writes.
+#[cfg(unix)]
+mod own {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+
+    use super::*;
+
+    /// Write permissions of others than the owner, and the bit by which a folder lets them change only what is theirs.
+    const OTHERS_WRITE: u32 = 0o022;
+    const STICKY: u32 = 0o1000;
+
+    /// Makes a folder that is this user's alone; its name without links before the last part.
+    pub(super) fn make(folder: &Path) -> io::Result<PathBuf> {
+        let (Some(above), Some(name)) = (folder.parent(), folder.file_name()) else {
+            return Err(io::ErrorKind::InvalidInput.into());
+        };
+        let mut builder = DirBuilder::new();
+        builder.mode(0o700).recursive(true).create(above)?;
+        let folder = fs::canonicalize(above)?.join(name);
+        match builder.recursive(false).create(&folder) {
+            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
+            _ => Ok(folder),
         }
     }
-    files.push(name);
-    files.into_iter().filter(|name| !name.is_empty()).map(PathBuf::from).collect()
+
+    /// A sentence when others can put something into this folder, or another one in its place.
+    pub(super) fn check(folder: &Path) -> Result<(), String> {
+        // SAFETY: a call without arguments.
+        let me = unsafe { libc::geteuid() };
+        for place in folder.ancestors() {
+            let name = place.display();
+            let data = fs::symlink_metadata(place).map_err(|error| format!("{name}: {error}"))?;
+            let is_it = place == folder;
+            if !data.is_dir() {
+                return Err(format!("{name} is no folder"));
+            }
+            if data.uid() != me && (is_it || data.uid() != 0) {
+                return Err(format!("{name} belongs to another user"));
+            }
+            let is_sticky = !is_it && data.mode() & STICKY != 0;
+            if data.mode() & OTHERS_WRITE != 0 && !is_sticky {
+                return Err(format!("others can write to {name}; chmod go-w takes that from them"));
+            }
+        }
+        Ok(())
+    }
+
+    /// An error for what others have left from the time when they could write here.
+    pub(super) fn check_entry(place: &Path) -> io::Result<()> {
+        let data = fs::symlink_metadata(place)?;
+        // SAFETY: a call without arguments.
+        let is_own = data.is_file() && data.uid() == unsafe { libc::geteuid() };
+        if !is_own || data.mode() & OTHERS_WRITE != 0 || data.nlink() != 1 {
+            return Err(io::ErrorKind::PermissionDenied.into());
+        }
+        Ok(())
+    }
+}
+
+/// On Windows the folder lies in the user's own.
+#[cfg(not(unix))]
+mod own {
+    use super::*;
+
+    pub(super) fn make(folder: &Path) -> io::Result<PathBuf> {
+        DirBuilder::new().recursive(true).create(folder)?;
+        Ok(folder.to_owned())
+    }
+
+    pub(super) fn check(_: &Path) -> Result<(), String> {
+        Ok(())
+    }
+
+    pub(super) fn check_entry(_: &Path) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 #[cfg(test)]

@@ -7,17 +7,25 @@ use std::process::{Command, ExitStatus};
 use crate::program::Program;
 use crate::symbols::Entry;
 use crate::target::Target;
-use crate::{say, signals, stop, Sentence};
+use crate::{signals, stop, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
 
-/// Runs the program, and returns the exit status for `tx_run`.
+/// How a program has ended.
+pub(crate) struct Ended {
+    /// The exit status for `tx_run`.
+    pub(crate) status: i32,
+    /// What is still to be said.
+    pub(crate) words: Vec<String>,
+}
+
+/// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
     program: &Program,
     target: &Target,
     arguments: &[OsString],
-) -> Result<i32, Sentence> {
+) -> Result<Ended, Sentence> {
     let mut command = Command::new(&program.path);
     command.args(arguments).env(HOST, target.host());
     if cfg!(windows) {
@@ -31,21 +39,19 @@ pub(crate) fn run(
     let status = child.wait();
     signals::stop_passing_on(id);
     let status = status?;
-    // Before a word that a paused terminal would hold up.
     let stopped = match target {
         Target::Host(host) if is_sudden(program.entry, status) => Some(stop::stop(host)),
         _ => None,
     };
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
-    let status = tell(&name, program.entry, status);
-    match stopped {
-        Some(Ok(())) => say("it could send no last exchange, so tx_run has sent it: all outputs are off"),
-        Some(Err(error)) => say(&format!(
+    let (status, word) = end_of(&name, program.entry, status);
+    let stopped = stopped.map(|stopped| match stopped {
+        Ok(()) => String::from("it could send no last exchange, so tx_run has sent it: all outputs are off"),
+        Err(error) => format!(
             "it could send no last exchange, and tx_run could not either, so motors may go on: {error}"
-        )),
-        None => {}
-    }
-    Ok(status)
+        ),
+    });
+    Ok(Ended { status, words: word.into_iter().chain(stopped).collect() })
 }
 
 /// Whether the program has ended without a chance to send a last exchange. The runtime of a program with `PrgTic` ends
@@ -60,11 +66,16 @@ fn is_sudden(entry: Entry, status: ExitStatus) -> bool {
 #[cfg(target_os = "linux")]
 pub(crate) fn end_with_this_process(command: &mut Command) {
     use std::os::unix::process::CommandExt;
-    // SAFETY: between fork and exec it makes one system call, which takes no pointers.
+    let parent = std::process::id() as libc::pid_t;
+    // SAFETY: between fork and exec it makes two system calls, which take no pointers.
     unsafe {
-        command.pre_exec(|| {
+        command.pre_exec(move || {
             libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGTERM);
-            Ok(())
+            // It may have been killed before.
+            match libc::getppid() == parent {
+                true => Ok(()),
+                false => Err(std::io::ErrorKind::NotFound.into()),
+            }
         });
     }
 }
@@ -72,26 +83,15 @@ pub(crate) fn end_with_this_process(command: &mut Command) {
 #[cfg(not(target_os = "linux"))]
 pub(crate) fn end_with_this_process(_: &mut Command) {}
 
-/// Says how the program has ended, unless it has said so itself. Returns its exit status, 1 for a crash.
-fn tell(name: &str, entry: Entry, status: ExitStatus) -> i32 {
-    match status.code() {
-        Some(0) => 0,
-        Some(code) => {
-            // The runtime ends a program with PrgTic with 1, and has said why. Other codes are from _exit.
-            if entry == Entry::Main || code != 1 {
-                say(&format!("{name} {}", signals::words_of(code)));
-            }
-            if signals::is_crash(code) {
-                1
-            } else {
-                code
-            }
-        }
-        None => {
-            say(&format!("{name} was ended by {}", signals::name_in(status)));
-            1
-        }
-    }
+/// The exit status for a program that has ended, 1 for a crash, and how it has ended, unless it has said so itself.
+fn end_of(name: &str, entry: Entry, status: ExitStatus) -> (i32, Option<String>) {
+    let Some(code) = status.code() else {
+        return (1, Some(format!("{name} was ended by {}", signals::name_in(status))));
+    };
+    // The runtime ends a program with PrgTic with 1, and has said why. Other codes are from _exit.
+    let is_said = code == 0 || (entry == Entry::PrgTic && code == 1);
+    let word = (!is_said).then(|| format!("{name} {}", signals::words_of(code)));
+    (if signals::is_crash(code) { 1 } else { code }, word)
 }
 
 #[cfg(test)]
@@ -102,7 +102,8 @@ mod tests {
     fn after(status: i32) -> i32 {
         let [shell, option] = if cfg!(windows) { ["cmd", "/c"] } else { ["sh", "-c"] };
         let mut command = Command::new(shell);
-        tell("a", Entry::Main, command.args([option, &format!("exit {status}")]).status().unwrap())
+        let status = command.args([option, &format!("exit {status}")]).status().unwrap();
+        end_of("a", Entry::Main, status).0
     }
 
     #[test]

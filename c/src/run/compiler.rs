@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use crate::inputs::{Inputs, Language};
+use crate::key;
 use crate::options::Options;
 use crate::Sentence;
 
@@ -105,8 +106,8 @@ pub(crate) struct Compiler {
     pub(crate) language: Language,
     /// The command's first words.
     words: Vec<OsString>,
-    /// What tells it from another one, and from a newer one.
-    pub(crate) identity: String,
+    /// What tells it and the user's options from others; `None` when that can't be known.
+    pub(crate) identity: Option<String>,
     /// Options before and behind those with our headers.
     before: Vec<OsString>,
     behind: Vec<OsString>,
@@ -141,16 +142,12 @@ impl Compiler {
         };
         options.include_folders.iter().for_each(|folder| add("-I", folder.as_os_str()));
         options.definitions.iter().for_each(|definition| add("-D", definition));
-        behind.extend(words_of(flags));
+        let flags = words_of(flags);
+        let identity = key::identity(&words, &version, &flags);
+        behind.extend(flags);
         let standards = options.standards.iter().filter(|named| language.has_standard(named));
         behind.extend(standards.map(|named| format!("-std={named}").into()));
-        let identity = format!("{words:?} {version}");
         Ok(Self { language, words, identity, before, behind })
-    }
-
-    /// What the program has chosen, for the key of a cache.
-    pub(crate) fn options(&self) -> impl Iterator<Item = &OsString> {
-        self.before.iter().chain(&self.behind)
     }
 
     pub(crate) fn command(&self) -> Command {
@@ -170,9 +167,9 @@ impl Compiler {
         command
     }
 
-    /// Has the command compile this source to this file.
-    pub(crate) fn add_source(&self, command: &mut Command, source: &Path, object: &Path) {
-        command.args(["-x", self.language.option(), "-c"]).arg(source).arg("-o").arg(object);
+    /// Has the command take this source.
+    pub(crate) fn add_source(&self, command: &mut Command, source: &Path) {
+        command.args(["-x", self.language.option()]).arg(source);
     }
 
     /// The folders in which the compiler itself has headers.

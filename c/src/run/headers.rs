@@ -41,7 +41,6 @@ pub(crate) struct Headers {
     /// Where headers lie, by their names in lower case.
     pub(crate) of_kit: BTreeMap<String, PathBuf>,
     of_windows: BTreeMap<String, PathBuf>,
-    kind: Kind,
 }
 
 impl Headers {
@@ -58,17 +57,7 @@ impl Headers {
         let windows = (!cfg!(windows)).then(|| include.join(WINDOWS));
         let of_windows = if cfg!(windows) { BTreeMap::new() } else { placed(WINDOWS).collect() };
         let folders = kind.folders().iter().map(|folder| include.join(folder)).collect();
-        Ok(Self { folders, windows, of_kit, of_windows, kind })
-    }
-
-    /// What tells these headers from others: the kind, and the texts of all.
-    pub(crate) fn identity(&self) -> impl std::hash::Hash {
-        let folders = KITS.into_iter().chain(["detail", WINDOWS]);
-        let files = folders.flat_map(|folder| match folder {
-            "" => HEADERS.files(),
-            _ => HEADERS.get_dir(folder).unwrap_or(&HEADERS).files(),
-        });
-        (self.kind.folders(), files.map(include_dir::File::contents).collect::<Vec<_>>())
+        Ok(Self { folders, windows, of_kit, of_windows })
     }
 
     /// Our header with this name.

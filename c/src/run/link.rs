@@ -3,7 +3,6 @@
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::compiler::{words_of, Compiler, NO_CHECKS};
@@ -11,7 +10,7 @@ use crate::inputs::Inputs;
 use crate::options::Options;
 use crate::packages;
 use crate::signals;
-use crate::Sentence;
+use crate::{pass_on, Sentence};
 
 /// The library that all programs are linked with.
 const LIBRARY: &str = if cfg!(windows) {
@@ -58,8 +57,7 @@ pub(crate) fn link(
     command.args(["-lm", "-lpthread", "-o"]).arg(path);
     let output = signals::output_of(&mut command)?;
     signals::check("the program was compiled")?;
-    // There is nobody left to be told when the terminal is gone.
-    let _ = std::io::stderr().write_all(&output.stderr);
+    pass_on(&output.stderr);
     if output.status.success() {
         return Ok(());
     }

@@ -14,6 +14,7 @@ mod compiler;
 mod copies;
 mod headers;
 mod inputs;
+mod key;
 mod kind;
 mod link;
 mod options;
@@ -40,8 +41,13 @@ type Sentence = Box<dyn Error>;
 
 /// Says a sentence on the error output.
 fn say(sentence: &str) {
-    // The program goes on also when nobody reads it.
-    let _ = io::stderr().write_all(format!("tx_run: {sentence}\n").as_bytes());
+    pass_on(format!("tx_run: {sentence}\n").as_bytes());
+}
+
+/// Writes to the error output, without what another thread writes between it.
+fn pass_on(words: &[u8]) {
+    // There is nobody left to be told when the terminal is gone.
+    let _ = signals::while_writing(|| io::stderr().lock().write_all(words));
 }
 
 /// What is logged unless `RUST_LOG` says more: what a program does that a TXT accepts, but no correct program does.
@@ -77,5 +83,9 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
-    child::run(&program, &target, &options.arguments)
+    let ended = child::run(&program, &target, &options.arguments)?;
+    // Nothing is left to do when nobody reads the last words.
+    drop((target, build));
+    ended.words.iter().for_each(|word| say(word));
+    Ok(ended.status)
 }

@@ -1,7 +1,9 @@
 //! Signals to this process, which compilers and the program get too.
 
-use std::io;
-use std::process::{Command, Output, Stdio};
+use std::process::{self, Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+use std::{io, thread};
 
 use crate::Sentence;
 
@@ -25,6 +27,29 @@ pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
         Some(signal) => Err(format!("ended by {signal} while {what_was_done}").into()),
         None => Ok(()),
     }
+}
+
+/// How many threads are writing to the error output, which may be a pipe that nobody reads.
+static WRITING: AtomicUsize = AtomicUsize::new(0);
+
+/// Runs what writes to the error output: from a second after a signal on, this process does not wait for it.
+pub(crate) fn while_writing<R>(write: impl FnOnce() -> R) -> R {
+    WRITING.fetch_add(1, Ordering::SeqCst);
+    let result = write();
+    WRITING.fetch_sub(1, Ordering::SeqCst);
+    result
+}
+
+/// After the first signal: ends this process when only words are left, and nobody reads them.
+fn end_unread_words() {
+    const LOOK: Duration = Duration::from_millis(20);
+    const LIMIT: u32 = 50;
+    let mut looks = 0;
+    while looks < LIMIT {
+        thread::sleep(LOOK);
+        looks = if WRITING.load(Ordering::SeqCst) > 0 { looks + 1 } else { 0 };
+    }
+    process::exit(1);
 }
 
 /// Runs a compiler, and returns what it has said.
@@ -64,15 +89,19 @@ fn name_of_status(code: i32) -> Option<&'static str> {
 #[cfg(unix)]
 mod unix {
     use std::os::unix::process::ExitStatusExt;
-    use std::process::{Child, ExitStatus};
+    use std::process::{self, Child, ExitStatus};
     use std::sync::atomic::{AtomicUsize, Ordering};
     use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+    use std::time::{Duration, Instant};
     use std::{io, thread};
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGTERM};
     use signal_hook::flag;
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::signal_name;
+
+    /// How long after the first signal another one is a second one.
+    const SECOND_AFTER: Duration = Duration::from_secs(1);
 
     /// The children that run.
     static CHILDREN: Mutex<Vec<libc::pid_t>> = Mutex::new(Vec::new());
@@ -88,13 +117,28 @@ mod unix {
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             flag::register_usize(signal, Arc::clone(&LAST), signal as usize)?;
         }
-        let mut signals = Signals::new([SIGINT, SIGTERM, SIGHUP])?;
-        thread::Builder::new().name("signals".into()).spawn(move || {
-            for signal in signals.forever() {
-                children().iter().for_each(|process| send(*process, signal));
-            }
-        })?;
+        let signals = Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+        thread::Builder::new().name("signals".into()).spawn(move || pass_on(signals))?;
         Ok(())
+    }
+
+    /// Passes signals on to the children. One that comes a second after the first ends at once what has not ended: a
+    /// program that is killed is followed by a last exchange. A terminal may send the same one twice.
+    fn pass_on(mut signals: Signals) {
+        let mut first = None;
+        for signal in signals.forever() {
+            let since = first.get_or_insert_with(|| {
+                // Without this thread, somebody has to read the words.
+                let _ = thread::Builder::new().spawn(super::end_unread_words);
+                Instant::now()
+            });
+            let is_second = since.elapsed() >= SECOND_AFTER;
+            let signal = if is_second { SIGKILL } else { signal };
+            children().iter().for_each(|process| send(*process, signal));
+            if is_second && super::WRITING.load(Ordering::SeqCst) > 0 {
+                process::exit(1);
+            }
+        }
     }
 
     fn send(process: libc::pid_t, signal: i32) {
@@ -165,16 +209,21 @@ mod unix {
 
 #[cfg(not(unix))]
 mod windows {
-    use std::io;
     use std::process::{Child, ExitStatus};
     use std::sync::atomic::{AtomicBool, Ordering};
+    use std::{io, thread};
 
     static CAME: AtomicBool = AtomicBool::new(false);
 
     /// A console passes Ctrl-C to all of its processes, so the program needs nothing from this one, which
     /// goes on until the program has ended.
     pub(crate) fn take_up() -> io::Result<()> {
-        ctrlc::set_handler(|| CAME.store(true, Ordering::SeqCst)).map_err(io::Error::other)
+        let came = || {
+            if !CAME.swap(true, Ordering::SeqCst) {
+                let _ = thread::Builder::new().spawn(super::end_unread_words);
+            }
+        };
+        ctrlc::set_handler(came).map_err(io::Error::other)
     }
 
     pub(crate) fn came() -> Option<&'static str> {

@@ -6,7 +6,6 @@ use std::io;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
-use crate::cache;
 use crate::headers;
 
 /// An include in a file.
@@ -41,8 +40,6 @@ impl Include {
 #[derive(Debug, Default)]
 pub(crate) struct OwnFile {
     pub(crate) text: Vec<u8>,
-    /// What tells its text from another one.
-    pub(crate) content: u128,
     pub(crate) includes: Vec<Include>,
 }
 
@@ -87,8 +84,7 @@ impl OwnFiles {
             }
             includes.push(include);
         }
-        let content = cache::content_of(&text);
-        self.files.insert(file.to_owned(), OwnFile { text, content, includes });
+        self.files.insert(file.to_owned(), OwnFile { text, includes });
     }
 
     /// All includes of all files.

@@ -2,28 +2,26 @@
 
 use std::collections::BTreeSet;
 use std::env;
-use std::fs;
-use std::io::Write;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::Mutex;
 use std::thread;
 
-use crate::cache::{self, Cache, Compiled, Key};
+use crate::cache::Cache;
 use crate::compiler::{self, Compiler, Compilers};
 use crate::copies::Copies;
 use crate::headers::Headers;
 use crate::inputs::{Inputs, Source};
+use crate::key::{self, Key};
 use crate::kind::Kind;
 use crate::link::folder_of;
 use crate::options::Options;
 use crate::packages;
 use crate::signals;
 use crate::sources::{Include, OwnFiles};
-use crate::{say, Sentence};
-
-/// What else compilers take from the environment.
-const VARIABLES: [&str; 3] = ["CPATH", "C_INCLUDE_PATH", "CPLUS_INCLUDE_PATH"];
+use crate::{pass_on, say, Sentence};
 
 /// The main function of programs with PrgTic.
 pub(crate) const TX_MAIN: &str = include_str!("../../lib/tx_main.c");
@@ -67,25 +65,6 @@ impl Plan {
             let names: Vec<String> = over.iter().map(|file| file.display().to_string()).collect();
             say(&format!("its own headers are used in place of {}", names.join(", ")));
         }
-    }
-
-    /// What of the program's files a source consists of, for the key of a cache: the source and what it
-    /// includes directly or not, with what each include means. It is the same in each run.
-    fn parts_of<'a>(&'a self, source: &'a Path) -> Vec<(&'a Path, u128, Vec<&'a Path>)> {
-        let mut known = BTreeSet::new();
-        let mut open = vec![source];
-        let mut parts = Vec::new();
-        while let Some(path) = open.pop() {
-            if !known.insert(path) {
-                continue;
-            }
-            let Some(file) = self.own.files.get(path) else { continue };
-            let own = file.includes.iter().filter_map(|include| include.own.as_ref());
-            let means: Vec<&Path> = own.map(|own| own.file.as_path()).collect();
-            open.extend(&means);
-            parts.push((path, file.content, means));
-        }
-        parts
     }
 }
 
@@ -148,20 +127,22 @@ struct Unit<'a> {
 
 impl Unit<'_> {
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
-        let key = self.key();
-        if let Some(messages) = self.cache.take(key, object) {
-            tell(&messages);
+        let key = self.key()?;
+        if let Some(messages) = key.and_then(|key| self.cache.take(key, object)) {
+            pass_on(&messages);
             return Ok(());
         }
-        let read = object.with_extension("d");
-        let output = signals::output_of(&mut self.command(object, &read)?)?;
-        tell(&output.stderr);
+        let mut command = self.command();
+        command.arg("-c").arg("-o").arg(object);
+        let output = signals::output_of(&mut command)?;
+        pass_on(&output.stderr);
         if !output.status.success() {
             let advice = packages::advice_for_header(&String::from_utf8_lossy(&output.stderr));
             return Err(format!("{} does not compile{advice}", self.path().display()).into());
         }
-        if let Some(read) = self.read_by_compiler(&read) {
-            self.cache.add(key, &Compiled { object, read: &read, messages: &output.stderr });
+        // A file that changes meanwhile may have been compiled before or after.
+        if let Some(key) = key.filter(|key| self.key().is_ok_and(|now| now == Some(*key))) {
+            self.cache.add(key, object, &output.stderr);
         }
         Ok(())
     }
@@ -170,7 +151,8 @@ impl Unit<'_> {
         &self.source.path
     }
 
-    fn command(&self, object: &Path, read: &Path) -> Result<std::process::Command, Sentence> {
+    /// The command without what is to be done.
+    fn command(&self) -> Command {
         let headers = &self.plan.headers;
         let mut command = self.compiler.compile(&headers.folders);
         if self.plan.has_unsigned_char() {
@@ -184,38 +166,29 @@ impl Unit<'_> {
         for folder in folders {
             command.arg("-idirafter").arg(folder);
         }
-        command.arg("-MD").arg("-MF").arg(read);
         let copy = self.plan.copies.of.get(self.path());
-        self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path), object);
-        Ok(command)
+        self.compiler.add_source(&mut command, copy.map_or(self.path(), PathBuf::as_path));
+        command
     }
 
-    /// Everything that is known before the source is compiled.
-    fn key(&self) -> Key {
-        let variables: Vec<_> = VARIABLES.iter().map(env::var_os).collect();
+    /// The key of what the compiler makes of the source now; `None` when that can't be known.
+    fn key(&self) -> Result<Option<Key>, Sentence> {
+        let Some(compiler) = self.compiler.identity.as_ref().filter(|_| self.cache.is_there())
+        else {
+            return Ok(None);
+        };
+        let mut command = self.command();
+        // gcc then names the precompiled headers that it takes in place of others.
+        let output = signals::output_of(command.args(["-E", "-fpch-preprocess"]))?;
+        if !output.status.success() {
+            return Ok(None);
+        }
         let folder = env::current_dir().unwrap_or_default();
-        let options: Vec<_> = self.compiler.options().collect();
-        let language = self.compiler.language.name();
-        let plan = self.plan;
-        let ours = (plan.headers.identity(), TX_MAIN, plan.has_unsigned_char());
-        // Our own main function lies in another folder each time.
-        let name = self.path().strip_prefix(&plan.build).unwrap_or(self.path());
-        let program = (name, plan.parts_of(self.path()));
-        Key::of(&(&self.compiler.identity, options, language, variables, folder, ours, program))
+        // Warnings may depend on comments, and show lines as they are written.
+        let written = self.plan.own.files.get(self.path()).map_or(&[][..], |file| &file.text);
+        let command = self.command();
+        let words = command.get_args().map(OsStr::as_encoded_bytes);
+        let others = [compiler.as_bytes(), folder.as_os_str().as_encoded_bytes(), written];
+        Ok(key::of(&output.stdout, others.into_iter().chain(words), &self.plan.build))
     }
-
-    /// The files that the compiler has read, without our headers and copies, which the key knows. `None` when it
-    /// has not said so.
-    fn read_by_compiler(&self, said: &Path) -> Option<Vec<PathBuf>> {
-        let text = fs::read_to_string(said).ok()?;
-        let mut files = cache::dependencies(&text);
-        files.retain(|file| !file.starts_with(&self.plan.build));
-        Some(files)
-    }
-}
-
-/// Passes on what a compiler has said, without that of another one between it.
-fn tell(messages: &[u8]) {
-    // There is nobody left to be told when the terminal is gone.
-    let _ = std::io::stderr().lock().write_all(messages);
 }

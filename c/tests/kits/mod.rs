@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 mod ex2;
+mod handlers;
 mod headers;
 mod kelib;
 mod kit;

@@ -230,6 +230,20 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
 }
 
 #[test]
+fn a_second_signal_ends_a_program_that_does_not_end() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "-DDEAF");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    let ended = run.end_by(libc::SIGINT);
+    ended.badly("pc was ended by SIGKILL (it was killed)");
+    assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
+    wait_stopped(&txt);
+}
+
+#[test]
 fn a_controller_that_goes_away_ends_the_program() {
     if !has_compiler() {
         return;

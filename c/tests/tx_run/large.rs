@@ -1,8 +1,10 @@
 //! A program of several folders, with threads, classes and headers of that time: `programs/line`.
 
-use std::fs;
+use std::fs::{self, Permissions};
+use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Once;
 
 use super::support::{has_compiler, program, tx_run, txt, wait_for, write, Ended, Run};
 
@@ -30,17 +32,6 @@ impl Line {
         }
         let folder = tempfile::tempdir().unwrap();
         copy(&program("line"), folder.path());
-        // Each compilation leaves a line.
-        for compiler in ["cc", "c++"] {
-            let script = format!(
-                "#!/bin/sh\nfor word; do case $word in *.c|*.cpp) echo \"$word\" >>\"{0}/log\";; esac; done\n\
-                 exec {compiler} \"$@\"\n",
-                folder.path().display()
-            );
-            write(folder.path(), compiler, &script);
-            let mut chmod = Command::new("chmod");
-            assert!(chmod.arg("+x").arg(folder.path().join(compiler)).status().unwrap().success());
-        }
         Some(Self { folder })
     }
 
@@ -52,7 +43,8 @@ impl Line {
         let mut command = tx_run(arguments);
         command.current_dir(self.path()).env("XDG_CACHE_HOME", self.path().join("cache"));
         command.env("HOME", self.path().join("cache"));
-        command.env("CC", self.path().join("cc")).env("CXX", self.path().join("c++"));
+        command.env("CC", compilers().join("cc")).env("CXX", compilers().join("c++"));
+        command.env("LOG", self.path().join("log"));
         command
     }
 
@@ -81,6 +73,43 @@ impl Line {
         let all = fs::read_dir(self.path().join("cache/tx_run")).unwrap();
         all.map(|entry| entry.unwrap().path()).collect()
     }
+}
+
+/// Calls the compiler with its own name, and leaves a line for each file that it compiles.
+const COMPILER: &str = r#"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+int main(int n, char **v) {
+    int i, compiles = 0;
+    FILE *log = fopen(getenv("LOG"), "a");
+    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-c");
+    for (i = 1; compiles && i < n; i++) {
+        char *end = strrchr(v[i], '.');
+        if (end && (!strcmp(end, ".c") || !strcmp(end, ".cpp"))) fprintf(log, "%s\n", v[i]);
+    }
+    fclose(log);
+    v[0] = strrchr(v[0], '/') + 1;
+    execvp(v[0], v);
+    return 9;
+}
+"#;
+
+/// The folder with such compilers. They are programs, since what a script compiles is not kept.
+fn compilers() -> PathBuf {
+    static MADE: Once = Once::new();
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("compilers");
+    MADE.call_once(|| {
+        write(&folder, "compiler.c", COMPILER);
+        for name in ["cc", "c++"] {
+            let mut compiler = Command::new("cc");
+            let compiler = compiler.current_dir(&folder).args(["compiler.c", "-o", "new"]);
+            assert!(compiler.status().unwrap().success());
+            fs::rename(folder.join("new"), folder.join(name)).unwrap();
+        }
+    });
+    folder
 }
 
 fn copy(from: &Path, to: &Path) {
@@ -131,7 +160,7 @@ fn a_program_of_several_folders_is_compiled_once() {
     // Only what includes a header that has changed is compiled again, and with other options everything.
     let axis = line.path().join("inc/line/axis.h");
     let text = fs::read_to_string(&axis).unwrap();
-    fs::write(&axis, text + "/* longer */\n").unwrap();
+    fs::write(&axis, text + "typedef int longer;\n").unwrap();
     line.run(&SOURCES);
     assert_eq!(line.compiled(), ["axis.cpp", "main.cpp"]);
     fs::write(
@@ -178,7 +207,7 @@ fn a_broken_cache_is_made_again() {
     let entries = line.cached();
     assert_eq!(entries.len(), 3);
     fs::write(&entries[0], "").unwrap();
-    fs::write(&entries[1], "tx_run 1\nnonsense\n").unwrap();
+    fs::write(&entries[1], "tx_run 2\nnonsense\n").unwrap();
     let mut bytes = fs::read(&entries[2]).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     fs::write(&entries[2], bytes).unwrap();
@@ -287,10 +316,11 @@ fn an_interruption_while_it_compiles_is_none_of_the_sources() {
         begun.display()
     );
     write(line.path(), "cc", &script);
+    fs::set_permissions(line.path().join("cc"), Permissions::from_mode(0o755)).unwrap();
     write(line.path(), "a.c", "int main(void) { return 0; }\n");
     for (signal, name) in [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM")] {
         let _ = fs::remove_file(&begun);
-        let run = Run::start(&mut line.command(&["a.c"]));
+        let run = Run::start(line.command(&["a.c"]).env("CC", line.path().join("cc")));
         super::support::wait_until("the compiler has begun", || begun.exists());
         run.signal(signal);
         let ended = run.end();

@@ -3,6 +3,7 @@
 #![cfg(unix)]
 
 mod bad_input;
+mod cache;
 mod ends;
 mod hooks;
 mod large;
@@ -10,3 +11,4 @@ mod machine;
 mod sources;
 mod support;
 mod tics;
+mod unread;

@@ -12,6 +12,9 @@ use super::remote;
 use super::slide::{SEEN_BY, SWITCHES};
 use super::{Barrier, Board, Grip, Gripper, I2cDevice, Piece, Place, Plug, Remote, Sensor, World};
 
+/// Inputs that something else in the world sets, each with its controller.
+pub(super) type SetInputs = BTreeSet<(usize, Input)>;
+
 /// An input that a slide sets.
 struct Moved {
     /// The slide's motor.
@@ -57,12 +60,13 @@ impl World {
         self.check_places()?;
         self.check_ejectors()?;
         self.check_grippers()?;
-        self.check_seen(self.check_moved()?)?;
-        at("script", self.script.check(self))?;
+        let set = self.check_seen(self.check_moved()?)?;
+        // Before the script, which looks for one of them at each event: then there are only a few.
         each("remotes", &self.remotes, Remote::check)?;
         at("remotes", remote::check_settings(&self.remotes))?;
         each("i2c", &self.i2c, I2cDevice::check)?;
-        at("i2c", i2c_device::check_addresses(&self.i2c))
+        at("i2c", i2c_device::check_addresses(&self.i2c))?;
+        at("script", self.script.check(self, &set))
     }
 
     /// Checks the world together with its places: what names a place has to find it.
@@ -89,7 +93,7 @@ impl World {
 
     /// Checks that each input that a slide sets has the right sensor, and only one slide. Returns these
     /// inputs.
-    fn check_moved(&self) -> Result<BTreeSet<(usize, Input)>, Mistake> {
+    fn check_moved(&self) -> Result<SetInputs, Mistake> {
         let mut known = BTreeSet::new();
         for moved in self.moved() {
             let Moved { key, controller, input, .. } = moved;
@@ -106,8 +110,9 @@ impl World {
         Ok(known)
     }
 
-    /// Checks that each sensor that looks at a place is the right one, and that nothing else sets it.
-    fn check_seen(&self, mut known: BTreeSet<(usize, Input)>) -> Checked {
+    /// Checks that each sensor that looks at a place is the right one, and that nothing else sets it. Returns the
+    /// inputs with these, too.
+    fn check_seen(&self, mut known: SetInputs) -> Result<SetInputs, Mistake> {
         let mut counters = BTreeSet::new();
         for (number, place) in self.places.iter().enumerate() {
             for (key, input, expected) in place.inputs() {
@@ -130,14 +135,15 @@ impl World {
                 at("places", at(number, at("barrier", checked)))?;
             }
         }
-        Ok(())
+        Ok(known)
     }
 
     fn check_places(&self) -> Checked {
+        let mut names = BTreeSet::new();
         for (number, place) in self.places.iter().enumerate() {
-            let taken = self.places.iter().take(number).any(|other| other.name == place.name);
+            let is_new = names.insert(&place.name);
             let reason = || format!("there are two places with the name {:?}", place.name);
-            let named = at("name", expect(!taken && !place.name.is_empty(), reason));
+            let named = at("name", expect(is_new && !place.name.is_empty(), reason));
             at("places", at(number, named.and_then(|()| self.check_place(place))))?;
         }
         Ok(())
@@ -184,10 +190,11 @@ impl World {
     }
 
     fn check_grippers(&self) -> Checked {
+        let mut names = BTreeSet::new();
         for (number, gripper) in self.grippers.iter().enumerate() {
-            let taken = self.grippers.iter().take(number).any(|other| other.name == gripper.name);
+            let is_new = names.insert(&gripper.name);
             let reason = || format!("there are two grippers with the name {:?}", gripper.name);
-            let named = at("name", expect(!taken && !gripper.name.is_empty(), reason));
+            let named = at("name", expect(is_new && !gripper.name.is_empty(), reason));
             let checked = named.and_then(|()| gripper.check());
             at("grippers", at(number, checked.and_then(|()| self.check_axes(gripper))))?;
         }

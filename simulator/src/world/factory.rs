@@ -158,15 +158,22 @@ impl Factory {
                 expect(names.insert(name), reason)
             });
             let checked = at("name", named).and_then(|()| world.find_mistake());
-            at("controllers", at(number, checked))?;
+            checked.map_err(|mistake| self.of_controller(number, mistake))?;
         }
-        let is_single = count == 1 && self.controllers[0].0.is_empty();
-        Plan::of(&self.worlds(), &self.same_places).map(|_| ()).map_err(|(world, mistake)| {
-            match world.filter(|_| !is_single) {
-                Some(number) => mistake.within(number).within("controllers"),
-                None => mistake,
-            }
+        let plan = Plan::of(&self.worlds(), &self.same_places);
+        plan.map(|_| ()).map_err(|(world, mistake)| match world {
+            Some(number) => self.of_controller(number, mistake),
+            None => mistake,
         })
+    }
+
+    /// A mistake in the world of a controller, with its whole place. A world that is no list of controllers has the
+    /// keys of its only one.
+    fn of_controller(&self, number: usize, mistake: Mistake) -> Mistake {
+        match &self.controllers[..] {
+            [(name, _)] if name.is_empty() => mistake,
+            _ => mistake.within(number).within("controllers"),
+        }
     }
 }
 

@@ -132,13 +132,17 @@ mod tests {
     use ft_transfer_area::tx::Input;
 
     use super::*;
-    use crate::world::Sensor;
+    use crate::world::{Factory, Sensor};
 
     const SLIDE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/worlds/slide.toml"));
 
-    /// Line and reason of the mistake in this text.
+    /// Line and reason of the mistake in this text. A factory with one controller has the same ones.
     fn mistake(text: &str) -> (usize, String) {
-        match World::from_toml(text) {
+        let world = World::from_toml(text);
+        if !text.contains("controllers]]") {
+            assert_eq!(Factory::from_toml(text).err(), world.clone().err());
+        }
+        match world {
             Err(Error::World { line, reason }) => (line, reason),
             other => panic!("{text}: {other:?}"),
         }
@@ -300,6 +304,25 @@ mod tests {
         }
         assert_eq!(mistake(&"[[extensions]]\n".repeat(9)).0, 9);
         assert!(mistake("\"a\\nb\" = 1").1.starts_with("a\\nb: there is no such key"));
+    }
+
+    #[test]
+    fn too_many_places_are_a_mistake_in_one_world_and_in_several() {
+        let places = |count: usize, key: &str| -> String {
+            (0..count).map(|number| format!("[[{key}]]\nname = \"p{number}\"\n")).collect()
+        };
+        World::from_toml(&places(1000, "places")).unwrap();
+        let (line, reason) = mistake(&places(60_000, "places"));
+        assert_eq!((line, &*reason), (2001, "places.1000: expected at most 1000 places in all"));
+
+        let part = |name| {
+            format!("[[controllers]]\nname = \"{name}\"\n{}", places(501, "controllers.places"))
+        };
+        let several = Factory::from_toml(&[part("a"), part("b")].concat()).unwrap_err();
+        assert!(
+            several.to_string().contains("controllers.1.places.499: expected at most 1000"),
+            "{several}"
+        );
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use ft_transfer_area::tx::Input;
 use toml::de::DeValue;
 
+use super::check::SetInputs;
 use super::i2c_device::{self, DEVICE};
 use super::mistake::{at, each, expect, not_negative, Checked, Mistake};
 use super::plug::CONTROLLERS;
@@ -56,11 +57,12 @@ impl Script {
         })
     }
 
-    pub(super) fn check(&self, world: &World) -> Checked {
+    /// The inputs are those that something else in the world sets.
+    pub(super) fn check(&self, world: &World, set: &SetInputs) -> Checked {
         let period = self.period.unwrap_or(1.0);
         let right = period >= 0.001 && period.is_finite();
         at("period", expect(right, || format!("expected 0.001 or more, not {period}")))?;
-        each("events", &self.events, |event| event.check(world))
+        each("events", &self.events, |event| event.check(world, set))
     }
 }
 
@@ -181,18 +183,20 @@ impl ScriptEvent {
         Ok(Self { at, action })
     }
 
-    fn check(&self, world: &World) -> Checked {
+    fn check(&self, world: &World, set: &SetInputs) -> Checked {
         let time = self.at;
         not_negative("at", time)?;
         let most = world.script.period.unwrap_or(f64::INFINITY);
         at("at", expect(time < most, || format!("expected less than the period, {most}")))?;
         match &self.action {
             ScriptAction::Press { controller, input, .. } => {
-                check_press(world, *controller, *input)
+                check_press(world, *controller, *input)?;
+                check_free(world, set, *controller, *input)
             }
             ScriptAction::Sensor { controller, input, sensor } => {
                 at("sensor", sensor.check())?;
-                check_sensor(world, *controller, *input, sensor)
+                check_sensor(world, *controller, *input, sensor)?;
+                check_free(world, set, *controller, *input)
             }
             // Whether there is such a place is known when all names are.
             ScriptAction::Put { .. } => Ok(()),
@@ -242,16 +246,14 @@ impl ScriptState {
 fn check_press(world: &World, controller: usize, input: Input) -> Checked {
     let board = board(world, controller)?;
     let presses = board.inputs.get(&input).is_some_and(Sensor::is_pressable);
-    at("input", expect(presses, || format!("expected a button or switch on {input}")))?;
-    check_free(world, controller, input)
+    at("input", expect(presses, || format!("expected a button or switch on {input}")))
 }
 
 fn check_sensor(world: &World, controller: usize, input: Input, sensor: &Sensor) -> Checked {
     let board = board(world, controller)?;
     let kind = sensor.kind();
     let known = board.inputs.get(&input).is_some_and(|plugged| plugged.kind() == kind);
-    at("input", expect(known, || format!("expected a sensor of the kind {kind} on {input}")))?;
-    check_free(world, controller, input)
+    at("input", expect(known, || format!("expected a sensor of the kind {kind} on {input}")))
 }
 
 fn board(world: &World, controller: usize) -> Result<&Board, Mistake> {
@@ -262,7 +264,10 @@ fn board(world: &World, controller: usize) -> Result<&Board, Mistake> {
 }
 
 /// Checks that nothing else in the world sets what is plugged in here.
-fn check_free(world: &World, controller: usize, input: Input) -> Checked {
+fn check_free(world: &World, set: &SetInputs, controller: usize, input: Input) -> Checked {
+    if !set.contains(&(controller, input)) {
+        return Ok(());
+    }
     let setter = world.setter(controller, input);
     at("input", setter.map_or(Ok(()), |setter| Err(Mistake::new(format!("{input} is {setter}")))))
 }

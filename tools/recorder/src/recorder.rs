@@ -2,7 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -28,8 +28,9 @@ const STATISTICS: Duration = Duration::from_secs(1);
 /// How long the end of a recording may take. A disk that takes nothing for so long stands still.
 const END_LIMIT: Duration = Duration::from_secs(5);
 
-/// How many pictures wait for the disk.
+/// How many pictures wait for the disk, and how many bytes they may have.
 const FRAMES: usize = 32;
+const FRAME_BYTES: usize = 64 << 20;
 
 /// How a recording is made.
 #[derive(Clone, Copy, Debug)]
@@ -124,6 +125,8 @@ struct State {
     path: Mutex<PathBuf>,
     recorded: Mutex<Totals>,
     lost_frames: AtomicU64,
+    /// The bytes of the pictures that wait.
+    frame_bytes: AtomicUsize,
     failure: Mutex<Option<IoError>>,
 }
 
@@ -141,8 +144,11 @@ impl State {
 impl FrameSink {
     /// Records a picture. Does not wait: if the disk is too slow, the picture is lost and counted.
     pub fn record(&self, frame: &CameraFrame) {
-        if self.sender.try_send(frame.clone()).is_err() {
-            self.state.lost_frames.fetch_add(1, Ordering::Relaxed);
+        let (state, size) = (&self.state, frame.data.len());
+        let has_room = state.frame_bytes.fetch_add(size, Ordering::Relaxed) + size <= FRAME_BYTES;
+        if !has_room || self.sender.try_send(frame.clone()).is_err() {
+            state.frame_bytes.fetch_sub(size, Ordering::Relaxed);
+            state.lost_frames.fetch_add(1, Ordering::Relaxed);
         }
     }
 }
@@ -379,6 +385,7 @@ impl Worker {
         }
         for _ in 0..self.frames.len() {
             if let Ok(frame) = self.frames.try_recv() {
+                self.state.frame_bytes.fetch_sub(frame.data.len(), Ordering::Relaxed);
                 self.frame(&frame)?;
             }
         }
@@ -466,5 +473,21 @@ impl Source {
             Self::Handler { events, .. } => events.try_recv().ok(),
             Self::Feed { .. } => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_that_wait_for_the_disk_have_a_bound_in_bytes() {
+        let (sender, waiting) = bounded(FRAMES);
+        let sink = FrameSink { sender, state: Arc::default() };
+        let frame = CameraFrame::new(vec![0; FRAME_BYTES / 4]);
+        for _ in 0..10 {
+            sink.record(&frame);
+        }
+        assert_eq!((waiting.len(), sink.state.recorded().lost_frames), (4, 6));
     }
 }

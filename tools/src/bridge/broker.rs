@@ -8,7 +8,7 @@ use std::collections::hash_map::RandomState;
 use std::collections::HashSet;
 use std::hash::{BuildHasher, Hasher};
 use std::pin::pin;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -25,11 +25,12 @@ use tokio::{runtime, select};
 use self::address::host_and_port;
 use self::freshness::Freshness;
 
-/// How many messages wait for the broker at most.
+/// How many messages wait for the broker at most. They are our own, and short: some hundred bytes.
 const QUEUE: usize = 10_000;
 
-/// How many messages from the broker wait at most. A cycle of the controller takes all of them.
+/// How many messages from the broker wait at most, and with how many bytes. A cycle of the controller takes all of them.
 const INBOX: usize = 1000;
+const INBOX_BYTES: usize = 4 << 20;
 
 /// A larger message ends the connection, so that nobody can fill the memory.
 const MESSAGE_LIMIT: usize = 1 << 20;
@@ -72,6 +73,14 @@ pub(crate) struct Inbox {
     events: Receiver<BrokerEvent>,
     /// Messages for which there was no room.
     missed: Arc<AtomicU64>,
+    /// The bytes of those that wait.
+    bytes: Arc<AtomicUsize>,
+}
+
+impl Message {
+    fn bytes(&self) -> usize {
+        self.topic.len() + self.payload.len()
+    }
 }
 
 impl Inbox {
@@ -81,11 +90,17 @@ impl Inbox {
     }
 
     pub(crate) fn read(&self) -> Result<BrokerEvent, TryRecvError> {
-        self.events.try_recv()
+        self.events.try_recv().inspect(|event| self.taken(event))
     }
 
     pub(crate) fn wait(&self, deadline: Instant) -> Result<BrokerEvent, RecvTimeoutError> {
-        self.events.recv_deadline(deadline)
+        self.events.recv_deadline(deadline).inspect(|event| self.taken(event))
+    }
+
+    fn taken(&self, event: &BrokerEvent) {
+        if let BrokerEvent::Message(message) = event {
+            self.bytes.fetch_sub(message.bytes(), Ordering::Relaxed);
+        }
     }
 }
 
@@ -93,6 +108,7 @@ impl Inbox {
 pub(crate) struct Outlet {
     events: Sender<BrokerEvent>,
     missed: Arc<AtomicU64>,
+    bytes: Arc<AtomicUsize>,
 }
 
 /// Nobody reads any more.
@@ -101,8 +117,10 @@ pub(crate) struct Unread;
 
 impl Outlet {
     pub(crate) fn new() -> (Self, Inbox) {
-        let ((sender, receiver), missed) = (bounded(INBOX), Arc::new(AtomicU64::new(0)));
-        (Self { events: sender, missed: Arc::clone(&missed) }, Inbox { events: receiver, missed })
+        let ((events, receiver), missed) = (bounded(INBOX), Arc::new(AtomicU64::new(0)));
+        let bytes = Arc::new(AtomicUsize::new(0));
+        let outlet = Self { events, missed: Arc::clone(&missed), bytes: Arc::clone(&bytes) };
+        (outlet, Inbox { events: receiver, missed, bytes })
     }
 
     /// Leaves what happened to the connection. It is never lost.
@@ -112,14 +130,18 @@ impl Outlet {
 
     /// Leaves a message. Never waits for room: the broker would think that this client is dead.
     pub(crate) fn leave(&self, message: Message) -> Result<(), Unread> {
-        match self.events.try_send(BrokerEvent::Message(message)) {
-            Ok(()) => Ok(()),
-            Err(TrySendError::Full(_)) => {
-                self.missed.fetch_add(1, Ordering::AcqRel);
-                Ok(())
+        let size = message.bytes();
+        // Only this thread adds.
+        if self.bytes.load(Ordering::Relaxed) + size <= INBOX_BYTES {
+            self.bytes.fetch_add(size, Ordering::Relaxed);
+            match self.events.try_send(BrokerEvent::Message(message)) {
+                Ok(()) => return Ok(()),
+                Err(TrySendError::Full(_)) => drop(self.bytes.fetch_sub(size, Ordering::Relaxed)),
+                Err(TrySendError::Disconnected(_)) => return Err(Unread),
             }
-            Err(TrySendError::Disconnected(_)) => Err(Unread),
         }
+        self.missed.fetch_add(1, Ordering::AcqRel);
+        Ok(())
     }
 }
 
@@ -322,6 +344,23 @@ pub(crate) fn random() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_inbox_has_room_for_so_many_bytes() {
+        let (outlet, inbox) = Outlet::new();
+        let leave = |size| {
+            let (topic, payload) = (String::new(), vec![0; size]);
+            let message = Message { topic, payload, retained: false, not_before: Instant::now() };
+            outlet.leave(message).unwrap();
+            inbox.missed()
+        };
+        assert_eq!([leave(INBOX_BYTES), leave(1)], [0, 1]);
+        assert!(matches!(inbox.read(), Ok(BrokerEvent::Message(_))));
+        assert_eq!((0..INBOX).map(|_| leave(1)).sum::<u64>(), 0);
+        assert_eq!([leave(1), leave(1)], [1, 1]);
+        while inbox.read().is_ok() {}
+        assert_eq!([leave(INBOX_BYTES), leave(1)], [0, 1]);
+    }
 
     #[test]
     fn two_clients_never_have_one_id() {

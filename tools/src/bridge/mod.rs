@@ -19,7 +19,7 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
-use crossbeam_channel::{select, unbounded};
+use crossbeam_channel::{bounded, select};
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 use ft_transfer_area::{find_controllers, Error};
 use ft_transfer_area_simulator::SimulatedTxt;
@@ -30,7 +30,8 @@ use self::relay::Setup;
 use self::topics::{is_prefix, level, Topics};
 use self::values::Noise;
 use crate::guardian::Guardian;
-use crate::{arguments, interrupt, lines};
+use crate::interrupt::{self, Driving};
+use crate::{arguments, lines};
 
 /// The environment variable with the password for the broker: an argument could be read by everybody.
 const PASSWORD: &str = "TXT_MQTT_PASSWORD";
@@ -102,8 +103,10 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         .collect::<anyhow::Result<Vec<_>>>()?;
     // A simulated controller ends with this program.
     let guardian = simulated.is_none().then(|| Guardian::start(&hosts)).transpose()?;
+    let _driving = Driving::begin();
     let done = thread::scope(|scope| {
-        let (ended, ends) = unbounded();
+        // One message of each machine.
+        let (ended, ends) = bounded(machines.len());
         for machine in machines {
             let ended = ended.clone();
             let work = move || {

@@ -64,15 +64,24 @@ pub(crate) struct Args {
     no_browser: bool,
 }
 
+/// No picture is longer, in bytes: a JPEG of a camera with 1920x1080 pixels has about 1 MB at most (assumed).
+pub(crate) const PICTURE_MAX: usize = 2 << 20;
+
+/// How the camera is started here.
+pub(crate) fn options() -> CameraOptions {
+    CameraOptions::default().with_max_frame_size(PICTURE_MAX)
+}
+
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     let (width, height) = args.size;
-    let options = CameraOptions::default().with_size(width, height).with_framerate(args.fps);
+    let options = options().with_size(width, height).with_framerate(args.fps);
     match args.output {
         Some(path) => {
             let mut target = Target::new(&path, args.force)?;
-            // Two seconds in which a slow disk loses nothing.
-            let options = options.with_channel_frames(2 * usize::from(args.fps));
+            // Two seconds in which a slow disk loses nothing, if that many fit into 64 MiB.
+            let frames = (2 * usize::from(args.fps)).min((64 << 20) / PICTURE_MAX);
+            let options = options.with_channel_frames(frames);
             let source = Source::start(args.host, options)?;
             let plan = Plan { count: args.count, every: args.every };
             save::save(&source, &mut target, plan, &interrupted)

@@ -19,7 +19,8 @@ use crate::print;
 const AFTER: &str = "\
 It simulates the machine of the lesson, presses its buttons, and says what the program does wrong.
 PROGRAM is in any language. It gets the address of the controller as its last argument, and in the
-variable TXT_ADDRESS. It is ended when the check is over. Options come before LESSON.
+variable TXT_ADDRESS. It is ended when the check is over, with all that it has started. Options
+come before LESSON.
 
 The exit status is 0 when the lesson is solved, 1 when something is wrong, 2 for a wrong option.
 `txt simulate --world lesson1 --show` shows the machine of lesson 1, to try a program by hand.

@@ -2,7 +2,6 @@
 //!
 //! Every exchange is kept, so nothing is missed while a check is busy. Times are those of the machine.
 
-use std::process::Stdio;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -15,7 +14,7 @@ use super::words::{Check, Language, Words, Wrong};
 use super::Args;
 use crate::panel::pages::{self, Simulated};
 use crate::print;
-use crate::program::Program;
+use crate::program::{Program, Reads};
 use crate::web::browser::Opening;
 
 /// How long a program has to answer an input. Much longer than it needs on a busy computer.
@@ -70,7 +69,7 @@ impl Stage {
             print::line(format_args!("page {url}"))?;
             opening = kept;
         }
-        let program = Program::start(&args.program, &address, Stdio::null())?;
+        let program = Program::start(&args.program, &address, Reads::Nothing)?;
         Ok(Self { program, txts, log, mark: 0, step: None, language, _opening: opening })
     }
 

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crossbeam_channel::{bounded, never, select, Receiver, Sender};
-use ft_transfer_area::{CameraFrame, CameraOptions, Error, TransferAreaComHandler};
+use ft_transfer_area::{CameraFrame, Error, TransferAreaComHandler};
 use serde::Serialize;
 use tokio::sync::watch;
 
@@ -12,6 +12,7 @@ use super::common::spawn;
 use super::order::Order;
 use super::problem::Problem;
 use super::request::CameraRequest;
+use crate::camera::options;
 
 /// How many orders may wait.
 const WAITING: usize = 4;
@@ -126,7 +127,7 @@ fn switch(
         handler.stop_camera()?;
         return Ok(never());
     }
-    let options = CameraOptions::default();
+    let options = options();
     let (width, height) =
         (request.width.unwrap_or(options.width), request.height.unwrap_or(options.height));
     let framerate = request.fps.unwrap_or(options.framerate);

@@ -36,9 +36,10 @@ use self::common::Common;
 use self::dispatch::Panel;
 use self::host::Host;
 use self::world::Simulated;
+use crate::arguments;
 use crate::guardian::Guardian;
+use crate::interrupt::{self, Driving};
 use crate::web::{self, qr, Site};
-use crate::{arguments, interrupt};
 
 /// The host that is not an address.
 const SIMULATED: &str = "simulated";
@@ -84,6 +85,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let hosts = start_hosts(&args, &common)?;
     // No page has driven one yet.
     let guardian = guard(&args)?;
+    let _driving = Driving::begin();
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let router = server::router([Arc::clone(&panel)])?;
     let url = tell(&site)?;

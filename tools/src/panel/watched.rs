@@ -14,7 +14,9 @@ use super::problem::Problem;
 use super::state::{
     self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
 };
-use crate::told::{halted, missed, Cycle, Happened, I2cExchange, Line, Told};
+use crate::told::{
+    halted, missed, no_answer, not_understood, Cycle, Happened, I2cExchange, Line, Told,
+};
 
 /// Of how many answers the median is shown.
 const ANSWERS: usize = 256;
@@ -27,9 +29,12 @@ pub(crate) struct Watched {
     camera: Arc<Camera>,
     publish: watch::Sender<Newest>,
     next_state: Instant,
-    /// How many programs are connected, and how many of them are online.
+    /// How many programs are connected.
     programs: usize,
-    online: usize,
+    /// The connection that drives: what happens on others to the same port is not shown.
+    drives: Option<u64>,
+    /// The connection of which the camera's last picture is.
+    pictures: u64,
     is_unclear: bool,
     name: Option<String>,
     firmware: Option<String>,
@@ -57,7 +62,8 @@ impl Watched {
             publish,
             next_state: Instant::now(),
             programs: 0,
-            online: 0,
+            drives: None,
+            pictures: 0,
             is_unclear: false,
             name: None,
             firmware: None,
@@ -79,63 +85,75 @@ impl Watched {
 
     /// Takes in what has happened.
     pub(crate) fn take(&mut self, told: &Told) {
+        match told.line {
+            Line::Main => self.of_main(told),
+            Line::Camera => self.of_camera(told),
+            Line::I2c => {
+                if let Happened::I2c(exchange) = &told.what {
+                    self.i2c = Some(exchange.clone());
+                }
+            }
+        }
+        let is_other =
+            told.line == Line::Main && self.drives.is_some_and(|number| number != told.connection);
+        if let Some(error) = problem(told).filter(|_| !is_other) {
+            self.error = Some(error);
+        }
+    }
+
+    fn of_main(&mut self, told: &Told) {
+        let is_shown = self.drives.is_none_or(|number| number == told.connection);
         match &told.what {
-            Happened::Connected(_) => self.programs += usize::from(told.line == Line::Main),
-            Happened::Closed => self.closed(told.line),
-            Happened::Refused(error) => {
-                let text = format!("the controller refuses the connection: {error}");
-                self.error = Some(Problem::new("connect_failed", text));
+            Happened::Connected(_) => self.programs += 1,
+            Happened::Closed => {
+                self.programs = self.programs.saturating_sub(1);
+                self.is_unclear &= self.programs > 0;
             }
             Happened::Controller { name, firmware } => {
                 self.name = Some(name.clone());
                 self.firmware = Some(firmware.to_string());
             }
-            Happened::Command(_) => self.commands += 1,
             Happened::Online { .. } => {
-                self.online += 1;
+                // A controller has one client: the one before has lost it.
+                self.gaps += u64::from(!is_shown);
+                self.drives = Some(told.connection);
                 (self.error, self.is_unclear) = (None, false);
                 (self.histogram, self.answers) = Default::default();
                 (self.cycles, self.late) = (0, 0);
             }
-            Happened::Halted { gone, error } => {
-                let code = if error.is_none() { "halted" } else { "halt_failed" };
-                self.error = Some(Problem::new(code, halted(*gone, error.as_ref())));
-            }
+            // What follows is only about the connection that drives.
+            _ if !is_shown => {}
+            Happened::Command(_) => self.commands += 1,
             Happened::Offline { by_program } => {
-                self.online = self.online.saturating_sub(1);
+                self.drives = None;
                 self.gaps += u64::from(!by_program);
                 self.histogram.interrupt();
             }
             Happened::Cycle(cycle) => self.cycle(told.at, cycle),
-            Happened::Picture(frame) => self.camera.show(frame),
-            Happened::I2c(exchange) => self.i2c = Some(exchange.clone()),
-            Happened::NotUnderstood { side, why } => {
-                self.is_unclear |= told.line == Line::Main;
-                let (line, side) = (told.line.name(), side.name());
-                let text = format!(
-                    "what the {side} sent on the {line} connection can't be understood, so nothing more of it is shown; it is passed on all the same: {why}"
-                );
-                self.error = Some(Problem::new("not_understood", text));
-            }
-            Happened::Missed => {
-                self.is_unclear |= told.line == Line::Main;
-                self.error = Some(Problem::new("missed", missed(told.line)));
-            }
+            Happened::NotUnderstood { .. } | Happened::Missed => self.is_unclear = true,
+            Happened::Refused(_)
+            | Happened::Halted { .. }
+            | Happened::Unknown(_)
+            | Happened::NoAnswer { .. }
+            | Happened::Picture(_)
+            | Happened::I2c(_) => {}
         }
     }
 
-    fn closed(&mut self, line: Line) {
-        match line {
-            Line::Main => {
-                self.programs = self.programs.saturating_sub(1);
-                self.is_unclear &= self.programs > 0;
+    fn of_camera(&mut self, told: &Told) {
+        match &told.what {
+            Happened::Picture(frame) => {
+                self.pictures = told.connection;
+                self.camera.show(frame);
             }
-            Line::Camera => self.camera.end(),
-            Line::I2c => {}
+            Happened::Closed if self.pictures == told.connection => self.camera.end(),
+            _ => {}
         }
     }
 
     fn cycle(&mut self, at: Instant, cycle: &Cycle) {
+        // It goes on.
+        self.error.take_if(|error| error.code == NO_ANSWER);
         self.areas.clone_from(&cycle.areas);
         self.cycles = cycle.number;
         self.histogram.count(cycle.number, at);
@@ -158,7 +176,7 @@ impl Watched {
     }
 
     fn phase(&self) -> Phase {
-        if self.online > 0 {
+        if self.drives.is_some() {
             Phase::Running
         } else if self.is_unclear {
             Phase::Unclear
@@ -198,6 +216,40 @@ impl Watched {
         };
         state.publish(&self.publish);
     }
+}
+
+/// The code of a missing response.
+const NO_ANSWER: &str = "no_answer";
+
+/// What is wrong, if this says that something is.
+fn problem(told: &Told) -> Option<Problem> {
+    let (code, text) = match &told.what {
+        Happened::Refused(error) => {
+            ("connect_failed", format!("the controller refuses the connection: {error}"))
+        }
+        Happened::Halted { gone, error } => {
+            let code = if error.is_none() { "halted" } else { "halt_failed" };
+            (code, halted(*gone, error.as_ref()))
+        }
+        Happened::Unknown(unknown) => ("unknown", format!("{unknown}; it is passed on")),
+        Happened::NoAnswer { command, since } => {
+            (NO_ANSWER, no_answer(*command, told.at.saturating_duration_since(*since)))
+        }
+        Happened::NotUnderstood { side, why } => {
+            ("not_understood", not_understood(told.line, *side, why))
+        }
+        Happened::Missed => ("missed", missed(told.line)),
+        Happened::Connected(_)
+        | Happened::Closed
+        | Happened::Controller { .. }
+        | Happened::Command(_)
+        | Happened::Online { .. }
+        | Happened::Offline { .. }
+        | Happened::Cycle(_)
+        | Happened::Picture(_)
+        | Happened::I2c(_) => return None,
+    };
+    Some(Problem::new(code, text))
 }
 
 /// The last answers.

@@ -1,9 +1,14 @@
 //! Where a recording goes, and what becomes of a file that is there already.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::thread;
 
-use anyhow::{ensure, Context};
-use ft_transfer_area_recorder::Recorder;
+use anyhow::{bail, ensure, Context};
+use crossbeam_channel::{bounded, select, Receiver};
+use ft_transfer_area_recorder::{Error, Recorder, Totals};
+
+use crate::interrupt;
 
 /// The file of a recording.
 pub(crate) struct Output {
@@ -27,6 +32,25 @@ impl Output {
     /// What the user calls it.
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Waits until a pipe has a reader, or for Ctrl-C. What it returns keeps the reader until the recorder has come.
+    pub(crate) fn wait_for_reader(
+        &self,
+        interrupted: &Receiver<()>,
+    ) -> anyhow::Result<Option<File>> {
+        if self.path.is_file() || !self.path.exists() {
+            return Ok(None);
+        }
+        let (opened, pipe) = bounded(1);
+        let path = self.path.clone();
+        let open = move || drop(opened.send(File::options().write(true).open(path)));
+        thread::Builder::new().name("pipe".to_owned()).spawn(open)?;
+        let path = self.path.display();
+        select! {
+            recv(pipe) -> pipe => pipe?.map(Some).with_context(|| path.to_string()),
+            recv(interrupted) -> _ => bail!("nobody reads {path}"),
+        }
     }
 
     /// Where the recorder starts.
@@ -67,10 +91,22 @@ fn beside(file: &Path) -> PathBuf {
     file.with_file_name(name)
 }
 
+/// Ends a file. The error says that it has not taken all in time.
+pub(crate) fn finish(recorder: Recorder) -> anyhow::Result<Result<Totals, Error>> {
+    let path = recorder.path().display().to_string();
+    interrupt::in_time(move || recorder.finish()).with_context(|| incomplete(&path))
+}
+
+/// What is wrong when a disk or a pipe takes nothing.
+pub(crate) fn incomplete(path: &str) -> String {
+    format!("{path} takes nothing any more, so the recording is incomplete")
+}
+
 /// Removes a file that has no cycle, so that it is not in the way of the next attempt.
 pub(crate) fn discard(recorder: Recorder) {
     let path = recorder.path().to_owned();
-    drop(recorder);
+    // It may be a pipe that nobody reads.
+    interrupt::in_time(move || drop(recorder));
     // It may be a pipe or a device.
     if path.is_file() {
         // Without it the reason is reported all the same.

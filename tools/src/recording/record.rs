@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use anyhow::{bail, Context};
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
-use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
+use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
 use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::output::{discard, Output};
-use crate::{arguments, interrupt, print};
+use super::output::{discard, finish, Output};
+use crate::{arguments, camera, interrupt, print};
 
 /// How often the progress is shown, and the recorder is checked.
 const LOOK: Duration = Duration::from_millis(100);
@@ -88,9 +88,11 @@ fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let mut output = Output::new(args.output.clone(), args.force)?;
     let interrupted = interrupt::receiver()?;
+    let reader = output.wait_for_reader(&interrupted)?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let handler = handler(&args, simulated.as_ref())?;
     let mut recorder = Recorder::start(&handler, output.first(), Options::default())?;
+    drop(reader);
     let begun = handler.begin_transfer().map_err(anyhow::Error::from);
     if let Err(error) = begun.and_then(|()| output.begun(&mut recorder)) {
         discard(recorder);
@@ -103,7 +105,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         // It ends with the transfer. It only hands pictures on, so it has nothing to say.
         let _ = camera.join();
     }
-    let totals = recorder.finish()?;
+    let totals = finish(recorder)??;
     print::line(Progress { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
@@ -142,7 +144,7 @@ fn start_camera(
     if !args.camera {
         return Ok(None);
     }
-    let frames: Receiver<CameraFrame> = handler.start_camera(CameraOptions::default())?;
+    let frames: Receiver<CameraFrame> = handler.start_camera(camera::options())?;
     let hand_on = move || frames.iter().for_each(|frame| sink.record(&frame));
     let thread = thread::Builder::new().name("camera".to_owned()).spawn(hand_on);
     thread.map(Some).context("a thread for the camera could not be started")

@@ -24,8 +24,9 @@ use serde_json::{json, Value};
 use self::bench::Bench;
 use self::checks::{Check, Needs};
 use self::outcome::{summary, Outcome, Row, Trouble};
+use crate::interrupt::{self, Driving};
+use crate::print;
 use crate::watch::ports;
-use crate::{interrupt, print};
 
 const AFTER: &str = "\
 Each line is a statement about the controller: \"as the firmware does\", \"differs\", or \"not tried\".
@@ -84,6 +85,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     // Before a minute is spent.
     let file = create(&path, args.force).with_context(|| path.display().to_string())?;
     let interrupted = interrupt::receiver()?;
+    let driving = Driving::begin();
     let bench = Bench::new(address, interrupted).map_err(|trouble| {
         // It has nothing yet.
         let _ = std::fs::remove_file(&path);
@@ -93,6 +95,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     run.head()?;
     let ended = run.all();
     let is_stopped = run.bench.leave();
+    drop(driving);
     let result = run.json(&begun, ended.as_ref().err());
     write(file, &result).with_context(|| path.display().to_string())?;
     run.foot(&path, &result)?;

@@ -3,9 +3,9 @@
 mod options;
 mod typed;
 
-use std::io;
 use std::sync::{Arc, Weak};
 use std::thread;
+use std::{io, mem};
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -37,6 +37,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     thread::Builder::new().name(String::from("typed")).spawn(move || read_lines(&typed))?;
     // Clients are served while this waits. The sender lives as long as the program.
     let _ = interrupted.recv();
+    // The system closes all connections when the program ends, without a wait for thousands of threads one by one.
+    mem::forget(txts);
     Ok(())
 }
 

@@ -3,6 +3,7 @@
 //! A thread of its own prints them, so that a reader that pauses stops nothing. What it has no room for is left out
 //! and counted.
 
+use std::collections::HashMap;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -15,20 +16,21 @@ use serde_json::{json, Map, Value};
 
 use crate::commands::Pair;
 use crate::print;
-use crate::told::{Cycle, Happened, Told, MISSED};
+use crate::queue::{queue, Put, Take};
+use crate::told::{Cycle, Happened, Told, Unknown, MISSED};
 use crate::values::{CounterValue, InputValue, RemoteValue, SoundValue};
 
-/// How many lines may wait for their reader.
-const WAITING: usize = 20_000;
+/// How many bytes of lines may wait for their reader. A line may have hundreds of thousands.
+const ROOM: usize = 16 << 20;
 /// How long a reader may take for the last ones.
 const END_LIMIT: Duration = Duration::from_millis(500);
 
 /// Prints lines.
 pub(super) struct Changes {
-    sender: Sender<Value>,
+    lines: Put<String>,
     begin: Instant,
-    /// The values of each area that were printed last; none before the first cycle of a connection.
-    told: Vec<Vec<Value>>,
+    /// The values of each area that were printed last, for each connection; none before its first cycle.
+    told: HashMap<u64, Vec<Vec<Value>>>,
     /// How many were left out since the last line.
     lost: u64,
     /// Ends when all is printed.
@@ -48,7 +50,7 @@ struct MotorValue {
 
 impl Changes {
     pub(super) fn start() -> anyhow::Result<Self> {
-        let (sender, lines) = bounded(WAITING);
+        let (put, lines) = queue(ROOM);
         let (printing, printed) = bounded(0);
         thread::Builder::new().name("lines".to_owned()).spawn(move || {
             let _printing: Sender<()> = printing;
@@ -61,20 +63,24 @@ impl Changes {
                 }
             }
         })?;
-        Ok(Self { sender, begin: Instant::now(), told: Vec::new(), lost: 0, printed })
+        Ok(Self::new(put, printed))
+    }
+
+    fn new(lines: Put<String>, printed: Receiver<()>) -> Self {
+        Self { lines, begin: Instant::now(), told: HashMap::new(), lost: 0, printed }
     }
 
     /// Says where the program has to connect to.
     pub(super) fn begin(&self, main: &str, controller: &str, page: Option<&str>) {
         let line = json!({"ms": 0.0, "what": "listening", "main": main, "controller": controller, "page": page});
         // There is room: it is the first one.
-        let _ = self.sender.try_send(line);
+        let _ = self.lines.put(print::json_line(&line), 0);
     }
 
     /// Waits until all is printed, but not for a reader that pauses.
     pub(super) fn finish(self) {
-        let Self { sender, printed, .. } = self;
-        drop(sender);
+        let Self { lines, printed, .. } = self;
+        drop(lines);
         // It ends in an error in any case: nothing is ever sent.
         let _ = printed.recv_timeout(END_LIMIT);
     }
@@ -82,20 +88,23 @@ impl Changes {
     pub(super) fn take(&mut self, told: &Told) {
         let line = told.line.name();
         let value = match &told.what {
-            Happened::Cycle(cycle) => return self.cycle(told.at, cycle),
+            Happened::Cycle(cycle) => return self.cycle(told, cycle),
             Happened::Connected(from) => {
                 json!({"what": "connected", "connection": line, "from": from.to_string()})
             }
             Happened::Refused(error) => {
                 json!({"what": "refused", "connection": line, "why": error.to_string()})
             }
-            Happened::Closed => json!({"what": "closed", "connection": line}),
+            Happened::Closed => {
+                self.told.remove(&told.connection);
+                json!({"what": "closed", "connection": line})
+            }
             Happened::Controller { name, firmware } => {
                 json!({"what": "controller", "name": name, "firmware": firmware.to_string()})
             }
             Happened::Command(command) => json!({"what": "command", "command": command.name()}),
             Happened::Online { .. } => {
-                self.told.clear();
+                self.told.remove(&told.connection);
                 json!({"what": "online"})
             }
             Happened::Halted { gone, error } => {
@@ -110,40 +119,45 @@ impl Changes {
             Happened::I2c(exchange) => {
                 json!({"what": "i2c", "device": exchange.device, "written": exchange.written, "read": exchange.read})
             }
+            Happened::Unknown(Unknown { side, id, bytes }) => {
+                json!({"what": "unknown", "from": side.name(), "id": format!("{id:#010x}"), "bytes": bytes})
+            }
+            Happened::NoAnswer { command, since } => {
+                let seconds = told.at.saturating_duration_since(*since).as_secs_f64();
+                json!({"what": "no_answer", "command": command.name(), "seconds": (seconds * 10.0).round() / 10.0})
+            }
             Happened::NotUnderstood { side, why } => {
                 json!({"what": "not_understood", "connection": line, "from": side.name(), "why": why})
             }
             Happened::Missed => json!({"what": "missed", "connection": line, "why": MISSED}),
         };
-        self.put(told.at, None, value);
+        self.put(told, None, value);
     }
 
-    fn cycle(&mut self, at: Instant, cycle: &Cycle) {
+    fn cycle(&mut self, told: &Told, cycle: &Cycle) {
         let alive = cycle.areas.first().map_or([0; 8], |master| master.state.io_slave_alive);
-        for (index, area) in cycle.areas.iter().enumerate() {
+        let mut last = self.told.remove(&told.connection).unwrap_or_default();
+        last.resize(last.len().max(cycle.areas.len()), Vec::new());
+        for (index, (area, last)) in cycle.areas.iter().zip(&mut last).enumerate() {
             let is_there = index.checked_sub(1).is_none_or(|extension| alive[extension] != 0);
             let mut values = if is_there { values(index, area) } else { Vec::new() };
             if index > 0 {
                 values.insert(0, json!({"controller": name(index), "alive": is_there}));
             }
-            if self.told.len() <= index {
-                self.told.push(Vec::new());
+            let is_new = |(place, value): &(usize, &Value)| last.get(*place) != Some(*value);
+            for (_, value) in values.iter().enumerate().filter(is_new) {
+                self.put(told, Some(cycle.number), value.clone());
             }
-            let before = std::mem::take(&mut self.told[index]);
-            let changed = values
-                .iter()
-                .enumerate()
-                .filter(|(place, value)| before.get(*place) != Some(*value));
-            let changed: Vec<_> = changed.map(|(_, value)| value.clone()).collect();
-            changed.into_iter().for_each(|value| self.put(at, Some(cycle.number), value));
-            self.told[index] = values;
+            *last = values;
         }
+        self.told.insert(told.connection, last);
     }
 
     /// Prints a line, if there is room for it.
-    fn put(&mut self, at: Instant, cycle: Option<u64>, value: Value) {
-        let ms = at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
+    fn put(&mut self, told: &Told, cycle: Option<u64>, value: Value) {
+        let ms = told.at.saturating_duration_since(self.begin).as_micros() as f64 / 1e3;
         let mut line = Map::from_iter([("ms".to_owned(), json!(ms))]);
+        line.insert("connection_number".to_owned(), json!(told.connection));
         if let Some(cycle) = cycle {
             line.insert("cycle".to_owned(), json!(cycle));
         }
@@ -153,10 +167,9 @@ impl Changes {
         if let Value::Object(members) = value {
             line.extend(members);
         }
-        match self.sender.try_send(Value::Object(line)) {
-            Ok(()) => self.lost = 0,
-            Err(_) => self.lost += 1,
-        }
+        let line = print::json_line(&Value::Object(line));
+        let bytes = line.capacity();
+        self.lost = if self.lines.put(line, bytes) { 0 } else { self.lost + 1 };
     }
 }
 
@@ -208,13 +221,39 @@ impl MotorValue {
     }
 }
 
-fn write(lines: &Receiver<Value>) -> io::Result<()> {
+fn write(lines: &Take<String>) -> io::Result<()> {
     let mut out = BufWriter::new(io::stdout().lock());
-    while let Ok(line) = lines.recv() {
-        writeln!(out, "{}", print::json_line(&line))?;
+    while let Ok(line) = lines.wait() {
+        writeln!(out, "{line}")?;
         if lines.is_empty() {
             out.flush()?;
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::told::{I2cExchange, Line};
+
+    #[test]
+    fn lines_that_wait_take_no_more_bytes_than_there_is_room_for() {
+        let (put, take) = queue(10_000);
+        let mut changes = Changes::new(put, bounded(0).1);
+        let told = |bytes| {
+            let exchange = I2cExchange { device: 8, written: vec![7; bytes], read: None };
+            let (at, line) = (Instant::now(), Line::I2c);
+            Told { at, line, connection: 3, what: Happened::I2c(exchange) }
+        };
+        (0..20).for_each(|_| changes.take(&told(2000)));
+        let lines: Vec<String> = std::iter::from_fn(|| take.next()).collect();
+        assert!(lines.iter().map(String::len).sum::<usize>() < 10_000, "{}", lines.len());
+        changes.take(&told(1));
+        let next: Value = serde_json::from_str(&take.next().unwrap()).unwrap();
+        assert_eq!(
+            (&next["lost"], &next["connection_number"]),
+            (&json!(20 - lines.len()), &json!(3))
+        );
+    }
 }

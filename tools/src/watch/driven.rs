@@ -3,15 +3,18 @@
 //! Those who look may be too slow, so the relay can't ask them. It looks only at where packets begin, and at their
 //! heads; what it does not know it takes for driving.
 
+use std::collections::VecDeque;
 use std::time::Instant;
 
-use ft_transfer_area::wire::{crc_of_words, CmprHeader, CommandId, ExchangeData};
+use ft_transfer_area::wire::{crc_of_words, CmprHeader, CommandId, ExchangeData, ResponseId};
 
 use super::packet::{command_size, id, response_size};
 use crate::told::SILENCE;
 
 /// As much of a packet as tells its size and what matters here.
 const HEAD: usize = CmprHeader::LEN;
+/// How many commands without a response are known. Each client sends them in turn.
+const WAITING: usize = 64;
 /// Words per area in a compressed command.
 const WORDS: usize = 27;
 /// A word in a compressed command that says its value, 0: two bits for this, and 16 for the value.
@@ -26,15 +29,18 @@ pub(super) struct Driven {
     drives: bool,
     /// The extensions of all compressed exchanges; `None` before the first.
     extensions: Option<u16>,
+    /// The controller has said something. It serves one program, and says nothing to others.
+    is_served: bool,
     /// When one side has last said something.
     heard: Instant,
 }
 
-/// Counts the commands that have no response yet.
+/// Knows which commands have no response yet.
 #[derive(Default)]
 pub(super) struct Responses {
     packets: Packets,
-    missing: usize,
+    /// The last of them.
+    missing: VecDeque<CommandId>,
 }
 
 /// Where the packets of one side end.
@@ -52,6 +58,7 @@ impl Driven {
             responses: Responses::default(),
             drives: false,
             extensions: None,
+            is_served: false,
             heard: Instant::now(),
         }
     }
@@ -61,7 +68,7 @@ impl Driven {
         self.heard = at;
         let Self { commands, responses, drives, extensions, .. } = self;
         commands.take(bytes, command_size, |head| {
-            responses.missing += 1;
+            responses.expect(head);
             match id(head).and_then(CommandId::from_id) {
                 Some(CommandId::StartOnline) => (*drives, *extensions) = (true, None),
                 Some(CommandId::StopOnline) => *drives = false,
@@ -79,7 +86,13 @@ impl Driven {
     /// Takes in what the controller has sent.
     pub(super) fn received(&mut self, at: Instant, bytes: &[u8]) {
         self.heard = at;
+        self.is_served = true;
         self.responses.take(bytes);
+    }
+
+    /// Whether the controller has said anything to this program.
+    pub(super) fn is_served(&self) -> bool {
+        self.is_served
     }
 
     /// Whether outputs may be on for which only the program knows.
@@ -90,7 +103,7 @@ impl Driven {
     /// When the program will have been silent for too long. A program that waits for a response is not silent, while
     /// one can come.
     pub(super) fn silent_at(&self, can_come: bool) -> Option<Instant> {
-        let waits = can_come && self.responses.missing > 0;
+        let waits = can_come && !self.responses.are_all_here();
         (self.drives && !waits).then(|| self.heard + SILENCE)
     }
 
@@ -125,19 +138,28 @@ impl Driven {
 }
 
 impl Responses {
-    /// A command was sent.
-    pub(super) fn expect(&mut self) {
-        self.missing += 1;
+    /// The command was sent that begins like this.
+    pub(super) fn expect(&mut self, head: &[u8]) {
+        let Some(command) = id(head).and_then(CommandId::from_id) else { return };
+        if self.missing.len() == WAITING {
+            self.missing.pop_front();
+        }
+        self.missing.push_back(command);
     }
 
+    /// A response is that to the first command which it can answer. Those before it get none.
     pub(super) fn take(&mut self, bytes: &[u8]) {
         let missing = &mut self.missing;
-        self.packets.take(bytes, response_size, |_| *missing = missing.saturating_sub(1));
+        self.packets.take(bytes, response_size, |head| {
+            let response = id(head).and_then(ResponseId::from_id);
+            let place = missing.iter().position(|one| Some(one.response()) == response);
+            place.into_iter().for_each(|place| drop(missing.drain(..=place)));
+        });
     }
 
     /// Whether each command has its response.
     pub(super) fn are_all_here(&self) -> bool {
-        self.missing == 0
+        self.missing.is_empty()
     }
 }
 
@@ -178,7 +200,7 @@ impl Packets {
 #[cfg(test)]
 mod tests {
     use ft_transfer_area::transfer_area::Config;
-    use ft_transfer_area::wire::{Compressor, Expander, ResponseId, StartOnline, UpdateConfig};
+    use ft_transfer_area::wire::{Compressor, Expander, StartOnline, UpdateConfig};
 
     use super::*;
 
@@ -268,6 +290,21 @@ mod tests {
         driven.sent(at, &packet(CommandId::StopOnline));
         driven.received(at, &ResponseId::StopOnline.id().to_le_bytes());
         assert_eq!(driven.silent_at(true), None);
+    }
+
+    #[test]
+    fn a_response_that_never_came_is_not_waited_for_when_the_next_one_has_come() {
+        let mut driven = Driven::new();
+        let at = Instant::now();
+        for command in [CommandId::StartOnline, CommandId::ExchangeData, CommandId::QueryStatus] {
+            driven.sent(at, &packet(command));
+        }
+        assert!(!driven.is_served());
+        driven.received(at, &ResponseId::StartOnline.id().to_le_bytes());
+        assert_eq!(driven.silent_at(true), None);
+        driven.received(at, &[&ResponseId::QueryStatus.id().to_le_bytes()[..], &[0; 20]].concat());
+        assert_eq!(driven.silent_at(true), Some(at + SILENCE));
+        assert!(driven.is_served());
     }
 
     #[test]

@@ -71,7 +71,7 @@ impl Halt {
         halt.tell(tap, What::Gone);
         if matches!(sent, Some(Ok(()))) {
             halt.step = Step::SwitchesOff;
-            halt.responses.expect();
+            halt.responses.expect(&halt.zeros);
             halt.tell_bytes(tap, Side::Program, &halt.zeros.clone());
         } else {
             halt.close(tap);
@@ -220,7 +220,7 @@ impl Halt {
         };
         if let Some(controller) = self.controller.as_mut().filter(|_| !packet.is_empty()) {
             send(controller, &packet)?;
-            self.responses.expect();
+            self.responses.expect(&packet);
             self.tell_bytes(tap, Side::Program, &packet);
         }
         self.answer_until = self.until.min(Instant::now() + ANSWER);

@@ -17,7 +17,7 @@ mod tap;
 use std::ffi::OsString;
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::process::{ExitCode, ExitStatus, Stdio};
+use std::process::{ExitCode, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::thread;
@@ -32,19 +32,20 @@ use self::decode::Decoder;
 use self::record::Record;
 use self::relay::Relay;
 use self::tap::Pieces;
+use crate::interrupt::{self, Driving};
 use crate::panel::pages::{self, Watched};
-use crate::program::Program;
-use crate::recording::output::Output;
-use crate::told::{halted, missed, Happened, Told};
+use crate::program::{Program, Reads};
+use crate::recording::output::{incomplete, Output};
+use crate::told::{halted, missed, no_answer, not_understood, Happened, Told};
 use crate::web::browser::Opening;
-use crate::{interrupt, lines, print};
+use crate::{lines, print};
 
 /// How often the copies are looked at. To be woken by each would cost the relay more than the copy.
 const LOOK: Duration = Duration::from_millis(5);
 
 /// How often to look whether the program that was started still runs.
 const PROGRAM_LOOK: Duration = Duration::from_millis(20);
-/// How long that program may go on after Ctrl-C, which it has got, too.
+/// How long that program may go on after Ctrl-C, which it gets, too. Then it has another second to end.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 const AFTER: &str = "\
@@ -100,13 +101,16 @@ pub(crate) struct Args {
 pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
+    let recorded = args.record.clone();
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
     let interrupted = interrupt::receiver()?;
+    let reader = output.as_ref().map(|it| it.wait_for_reader(&interrupted)).transpose()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
     ports::check_apart(&listeners, controller)?;
     let main = listeners[0].local_addr()?;
     let record = output.map(|output| Record::start(output, controller.ip())).transpose()?;
+    drop(reader);
     let mut _opening = Opening::default();
     let (page, watched) = if args.no_page {
         (None, None)
@@ -117,17 +121,21 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     };
     let changes = args.json.then(Changes::start).transpose()?;
 
-    let (tap, pieces) = tap::tap();
-    let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
-    let controller = controller.to_string();
+    let (main_name, controller_name) = (main.to_string(), controller.to_string());
     match &changes {
-        Some(changes) => changes.begin(&main.to_string(), &controller, page.as_deref()),
+        Some(changes) => changes.begin(&main_name, &controller_name, page.as_deref()),
         None if args.program.is_empty() => {
-            announce(&main.to_string(), &controller, page.as_deref())?;
+            // A paused terminal shows it later.
+            let told =
+                interrupt::in_time(move || announce(&main_name, &controller_name, page.as_deref()));
+            told.unwrap_or(Ok(()))?;
         }
         // What is printed is the program's.
         None => page.iter().for_each(|url| lines::print(&format!("page {url}"))),
     }
+    let driving = Driving::begin();
+    let (tap, pieces) = tap::tap();
+    let relay = Relay::start(listeners, controller, tap, args.leave_outputs)?;
     let ending = Arc::new(AtomicBool::new(false));
     let looker = Looker {
         pieces,
@@ -146,13 +154,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
     } else {
         accompany(&args.program, main, &interrupted, &relay)
     };
-    // The connections end first: then a controller can serve others.
+    // The connections end first: then a controller can serve others, and nothing moves.
     drop(relay);
     ending.store(true, Ordering::Relaxed);
-    let looked = looks.join();
+    drop(driving);
+    let looked = interrupt::in_time(move || looks.join());
     let code = passed?;
-    looked.unwrap_or_else(|_| bail!("what has passed at the end was not looked at"))?;
-    Ok(code)
+    match (looked, recorded) {
+        (Some(Ok(done)), _) => done.map(|()| code),
+        (None, Some(path)) => bail!(incomplete(&path.display().to_string())),
+        _ => bail!("what has passed at the end was not looked at"),
+    }
 }
 
 /// Waits for Ctrl-C.
@@ -172,18 +184,19 @@ fn accompany(
 ) -> anyhow::Result<ExitCode> {
     // Not all programs take an address with a port.
     let address = if main.port() == PORT { main.ip().to_string() } else { main.to_string() };
-    let mut program = Program::start(words, &address, Stdio::inherit())?;
+    let mut program = Program::start(words, &address, Reads::OurInput)?;
     let mut ends_at = None;
     loop {
         if let Some(status) = program.ended()? {
             return Ok(code(status));
         }
-        if ends_at.is_some_and(|at| at <= Instant::now()) {
+        if ends_at.is_some_and(|at| at <= Instant::now()) || interrupt::is_again() {
             return Ok(ExitCode::FAILURE);
         }
         select! {
             recv(interrupted) -> done => {
                 done?;
+                program.interrupt();
                 ends_at = ends_at.or(Some(Instant::now() + FAREWELL));
             }
             recv(relay.failure) -> error => return Err(error?).context(NOT_PASSED),
@@ -239,21 +252,23 @@ impl Looker {
 
     fn look(&mut self) {
         let Self { pieces, decoder, watched, record, changes, notes } = self;
+        let mut tell = |told: Told| {
+            notes.take(&told);
+            if let Some(watched) = watched {
+                watched.take(&told);
+                watched.tell_when_due();
+            }
+            if let Some(record) = record {
+                record.take(&told);
+            }
+            if let Some(changes) = changes {
+                changes.take(&told);
+            }
+        };
         while let Some(piece) = pieces.next() {
-            decoder.take(piece, &mut |told| {
-                notes.take(&told);
-                if let Some(watched) = watched {
-                    watched.take(&told);
-                    watched.tell_when_due();
-                }
-                if let Some(record) = record {
-                    record.take(&told);
-                }
-                if let Some(changes) = changes {
-                    changes.take(&told);
-                }
-            });
+            decoder.take(piece, &mut tell);
         }
+        decoder.look(Instant::now(), &mut tell);
         if let Some(watched) = watched {
             watched.tell_when_due();
         }
@@ -265,6 +280,8 @@ impl Looker {
 struct Notes {
     /// On which connections the controller has refused the last attempt: programs try again and again.
     refused: [bool; 3],
+    /// The last connection of which something unknown was told.
+    unknown: u64,
 }
 
 impl Notes {
@@ -276,10 +293,16 @@ impl Notes {
                 *refused = true;
                 log::warn!("the controller refuses the {line} connection: {error}");
             }
-            Happened::NotUnderstood { side, why } => log::warn!(
-                "what the {} sent on the {line} connection can't be understood, and is passed on all the same: {why}",
-                side.name()
-            ),
+            Happened::NotUnderstood { side, why } => {
+                log::warn!("{}", not_understood(told.line, *side, why));
+            }
+            Happened::Unknown(unknown) if self.unknown < told.connection => {
+                self.unknown = told.connection;
+                log::warn!("{unknown}; it is passed on, and more of them are not told here");
+            }
+            Happened::NoAnswer { command, since } => {
+                log::warn!("{}", no_answer(*command, told.at.saturating_duration_since(*since)));
+            }
             Happened::Missed => log::warn!("{}", missed(told.line)),
             Happened::Halted { gone, error } => log::warn!("{}", halted(*gone, error.as_ref())),
             Happened::Command(_) | Happened::Picture(_) | Happened::I2c(_) => *refused = false,
@@ -289,6 +312,7 @@ impl Notes {
             | Happened::Controller { .. }
             | Happened::Online { .. }
             | Happened::Offline { .. }
+            | Happened::Unknown(_)
             | Happened::Cycle(_) => {}
         }
     }

@@ -24,6 +24,11 @@ impl Inbox {
         let rest = self.0.split_off(needed);
         Ok(Some(std::mem::replace(&mut self.0, rest)))
     }
+
+    /// Takes out all.
+    pub(super) fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.0)
+    }
 }
 
 /// The id at the start, if it is there.

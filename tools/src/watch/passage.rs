@@ -17,6 +17,9 @@ use crate::told::{Gone, Line, Side};
 const TURN: usize = 1 << 20;
 /// When a program that has gone meanwhile would have given up connecting.
 const GIVEN_UP: Duration = Duration::from_secs(1);
+/// How long a connection goes on of which one side has ended, when nothing passes any more. A side that has closed all
+/// looks like one that only sends no more and still reads. StopOnline takes a second.
+const HALF_LIMIT: Duration = Duration::from_secs(3);
 /// How much is read at once.
 pub(super) const CHUNK: usize = 64 * 1024;
 
@@ -31,6 +34,8 @@ struct Flow {
     told_end: bool,
     /// The connection is reset. That is not an end of a direction, and is not to be passed on as one.
     broken: bool,
+    /// When something has passed last.
+    used: Option<Instant>,
 }
 
 /// Where a connection stands.
@@ -198,9 +203,29 @@ impl Passage {
         self.driven.as_ref().is_some_and(Driven::drives)
     }
 
+    /// Whether the controller has said anything to a program that may drive.
+    pub(super) fn is_served(&self) -> bool {
+        self.driven.as_ref().is_some_and(Driven::is_served)
+    }
+
     /// When the program will have been silent for too long.
     pub(super) fn silent_at(&self) -> Option<Instant> {
         self.driven.as_ref()?.silent_at(!self.down.ended)
+    }
+
+    /// When something has passed last.
+    pub(super) fn used(&self) -> Instant {
+        self.up.used.max(self.down.used).map_or(self.begun, |used| used.max(self.begun))
+    }
+
+    /// Whether one side has ended, and the other has not.
+    pub(super) fn is_half(&self) -> bool {
+        self.up.ended != self.down.ended || self.up.told_end != self.down.told_end
+    }
+
+    /// When it will have been half a connection for too long. After one that drives, something else comes first.
+    pub(super) fn ends_at(&self) -> Option<Instant> {
+        (self.is_half() && !self.drives()).then(|| self.used() + HALF_LIMIT)
     }
 
     /// Stops the controller, if a program has driven it.
@@ -255,7 +280,7 @@ impl Passage {
 }
 
 /// The other side sees that the connection has broken when this one is closed.
-fn reset(side: &TcpStream) {
+pub(super) fn reset(side: &TcpStream) {
     // Without it, the connection ends a little more politely.
     let _ = SockRef::from(side).set_linger(Some(Duration::ZERO));
 }
@@ -359,6 +384,7 @@ fn pass(
         let count = match from.read(chunk) {
             Ok(0) => {
                 flow.ended = true;
+                flow.used = Some(Instant::now());
                 continue;
             }
             Ok(count) => count,
@@ -367,6 +393,7 @@ fn pass(
             Err(error) => return Err(witness.sender_broke(error)),
         };
         let at = Instant::now();
+        flow.used = Some(at);
         let sent = write(to, &chunk[..count]);
         witness.tell(at, &chunk[..count]);
         let sent = sent.map_err(|error| witness.receiver_broke(error))?;
@@ -381,7 +408,11 @@ fn send_pending(to: &mut TcpStream, flow: &mut Flow) -> io::Result<bool> {
     if flow.pending.is_empty() {
         return Ok(true);
     }
-    flow.sent += write(to, &flow.pending[flow.sent..])?;
+    let sent = write(to, &flow.pending[flow.sent..])?;
+    if sent > 0 {
+        flow.sent += sent;
+        flow.used = Some(Instant::now());
+    }
     let done = flow.sent == flow.pending.len();
     if done {
         flow.pending.clear();

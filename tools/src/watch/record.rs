@@ -1,9 +1,10 @@
 //! What passes, into a recording.
 
 use std::net::IpAddr;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{LoggedCycle, Statistics};
 use ft_transfer_area_recorder::{
     Failure, FailureKind, Feed, FrameSink, Options, Recorder, Totals, Transfer,
@@ -11,7 +12,7 @@ use ft_transfer_area_recorder::{
 
 use crate::lines;
 use crate::recording::output::{discard, Output};
-use crate::told::{halted, Cycle, Happened, Line, Told, MISSED};
+use crate::told::{halted, no_answer, Cycle, Happened, Line, Told, MISSED};
 
 /// Writes a recording.
 pub(super) struct Record {
@@ -26,10 +27,30 @@ pub(super) struct Record {
     unclear: Option<String>,
     /// How the controller was stopped after its program had gone.
     halted: Option<String>,
-    is_online: bool,
+    /// The connection that drives: what comes on others is not in the recording.
+    drives: Option<u64>,
+    /// A command of it without a response, and from when to when that was waited for.
+    unanswered: Option<Unanswered>,
     statistics: Statistics,
     /// An error was reported.
     failed: bool,
+}
+
+/// A command without a response.
+struct Unanswered {
+    command: CommandId,
+    since: Instant,
+    /// When the program went on.
+    until: Option<Instant>,
+    /// Cycles since then. A program that ends then may have stopped its motors first.
+    cycles: u32,
+}
+
+impl Unanswered {
+    fn told(&self, ended: Instant) -> String {
+        let until = self.until.unwrap_or(ended);
+        no_answer(self.command, until.saturating_duration_since(self.since))
+    }
 }
 
 impl Record {
@@ -45,61 +66,29 @@ impl Record {
             begins: None,
             unclear: None,
             halted: None,
-            is_online: false,
+            drives: None,
+            unanswered: None,
             statistics: Statistics::default(),
             failed: false,
         })
     }
 
     pub(super) fn take(&mut self, told: &Told) {
-        match &told.what {
-            Happened::Online { name, firmware } => {
-                self.begins = Some((name.clone(), firmware.to_string()));
-                self.is_online = true;
-                (self.unclear, self.halted) = (None, None);
-                self.statistics = Statistics::default();
+        match told.line {
+            Line::Main if self.drives.is_none_or(|number| number == told.connection) => {
+                self.of_main(told);
             }
-            Happened::Cycle(cycle) => self.cycle(told, cycle),
-            // The transfer does not end with the camera or I2C.
-            Happened::NotUnderstood { side, why } if told.line == Line::Main => {
-                self.unclear =
-                    Some(format!("what the {} sent is not understood: {why}", side.name()));
+            // A controller has one client: the other one has lost it.
+            Line::Main if matches!(told.what, Happened::Online { .. }) => {
+                self.ended(told.at, false);
+                self.of_main(told);
             }
-            Happened::Missed if told.line == Line::Main => self.unclear = Some(MISSED.to_owned()),
-            Happened::Halted { gone, error } => {
-                let error = halted(*gone, error.as_ref());
-                if self.is_online {
-                    self.halted = Some(error);
-                } else {
-                    // By a connection of its own.
-                    let failure = Failure { kind: FailureKind::Other, error };
-                    self.feed.transfer(told.at, Transfer::EndedBy(failure));
+            Line::Main | Line::I2c => {}
+            Line::Camera => {
+                if let Happened::Picture(frame) = &told.what {
+                    self.frames.record(frame);
                 }
             }
-            Happened::Offline { by_program } => {
-                self.is_online = false;
-                let closed = "the connection was closed before the program went offline";
-                let what = match self.unclear.take() {
-                    Some(error) => {
-                        Transfer::EndedBy(Failure { kind: FailureKind::WrongData, error })
-                    }
-                    None if *by_program => Transfer::Ended,
-                    None => Transfer::EndedBy(Failure {
-                        kind: FailureKind::Closed,
-                        error: self.halted.take().unwrap_or_else(|| closed.to_owned()),
-                    }),
-                };
-                self.feed.transfer(told.at, what);
-            }
-            Happened::Picture(frame) => self.frames.record(frame),
-            Happened::Connected(_)
-            | Happened::Refused(_)
-            | Happened::Closed
-            | Happened::Controller { .. }
-            | Happened::Command(_)
-            | Happened::I2c(_)
-            | Happened::NotUnderstood { .. }
-            | Happened::Missed => {}
         }
         if let Some(error) = self.recorder.error() {
             if !std::mem::replace(&mut self.failed, true) {
@@ -108,7 +97,79 @@ impl Record {
         }
     }
 
+    /// Of the connection that drives, or of any while none does.
+    fn of_main(&mut self, told: &Told) {
+        match &told.what {
+            Happened::Online { name, firmware } => {
+                self.begins = Some((name.clone(), firmware.to_string()));
+                self.drives = Some(told.connection);
+                (self.unclear, self.halted, self.unanswered) = Default::default();
+                self.statistics = Statistics::default();
+            }
+            Happened::Cycle(cycle) => self.cycle(told, cycle),
+            Happened::NotUnderstood { side, why } => {
+                self.unclear =
+                    Some(format!("what the {} sent is not understood: {why}", side.name()));
+            }
+            Happened::Missed => self.unclear = Some(MISSED.to_owned()),
+            Happened::NoAnswer { command, since } => {
+                let (command, since) = (*command, *since);
+                self.unanswered = Some(Unanswered { command, since, until: None, cycles: 0 });
+            }
+            Happened::Halted { gone, error } => {
+                let error = halted(*gone, error.as_ref());
+                if self.drives.is_some() {
+                    self.halted = Some(error);
+                } else {
+                    // By a connection of its own.
+                    let failure = Failure { kind: FailureKind::Other, error };
+                    self.feed.transfer(told.at, Transfer::EndedBy(failure));
+                }
+            }
+            Happened::Offline { by_program } => self.ended(told.at, *by_program),
+            Happened::Command(_) => {
+                if let Some(Unanswered { until, .. }) = &mut self.unanswered {
+                    until.get_or_insert(told.at);
+                }
+            }
+            Happened::Connected(_)
+            | Happened::Refused(_)
+            | Happened::Closed
+            | Happened::Controller { .. }
+            | Happened::Unknown(_)
+            | Happened::Picture(_)
+            | Happened::I2c(_) => {}
+        }
+    }
+
+    /// The transfer has ended.
+    fn ended(&mut self, at: Instant, by_program: bool) {
+        self.drives = None;
+        let failed = |kind, error| Transfer::EndedBy(Failure { kind, error });
+        let unanswered = self.unanswered.take().map(|missing| missing.told(at));
+        let what = match (self.unclear.take(), unanswered, self.halted.take()) {
+            (Some(error), _, _) => failed(FailureKind::WrongData, error),
+            (None, Some(missing), halted) => {
+                let then = halted.unwrap_or_else(|| "the program ended".to_owned());
+                failed(FailureKind::NoAnswer, format!("{missing}, then {then}"))
+            }
+            (None, None, _) if by_program => Transfer::Ended,
+            (None, None, halted) => failed(
+                FailureKind::Closed,
+                halted.unwrap_or_else(|| {
+                    "the connection was closed before the program went offline".to_owned()
+                }),
+            ),
+        };
+        self.feed.transfer(at, what);
+    }
+
     fn cycle(&mut self, told: &Told, cycle: &Cycle) {
+        if let Some(unanswered) = &mut self.unanswered {
+            unanswered.until.get_or_insert(told.at);
+            unanswered.cycles += 1;
+        }
+        self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
         if let Some((device_name, firmware)) = self.begins.take() {
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };

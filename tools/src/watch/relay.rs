@@ -19,7 +19,7 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
 use super::halt::Halt;
-use super::passage::{connect, Passage, Stage, Then, CHUNK};
+use super::passage::{connect, reset, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
 use crate::told::{Gone, Line};
@@ -36,6 +36,8 @@ const CAMERA_RETRY: Duration = Duration::from_millis(20);
 /// wait for none during the pause: a program that connects again and again does not hold up its own stop.
 const ORDER_LIMIT: Duration = Duration::from_millis(50);
 const ORDER_PAUSE: Duration = Duration::from_secs(1);
+/// How many connections to a port there may be. A further one ends the one that was not used for the longest time.
+const MOST: usize = 32;
 /// How long to wait when no program can be accepted, as with too many open files.
 const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 
@@ -72,6 +74,7 @@ impl Relay {
             busy: false,
             accept_at: None,
             has_warned: false,
+            has_warned_of_many: false,
             waits_from: None,
             stop: Arc::clone(&stop),
         };
@@ -123,6 +126,8 @@ struct Worker {
     accept_at: Option<Instant>,
     /// The log has why no program could be accepted.
     has_warned: bool,
+    /// The log has that there are many connections.
+    has_warned_of_many: bool,
     /// From when on commands wait for a connection again.
     waits_from: Option<Instant>,
     stop: Arc<AtomicBool>,
@@ -158,6 +163,7 @@ impl Worker {
             }
             self.connect();
             self.pass(|_| true);
+            self.end_the_halves();
             self.halt_the_silent();
             self.go_on_to_halt();
             if knocks[Line::Main.index()] {
@@ -172,8 +178,10 @@ impl Worker {
         // Nobody comes back.
         self.halts.retain(|halt| !halt.waits());
         let numbers: Vec<_> = self.passages.keys().copied().collect();
-        let (driving, others): (Vec<_>, Vec<_>) =
+        let (mut driving, others): (Vec<_>, Vec<_>) =
             numbers.into_iter().partition(|number| self.passages[number].drives());
+        // Those that the controller does not serve have nothing to stop, while it serves another one.
+        driving.sort_by_key(|number| self.passages[number].is_served());
         driving.into_iter().for_each(|number| self.halt(number, Gone::Watch));
         // StopOnline takes a second while a connection to I2C is open.
         others.into_iter().for_each(|number| self.close(number));
@@ -203,7 +211,7 @@ impl Worker {
                 .into_iter()
                 .filter(|at| *at > now)
                 .min(),
-            Stage::Open => passage.silent_at(),
+            Stage::Open => passage.silent_at().into_iter().chain(passage.ends_at()).min(),
         });
         let halts = self.halts.iter().map(Halt::next_at);
         let next = times.chain(self.accept_at).chain(halts).min()?;
@@ -239,6 +247,9 @@ impl Worker {
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
             if line == Line::Main && !self.halts.iter().all(Halt::waits) {
+                if self.held.len() == MOST {
+                    self.held.remove(0);
+                }
                 self.held.push((program, from));
             } else {
                 self.admit(line, program, from);
@@ -251,6 +262,9 @@ impl Worker {
         if line == Line::Main {
             // It may have come back, also if the controller refuses it now.
             self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
+        }
+        if !self.has_room(line) {
+            return reset(&program);
         }
         self.numbers += 1;
         let number = self.numbers;
@@ -271,9 +285,41 @@ impl Worker {
         }
     }
 
-    /// Stops the controller of a program that has gone.
+    /// Makes room for a connection to this port; returns whether there is room. One that drives
+    /// is not ended for it.
+    fn has_room(&mut self, line: Line) -> bool {
+        let all = || self.passages.values().filter(|one| one.line == line);
+        if all().count() < MOST {
+            return true;
+        }
+        if !std::mem::replace(&mut self.has_warned_of_many, true) {
+            log::warn!(
+                "{MOST} {} connections are open: each further one ends an unused one",
+                line.name()
+            );
+        }
+        let others = all().filter(|one| !(one.drives() && one.is_served()));
+        let unused = others.min_by_key(|one| (!one.is_half(), one.used())).map(|one| one.number);
+        unused.into_iter().for_each(|number| self.close(number));
+        unused.is_some()
+    }
+
+    /// Ends connections of which one side has ended, and where nothing passes any more.
+    fn end_the_halves(&mut self) {
+        let now = Instant::now();
+        let is_over = |one: &&Passage| one.ends_at().is_some_and(|at| at <= now);
+        let over: Vec<_> = self.passages.values().filter(is_over).map(|one| one.number).collect();
+        over.into_iter().for_each(|number| self.close(number));
+    }
+
+    /// Stops the controller of a program that has gone, unless it has served another one all the time.
     fn halt(&mut self, number: u64, gone: Gone) {
         let Some(passage) = self.passages.remove(&number) else { return };
+        let serves = |other: &Passage| other.is_served() && other.drives();
+        if !passage.is_served() && self.passages.values().any(serves) {
+            drop(passage);
+            return self.tell(Line::Main, number, What::Closed);
+        }
         self.halts.extend(passage.halt(gone, &self.tap));
     }
 

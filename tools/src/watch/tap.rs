@@ -1,19 +1,17 @@
 //! The way from the relay to those who look: it never waits, and says when something is missing.
 
+use std::cell::Cell;
 use std::io;
 use std::net::SocketAddr;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::Arc;
 use std::time::Instant;
 
-use crossbeam_channel::{unbounded, Receiver, Sender};
-
+use crate::queue::{queue, Put, Take};
 use crate::told::{Gone, Line, Side};
 
 /// How many bytes may wait to be looked at.
-const WAITING_MAX: usize = 32 << 20;
-/// What each piece takes besides its bytes.
-const PIECE: usize = 128;
+const ROOM: usize = 32 << 20;
+/// How much of it is only for what happens to connections.
+const KEPT: usize = 2 << 20;
 
 /// Something that has passed, or has happened to a connection.
 #[derive(Debug)]
@@ -39,6 +37,8 @@ pub(super) enum What {
     Missed,
     /// The program has gone: what follows as from it is from the relay, which stops the controller.
     Gone,
+    /// So much was not kept that nothing is known of the connections that there were.
+    Lost,
     /// What has become of the outputs then.
     Halted(Gone, io::Result<()>),
     Closed,
@@ -46,27 +46,29 @@ pub(super) enum What {
 
 /// The relay's end.
 pub(super) struct Tap {
-    sender: Sender<Piece>,
-    waiting: Arc<AtomicUsize>,
+    pieces: Put<Piece>,
+    /// What has happened to a connection was lost: nothing that was open then can be followed any more.
+    lost: Cell<bool>,
 }
 
 /// The end of those who look.
-pub(super) struct Pieces {
-    receiver: Receiver<Piece>,
-    waiting: Arc<AtomicUsize>,
-}
+pub(super) struct Pieces(Take<Piece>);
 
 pub(super) fn tap() -> (Tap, Pieces) {
-    let (sender, receiver) = unbounded();
-    let waiting = Arc::new(AtomicUsize::new(0));
-    (Tap { sender, waiting: Arc::clone(&waiting) }, Pieces { receiver, waiting })
+    let (put, take) = queue(ROOM);
+    (Tap { pieces: put, lost: Cell::new(false) }, Pieces(take))
 }
 
 impl Tap {
     /// Tells what has happened.
     pub(super) fn tell(&self, piece: Piece) {
-        // Nobody looks any more when the program ends.
-        let _ = self.sender.send(piece);
+        if self.lost.get() {
+            let Piece { line, connection, at, .. } = piece;
+            self.lost.set(!self.pieces.put(Piece { line, connection, at, what: What::Lost }, KEPT));
+        }
+        if !self.lost.get() {
+            self.lost.set(!self.pieces.put(piece, 0));
+        }
     }
 
     /// Tells what a side of this connection has sent. `missed` is whether there was no room, and then nothing more is
@@ -82,34 +84,22 @@ impl Tap {
         if *missed {
             return;
         }
-        *missed = !self.reserve(bytes.len());
         let what = match side {
-            _ if *missed => What::Missed,
             Side::Program => What::FromProgram(bytes.to_vec()),
             Side::Controller => What::FromController(bytes.to_vec()),
         };
-        self.tell(Piece { line, connection, at, what });
-    }
-
-    /// Whether there is room for this number of bytes, which then has to be reported.
-    fn reserve(&self, bytes: usize) -> bool {
-        let size = bytes + PIECE;
-        if self.waiting.load(Ordering::Relaxed) + size > WAITING_MAX {
-            return false;
+        *missed =
+            !self.pieces.put_below(Piece { line, connection, at, what }, bytes.len(), ROOM - KEPT);
+        if *missed {
+            self.tell(Piece { line, connection, at, what: What::Missed });
         }
-        self.waiting.fetch_add(size, Ordering::Relaxed);
-        true
     }
 }
 
 impl Pieces {
     /// The next piece, if there is one.
     pub(super) fn next(&self) -> Option<Piece> {
-        let piece = self.receiver.try_recv().ok()?;
-        if let What::FromProgram(bytes) | What::FromController(bytes) = &piece.what {
-            self.waiting.fetch_sub(bytes.len() + PIECE, Ordering::Relaxed);
-        }
-        Some(piece)
+        self.0.next()
     }
 }
 
@@ -117,16 +107,32 @@ impl Pieces {
 mod tests {
     use super::*;
 
+    fn happened(what: What) -> Piece {
+        Piece { line: Line::Main, connection: 1, at: Instant::now(), what }
+    }
+
     #[test]
-    fn what_has_been_looked_at_makes_room() {
+    fn bytes_without_room_are_missed_and_what_was_looked_at_makes_room() {
         let (tap, pieces) = tap();
-        let half = WAITING_MAX / 2;
-        assert!(tap.reserve(half));
-        let what = What::FromProgram(vec![0; half]);
-        tap.tell(Piece { line: Line::Main, connection: 1, at: Instant::now(), what });
-        assert!(!tap.reserve(half));
-        assert!(pieces.next().is_some());
-        assert!(tap.reserve(half));
-        assert!(pieces.next().is_none());
+        let tell = |missed: &mut bool| {
+            let bytes = vec![0; ROOM / 2];
+            tap.tell_bytes((Line::Main, 1), Side::Program, Instant::now(), &bytes, missed);
+            *missed
+        };
+        assert!(!tell(&mut false) && tell(&mut false));
+        assert!(matches!(pieces.next().unwrap().what, What::FromProgram(_)));
+        assert!(matches!(pieces.next().unwrap().what, What::Missed));
+        assert!(!tell(&mut false));
+    }
+
+    #[test]
+    fn what_happens_to_connections_is_bounded_too_and_a_gap_in_it_is_told() {
+        let (tap, pieces) = tap();
+        (0..ROOM / 64).for_each(|_| tap.tell(happened(What::Closed)));
+        let told = std::iter::from_fn(|| pieces.next()).count();
+        assert!(told > 10_000 && told < ROOM / 64, "{told}");
+        tap.tell(happened(What::Gone));
+        let then = [pieces.next(), pieces.next()].map(|piece| piece.unwrap().what);
+        assert!(matches!(then, [What::Lost, What::Gone]), "{then:?}");
     }
 }

@@ -3,7 +3,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crossbeam_channel::{unbounded, Receiver};
 
@@ -39,6 +39,17 @@ impl Running {
     pub(crate) fn signal(&self, signal: &str) {
         let (signal, id) = (format!("-{signal}"), self.child.id().to_string());
         assert!(Command::new("kill").args([signal, id]).status().unwrap().success());
+    }
+
+    /// Waits until its standard output is closed by it and all that it has started; `false` when that takes too long.
+    pub(crate) fn leaves_nothing(&self) -> bool {
+        let deadline = Instant::now() + LIMIT;
+        loop {
+            match self.lines.recv_deadline(deadline) {
+                Ok(_) => {}
+                Err(error) => return error.is_disconnected(),
+            }
+        }
     }
 
     /// Waits until it ends by itself: how, and what else it has printed. Errors only if they were piped.

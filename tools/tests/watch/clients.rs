@@ -63,7 +63,7 @@ fn cycles(path: &std::path::Path) -> Vec<Vec<FishX1Transfer>> {
 }
 
 /// How the transfers of a recording began and ended.
-fn transfers(path: &std::path::Path) -> Vec<Transfer> {
+pub(super) fn transfers(path: &std::path::Path) -> Vec<Transfer> {
     let entries = Recording::open(path).unwrap().map(|entry| entry.unwrap().what);
     let transfer =
         |what| if let Recorded::Transfer(transfer) = what { Some(transfer) } else { None };

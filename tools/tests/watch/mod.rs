@@ -5,10 +5,11 @@ mod beside;
 mod bytes;
 mod clients;
 mod gone;
-mod slow;
+pub(crate) mod slow;
 pub(crate) mod support;
 mod told;
 mod unanswered;
+mod unused;
 
 /// Longer than anything takes on a busy machine; only a failing test waits this long.
 const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);

@@ -14,7 +14,7 @@ use super::LIMIT;
 const CYCLES: u16 = 10_000;
 
 /// A program that ends with the test.
-struct Killed(Child);
+pub(crate) struct Killed(pub(crate) Child);
 
 impl Drop for Killed {
     fn drop(&mut self) {

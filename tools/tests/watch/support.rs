@@ -39,7 +39,7 @@ pub(crate) fn logged(builder: SimulatedTxtBuilder) -> (SimulatedTxt, Duties) {
 pub(crate) type Duties = Arc<Mutex<Vec<Vec<[i16; 8]>>>>;
 
 /// The command for this controller, on free ports.
-pub(super) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
+pub(crate) fn command(controller: SocketAddr, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(["watch", &controller.to_string(), "--port", "0", "--no-browser"]);
     command.args(arguments).stdin(Stdio::null());
@@ -66,7 +66,7 @@ impl Watch {
     }
 
     /// The next line of JSON for which this is true.
-    pub(super) fn line_where(&self, wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(super) fn line_where(&self, mut wanted: impl FnMut(&Value) -> bool) -> Value {
         loop {
             let line: Value = serde_json::from_str(&self.running.line()).unwrap();
             if wanted(&line) {
@@ -92,7 +92,7 @@ impl Watch {
 }
 
 /// The main port in its first line of JSON.
-pub(super) fn listening(line: &str) -> u16 {
+pub(crate) fn listening(line: &str) -> u16 {
     let line: Value = serde_json::from_str(line).unwrap();
     assert_eq!(line["what"], "listening");
     line["main"].as_str().unwrap().rsplit_once(':').unwrap().1.parse().unwrap()
@@ -130,7 +130,11 @@ pub(crate) struct KitClient {
 impl KitClient {
     /// Goes online.
     pub(crate) fn online(to: SocketAddr) -> Self {
-        let stream = connect(to);
+        Self::over(connect(to))
+    }
+
+    /// Goes online on this connection.
+    pub(super) fn over(stream: TcpStream) -> Self {
         let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
         client.ask(&CommandId::QueryStatus.id().to_le_bytes(), 24);
         let mut packet = Vec::new();
@@ -189,7 +193,7 @@ impl KitClient {
     }
 
     /// Says farewell, and reads until the controller has closed the connection.
-    pub(super) fn end(mut self) -> Vec<u8> {
+    pub(crate) fn end(mut self) -> Vec<u8> {
         self.ask(&CommandId::StopOnline.id().to_le_bytes(), 4);
         self.stream.shutdown(std::net::Shutdown::Write).unwrap();
         let read = self.stream.read_to_end(&mut self.received);

@@ -1,11 +1,17 @@
 //! What the lines of JSON say.
 
+use std::io::{Read, Write};
+
 use ft_transfer_area::transfer_area::{InputMode, LOCAL_IO};
 use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area_simulator::SimulatedTxt;
+use ft_transfer_area::wire::CmprHeader;
+use ft_transfer_area_recorder::{FailureKind, Transfer};
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 use serde_json::json;
 
-use super::support::Watch;
+use super::clients::transfers;
+use super::support::{KitClient, Watch};
+use super::LIMIT;
 
 #[test]
 fn each_change_is_a_line_with_the_names_of_the_page() {
@@ -35,4 +41,80 @@ fn each_change_is_a_line_with_the_names_of_the_page() {
     let line = watch.line_where(|line| line["what"] == "offline");
     assert_eq!(line["by_program"], true);
     watch.line_where(|line| line["what"] == "closed" && line["connection"] == "main");
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn what_another_connection_says_is_told_as_its_own() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let path = folder.path().join("run.mcap");
+    let watch = Watch::start(txt.address(), &["--record", path.to_str().unwrap()]);
+    let mut page = watch.page();
+    let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
+    program.exchange([1; 8]);
+    // In part known, and wrong.
+    let mut other = watch.connect();
+    let mut nonsense = Vec::new();
+    CmprHeader { extra_size: 1, ..CmprHeader::default() }.emit_command(&mut nonsense);
+    other.write_all(&[&nonsense[..], &[0; 9]].concat()).unwrap();
+    drop(other);
+    for duty in 2..50 {
+        program.exchange([duty; 8]);
+    }
+    page.state(0, |state| {
+        assert!(state["link"]["error"].is_null(), "{state}");
+        state["areas"][0]["motors"][0]["duty"][0] == 49
+    });
+    program.end();
+    page.state(0, |state| state["link"]["phase"] == "idle");
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    assert!(matches!(&transfers[..], [Transfer::Began { .. }, Transfer::Ended]), "{transfers:?}");
+}
+
+#[test]
+fn robo_pro_is_answered_through_it_and_what_follows_is_understood() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let watch = Watch::with_lines(txt.address());
+    let mut program = watch.connect();
+    for (command, response, size) in
+        [(0xACAB_31F7_u32, 0x15B1_758E_u32, 4), (0xDAF8_4364, 0x5170_C53B, 20)]
+    {
+        program.write_all(&command.to_le_bytes()).unwrap();
+        let mut answer = vec![0; size];
+        program.read_exact(&mut answer).unwrap();
+        assert_eq!(answer[..4], response.to_le_bytes());
+        for (from, id, bytes) in [("program", command, 4), ("controller", response, size)] {
+            let line = watch.line_where(|line| line["what"] == "unknown");
+            assert_eq!((&line["from"], &line["bytes"]), (&from.into(), &bytes.into()));
+            assert_eq!(line["id"], format!("{id:#010x}"));
+        }
+    }
+    let mut program = KitClient::over(program);
+    program.exchange([7; 8]);
+    watch.line_where(|line| line["duty"][0] == 7);
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn a_recording_says_that_an_answer_was_missing_before_the_program_ended() {
+    let silence = Fault::at_exchange(5, FaultKind::Silence);
+    let txt = SimulatedTxt::builder().fault(silence).start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let watch = Watch::start(txt.address(), &["--no-page", "--record", path.to_str().unwrap()]);
+    // It waits for two seconds, as programs do by default.
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    while handler.wait_cycle_for(LIMIT).is_ok() {}
+    drop(handler);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    let Some(Transfer::EndedBy(failure)) = transfers.last() else { panic!("{transfers:?}") };
+    assert_eq!(failure.kind, FailureKind::NoAnswer);
+    assert!(failure.error.starts_with("no answer to ExchangeDataCmpr for "), "{failure:?}");
+    assert!(failure.error.ends_with(" s, then the program ended"), "{failure:?}");
 }

@@ -3,34 +3,23 @@ use super::*;
 struct Made {
     folder: tempfile::TempDir,
     object: PathBuf,
-    header: PathBuf,
 }
 
-/// A compiled file and a header that is older than what is made next.
 fn made() -> Made {
     let folder = tempfile::tempdir().unwrap();
-    let (object, header) = (folder.path().join("a.o"), folder.path().join("a.h"));
+    let object = folder.path().join("a.o");
     fs::write(&object, [0, b'\n', 255]).unwrap();
-    let made = Made { folder, object, header };
-    made.write_header("int a;");
-    made
+    Made { folder, object }
 }
 
 impl Made {
-    fn write_header(&self, text: &str) {
-        fs::write(&self.header, text).unwrap();
-        let header = File::options().write(true).open(&self.header).unwrap();
-        header.set_modified(SystemTime::now() - Duration::from_secs(9)).unwrap();
-    }
-
     /// The cache as another run of the program finds it.
     fn cache(&self, limit: u64) -> Cache {
-        Cache::in_folder(Some(self.folder.path().join("cache")), limit)
+        Cache::in_folder(Some(&self.folder.path().join("cache")), limit)
     }
 
     fn add(&self, cache: &Cache, key: Key) {
-        let read = [self.header.clone()];
-        cache.add(key, &Compiled { object: &self.object, read: &read, messages: b"a\nwarning" });
+        cache.add(key, &self.object, b"a\nwarning");
     }
 
     fn take(&self, key: Key) -> Option<Vec<u8>> {
@@ -48,28 +37,12 @@ impl Made {
 const KEY: Key = Key(7);
 
 #[test]
-fn what_was_added_is_taken_until_a_header_changes() {
+fn what_was_added_is_taken() {
     let made = made();
     assert_eq!(made.take(KEY), None);
     made.add(&made.cache(LIMIT), KEY);
     assert_eq!(made.take(KEY).as_deref(), Some(&b"a\nwarning"[..]));
     assert_eq!(made.take(Key(8)), None);
-    made.write_header("int b;");
-    assert_eq!(made.take(KEY), None);
-    made.add(&made.cache(LIMIT), KEY);
-    assert!(made.take(KEY).is_some());
-    fs::remove_file(&made.header).unwrap();
-    assert_eq!(made.take(KEY), None);
-}
-
-#[test]
-fn a_header_that_has_just_changed_is_not_trusted() {
-    let made = made();
-    let cache = made.cache(LIMIT);
-    let header = File::options().write(true).open(&made.header).unwrap();
-    header.set_modified(SystemTime::now() + Duration::from_secs(9)).unwrap();
-    made.add(&cache, KEY);
-    assert_eq!(made.take(KEY), None);
 }
 
 #[test]
@@ -92,6 +65,66 @@ fn a_damaged_entry_is_none() {
     assert_eq!(made.take(KEY), None);
     // It can't be replaced either, which is not an error.
     made.add(&cache, KEY);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_others_can_change_is_not_used() {
+    use std::fs::Permissions;
+    use std::os::unix::fs::{chown, symlink, MetadataExt, PermissionsExt};
+
+    let made = made();
+    let place = made.folder.path().join("cache");
+    let set = |path: &Path, mode| fs::set_permissions(path, Permissions::from_mode(mode)).unwrap();
+    made.add(&made.cache(LIMIT), KEY);
+    assert_eq!(fs::metadata(&place).unwrap().mode() & 0o777, 0o700);
+    for mode in [0o770, 0o707, 0o1777] {
+        set(&place, mode);
+        assert_eq!(made.take(KEY), None, "{mode:o}");
+        assert!(own::check(&place).unwrap_err().contains("others can write"));
+    }
+    set(&place, 0o755);
+    assert!(made.take(KEY).is_some());
+    // Also one in whose place another could be put.
+    set(made.folder.path(), 0o777);
+    assert_eq!(made.take(KEY), None);
+    set(made.folder.path(), 0o1777);
+    assert!(made.take(KEY).is_some());
+
+    let foreign = match chown(&place, Some(65_534), None) {
+        Ok(()) => place.as_path(),
+        Err(_) => Path::new("/"),
+    };
+    assert!(own::check(foreign).unwrap_err().contains("belongs to another user"));
+    let moved = made.folder.path().join("moved");
+    fs::rename(&place, &moved).unwrap();
+    let _ = chown(&moved, Some(fs::metadata(&made.object).unwrap().uid()), None);
+    symlink(&moved, &place).unwrap();
+    assert_eq!(made.take(KEY), None);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_entry_that_another_may_have_left_is_not_taken() {
+    use std::fs::Permissions;
+    use std::os::unix::fs::{symlink, PermissionsExt};
+
+    let made = made();
+    let cache = made.cache(LIMIT);
+    made.add(&cache, KEY);
+    let (entry, other) = (cache.place(KEY).unwrap(), made.folder.path().join("other"));
+    assert_eq!(fs::metadata(&entry).unwrap().permissions().mode() & 0o077, 0);
+    fs::set_permissions(&entry, Permissions::from_mode(0o622)).unwrap();
+    assert_eq!(made.take(KEY), None);
+    fs::set_permissions(&entry, Permissions::from_mode(0o600)).unwrap();
+    fs::hard_link(&entry, &other).unwrap();
+    assert_eq!(made.take(KEY), None);
+    fs::remove_file(&entry).unwrap();
+    symlink(&other, &entry).unwrap();
+    assert_eq!(made.take(KEY), None);
+    // A new one takes its place, and what the link led to stays.
+    made.add(&cache, KEY);
+    assert!(made.take(KEY).is_some() && other.is_file());
 }
 
 #[test]
@@ -121,12 +154,4 @@ fn without_a_folder_nothing_is_kept() {
     made.add(&cache, KEY);
     cache.tidy();
     assert_eq!(made.take_from(&cache, KEY), None);
-}
-
-#[test]
-fn dependencies_are_read_as_compilers_write_them() {
-    let text = "a.o: src/a.c /usr/include/my\\ own.h \\\n  inc/$$b\\#c.h \\\n C:\\inc\\d.h\n";
-    let expected = ["src/a.c", "/usr/include/my own.h", "inc/$b#c.h", "C:\\inc\\d.h"];
-    assert_eq!(dependencies(text), expected.map(PathBuf::from));
-    assert_eq!(dependencies(""), Vec::<PathBuf>::new());
 }

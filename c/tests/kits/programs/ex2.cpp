@@ -21,8 +21,8 @@ static void pause_ms(int ms) { this_thread::sleep_for(chrono::milliseconds(ms));
 void MyUniInCallback(ftIF2013TransferAreaComHandlerEx2 *o, ShmIfId_TXT shmId, Input id, bool state)
 {
     cout << "input " << shmId << ":" << (uint16_t)id << " " << state << endl;
-    if (id == Input::I8 && state) stopWhile = true;
     o->SetOutMotorValues(shmId, Motor::M4, state ? 100 : -100);
+    if (id == Input::I8 && state) stopWhile = true;
 }
 
 class MyCallBacks

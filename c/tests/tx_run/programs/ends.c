@@ -81,7 +81,7 @@ int PrgTic(TA *p_ta_array, int ta_count)
     {
         char *bytes = malloc(100);
         int i;
-        for (i = -64; i < 4000; i++)
+        for (i = -64; i < 200; i++)
             bytes[i] = 0x41;
         for (i = 0; i < 1000; i++)
             free(malloc(i));

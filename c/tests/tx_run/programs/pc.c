@@ -1,4 +1,5 @@
-/* A PC program: turns M1 until I1 is pressed, and ends without a call for it. */
+/* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C. */
+#include <signal.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
@@ -11,6 +12,9 @@ int main(int argc, char *argv[])
     INT16 value = 0;
     BOOL32 overrun = 0;
 
+#ifdef DEAF
+    signal(SIGINT, SIG_IGN);
+#endif
     ftxInitLib();
     device = ftxOpenComDevice("COM4", 38400, &error);
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)

@@ -1,11 +1,13 @@
 //! The floor of one or several worlds: names become indices.
 
+use std::collections::{HashMap, HashSet};
+
 use super::hand::Hand;
 use super::part::{Part, Pusher, Sense, Sight};
 use super::{Floor, Holder, Refusal, Run, Seat, Spot, SpotKind, RADIUS};
 use crate::world::check::at_motor;
 use crate::world::gripper::Gripper;
-use crate::world::mistake::{at, Mistake};
+use crate::world::mistake::{at, expect, Mistake};
 use crate::world::motor_model::MotorModel;
 use crate::world::place::{Barrier, Place};
 use crate::world::script::ScriptAction;
@@ -13,6 +15,9 @@ use crate::world::World;
 
 /// A seat is at a place within this part of its slide's travel, unless the place says how near.
 const SEAT_REACH: f64 = 0.02;
+
+/// The most places. A machine looks at all workpieces for each one that a belt moves, in each millisecond.
+const MOST_PLACES: usize = 1000;
 
 /// A floor, and what each machine has to do with it.
 #[derive(Debug)]
@@ -31,7 +36,7 @@ impl Plan {
         worlds: &[(&str, &World)],
         same: &[[String; 2]],
     ) -> Result<Self, Mistaken> {
-        let names = Names { worlds };
+        let names = Names::of(worlds);
         let mut plan = Self {
             floor: Floor {
                 spots: Vec::new(),
@@ -45,15 +50,19 @@ impl Plan {
             parts: vec![Part::default(); worlds.len()],
         };
         for (index, (_, world)) in worlds.iter().enumerate() {
-            for place in &world.places {
-                let kind = plan.kind(index, world, names, place);
+            for (number, place) in world.places.iter().enumerate() {
+                let is_room = plan.floor.spots.len() < MOST_PLACES;
+                let reason = || format!("expected at most {MOST_PLACES} places in all");
+                at("places", at(number, expect(is_room, reason)))
+                    .map_err(|mistake| (Some(index), mistake))?;
+                let kind = plan.kind(index, world, &names, place);
                 let name = names.full(index, &place.name);
                 plan.floor.spots.push(Spot { name, kind });
             }
         }
-        plan.join(worlds, names, same).map_err(|mistake| (None, mistake))?;
+        plan.join(worlds, &names, same).map_err(|mistake| (None, mistake))?;
         for (index, (_, world)) in worlds.iter().enumerate() {
-            plan.connect(index, world, names).map_err(|mistake| (Some(index), mistake))?;
+            plan.connect(index, world, &names).map_err(|mistake| (Some(index), mistake))?;
         }
         let mut place = 0;
         for (index, (_, world)) in worlds.iter().enumerate() {
@@ -74,12 +83,12 @@ impl Plan {
     fn join(
         &mut self,
         worlds: &[(&str, &World)],
-        names: Names<'_>,
+        names: &Names<'_>,
         same: &[[String; 2]],
     ) -> Result<(), Mistake> {
         let pieces = worlds.iter().flat_map(|(_, world)| &world.places);
         let is_empty: Vec<bool> = pieces.map(|place| place.piece.is_none()).collect();
-        let mut replaced = Vec::new();
+        let mut replaced = HashSet::new();
         for (number, pair) in same.iter().enumerate() {
             let find = |which: usize| {
                 at("same_places", at(number, at(which, names.find(0, &pair[which]))))
@@ -93,13 +102,13 @@ impl Plan {
             let checked = if is_free { Ok(()) } else { Err(Mistake::new(reason)) };
             at("same_places", at(number, checked))?;
             self.floor.spots[first].kind = self.floor.spots[second].kind;
-            replaced.push(first);
+            replaced.insert(first);
         }
         Ok(())
     }
 
     /// What a place of this world is on. Belts and seats are noted when their first place comes.
-    fn kind(&mut self, index: usize, world: &World, names: Names<'_>, place: &Place) -> SpotKind {
+    fn kind(&mut self, index: usize, world: &World, names: &Names<'_>, place: &Place) -> SpotKind {
         let model = place.on.and_then(|motor| Some((motor, world.motor(motor)?)));
         match model {
             Some((motor, MotorModel { slide: Some(slide), .. })) => {
@@ -134,7 +143,7 @@ impl Plan {
     }
 
     /// Finds the places that the parts of this world name.
-    fn connect(&mut self, index: usize, world: &World, names: Names<'_>) -> Result<(), Mistake> {
+    fn connect(&mut self, index: usize, world: &World, names: &Names<'_>) -> Result<(), Mistake> {
         for (motor, _, belt) in &self.parts[index].belts {
             let Some(model) = world.motor(*motor).and_then(|model| model.belt.as_ref()) else {
                 continue;
@@ -184,42 +193,44 @@ impl Plan {
     }
 }
 
-/// The worlds of a floor, with their names.
-#[derive(Clone, Copy)]
+/// The worlds of a floor, with their names, and the places in them.
 struct Names<'a> {
     worlds: &'a [(&'a str, &'a World)],
+    /// The index of each world.
+    indices: HashMap<&'a str, usize>,
+    /// The index of each place, by its world and its name there.
+    places: HashMap<(usize, &'a str), usize>,
 }
 
-impl Names<'_> {
+impl<'a> Names<'a> {
+    fn of(worlds: &'a [(&'a str, &'a World)]) -> Self {
+        let indices = worlds.iter().enumerate().map(|(index, (name, _))| (*name, index));
+        let places = worlds.iter().enumerate().flat_map(|(index, (_, world))| {
+            world.places.iter().map(move |place| (index, place.name.as_str()))
+        });
+        Self { worlds, indices: indices.collect(), places: places.zip(0..).collect() }
+    }
+
     /// A name of one of the worlds, as people read it.
-    fn full(self, world: usize, name: &str) -> String {
+    fn full(&self, world: usize, name: &str) -> String {
         match self.worlds {
             [_] => name.to_owned(),
             worlds => format!("{}.{name}", worlds[world].0),
         }
     }
 
-    /// The index of the first place of a world.
-    fn first(self, world: usize) -> usize {
-        self.worlds[..world].iter().map(|(_, world)| world.places.len()).sum()
-    }
-
     /// The place with this name in this world, or, with the name of a controller and a dot before it, in
     /// another one.
-    fn find(self, own: usize, name: &str) -> Result<usize, Mistake> {
-        let place = |world: usize, name: &str| {
-            let mut places = self.worlds[world].1.places.iter();
-            Some(self.first(world) + places.position(|place| place.name == name)?)
-        };
+    fn find(&self, own: usize, name: &str) -> Result<usize, Mistake> {
         let elsewhere = || {
-            self.worlds.iter().enumerate().find_map(|(index, (world, _))| {
-                place(index, name.strip_prefix(world)?.strip_prefix('.')?)
-            })
+            let (world, name) = name.split_once('.')?;
+            self.places.get(&(*self.indices.get(world)?, name))
         };
-        place(own, name).or_else(elsewhere).ok_or_else(|| self.unknown(own, name))
+        let place = self.places.get(&(own, name)).or_else(elsewhere);
+        place.copied().ok_or_else(|| self.unknown(own, name))
     }
 
-    fn unknown(self, own: usize, name: &str) -> Mistake {
+    fn unknown(&self, own: usize, name: &str) -> Mistake {
         let all = self.worlds.iter().enumerate().flat_map(|(index, (world, plugged))| {
             plugged.places.iter().map(move |place| match index == own {
                 true => place.name.clone(),
@@ -234,7 +245,7 @@ impl Names<'_> {
         Mistake::new(format!("there is no place {name:?}; {known}"))
     }
 
-    fn positions(self, own: usize, gripper: &Gripper) -> Result<Vec<(usize, Vec<f64>)>, Mistake> {
+    fn positions(&self, own: usize, gripper: &Gripper) -> Result<Vec<(usize, Vec<f64>)>, Mistake> {
         let positions = gripper.positions.iter().enumerate();
         let found = positions.map(|(number, position)| {
             let place = at("place", self.find(own, &position.place));
@@ -244,9 +255,11 @@ impl Names<'_> {
     }
 
     /// The sensors of a world that look at its places.
-    fn sights(self, own: usize) -> Vec<Sight> {
+    fn sights(&self, own: usize) -> Vec<Sight> {
         let world = self.worlds[own].1;
-        let places = (self.first(own)..).zip(&world.places);
+        let places = world.places.iter().filter_map(|declared| {
+            Some((*self.places.get(&(own, declared.name.as_str()))?, declared))
+        });
         let sights = places.flat_map(|(place, declared)| {
             let barrier = declared.barrier.map(|barrier| match barrier {
                 Barrier::Input(input) => {

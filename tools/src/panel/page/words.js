@@ -147,6 +147,7 @@ const GERMAN_ERRORS = {
   not_a_motor: "Hier sind zwei Ausgänge eingestellt; stelle auf Motor um",
   only_looks: "Diese Seite sieht nur zu",
   not_understood: "Ein Teil der Bytes ist nicht zu verstehen und wird hier nicht gezeigt; weitergegeben wird alles",
+  unknown: "Das Programm oder der Controller sagt etwas, das hier nicht bekannt ist; weitergegeben wird alles",
   missed: "Der Rechner ist überlastet und liest nicht mehr alles mit; weitergegeben wird trotzdem alles",
   not_an_output: "Hier ist ein Motor eingestellt; stelle auf 2 Ausgänge um",
   not_connected: "Der Controller ist gerade nicht verbunden",

@@ -6,11 +6,9 @@ use ft_transfer_area::wire::{CameraFrameHeader, CAMERA_FRAME_ACKNOWLEDGE, ID_LEN
 use ft_transfer_area::CameraFrame;
 
 use super::Reader;
+use crate::camera::PICTURE_MAX;
 use crate::told::{Happened, Side};
 use crate::watch::packet::Inbox;
-
-/// No picture is longer.
-const PICTURE_MAX: usize = 16 << 20;
 
 #[derive(Default)]
 pub(super) struct CameraReader {

@@ -1,4 +1,7 @@
 //! The main connection: commands and responses in turn.
+//!
+//! What is no packet of the kit ends with the bytes that came at once, as for the firmware. A response belongs to the
+//! first command that it can answer; those before got none.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -11,7 +14,7 @@ use ft_transfer_area::wire::{
 use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
 
 use super::Reader;
-use crate::told::{Cycle, Happened, Side};
+use crate::told::{Cycle, Happened, Side, Unknown, NO_ANSWER};
 use crate::watch::packet::{command_size, id, response_size, Inbox};
 
 /// Words per area in a compressed command.
@@ -29,6 +32,8 @@ pub(super) struct MainReader {
     name: String,
     firmware: Option<FirmwareVersion>,
     online: Option<Online>,
+    /// An exchange was not understood, so that those after it can't be, until StartOnline.
+    is_unclear: bool,
     /// StopOnline was sent.
     stops: bool,
     /// The program has gone, and the relay sends what stops the controller.
@@ -39,6 +44,9 @@ pub(super) struct MainReader {
 /// A command without a response.
 struct Waiting {
     command: CommandId,
+    since: Instant,
+    /// It was told that there is no response. One may still come, until the program goes on without it.
+    is_told: bool,
     /// The time from the response before.
     answer: Option<std::time::Duration>,
     /// What an exchange has sent.
@@ -86,18 +94,23 @@ impl Reader for MainReader {
         match side {
             Side::Program => {
                 self.commands.add(bytes);
-                while let Some(command) = self.commands.next(command_size)? {
-                    self.command(at, &command, tell)?;
+                while let Some(command) = next(&mut self.commands, side, command_size, tell) {
+                    self.command(at, &command, tell);
                 }
             }
             Side::Controller => {
                 self.responses.add(bytes);
-                while let Some(response) = self.responses.next(response_size)? {
-                    self.response(at, &response, tell)?;
+                while let Some(response) = next(&mut self.responses, side, response_size, tell) {
+                    self.response(at, &response, tell);
                 }
             }
         }
         Ok(())
+    }
+
+    fn look(&mut self, now: Instant, tell: &mut dyn FnMut(Happened)) {
+        let is_late = |one: &&mut Waiting| now.saturating_duration_since(one.since) >= NO_ANSWER;
+        self.waiting.iter_mut().take_while(is_late).for_each(|one| one.tell(tell));
     }
 
     fn program_gone(&mut self) {
@@ -116,94 +129,148 @@ impl Reader for MainReader {
     }
 }
 
-impl MainReader {
-    fn command(
-        &mut self,
-        at: Instant,
-        bytes: &[u8],
-        tell: &mut dyn FnMut(Happened),
-    ) -> Result<(), String> {
-        // The size is known, so it is one.
-        let Some(command) = id(bytes).and_then(CommandId::from_id) else { return Ok(()) };
-        if self.waiting.len() >= WAITING_MAX {
-            return Err(format!("{WAITING_MAX} commands were sent without a response"));
+/// The next whole packet. What is none is told and left out.
+fn next(
+    inbox: &mut Inbox,
+    side: Side,
+    size: fn(&[u8]) -> Result<usize, String>,
+    tell: &mut dyn FnMut(Happened),
+) -> Option<Vec<u8>> {
+    match inbox.next(size) {
+        Ok(packet) => packet,
+        Err(_) => {
+            tell_unknown(side, &inbox.take(), tell);
+            None
         }
-        let sent = match command {
-            CommandId::ExchangeData => {
-                self.outgoing.simple(bytes)?;
-                Some(self.outgoing.areas)
-            }
-            CommandId::ExchangeDataCmpr => {
-                self.outgoing.compressed(bytes)?;
-                Some(self.outgoing.areas)
-            }
+    }
+}
+
+fn tell_unknown(side: Side, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+    let unknown = Unknown { side, id: id(bytes).unwrap_or_default(), bytes: bytes.len() };
+    tell(Happened::Unknown(unknown));
+}
+
+impl Waiting {
+    fn tell(&mut self, tell: &mut dyn FnMut(Happened)) {
+        if !std::mem::replace(&mut self.is_told, true) {
+            tell(Happened::NoAnswer { command: self.command, since: self.since });
+        }
+    }
+}
+
+impl MainReader {
+    fn command(&mut self, at: Instant, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+        // The size is known, so it is one.
+        let Some(command) = id(bytes).and_then(CommandId::from_id) else { return };
+        // The program goes on without the responses that are missing.
+        self.waiting.retain(|one| !one.is_told);
+        if self.waiting.len() >= WAITING_MAX {
+            self.waiting.pop_front();
+        }
+        let outgoing = &mut self.outgoing;
+        let read = match command {
+            CommandId::ExchangeData => outgoing.simple(bytes).map(|()| true),
+            CommandId::ExchangeDataCmpr => outgoing.compressed(bytes).map(|()| true),
+            CommandId::UpdateConfig => outgoing.configure(bytes).map(|()| false),
             CommandId::StartOnline => {
-                self.outgoing = Outgoing::default();
-                None
-            }
-            CommandId::UpdateConfig => {
-                self.outgoing.configure(bytes)?;
-                None
+                *outgoing = Outgoing::default();
+                Ok(false)
             }
             CommandId::QueryStatus
             | CommandId::StopOnline
             | CommandId::StartCameraOnline
-            | CommandId::StopCameraOnline => None,
+            | CommandId::StopCameraOnline => Ok(false),
         };
-        if sent.is_none() {
+        let sent = match read {
+            Ok(is_exchange) => is_exchange.then_some(self.outgoing.areas),
+            Err(why) => {
+                self.not_understood(Side::Program, why, tell);
+                None
+            }
+        };
+        if !matches!(command, CommandId::ExchangeData | CommandId::ExchangeDataCmpr) {
             self.stops = command == CommandId::StopOnline;
             tell(Happened::Command(command));
         }
         let answer = self.last_response.map(|before| at.saturating_duration_since(before));
-        self.waiting.push_back(Waiting { command, answer, sent });
-        Ok(())
+        self.waiting.push_back(Waiting { command, since: at, is_told: false, answer, sent });
     }
 
-    fn response(
+    /// Takes out the command to which this is the response. Those before it get none.
+    fn answered(
         &mut self,
-        at: Instant,
-        bytes: &[u8],
+        response: ResponseId,
         tell: &mut dyn FnMut(Happened),
-    ) -> Result<(), String> {
-        let Some(response) = id(bytes).and_then(ResponseId::from_id) else { return Ok(()) };
-        let waiting = self.waiting.pop_front();
-        let waiting = waiting.ok_or_else(|| format!("a {response} came without a command"))?;
-        if waiting.command.response() != response {
-            return Err(format!("a {response} is not a response to {}", waiting.command));
-        }
-        match response {
-            ResponseId::QueryStatus => {
-                let status =
-                    QueryStatusResponse::parse(bytes).map_err(|error| error.to_string())?;
-                self.name = status.name();
-                self.firmware = Some(status.version);
-                let (name, firmware) = (self.name.clone(), status.version);
-                tell(Happened::Controller { name, firmware });
-            }
+    ) -> Option<Waiting> {
+        let fits = |one: &Waiting| one.command.response() == response;
+        let place = self.waiting.iter().position(fits)?;
+        self.waiting.drain(..place).for_each(|mut one| one.tell(tell));
+        self.waiting.pop_front()
+    }
+
+    fn response(&mut self, at: Instant, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+        let Some(response) = id(bytes).and_then(ResponseId::from_id) else { return };
+        let Some(waiting) = self.answered(response, tell) else {
+            return tell_unknown(Side::Controller, bytes, tell);
+        };
+        let read = match response {
+            ResponseId::QueryStatus => self.status(bytes, tell),
             ResponseId::StartOnline => {
                 let firmware = self.firmware.unwrap_or(FirmwareVersion::WITH_MICROPHONE);
                 self.online = Some(Online::new(firmware));
+                self.is_unclear = false;
                 tell(Happened::Online { name: self.name.clone(), firmware });
+                Ok(())
             }
             ResponseId::StopOnline => {
                 self.stops = true;
                 self.end(tell);
+                Ok(())
             }
             ResponseId::ExchangeData | ResponseId::ExchangeDataCmpr => {
-                let Some(sent) = waiting.sent else { return Ok(()) };
-                let online = self.online.as_mut();
-                let online = online.ok_or("an exchange came before StartOnline")?;
-                let mut cycle = online.exchange(at, response, bytes, &sent)?;
-                cycle.answer = waiting.answer.filter(|_| cycle.number > 1);
-                cycle.config_updates = self.outgoing.config_updates;
-                tell(Happened::Cycle(Box::new(cycle)));
+                self.exchange(at, response, bytes, &waiting, tell)
             }
             ResponseId::UpdateConfig
             | ResponseId::StartCameraOnline
-            | ResponseId::StopCameraOnline => {}
+            | ResponseId::StopCameraOnline => Ok(()),
+        };
+        if let Err(why) = read {
+            self.not_understood(Side::Controller, why, tell);
         }
         self.last_response = Some(at);
+    }
+
+    fn status(&mut self, bytes: &[u8], tell: &mut dyn FnMut(Happened)) -> Result<(), String> {
+        let status = QueryStatusResponse::parse(bytes).map_err(|error| error.to_string())?;
+        self.name = status.name();
+        self.firmware = Some(status.version);
+        tell(Happened::Controller { name: self.name.clone(), firmware: status.version });
         Ok(())
+    }
+
+    fn exchange(
+        &mut self,
+        at: Instant,
+        response: ResponseId,
+        bytes: &[u8],
+        waiting: &Waiting,
+        tell: &mut dyn FnMut(Happened),
+    ) -> Result<(), String> {
+        let Some(sent) = waiting.sent.filter(|_| !self.is_unclear) else { return Ok(()) };
+        let online = self.online.as_mut().ok_or("an exchange came before StartOnline")?;
+        let mut cycle = online.exchange(at, response, bytes, &sent)?;
+        cycle.answer = waiting.answer.filter(|_| cycle.number > 1);
+        cycle.config_updates = self.outgoing.config_updates;
+        tell(Happened::Cycle(Box::new(cycle)));
+        Ok(())
+    }
+
+    /// From here on, exchanges can't be understood.
+    fn not_understood(&mut self, side: Side, why: String, tell: &mut dyn FnMut(Happened)) {
+        if !std::mem::replace(&mut self.is_unclear, true) {
+            tell(Happened::NotUnderstood { side, why });
+            self.end(tell);
+        }
     }
 }
 

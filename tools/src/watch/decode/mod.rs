@@ -1,13 +1,14 @@
 //! What the bytes mean that have passed.
 //!
-//! Each connection has a reader of its own. After something that it can't understand, nothing more of this
-//! connection is reported, because the state of the compression is lost; the connection itself goes on.
+//! Each connection has a reader of its own. After something that can't be understood, the main connection is read on:
+//! exchanges from the next StartOnline on, because the state of the compression is lost. Of another connection nothing
+//! more is reported. The connection itself goes on.
 
 mod camera;
 mod i2c;
 mod main_line;
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use self::camera::CameraReader;
@@ -26,6 +27,9 @@ trait Reader {
         tell: &mut dyn FnMut(Happened),
     ) -> Result<(), String>;
 
+    /// Tells what has not happened until now.
+    fn look(&mut self, _now: Instant, _tell: &mut dyn FnMut(Happened)) {}
+
     /// The program has gone; what follows as from it is not.
     fn program_gone(&mut self) {}
 
@@ -36,73 +40,99 @@ trait Reader {
     fn end(&mut self, _tell: &mut dyn FnMut(Happened)) {}
 }
 
+/// A reader; `None` when its connection is not understood any more.
+type Place = Option<Box<dyn Reader + Send>>;
+
 /// Reads all connections.
 #[derive(Default)]
 pub(crate) struct Decoder {
-    /// `None` for a connection that is not understood any more.
-    readers: HashMap<u64, Option<Box<dyn Reader + Send>>>,
+    /// Of all connections that are open.
+    readers: BTreeMap<u64, (Line, Place)>,
 }
 
 impl Decoder {
     /// Tells what a piece means.
     pub(super) fn take(&mut self, piece: Piece, tell: &mut dyn FnMut(Told)) {
         let Piece { line, connection, at, what } = piece;
-        let mut tell = |what| tell(Told { at, line, what });
+        let mut tell_it = |what| tell(Told { at, line, connection, what });
         match what {
             What::Opened(from) => {
-                self.readers.insert(connection, Some(reader(line)));
-                tell(Happened::Connected(from));
+                self.readers.insert(connection, (line, Some(reader(line))));
+                tell_it(Happened::Connected(from));
             }
+            What::Halted(gone, done) => tell_it(Happened::Halted { gone, error: done.err() }),
+            What::Lost => self.forget(at, tell),
+            what => self.of_open(connection, at, what, &mut tell_it),
+        }
+    }
+
+    /// Tells what has not happened until now, such as a response.
+    pub(super) fn look(&mut self, now: Instant, tell: &mut dyn FnMut(Told)) {
+        for (connection, (line, reader)) in &mut self.readers {
+            let (line, connection) = (*line, *connection);
+            if let Some(reader) = reader {
+                reader.look(now, &mut |what| tell(Told { at: now, line, connection, what }));
+            }
+        }
+    }
+
+    /// What has happened to a connection. One that was opened while too much waited is not followed.
+    fn of_open(
+        &mut self,
+        connection: u64,
+        at: Instant,
+        what: What,
+        tell: &mut dyn FnMut(Happened),
+    ) {
+        let Some((_, reader)) = self.readers.get_mut(&connection) else { return };
+        match what {
             What::Refused(error) => tell(Happened::Refused(error)),
-            What::FromProgram(bytes) => {
-                self.read(connection, Side::Program, at, &bytes, &mut tell);
-            }
-            What::FromController(bytes) => {
-                self.read(connection, Side::Controller, at, &bytes, &mut tell);
-            }
+            What::FromProgram(bytes) => read(reader, Side::Program, at, &bytes, tell),
+            What::FromController(bytes) => read(reader, Side::Controller, at, &bytes, tell),
             What::ControllerEnded => {
-                if let Some(Some(reader)) = self.readers.get_mut(&connection) {
-                    reader.controller_ended(&mut tell);
+                if let Some(reader) = reader {
+                    reader.controller_ended(tell);
                 }
             }
             What::Gone => {
-                if let Some(Some(reader)) = self.readers.get_mut(&connection) {
+                if let Some(reader) = reader {
                     reader.program_gone();
                 }
             }
-            What::Halted(gone, done) => tell(Happened::Halted { gone, error: done.err() }),
-            What::Missed => {
-                self.give_up(connection, Happened::Missed, &mut tell);
-            }
+            What::Missed => give_up(reader, Happened::Missed, tell),
             What::Closed => {
-                if let Some(Some(mut reader)) = self.readers.remove(&connection) {
-                    reader.end(&mut tell);
+                if let Some(reader) = reader {
+                    reader.end(tell);
                 }
+                self.readers.remove(&connection);
                 tell(Happened::Closed);
             }
+            What::Opened(_) | What::Halted(..) | What::Lost => {}
         }
     }
 
-    fn read(
-        &mut self,
-        connection: u64,
-        side: Side,
-        at: Instant,
-        bytes: &[u8],
-        tell: &mut dyn FnMut(Happened),
-    ) {
-        let Some(Some(reader)) = self.readers.get_mut(&connection) else { return };
-        if let Err(why) = reader.read(side, at, bytes, tell) {
-            self.give_up(connection, Happened::NotUnderstood { side, why }, tell);
+    /// Nothing is known of the connections that there were.
+    fn forget(&mut self, at: Instant, tell: &mut dyn FnMut(Told)) {
+        for (connection, (line, mut reader)) in std::mem::take(&mut self.readers) {
+            let mut tell = |what| tell(Told { at, line, connection, what });
+            give_up(&mut reader, Happened::Missed, &mut tell);
+            tell(Happened::Closed);
         }
     }
+}
 
-    fn give_up(&mut self, connection: u64, why: Happened, tell: &mut dyn FnMut(Happened)) {
-        let Some(place) = self.readers.get_mut(&connection) else { return };
-        let Some(mut reader) = place.take() else { return };
-        tell(why);
-        reader.end(tell);
+fn read(place: &mut Place, side: Side, at: Instant, bytes: &[u8], tell: &mut dyn FnMut(Happened)) {
+    let Some(reader) = place else { return };
+    if let Err(why) = reader.read(side, at, bytes, tell) {
+        give_up(place, Happened::NotUnderstood { side, why }, tell);
     }
+}
+
+/// Nothing more of this connection is told.
+fn give_up(place: &mut Place, why: Happened, tell: &mut dyn FnMut(Happened)) {
+    let Some(mut reader) = place.take() else { return };
+    tell(why);
+    reader.end(tell);
 }
 
 fn reader(line: Line) -> Box<dyn Reader + Send> {
@@ -116,31 +146,114 @@ fn reader(line: Line) -> Box<dyn Reader + Send> {
 #[cfg(test)]
 mod tests {
     use std::net::SocketAddr;
+    use std::time::Duration;
 
-    use ft_transfer_area::wire::CommandId;
+    use ft_transfer_area::wire::{
+        CommandId, ExchangeData, ExchangeDataResponse, ResponseId, StartOnline,
+    };
 
     use super::*;
 
-    #[test]
-    fn after_a_gap_in_what_was_looked_at_nothing_more_is_told() {
+    /// What one connection tells of these pieces, with the time between them.
+    fn told(pieces: Vec<(u64, What)>) -> Vec<Happened> {
         let (mut decoder, mut told) = (Decoder::default(), Vec::new());
-        let query = || What::FromProgram(CommandId::QueryStatus.id().to_le_bytes().to_vec());
-        let from = SocketAddr::from(([127, 0, 0, 1], 1));
-        for what in [What::Opened(from), query(), What::Missed, query(), What::Closed] {
-            let piece = Piece { line: Line::Main, connection: 1, at: Instant::now(), what };
+        let begin = Instant::now();
+        let mut at = begin;
+        let opened = (0, What::Opened(SocketAddr::from(([127, 0, 0, 1], 1))));
+        for (ms, what) in [opened].into_iter().chain(pieces) {
+            at += Duration::from_millis(ms);
+            decoder.look(at, &mut |one| told.push(one.what));
+            let piece = Piece { line: Line::Main, connection: 1, at, what };
             decoder.take(piece, &mut |one| told.push(one.what));
         }
+        told.split_off(1)
+    }
+
+    fn command(command: CommandId) -> What {
+        let mut out = Vec::new();
+        match command {
+            CommandId::StartOnline => StartOnline::new().emit(&mut out),
+            CommandId::ExchangeData => ExchangeData::default().emit(&mut out),
+            _ => command.emit(&mut out),
+        }
+        What::FromProgram(out)
+    }
+
+    fn response(response: ResponseId) -> What {
+        let mut out = Vec::new();
+        match response {
+            ResponseId::ExchangeData => ExchangeDataResponse::default().emit(&mut out),
+            _ => response.emit(&mut out),
+        }
+        What::FromController(out)
+    }
+
+    #[test]
+    fn after_a_gap_in_what_was_looked_at_nothing_more_is_told() {
+        let query = || command(CommandId::QueryStatus);
+        let told = told(vec![(0, query()), (0, What::Missed), (0, query()), (0, What::Closed)]);
         assert!(
             matches!(
                 &told[..],
+                [Happened::Command(CommandId::QueryStatus), Happened::Missed, Happened::Closed]
+            ),
+            "{told:?}"
+        );
+    }
+
+    #[test]
+    fn a_response_that_is_missing_is_told_and_what_follows_is_understood() {
+        let told = told(vec![
+            (0, command(CommandId::StartOnline)),
+            (500, response(ResponseId::StartOnline)),
+            (10, command(CommandId::ExchangeData)),
+            // The program has waited for two seconds, and goes on.
+            (2000, command(CommandId::ExchangeData)),
+            (10, response(ResponseId::ExchangeData)),
+            // Here it did not wait.
+            (10, command(CommandId::ExchangeData)),
+            (900, command(CommandId::StopOnline)),
+            (10, response(ResponseId::StopOnline)),
+        ]);
+        let Happened::NoAnswer { command, .. } = told[2] else { panic!("{told:?}") };
+        assert_eq!(command, CommandId::ExchangeData);
+        assert!(
+            matches!(
+                &told[3..],
                 [
-                    Happened::Connected(_),
-                    Happened::Command(CommandId::QueryStatus),
-                    Happened::Missed,
-                    Happened::Closed
+                    Happened::Cycle(_),
+                    Happened::Command(CommandId::StopOnline),
+                    Happened::NoAnswer { command: CommandId::ExchangeData, .. },
+                    Happened::Offline { by_program: true }
                 ]
             ),
             "{told:?}"
         );
+    }
+
+    #[test]
+    fn commands_of_another_program_are_told_and_those_of_the_kit_understood() {
+        let robo_pro = || What::FromProgram(0xACAB_31F7_u32.to_le_bytes().to_vec());
+        let told = told(vec![
+            (0, command(CommandId::StartOnline)),
+            (0, response(ResponseId::StartOnline)),
+            (0, robo_pro()),
+            (0, What::FromController([&0x5170_C53B_u32.to_le_bytes()[..], &[0; 16]].concat())),
+            (0, command(CommandId::ExchangeData)),
+            (0, response(ResponseId::ExchangeData)),
+            // Nobody has asked for it.
+            (0, response(ResponseId::ExchangeData)),
+        ]);
+        let unknown = told.iter().filter_map(|one| match one {
+            Happened::Unknown(unknown) => Some(unknown.to_string()),
+            _ => None,
+        });
+        let expected = [
+            "unknown command 0xacab31f7, 4 bytes",
+            "unknown response 0x5170c53b, 20 bytes",
+            "unknown response 0x4eefac41, 80 bytes",
+        ];
+        assert_eq!(unknown.collect::<Vec<_>>(), expected);
+        assert!(matches!(told[4], Happened::Cycle(_)), "{told:?}");
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Case;
-use crate::programs::record::{Exchange, What};
+use crate::programs::record::{Call, Exchange, What, Who};
 
 /// What is written under one lock goes out in one request, and nothing that nobody wrote; inputs are of one
 /// response.
@@ -96,7 +96,10 @@ pub(super) fn not_before_interruptions(case: &Case<'_>) -> Vec<String> {
                 ));
             }
             let knew = case.trace.calls.iter().any(|call| {
-                call.who == writer.who && call.told() && call.end > lost && call.start < writer.left
+                is_by(call, writer.who)
+                    && call.told()
+                    && call.end > lost
+                    && call.start < writer.left
             });
             // When a transfer has begun, the exchange goes on.
             let knew = knew || begun_before(case, lost, writer.left);
@@ -112,6 +115,12 @@ pub(super) fn not_before_interruptions(case: &Case<'_>) -> Vec<String> {
     }
     breaches.truncate(3);
     breaches
+}
+
+/// Whether a call tells this handle something. A hook makes its calls with the handler's.
+fn is_by(call: &Call, who: Who) -> bool {
+    let by_hook = who == Who::Handler && call.who == Who::Hook && call.what != What::Wait;
+    call.who == who || by_hook
 }
 
 /// When the last request of a connection came that was not the one that stops the motors. That one may be sent

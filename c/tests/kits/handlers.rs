@@ -1,0 +1,72 @@
+//! Programs whose signal handlers call the library.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::thread;
+use std::time::Duration;
+
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use super::support::{compile, simulated, wait_duty, wait_stopped, Running, SIGNALS};
+
+/// The program for both libraries: ftMscLib and KeLib.
+fn programs() -> &'static [PathBuf] {
+    static PROGRAMS: OnceLock<Vec<PathBuf>> = OnceLock::new();
+    let source = include_str!("programs/handlers.cpp");
+    PROGRAMS.get_or_init(|| {
+        let pc = compile("", "c++11", &format!("#define PC\n{source}"), "handlers_pc");
+        let txt = compile("txt", "c++11", source, "handlers_txt");
+        pc.into_iter().chain(txt).collect()
+    })
+}
+
+/// Starts a program, and sends it SIGINT some time after its motor turns.
+fn interrupted(program: &Path, how: &str, after: u64) -> (SimulatedTxt, Running) {
+    let txt = simulated().start().unwrap();
+    let mut running = Running::with(program, &txt, &[how]);
+    running.expect("turns");
+    wait_duty(&txt, 0, 512);
+    thread::sleep(Duration::from_micros(after));
+    running.signal(SIGNALS[0]);
+    (txt, running)
+}
+
+/// A handler that waits for a lock of its own thread would hang, with the motor on.
+#[test]
+fn a_handler_may_call_the_library_wherever_the_program_is() {
+    for program in programs() {
+        let (txt, running) = interrupted(program, "stop", 0);
+        running.end().well();
+        wait_stopped(&txt);
+    }
+}
+
+#[test]
+fn a_handler_may_stop_the_motors_and_end_the_program() {
+    for program in programs() {
+        thread::scope(|scope| {
+            for part in 0..2 {
+                scope.spawn(move || {
+                    for number in 0..6 {
+                        let (txt, running) = interrupted(program, "exit", part * 500 + number * 70);
+                        let ended = running.end();
+                        assert_eq!(ended.code, Some(3), "{}", ended.err);
+                        wait_stopped(&txt);
+                    }
+                });
+            }
+        });
+    }
+}
+
+/// The program may then hang, as the C library does not allow this, but not with its motor on.
+#[test]
+fn the_motor_stops_also_when_exit_hangs_in_the_allocator() {
+    for program in programs() {
+        for number in 0..4 {
+            let (txt, mut running) = interrupted(program, "exit while allocating", number * 70);
+            wait_duty(&txt, 0, 0);
+            running.kill();
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Programs whose output nobody reads, as at a paused terminal: they still end, with their motors off.
+
+use std::fs::{self, File};
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::support::{has_compiler, program, tx_run, txt, wait_for, wait_until, LIMIT};
+
+/// A pipe: where it is read, and where it is written.
+fn pipe() -> [File; 2] {
+    let mut ends = [0; 2];
+    // SAFETY: the place for the two ends is this function's.
+    assert_eq!(unsafe { libc::pipe(ends.as_mut_ptr()) }, 0);
+    ends.map(|end| {
+        // SAFETY: nobody else has it.
+        unsafe {
+            libc::fcntl(end, libc::F_SETFD, libc::FD_CLOEXEC);
+            OwnedFd::from_raw_fd(end).into()
+        }
+    })
+}
+
+/// How many bytes wait to be read.
+fn waiting(pipe: &File) -> libc::c_int {
+    let mut bytes = 0;
+    // SAFETY: the place for the number is this function's.
+    assert_eq!(unsafe { libc::ioctl(pipe.as_raw_fd(), libc::FIONREAD, &raw mut bytes) }, 0);
+    bytes
+}
+
+fn wait_until_full(pipe: &File) {
+    let (mut before, mut since) = (0, Instant::now());
+    wait_until("the pipe is full", || waiting(pipe) > 1000);
+    while since.elapsed() < Duration::from_millis(300) {
+        let now = waiting(pipe);
+        if now != before {
+            (before, since) = (now, Instant::now());
+        }
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+/// Whether a process has ended, and perhaps nobody has asked for its end.
+fn has_ended(process: i32) -> bool {
+    match fs::read_to_string(format!("/proc/{process}/stat")) {
+        Ok(stat) => stat.contains(") Z "),
+        // SAFETY: a call without pointers, which sends nothing.
+        Err(_) => unsafe { libc::kill(process, 0) != 0 },
+    }
+}
+
+fn wait_for_end(child: &mut Child) {
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed() > LIMIT {
+            child.kill().unwrap();
+            panic!("tx_run does not end");
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Sends a signal to `tx_run` when its program's output is full.
+fn ends_by(signal: i32, name: &str, flags: &str) {
+    let txt = txt().start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let [read, write] = pipe();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    command.arg(program(name)).env("CFLAGS", flags).current_dir(folder.path());
+    command.stdin(Stdio::null()).stdout(write.try_clone().unwrap()).stderr(write);
+    let mut child = command.spawn().unwrap();
+    drop(command);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    wait_until_full(&read);
+    let number = number_in(&folder.path().join("number"));
+    // SAFETY: a call without pointers, for a child that was not waited for.
+    assert_eq!(unsafe { libc::kill(child.id() as libc::pid_t, signal) }, 0);
+    wait_for_end(&mut child);
+    wait_for(&txt, "the motor is off", |machine| machine.controllers[0].outputs.duty == [0; 8]);
+    wait_until("the program has ended", || has_ended(number));
+    assert!(waiting(&read) > 1000, "nobody has read it");
+}
+
+fn number_in(file: &Path) -> i32 {
+    fs::read_to_string(file).unwrap().trim().parse().unwrap()
+}
+
+#[test]
+fn a_program_whose_output_nobody_reads_ends_when_it_is_asked_to() {
+    if !has_compiler() {
+        return;
+    }
+    let killed = if cfg!(target_os = "linux") { libc::SIGKILL } else { libc::SIGTERM };
+    thread::scope(|scope| {
+        for (signal, name, flags) in [
+            (libc::SIGINT, "unread.c", ""),
+            (libc::SIGTERM, "unread_tic.c", ""),
+            (libc::SIGINT, "unread_tic.c", "-DPRINTS"),
+            (killed, "unread.c", ""),
+            (killed, "unread_tic.c", ""),
+        ] {
+            scope.spawn(move || ends_by(signal, name, flags));
+        }
+    });
+}

@@ -1,0 +1,116 @@
+//! Programs end at Ctrl-C whatever becomes of what they write.
+#![cfg(target_os = "linux")]
+
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use ft_transfer_area_simulator::SimulatedTxt;
+use tempfile::TempDir;
+
+use crate::recording::{self, in_folder, said, DEADLINE};
+use crate::running::Running;
+use crate::watch::slow::Killed;
+use crate::watch::support::{command, listening, logged, KitClient};
+
+/// A pipe that takes so many bytes and no more: nobody reads it.
+fn pipe(folder: &TempDir, room: usize) -> (String, File) {
+    let path = in_folder(folder, "pipe");
+    assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+    // On Linux, opening it for both waits for nobody.
+    let mut pipe = OpenOptions::new().read(true).write(true).open(&path).unwrap();
+    pipe.write_all(&vec![0; (64 << 10) - room]).unwrap();
+    (path, pipe)
+}
+
+/// A recording into such a pipe that has begun.
+fn begun(txt: &SimulatedTxt, path: &str) -> Running {
+    let arguments = ["record", &txt.address().to_string(), "-o", path];
+    let running = Running::start(&mut recording::txt(&arguments));
+    assert!(txt.wait_until(DEADLINE, |machine| machine.exchanges() > 20));
+    running
+}
+
+#[test]
+fn a_recording_into_a_pipe_that_takes_no_more_ends_and_says_that_it_is_incomplete() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, _pipe) = pipe(&folder, 4 << 10);
+    let running = begun(&txt, &path);
+    running.signal("INT");
+    let output = running.end();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("the recording is incomplete"), "{}", said(&output));
+}
+
+#[test]
+fn a_second_ctrl_c_ends_it_at_once() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, _pipe) = pipe(&folder, 4 << 10);
+    let running = begun(&txt, &path);
+    running.signal("TERM");
+    // The transfer ends before the file.
+    assert!(txt.wait_until(DEADLINE, |machine| !machine.online()));
+    // Signals that come together are one.
+    thread::sleep(Duration::from_millis(400));
+    running.signal("INT");
+    assert_eq!(running.end().status.code(), Some(130));
+}
+
+#[test]
+fn a_pipe_that_nobody_opens_is_left_at_ctrl_c() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, pipe) = pipe(&folder, 0);
+    drop(pipe);
+    let host = txt.address().to_string();
+    for arguments in [&["record", &host, "-o", &path][..], &["watch", &host, "--record", &path]] {
+        let running = Running::start(&mut recording::txt(arguments));
+        // It waits for a reader, or has not got so far.
+        thread::sleep(Duration::from_millis(100));
+        running.signal("INT");
+        assert!(!running.end().status.success());
+    }
+}
+
+#[test]
+fn watch_stops_the_motors_before_it_gives_up_the_file() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let folder = tempfile::tempdir().unwrap();
+    let (path, _pipe) = pipe(&folder, 4 << 10);
+    let arguments = ["--no-page", "--json", "--record", &path];
+    let running = Running::start(command(txt.address(), &arguments).stderr(Stdio::piped()));
+    let to = ([127, 0, 0, 1], listening(&running.line())).into();
+    let mut program = KitClient::online(to);
+    program.exchange([512; 8]);
+    running.signal("INT");
+    let output = running.end();
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("the recording is incomplete"), "{}", said(&output));
+    assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
+}
+
+#[test]
+fn readers_that_go_away_end_nothing_that_drives() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, pipe) = pipe(&folder, 32 << 10);
+    let mut watch = command(txt.address(), &["--json", "--record", &path]);
+    let watch = watch.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let mut watch = Killed(watch.unwrap());
+    let mut line = String::new();
+    BufReader::new(watch.0.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    let mut program = KitClient::online(([127, 0, 0, 1], listening(&line)).into());
+    program.exchange([1; 8]);
+    drop(pipe);
+    let mut errors = BufReader::new(watch.0.stderr.take().unwrap()).lines();
+    let is_broken = |line: io::Result<String>| line.unwrap().contains("Broken pipe");
+    thread::scope(|scope| {
+        let told = scope.spawn(|| errors.any(is_broken));
+        while !told.is_finished() {
+            program.exchange([2; 8]);
+        }
+        assert!(told.join().unwrap());
+    });
+    program.exchange([3; 8]);
+    program.end();
+}

@@ -1,0 +1,71 @@
+//! The program of a user that `txt check` and `txt watch` start, and what it has started: nothing of it is left.
+//!
+//! All of them have the standard output, so its end is theirs.
+
+use std::process::{Command, Stdio};
+use std::thread;
+
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use crate::running::Running;
+
+/// It starts another program and goes on.
+const GOES_ON: &str = "sleep 600 & echo ready; wait";
+/// The same, and only SIGKILL ends them.
+const IGNORES_ALL: &str = "trap '' INT TERM HUP; sleep 600 & echo ready; while :; do wait; done";
+
+/// The commands that start this program.
+fn commands(txt: &SimulatedTxt, script: &str) -> [Command; 2] {
+    let host = txt.address().to_string();
+    let check = ["check", "--language", "en", "1"];
+    let watch = ["watch", &host, "--port", "0", "--no-page", "--"];
+    [&check[..], &watch[..]].map(|arguments| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+        command.args(arguments).args(["sh", "-c", script]).stderr(Stdio::null());
+        command
+    })
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn nothing_of_it_is_left_when_this_program_is_ended() {
+    let txt = &SimulatedTxt::builder().start().unwrap();
+    let signals = ["KILL", "TERM", "INT"].into_iter();
+    let cases = signals.flat_map(|signal| [GOES_ON, IGNORES_ALL].map(|script| (signal, script)));
+    thread::scope(|scope| {
+        for (signal, script) in cases {
+            for mut command in commands(txt, script) {
+                scope.spawn(move || {
+                    let running = Running::start(&mut command);
+                    while running.line() != "ready" {}
+                    running.signal(signal);
+                    assert!(running.leaves_nothing(), "{signal} {command:?}");
+                });
+            }
+        }
+    });
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn what_it_has_started_is_not_left_when_it_ends() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    for (mut command, status) in commands(&txt, "sleep 600 & exit 7").into_iter().zip([1, 7]) {
+        let running = Running::start(&mut command);
+        assert!(running.leaves_nothing(), "{command:?}");
+        assert_eq!(running.end().status.code(), Some(status), "{command:?}");
+    }
+}
+
+#[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
+#[test]
+fn it_may_end_by_itself_at_ctrl_c() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let script = "trap 'sleep 0.3; echo bye; exit 5' INT; echo ready; while :; do sleep 0.1; done";
+    let [_, mut watch] = commands(&txt, script);
+    let watch = Running::start(&mut watch);
+    assert_eq!(watch.line(), "ready");
+    watch.signal("INT");
+    assert_eq!(watch.line(), "bye");
+    assert_eq!(watch.end().status.code(), Some(5));
+}

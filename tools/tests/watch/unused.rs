@@ -1,0 +1,69 @@
+//! Connections that nobody uses any more do not add up.
+
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::process::{Command, Stdio};
+use std::thread;
+
+use ft_transfer_area::wire::{CommandId, ResponseId, StartOnline};
+
+use super::support::{accept, command, connect, listener, listening, Watch};
+use crate::running::Running;
+
+#[test]
+fn a_connection_ends_soon_when_its_program_is_gone_and_the_controller_never_ends_it() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let mut program = watch.connect();
+    program.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+    let mut controller = accept(&listener);
+    controller.read_exact(&mut [0; 4]).unwrap();
+    drop(program);
+    watch.line_where(|line| line["what"] == "closed");
+    drop(controller);
+}
+
+/// Answers StartOnline on the first connection, and keeps all open.
+fn keep_all(listener: &TcpListener) {
+    let mut kept = vec![accept(listener)];
+    kept[0].read_exact(&mut [0; StartOnline::LEN]).unwrap();
+    kept[0].write_all(&ResponseId::StartOnline.id().to_le_bytes()).unwrap();
+    loop {
+        let mut stream = accept(listener);
+        if stream.read(&mut [0]).is_ok_and(|count| count > 0) {
+            stream.write_all(b"hello").unwrap();
+        }
+        kept.push(stream);
+    }
+}
+
+#[cfg_attr(not(unix), ignore = "the limit for open files is set by a shell")]
+#[test]
+fn a_program_is_served_however_many_connections_were_left_open() {
+    let (listener, address) = listener();
+    thread::spawn(move || keep_all(&listener));
+    let watch = command(address, &["--no-page", "--json"]);
+    let mut limited = Command::new("sh");
+    limited.args(["-c", "ulimit -n 128 && exec \"$@\"", "sh"]).stdin(Stdio::null());
+    let watch = Running::start(limited.arg(watch.get_program()).args(watch.get_args()));
+    let to = ([127, 0, 0, 1], listening(&watch.line())).into();
+    let mut drives = connect(to);
+    let mut start = Vec::new();
+    StartOnline::new().emit(&mut start);
+    drives.write_all(&start).unwrap();
+    drives.read_exact(&mut [0; 4]).unwrap();
+    let used: Vec<_> = (0..150)
+        .map(|_| {
+            let mut program = connect(to);
+            program.write_all(b"x").unwrap();
+            program.read_exact(&mut [0; 5]).unwrap();
+            program
+        })
+        .collect();
+    // The first one to end is the first of these, and not the one that drives.
+    assert!(!matches!((&used[0]).read(&mut [0]), Ok(1..)));
+    drives.set_nonblocking(true).unwrap();
+    assert!(drives
+        .read(&mut [0])
+        .is_err_and(|error| error.kind() == std::io::ErrorKind::WouldBlock));
+}
