@@ -35,8 +35,9 @@ const I2C_COMMUNICATION: u32 = 0x170F;
 const TXT_BUSY: u32 = 0x1C03;
 const THREAD_NOT_STARTABLE: u32 = 0x1C04;
 
-/// The program's function, and how long taking it away waits for one that is running.
-type Callback = extern "C" fn(*mut FishX1Transfer, i32) -> bool;
+/// The program's function, and how long taking it away waits for one that is running. It returns a C `bool`, which a
+/// program in C may fill with any byte.
+type Callback = extern "C" fn(*mut FishX1Transfer, i32) -> u8;
 const CALLBACK_LIMIT: Duration = Duration::from_millis(500);
 
 /// The areas stay from the first start to the end of the program, which keeps a pointer to them.
@@ -127,7 +128,7 @@ fn call(areas: *mut FishX1Transfer) -> ControlFlow<()> {
     let _called = CALLED.lock();
     let callback = *CALLBACK.lock();
     match callback {
-        Some(callback) if !inside::leave(|| callback(areas, AREAS as i32)) => {
+        Some(callback) if inside::leave(|| callback(areas, AREAS as i32)) == 0 => {
             ControlFlow::Break(())
         }
         _ => ControlFlow::Continue(()),

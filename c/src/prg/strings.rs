@@ -6,6 +6,10 @@
 
 use std::ffi::{c_char, c_int, c_void, CStr};
 use std::ptr;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether `strtok` has got a text.
+static STRTOK_HAS_TEXT: AtomicBool = AtomicBool::new(false);
 
 /// The text at `s`, without its 0.
 ///
@@ -146,6 +150,10 @@ hooks! {
     /// `strtok`, with the C library's memory of where it was.
     fn strtok(s: *mut c_char, ends: *const c_char) -> *mut c_char {
         let ends = if ends.is_null() { c"".as_ptr() } else { ends };
+        // Without a text before, there is no next word.
+        if !STRTOK_HAS_TEXT.fetch_or(!s.is_null(), Ordering::Relaxed) && s.is_null() {
+            return ptr::null_mut();
+        }
         libc::strtok(s, ends)
     }
     /// `strupr`: a to z become A to Z.
@@ -255,6 +263,8 @@ mod tests {
             assert!(strcpy(nowhere, c"a".as_ptr()).is_null());
             assert!(strupr(nowhere).is_null());
             assert!(strstr(null, c"a".as_ptr()).is_null());
+            // Nobody calls it before in these tests.
+            assert!(strtok(nowhere, c"a".as_ptr()).is_null());
             assert!(memset(ptr::null_mut(), 1, 9).is_null());
             assert!(memcpy(ptr::null_mut(), ptr::null(), 9).is_null());
             assert_eq!(memcmp(ptr::null(), ptr::null(), 9), 0);

@@ -422,10 +422,12 @@ fn send_pending(to: &mut TcpStream, flow: &mut Flow) -> io::Result<bool> {
 }
 
 /// Writes as many bytes as there is room for.
-fn write(to: &mut TcpStream, bytes: &[u8]) -> io::Result<usize> {
+fn write(to: &mut impl Write, bytes: &[u8]) -> io::Result<usize> {
     let mut sent = 0;
     while sent < bytes.len() {
         match to.write(&bytes[sent..]) {
+            // It never takes any more.
+            Ok(0) => return Err(ErrorKind::WriteZero.into()),
             Ok(count) => sent += count,
             Err(error) if error.kind() == ErrorKind::WouldBlock => break,
             Err(error) if error.kind() == ErrorKind::Interrupted => {}
@@ -446,4 +448,16 @@ fn unless_gone(error: io::Error) -> io::Result<()> {
 /// Whether a connection is being made. The operating systems have several words for it.
 fn is_pending(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::NotConnected | ErrorKind::WouldBlock)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_receiver_that_takes_nothing_is_an_error() {
+        let mut room = [0; 2];
+        let error = write(&mut &mut room[..], b"abc").unwrap_err();
+        assert_eq!((error.kind(), room), (ErrorKind::WriteZero, *b"ab"));
+    }
 }
