@@ -10,7 +10,7 @@ use crate::selftest::outcome::{seconds, Outcome, Trouble};
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
         "camera-twice",
-        "A second start of the camera in a session ends the firmware (seen under emulation only).",
+        "StartCameraOnline right after StopCameraOnline ends the firmware (seen under emulation only).",
         camera_twice,
     )
     .needs(Needs::Crash),
