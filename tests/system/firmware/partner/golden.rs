@@ -74,6 +74,7 @@ impl session::Board for Plugs {
             ["camera"] => {}
             ["frames", "0"] => self.first_frame = state.frames,
             ["frames"] => return Some((state.frames - self.first_frame).to_string()),
+            ["modes"] => return Some(modes(&state.machine)),
             ["duty"] => return Some(bytes(state.machine.controllers[0].outputs.duty)),
             ["duty", number] => {
                 let controller: usize = number.parse().ok()?;
@@ -83,6 +84,12 @@ impl session::Board for Plugs {
         }
         Some(String::from("done"))
     }
+}
+
+/// The mode of each input, and whether it is digital.
+fn modes(machine: &Machine) -> String {
+    let uni = machine.controllers[0].config.uni;
+    uni.map(|uni| format!("{}{}", uni.mode, uni.digital)).join(" ")
 }
 
 /// Duties as the board gets them.
