@@ -26,7 +26,7 @@ fn camera_twice(bench: &mut Bench) -> Found {
     needs_camera(bench)?;
     bench.begin(Holds::I2c)?;
     for _ in 0..2 {
-        if start_and_stop(bench)?.is_none() {
+        if !start_and_stop(bench)? {
             return Ok(Outcome::differs("the second start gives no picture"));
         }
     }
