@@ -88,7 +88,7 @@ fn drive(handler: &TransferAreaComHandler) -> Result<(), Error> {
     print_counters("arrived", &areas[LOCAL_IO]);
     drop(areas);
 
-    println!("At plain speed nothing turns: the controller holds both where they have arrived.");
+    println!("At plain speed nothing turns before the distance is left.");
     turn_half_a_second(handler)?;
 
     println!("They leave the extended mode, and turn at plain speed.");

@@ -3,8 +3,8 @@
 //! controlled and its button is ignored.
 //!
 //! Plug it in before the program starts: the maker's firmware 4.7.0 (measured under emulation) looks for
-//! extensions only when a transfer begins. What it says of one that is unplugged later is not known. The
-//! simulated TXT has it unplugged for a second.
+//! extensions only when a transfer begins. One that is unplugged later is still
+//! reported (there, with a simulated board). The simulated TXT has it unplugged for a second.
 //!
 //! Wiring, the same on both controllers: a push button on I1 (contacts 1 and 3), a motor on M1. The
 //! second TXT is connected to the first one's EXT socket, and set to be an extension in its menu.

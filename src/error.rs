@@ -264,11 +264,11 @@ pub enum Error {
         device: u8,
     },
 
-    /// A thread of the program panicked while it used the transfer area. The motors were stopped and the
-    /// transfer ended.
+    /// A thread of the program panicked while it used the transfer area. The motors were stopped if the connection
+    /// still worked, and the transfer ended.
     ProgramPanicked,
-    /// A call of the cycle hook did not return within its limit; the motors were stopped and the transfer
-    /// ended. The hook is not called again, and its thread ends when it returns.
+    /// A call of the cycle hook did not return within its limit; the motors were stopped if the connection still
+    /// worked, and the transfer ended. The hook is not called again, and its thread ends when it returns.
     HookHangs {
         /// The limit that was set.
         limit: Duration,
@@ -279,8 +279,9 @@ pub enum Error {
         /// The limit that was set.
         limit: Duration,
     },
-    /// The connection was lost and is being re-established: all outputs were set to 0, all commands forgotten,
-    /// and what the program wrote before is lost. The transfer goes on, and the program can go on, too.
+    /// The connection was lost and is being re-established: all outputs in the areas were set to 0, all commands
+    /// forgotten, and what the program wrote before is lost. Motors may go on until the connection is back, and are
+    /// off then. The transfer goes on, and the program can go on, too.
     ConnectionLost {
         /// What went wrong with the connection.
         cause: Box<Error>,

@@ -89,7 +89,7 @@ pub struct TriedAddress {
     /// What happened, as text.
     pub outcome: String,
     /// Whether something accepted the connection, but did not answer or closed it. A controller that another
-    /// program uses does this; so may any other server.
+    /// program uses does not answer; so may any other server.
     pub perhaps_in_use: bool,
 }
 

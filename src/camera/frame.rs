@@ -19,7 +19,8 @@ pub struct CameraFrame {
     pub sequence: u64,
     /// When the whole frame had come in.
     pub arrived: Instant,
-    /// How many frames were waiting on the controller; more than 1 if the connection is too slow.
+    /// 1 when the frame was waiting for the program's acknowledgement, otherwise 0 (the maker's firmware 4.7.0,
+    /// measured under emulation).
     pub frames_ready: u32,
     /// Width in pixels, as announced.
     pub width: u16,

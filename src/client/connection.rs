@@ -1,6 +1,7 @@
 //! A request and its response: what the controller's connections have in common.
 
 use std::io::{self, ErrorKind};
+use std::mem;
 use std::net::IpAddr;
 use std::time::{Duration, Instant};
 
@@ -13,6 +14,8 @@ use crate::error::Error;
 pub(crate) struct Connection {
     transport: Box<dyn Transport>,
     limits: TimeLimits,
+    /// What was not sent of the last command, for which there was no room in time.
+    unsent: Vec<u8>,
 }
 
 /// The names of a request and its response in errors.
@@ -28,7 +31,7 @@ impl Connection {
     }
 
     pub(crate) fn over(transport: Box<dyn Transport>, limits: TimeLimits) -> Self {
-        Self { transport, limits }
+        Self { transport, limits, unsent: Vec::new() }
     }
 
     pub(super) fn limits(&self) -> TimeLimits {
@@ -103,9 +106,14 @@ impl Connection {
     }
 
     /// Sends a command, within the limit for writing. Returns when it began to.
+    ///
+    /// A command is one write, so that it is one segment. Only when the system has no room for all of it, the rest
+    /// follows: the firmware may close the connection then, but without the rest it certainly does.
     pub(crate) fn send(&mut self, command: &'static str, bytes: &[u8]) -> Result<Instant, Error> {
         let (limit, now) = (self.limits.write, self.transport.now());
-        let sent = self.write_all(bytes, &mut TimeLeft::new(limit, now));
+        let mut unsent = bytes;
+        let sent = self.write_all(&mut unsent, &mut TimeLeft::new(limit, now));
+        self.unsent = unsent.to_vec();
         sent.map(|()| now).map_err(|error| match error.kind() {
             ErrorKind::WouldBlock | ErrorKind::TimedOut => Error::NotTaken { command, limit },
             _ => io_error(command, error, 0),
@@ -135,6 +143,9 @@ impl Connection {
     /// Leaves a connection that may not work any more: sends these last bytes, calls `sent`, and reads until
     /// the other side has closed. Ignores errors. Blocks up to the limit.
     ///
+    /// What is missing of the command before comes first. Otherwise the last bytes would be read as its rest, and an
+    /// exchange that the controller has not got would be missing in what the next one is compressed with.
+    ///
     /// Closing with unread bytes would reset the connection, and the other side might never read
     /// the last bytes.
     pub(super) fn abandon(
@@ -145,7 +156,8 @@ impl Connection {
         sent: impl FnOnce(),
     ) {
         let mut left = TimeLeft::new(limit, self.transport.now());
-        let is_sent = self.write_all(last_words, &mut left).is_ok();
+        let last_words = [&*mem::take(&mut self.unsent), last_words].concat();
+        let is_sent = self.write_all(&mut &*last_words, &mut left).is_ok();
         sent();
         if !is_sent {
             return;
@@ -185,13 +197,13 @@ impl Connection {
         }
     }
 
-    /// Writes all bytes, and tries again after each interruption.
-    fn write_all(&mut self, mut bytes: &[u8], left: &mut TimeLeft) -> io::Result<()> {
+    /// Writes all bytes, and tries again after each interruption. `bytes` are then those that are left.
+    fn write_all(&mut self, bytes: &mut &[u8], left: &mut TimeLeft) -> io::Result<()> {
         while !bytes.is_empty() {
             let rest = left.next(|| self.transport.now()).ok_or(ErrorKind::TimedOut)?;
             match self.transport.write(bytes, rest) {
                 Ok(0) => return Err(ErrorKind::WriteZero.into()),
-                Ok(count) => bytes = &bytes[count..],
+                Ok(count) => *bytes = &bytes[count..],
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }

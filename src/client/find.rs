@@ -291,7 +291,8 @@ fn outcome(error: &Error, limit: Duration) -> String {
             format!("it accepted the connection but did not answer within {limit:?}, so another program may be using it")
         }
         Error::ConnectionClosed { .. } => {
-            "it closed the connection, so another program may be using it".to_owned()
+            "it closed the connection, so it may be in use, or its program has just ended"
+                .to_owned()
         }
         Error::WrongId { .. } | Error::WrongSize { .. } => "what answers is not a TXT".to_owned(),
         other => other.to_string(),

@@ -38,8 +38,8 @@ pub struct TimeLimits {
     /// this; when the limit is over, it goes on in the background until it ends. Asking for the same
     /// name again waits for that thread and starts no other.
     pub connect: Duration,
-    /// For the whole response to a command. Default 2 s; the controller answers an exchange
-    /// after 10 ms, or after 40 ms at most.
+    /// For the whole response to a command. Default 2 s; the controller usually answers an exchange
+    /// after 10 ms; up to 40 ms were seen.
     pub read: Duration,
     /// For handing a whole command to the operating system. Default 2 s.
     pub write: Duration,

@@ -264,6 +264,28 @@ fn an_abandoned_connection_that_takes_no_bytes_is_left_immediately() {
     assert_eq!(abandon(vec![], writes), (vec![], false, NO_WAIT));
 }
 
+/// The firmware would take the last bytes as the rest of the command, and close the connection.
+#[test]
+fn the_rest_of_a_command_that_was_not_taken_comes_before_the_last_bytes() {
+    let stuck = || (LIMITS.write, Event::Error(ErrorKind::TimedOut));
+    let query_and_last_words =
+        [&CommandId::QueryStatus.id().to_le_bytes()[..], &last_words()].concat();
+    for writes in [vec![(NO_WAIT, Event::Room(1)), stuck()], vec![stuck()]] {
+        let (mut client, transport) = client(vec![], writes);
+        assert_eq!(client.query_status().map(drop), not_taken());
+        // No other command follows.
+        assert_eq!(client.stop_online(), not_taken());
+        assert!(transport.state().written.len() <= 1);
+        client.abandon(&[1, 2, 3]);
+        assert_eq!(transport.state().written, query_and_last_words);
+    }
+    // A command that was taken is not sent again.
+    let (mut client, transport) = client(vec![], vec![]);
+    assert_eq!(client.query_status().map(drop), no_answer(0));
+    client.abandon(&[1, 2, 3]);
+    assert_eq!(transport.state().written, query_and_last_words);
+}
+
 /// In place of the tests in `signals.rs`, and of the one for the camera.
 #[cfg(not(unix))]
 #[test]

@@ -144,13 +144,13 @@ impl fmt::Display for Error {
                 f,
                 "the controller closed the connection instead of answering StartOnline (0 bytes \
                  came); if another program was online in the last 5 s, the TXT's firmware has ended \
-                 and is back in some seconds: try again then, or check that the TXT is still on and \
-                 no other program uses it"
+                 and is back in some seconds: try again then, or check that the TXT is still on"
             ),
             Self::ConnectionClosed { command, received } => write!(
                 f,
                 "the controller closed the connection instead of answering {command} ({received} \
-                 bytes came); check that the TXT is still on and no other program uses it"
+                 bytes came); check that the TXT is still on; its firmware may have ended, and is back in \
+                 some seconds"
             ),
             Self::Io { command, cause } => write!(
                 f,
@@ -210,12 +210,12 @@ impl fmt::Display for Error {
             Self::ProgramPanicked => write!(
                 f,
                 "a thread of the program panicked while it used the transfer area; the motors \
-                 were stopped"
+                 were stopped if the connection still worked"
             ),
             Self::HookHangs { limit } => write!(
                 f,
-                "the cycle hook did not return within {limit:?}; the motors were stopped, and the hook is \
-                 not called again; make it quick, without waits, or allow more time by hook_limit"
+                "the cycle hook did not return within {limit:?}; the motors were stopped if the connection \
+                 still worked, and the hook is not called again; make it quick, without waits, or allow more time by hook_limit"
             ),
             Self::WatchdogExpired { limit } => write!(
                 f,
@@ -224,8 +224,9 @@ impl fmt::Display for Error {
             ),
             Self::ConnectionLost { cause } => write!(
                 f,
-                "the connection to the controller was lost and is being re-established; all outputs are 0 and \
-                 all commands forgotten, so set them again; what went wrong: {cause}"
+                "the connection to the controller was lost and is being re-established; motors may go on \
+                 until then; all outputs in the areas are 0 and all commands forgotten, so set them again; \
+                 what went wrong: {cause}"
             ),
             Self::ReconnectFailed { limit, cause } => write!(
                 f,

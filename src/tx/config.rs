@@ -30,7 +30,8 @@ impl FishX1Transfer {
         self.raise_config_id();
     }
 
-    /// Configures a counter input: normal or inverted.
+    /// Configures a counter input: normal or inverted. On the maker's firmware 4.7.0 (measured under emulation) it has
+    /// no effect.
     ///
     /// Raises the [`config_id`](crate::transfer_area::State::config_id).
     #[doc(alias = "SetFtCntConfig")]

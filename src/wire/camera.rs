@@ -61,7 +61,8 @@ mod field {
 #[doc(alias = "ftIF2013Response_CameraOnlineFrame")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CameraFrameHeader {
-    /// Frames that wait on the controller; more than 1 when the client is too slow.
+    /// 1 when the picture was waiting for the acknowledgement, otherwise 0 (the maker's firmware 4.7.0, measured under
+    /// emulation).
     #[doc(alias = "m_numframeready")]
     pub frames_ready: i32,
     /// Width of the picture in pixels.

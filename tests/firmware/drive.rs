@@ -13,6 +13,8 @@
 //!
 //! * `extensions N`: from now on a look for extensions finds N (0 or 1). The answer does not matter.
 //! * `duty`: the answer is what the board has at O1 to O8, as bytes: `255 0 0 0 0 0 0 0`; `duty 1`: of extension 1.
+//! * `modes`: the answer is what the board measures at I1 to I8, each as the number of the mode and 1 for digital, as
+//!   with `11 11 11 11 11 11 11 11` after StartOnline.
 //! * `frames`: the answer is how many requests the board has got for outputs and inputs; after
 //!   `frames 0`, since then.
 //! * `i2c 24`: the device 0x18 is plugged in, with registers of one byte, all 0 from 0x10 on. The answer does not matter.

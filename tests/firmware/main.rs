@@ -58,6 +58,14 @@ impl Simulated {
     }
 }
 
+impl Simulated {
+    /// The mode of each input, and whether it is digital.
+    fn modes(&self) -> String {
+        let uni = self.txt.with_machine(|machine| machine.controllers[0].config.uni);
+        uni.map(|uni| format!("{}{}", uni.mode, uni.digital)).join(" ")
+    }
+}
+
 impl Board for Simulated {
     fn command(&mut self, command: &str) -> Option<String> {
         let duty = |index: usize| {
@@ -73,6 +81,7 @@ impl Board for Simulated {
             "frames 0" => self.frames = exchanges,
             "camera" => {}
             "frames" => return Some((exchanges - self.frames).to_string()),
+            "modes" => return Some(self.modes()),
             "duty" => return Some(duty(0)),
             "duty 1" => return Some(duty(1)),
             _ => return None,

@@ -9,7 +9,7 @@ use ft_transfer_area::wire::ExchangeData;
 use ft_transfer_area::{Exchange, FishX1Transfer, TimeLimits, TransferMode, TxtClient};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use crate::support::{check_client, handler_for, unpaced};
+use crate::support::{check_client, handler_for, strict};
 
 /// A client that is online, and its exchange.
 fn online(txt: &SimulatedTxt, mode: TransferMode) -> (TxtClient, Exchange) {
@@ -22,7 +22,7 @@ fn online(txt: &SimulatedTxt, mode: TransferMode) -> (TxtClient, Exchange) {
 #[test]
 fn duties_out_of_range_reach_the_controller_in_range() {
     for mode in [TransferMode::Compressed, TransferMode::Simple] {
-        let txt = unpaced().start().unwrap();
+        let txt = strict().start().unwrap();
         let (mut client, mut exchange) = online(&txt, mode);
         let mut areas = [FishX1Transfer::default()];
         let written = [30_000, -32_768, -1, 513, 512, 0, 32_767, -512];
@@ -37,7 +37,7 @@ fn duties_out_of_range_reach_the_controller_in_range() {
 
 #[test]
 fn areas_of_a_loop_of_ones_own_print_with_their_index() {
-    let txt = unpaced().extensions(1).start().unwrap();
+    let txt = strict().extensions(1).start().unwrap();
     let (mut client, mut exchange) = online(&txt, TransferMode::Compressed);
     let mut areas = [FishX1Transfer::default(); 2];
     client.do_transfer(&mut exchange, &mut areas).unwrap();
@@ -48,7 +48,7 @@ fn areas_of_a_loop_of_ones_own_print_with_their_index() {
 
 #[test]
 fn three_hundred_configurations_in_a_row_reach_the_controller() {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     for number in 0..300_u16 {
@@ -127,7 +127,7 @@ fn outputs(area: &FishX1Transfer) -> ExchangeData {
 #[test]
 fn commands_around_the_last_id_come_back_over_the_wire() {
     for mode in [TransferMode::Compressed, TransferMode::Simple] {
-        let txt = unpaced().start().unwrap();
+        let txt = strict().start().unwrap();
         let (mut client, mut exchange) = online(&txt, mode);
         let mut areas = [FishX1Transfer::default()];
         let area = &mut areas[LOCAL_IO];

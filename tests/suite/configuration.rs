@@ -7,11 +7,11 @@ use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::Error;
 
-use crate::support::{handler_for, unpaced, wait_until};
+use crate::support::{handler_for, strict, wait_until};
 
 #[test]
 fn all_areas_are_configured_before_the_first_exchange() {
-    let txt = unpaced().extensions(1).start().unwrap();
+    let txt = strict().extensions(1).start().unwrap();
     let handler = handler_for(&txt).areas(2).build().unwrap();
     handler.lock()[REMOTE_IO_1].config.motor = [0; 4];
     handler.begin_transfer().unwrap();
@@ -30,7 +30,7 @@ fn all_areas_are_configured_before_the_first_exchange() {
 fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
     // For each exchange, the duty and the mode of I1 on the controller.
     let seen = Arc::new(Mutex::new(Vec::new()));
-    let txt = unpaced().on_exchange({
+    let txt = strict().on_exchange({
         let seen = Arc::clone(&seen);
         move |machine| {
             let controller = &machine.controllers[0];
@@ -61,7 +61,7 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
 
 #[test]
 fn update_config_returns_when_the_controller_has_the_configuration() {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     for id in 2..50 {
@@ -82,7 +82,7 @@ fn update_config_returns_when_the_controller_has_the_configuration() {
 
 #[test]
 fn a_config_without_a_new_id_is_not_sent() {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     handler.lock()[LOCAL_IO].config.motor = [0; 4];

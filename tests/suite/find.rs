@@ -96,7 +96,7 @@ fn without_a_controller_the_error_says_what_happened_at_each_address() {
             ("nothing listens there", false),
             ("did not answer within 2s, so another program may be using it", true),
             ("what answers is not a TXT", false),
-            ("it closed the connection, so another program may be using it", true),
+            ("it closed the connection, so it may be in use, or its program has just ended", true),
             ("is not a controller's address", false),
         ]) {
             assert!(tried.outcome.contains(outcome), "{tried}");

@@ -11,7 +11,7 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Input, Motor};
 use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
 
-use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
+use crate::support::{check_client, handler_for, strict, wait_until, DEADLINE};
 
 fn text(panic: &(dyn Any + Send)) -> &str {
     panic.downcast_ref::<String>().map_or("no text", String::as_str)
@@ -19,7 +19,7 @@ fn text(panic: &(dyn Any + Send)) -> &str {
 
 /// Locks twice in some way, in a program with a running motor.
 fn check(lock_twice: impl Fn(&TransferAreaComHandler)) {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
     handler.begin_transfer().unwrap();
@@ -53,7 +53,7 @@ fn the_panic_names_the_line_of_the_program() {
         |area| drop(TransferArea::wait_any(&[area])),
     ];
     for call in calls {
-        let txt = unpaced().start().unwrap();
+        let txt = strict().start().unwrap();
         let handler = handler_for(&txt).build().unwrap();
         handler.begin_transfer().unwrap();
         let area = handler.transfer_area();
@@ -115,7 +115,7 @@ fn by_every_call_that_waits() {
 
 #[test]
 fn in_a_hook() {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     let area = handler.transfer_area();
     handler
@@ -132,7 +132,7 @@ fn in_a_hook() {
 
 #[test]
 fn not_when_another_thread_has_the_areas_or_the_guard_is_dropped() {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     let areas = handler.lock();
     std::thread::scope(|scope| {

@@ -9,7 +9,7 @@ use ft_transfer_area::wire::{CommandId, ExchangeData};
 use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
-use crate::support::{check_client, handler_for, unpaced, wait_until, Record};
+use crate::support::{check_client, handler_for, strict, wait_until, Record};
 
 /// A machine with running motors, one of them on a distance command.
 struct Running {
@@ -26,7 +26,7 @@ impl Running {
     fn start(fault: Option<FaultKind>) -> Self {
         let record = Record::default();
         let noted = record.clone();
-        let mut txt = unpaced().on_exchange(move |machine| noted.note(machine));
+        let mut txt = strict().on_exchange(move |machine| noted.note(machine));
         if let Some(kind) = fault {
             txt = txt.fault(Fault::at_response(FIRST_EXCHANGE + 100, kind));
         }
@@ -73,7 +73,7 @@ fn end_transfer_stops_the_motors_and_the_area_says_so() {
 
 #[test]
 fn end_transfer_stops_the_motors_of_extensions_too() {
-    let txt = unpaced().extensions(1).start().unwrap();
+    let txt = strict().extensions(1).start().unwrap();
     let handler = handler_for(&txt).areas(2).build().unwrap();
     handler.lock()[1].output.duty[0] = 200;
     handler.begin_transfer().unwrap();

@@ -6,14 +6,14 @@ use std::time::Duration;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::wire::ExchangeData;
 
-use crate::support::{handler_for, unpaced, wait_until, Record};
+use crate::support::{handler_for, strict, wait_until, Record};
 
 #[test]
 fn distance_and_command_id_written_under_one_lock_are_never_seen_apart() {
     const EXCHANGES: usize = 5000;
     const DIFFERENT: usize = 100;
     let record = Record::default();
-    let txt = unpaced().on_exchange({
+    let txt = strict().on_exchange({
         let record = record.clone();
         move |machine| record.note(machine)
     });
@@ -53,7 +53,7 @@ fn different(seen: &[ExchangeData]) -> usize {
 
 #[test]
 fn writes_under_a_guard_stay_back_until_it_is_dropped_while_the_exchange_goes_on() {
-    let txt = unpaced().start().unwrap();
+    let txt = strict().start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
     let mut areas = handler.lock();

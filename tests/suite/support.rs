@@ -19,6 +19,11 @@ pub(crate) fn unpaced() -> SimulatedTxtBuilder {
     SimulatedTxt::builder().pace(Duration::ZERO).idle_limit(Duration::from_secs(3600))
 }
 
+/// The same for one session, in which it ends and refuses where the maker's firmware does.
+pub(crate) fn strict() -> SimulatedTxtBuilder {
+    unpaced().strict(true)
+}
+
 /// Settings for a handler of this simulated TXT.
 pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
     // A panic of a hook takes long when a backtrace is printed.

@@ -131,8 +131,8 @@ fn a_search_says_what_happened_at_an_address() {
             false,
         ),
         (Ok(silent), "another program may be using it", true),
-        (Ok(sending(vec![])), "another program may be using it", true),
-        (Ok(sending(response()[..7].to_vec())), "another program may be using it", true),
+        (Ok(sending(vec![])), "it may be in use", true),
+        (Ok(sending(response()[..7].to_vec())), "it may be in use", true),
         (Ok(sending(no_txt)), "what answers is not a TXT", false),
     ] {
         let network = ScriptedNetwork::new([opening]);

@@ -111,7 +111,8 @@ pub enum Event {
         /// Whether it is now connected.
         alive: bool,
     },
-    /// The connection was lost and is being re-established: all outputs are 0 and all commands forgotten.
+    /// The connection was lost and is being re-established: all outputs in the areas are 0 and all commands
+    /// forgotten. Motors may go on until the connection is back.
     ///
     /// Only in a transfer that [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
     #[non_exhaustive]
@@ -132,7 +133,7 @@ pub enum Event {
         /// For how long the program has shown no sign of life.
         limit: Duration,
     },
-    /// The transfer has ended, and its motors are stopped. Comes to every listener.
+    /// The transfer has ended, and its motors are stopped if a last exchange has arrived. Comes to every listener.
     #[non_exhaustive]
     TransferEnded {
         /// The error that ended it; `None` when it was ended by the program.

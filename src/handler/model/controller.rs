@@ -182,6 +182,6 @@ impl TxtClient {
         Ok(())
     }
 
-    /// A controller whose connection is lost stops by itself.
+    /// The models do not follow what is sent last.
     pub(crate) fn abandon(&mut self, _last_request: &[u8]) {}
 }

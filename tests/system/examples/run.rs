@@ -44,6 +44,18 @@ impl Run {
         }
     }
 
+    /// The process.
+    #[allow(dead_code, reason = "only the checks with the firmware use it")]
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// The line that was read last.
+    #[allow(dead_code, reason = "only the checks with the firmware use it")]
+    pub(crate) fn last_line(&self) -> &str {
+        self.lines.last().map_or("", String::as_str)
+    }
+
     /// Presses Ctrl-C.
     pub(crate) fn interrupt(&self) {
         let id = self.child.id().to_string();

@@ -18,6 +18,17 @@ mod examples {
     pub(crate) mod run;
     pub(crate) mod sample;
 }
+/// A page of `txt panel`, from the tests of `txt`.
+#[cfg(target_os = "linux")]
+#[path = "."]
+mod panel {
+    #[path = "../../../tools/tests/panel/page.rs"]
+    #[allow(dead_code, reason = "the tests of the panel use all of it")]
+    pub(crate) mod page;
+
+    /// Longer than anything takes on a busy machine; only a failing check waits this long.
+    const LIMIT: std::time::Duration = std::time::Duration::from_secs(60);
+}
 #[cfg(target_os = "linux")]
 #[path = "../program/mod.rs"]
 #[allow(dead_code, reason = "the tests of everything use all of it")]

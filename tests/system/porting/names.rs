@@ -174,7 +174,10 @@ pub(crate) const NAMES: &[Library] = &[
             (&["NoMotor", "NoDirection"], "leave the slave out"),
             (&["NoInput", "NoOutput", "NoCounter", "MODE_INVALID"], "there is no such value"),
             (&["U_MIN", "INVALID_VALUE"], "0 and `i16::MIN`"),
-            (&["I2C_SPEED_100_KHZ", "I2C_SPEED_400_KHZ"], "a TXT always has 400 kHz"),
+            (
+                &["I2C_SPEED_100_KHZ", "I2C_SPEED_400_KHZ"],
+                "a request has no clock; which one the TXT uses is not known",
+            ),
             (
                 &["SLAVE_OFFLINE", "SLAVE_ONLINE", "EXT_DEV_OFFLINE", "EXT_DEV_ONLINE"],
                 "0 and 1 in `area.state.io_slave_alive`",

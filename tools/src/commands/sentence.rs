@@ -24,8 +24,8 @@ pub(crate) fn sentence(error: &Error) -> String {
             format!("the controller took no command within {limit:?}; check the connection to it")
         }
         Error::ConnectionLost { cause } => format!(
-            "the connection is lost and is being re-established, and all motors are off; what went \
-             wrong: {}",
+            "the connection is lost and is being re-established; motors may go on until then, and are \
+             off afterwards; what went wrong: {}",
             sentence(cause)
         ),
         other => other.to_string(),

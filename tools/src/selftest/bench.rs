@@ -1,4 +1,4 @@
-//! The controller under test, which is left stopped whatever happens.
+//! The controller under test, which is left stopped unless this program is killed.
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
@@ -40,6 +40,10 @@ pub(super) struct Bench {
     has_i2c: bool,
     /// Pictures have come.
     pub(super) has_camera: bool,
+    /// How long StopCameraOnline took after the first pictures.
+    pub(super) camera_stop: Option<Duration>,
+    /// How long a sound plays.
+    pub(super) sound: Option<Duration>,
     /// How many pulses M1 gives in a second at full duty.
     pub(super) speed: Option<f64>,
     session: Option<Session>,
@@ -62,6 +66,8 @@ impl Bench {
             name: String::new(),
             has_i2c: false,
             has_camera: false,
+            camera_stop: None,
+            sound: None,
             speed: None,
             session: None,
             left_moving: false,

@@ -24,6 +24,7 @@ use serde_json::{json, Value};
 use self::bench::Bench;
 use self::checks::{Check, Needs};
 use self::outcome::{summary, Outcome, Row, Trouble};
+use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
 use crate::print;
 use crate::watch::ports;
@@ -36,7 +37,8 @@ short sounds, and switches no output on. A program that runs on the controller i
 With --motors M1 turns for half a minute. Plug in M1, with its encoder at C1, so that it turns
 freely. A button at I1 stops it, so it is good to have one. --crash also starts the camera twice.
 
-The results are also in a file, to attach to an issue. Ctrl-C ends it with the motors off.
+The results are also in a file, to attach to an issue. Ctrl-C ends it with the motors off. When it is
+killed while M1 may turn, another process switches the outputs off.
 The exit status is 1 when it could not run to its end; what differs is no error.
 
 Example: txt selftest 192.168.7.2";
@@ -91,10 +93,15 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let _ = std::fs::remove_file(&path);
         not_there(trouble, &args.host)
     })?;
+    // Only a motor goes on when this program is killed.
+    let guardian = args.motors.then(|| Guardian::start(&[address.to_string()])).transpose()?;
     let mut run = Run { rows: Vec::new(), bench, args, begin: Instant::now(), given_up: None };
     run.head()?;
     let ended = run.all();
     let is_stopped = run.bench.leave();
+    if let Some(guardian) = guardian.filter(|_| is_stopped) {
+        guardian.dismiss();
+    }
     drop(driving);
     let result = run.json(&begun, ended.as_ref().err());
     write(file, &result).with_context(|| path.display().to_string())?;

@@ -123,6 +123,6 @@ async fn take_over(client: &Client) -> Result<()> {
     page.wait_for_text(".problem:not([hidden])", "The connection is lost").await?;
     page.click("#language").await?;
     // With its cause.
-    page.wait_for_text(".problem:not([hidden])", "alle Motoren sind aus: D").await?;
+    page.wait_for_text(".problem:not([hidden])", "danach sind sie aus: D").await?;
     page.ensure_no_console_errors().await
 }

@@ -1,10 +1,10 @@
 //! C programs, through `tx_run`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ft_transfer_area_simulator::world::World;
 
-use super::{stopped, Check, ADDRESS};
+use super::{check, stopped, Check, ADDRESS};
 use crate::controller::Controller;
 use crate::program::{output_in_time, tx_run};
 
@@ -20,14 +20,31 @@ const PROGRAMS: [(&str, &str, &str); 7] = [
 ];
 
 pub(super) fn checks() -> impl Iterator<Item = (String, Check)> {
-    PROGRAMS.iter().map(|(program, world, said)| {
+    let programs = PROGRAMS.iter().map(|(program, world, said)| {
         let check: Check = Box::new(move |controller| run(controller, program, world, said));
         (format!("tx_run {program}"), check)
-    })
+    });
+    programs.chain([check("tx_run, whose program is killed", killed)])
+}
+
+/// `tx_run` switches off what a killed program has left on.
+fn killed(controller: &Controller) {
+    controller.plug_in(World::default());
+    let program = folder().join("tests/tx_run/programs/killed.c");
+    let output = output_in_time(tx_run().arg(program).args(["--host", ADDRESS]));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("tx_run has sent it: all outputs are off"), "{said}");
+    let has_turned = |duty: &[i16; 8]| duty[0] == 300;
+    assert!(controller.board.state().duties.iter().any(has_turned), "the motor has not turned");
+    stopped(controller);
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../c")
 }
 
 fn run(controller: &Controller, program: &str, world: &str, said: &str) {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../c");
+    let folder = folder();
     let file = folder.join(world);
     match world {
         // It has to go far, and counts cycles.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ft_transfer_area::transfer_area::DUTY_MAX;
 use ft_transfer_area_simulator::Machine;
 
-use super::{wait_until, Check, ADDRESS};
+use super::{no_i2c_server_waits, wait_until, Check, ADDRESS};
 use crate::board::Board;
 use crate::controller;
 use crate::session::{self, Outcome, Packets};
@@ -44,10 +44,9 @@ fn run(controller: &controller::Controller, file: &Path) {
     }
 }
 
-/// Ends what a session leaves behind: the firmware's I2C server waits for a client, and would end the program at the next
-/// StartOnline. A client that closes again ends the wait, and then the server.
+/// Ends what a session leaves behind.
 fn settle(address: &session::Controller) {
-    wait_until("no I2C server waits", || address.connect("i2c").is_err());
+    no_i2c_server_waits();
     wait_until("the program answers", || address.answers());
 }
 
@@ -74,6 +73,7 @@ impl session::Board for Plugs {
             ["camera"] => {}
             ["frames", "0"] => self.first_frame = state.frames,
             ["frames"] => return Some((state.frames - self.first_frame).to_string()),
+            ["modes"] => return Some(modes(&state.machine)),
             ["duty"] => return Some(bytes(state.machine.controllers[0].outputs.duty)),
             ["duty", number] => {
                 let controller: usize = number.parse().ok()?;
@@ -83,6 +83,12 @@ impl session::Board for Plugs {
         }
         Some(String::from("done"))
     }
+}
+
+/// The mode of each input, and whether it is digital.
+fn modes(machine: &Machine) -> String {
+    let uni = machine.controllers[0].config.uni;
+    uni.map(|uni| format!("{}{}", uni.mode, uni.digital)).join(" ")
 }
 
 /// Duties as the board gets them.

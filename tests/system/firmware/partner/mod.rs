@@ -8,6 +8,7 @@ mod samples;
 mod sessions;
 mod tools;
 
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -88,6 +89,12 @@ fn wait_until(what: &str, mut condition: impl FnMut() -> bool) {
         assert!(begin.elapsed() < DEADLINE, "never: {what}");
         thread::sleep(Duration::from_millis(5));
     }
+}
+
+/// Ends what a session leaves behind that has never used I2C: the firmware's I2C server waits for a client, and would end
+/// the program at the next StartOnline. A client that closes again ends the wait, and then the server.
+fn no_i2c_server_waits() {
+    wait_until("no I2C server waits", || TcpStream::connect((ADDRESS, 65_002)).is_err());
 }
 
 /// The last exchange has switched everything off, because the firmware does not.

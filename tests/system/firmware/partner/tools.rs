@@ -3,17 +3,17 @@
 use std::fs;
 use std::net::TcpStream;
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::Duration;
 
 use ft_transfer_area::tx::Input;
 use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_simulator::world::World;
+use serde_json::json;
 
-use super::{check, stopped, wait_until, Check, ADDRESS};
+use super::{check, no_i2c_server_waits, stopped, wait_until, Check, ADDRESS};
 use crate::controller::Controller;
 use crate::examples::run::Run;
-use crate::program::{output_in_time, txt};
+use crate::panel::page::Page;
+use crate::program::{example, output_in_time, txt};
 
 /// Where `txt watch` and the broker listen.
 const WATCHED: &str = "127.0.0.1:65100";
@@ -24,9 +24,11 @@ pub(super) fn checks() -> Vec<(String, Check)> {
         check("txt find, then record at once, twice", find_and_record),
         check("txt camera", camera),
         check("txt panel", panel),
+        check("txt panel, which is killed", killed_panel),
         check("txt bridge", bridge),
         check("txt stop, after the end of a program", stop),
         check("txt watch, and the end of its program", watch),
+        check("txt watch with a program, which is killed", watch_with_program),
         check("selftest by txt", selftest),
     ]
 }
@@ -73,6 +75,22 @@ fn panel(controller: &Controller) {
     stopped(controller);
 }
 
+/// Of what a killed panel leaves on, its guardian takes care.
+fn killed_panel(controller: &Controller) {
+    controller.plug_in(World::default());
+    let mut panel = Run::of(txt().args(["panel", ADDRESS, "--no-browser"]));
+    panel.wait_for("http://");
+    let url = panel.last_line().trim_start_matches("http://");
+    let (address, token) = url.split_once("/?token=").expect("an address with a token");
+    let mut page = Page::open(address, token);
+    page.wait_until_running();
+    page.done(json!({"do": "drive"}));
+    page.done(json!({"do": "motor", "host": 0, "motor": 3, "duty": 300}));
+    wait_until("the motor runs", || !is_off(controller));
+    drop(panel);
+    wait_until("the motor is stopped", || is_off(controller));
+}
+
 /// A button that is pressed in the world arrives at the broker, and a command from there at the motor.
 fn bridge(controller: &Controller) {
     if Command::new("mosquitto").arg("-h").output().is_err() {
@@ -94,9 +112,7 @@ fn bridge(controller: &Controller) {
     };
     // Of what is left on by a killed one, its guardian takes care.
     drop(turning());
-    wait_until("the motor is stopped", || {
-        controller.board.state().machine.controllers[0].outputs.duty == [0; 8]
-    });
+    wait_until("the motor is stopped", || is_off(controller));
     let bridge = turning();
     let mut heard = Command::new("mosquitto_sub");
     let heard = output_in_time(heard.args(["-C", "1", "-W", "20", "-t", "ft/press/I3"]));
@@ -121,12 +137,9 @@ fn watch(controller: &Controller) {
     let mut watch = Run::of(txt().args(["watch", ADDRESS, "--port", "65100", "--no-page"]));
     watch.wait_for("main");
     leave_on(controller, WATCHED);
-    wait_until("the motor is stopped", || {
-        controller.board.state().machine.controllers[0].outputs.duty == [0; 8]
-    });
-    // Behind another port than 65000, which the firmware has here, the sample does not know where I2C is. So the firmware
-    // still waits for it, and would end at the next StartOnline.
-    thread::sleep(Duration::from_secs(6));
+    wait_until("the motor is stopped", || is_off(controller));
+    // Behind another port than 65000, which the firmware has here, the sample does not know where I2C is.
+    no_i2c_server_waits();
     for _ in 0..5 {
         let builder = TransferAreaComHandler::builder(ADDRESS).port(65_100).i2c_port(65_102);
         let handler = builder.build().unwrap();
@@ -138,14 +151,40 @@ fn watch(controller: &Controller) {
     watch.finish();
 }
 
+/// The same for a program that it has started.
+fn watch_with_program(controller: &Controller) {
+    controller.plug_in(World::default());
+    let sample = example("motor_on_off_switch");
+    let mut watch = txt();
+    watch.args(["watch", ADDRESS, "--port", "65100", "--no-page", "--"]);
+    let watch = Run::of(watch.arg(sample.get_program()).arg(WATCHED));
+    motor_runs(controller);
+    let children = format!("/proc/{0}/task/{0}/children", watch.id());
+    let children = fs::read_to_string(children).unwrap();
+    assert!(Command::new("kill").args(["-KILL", children.trim()]).status().unwrap().success());
+    wait_until("the motor is stopped", || is_off(controller));
+    watch.fail();
+    no_i2c_server_waits();
+    stopped(controller);
+}
+
 /// Kills a program whose motor runs.
 fn leave_on(controller: &Controller, address: &str) {
     let program = Run::start("motor_on_off_switch", &[address]);
+    motor_runs(controller);
+    drop(program);
+}
+
+/// Presses the button of the sample.
+fn motor_runs(controller: &Controller) {
     controller.board.state().machine.world_mut().unwrap().press(0, Input::I1, true);
     wait_until("the motor runs", || {
         controller.board.state().machine.controllers[0].outputs.duty[0] > 0
     });
-    drop(program);
+}
+
+fn is_off(controller: &Controller) -> bool {
+    controller.board.state().machine.controllers[0].outputs.duty == [0; 8]
 }
 
 /// What `txt selftest` knows of the firmware is true of it.

@@ -78,8 +78,8 @@ fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check
                 format!("{motor} fuhr {way:.0} Impulse vorwärts statt 500."),
             )
             .hint(
-                "give the distance to start_motor_ex_cmd: then the controller counts, and brakes in time.",
-                "Gib die Strecke bei start_motor_ex_cmd an: Dann zählt der Controller selbst und bremst rechtzeitig.",
+                "give the distance to start_motor_ex_cmd: then the controller counts, and stops the motor.",
+                "Gib die Strecke bei start_motor_ex_cmd an: Dann zählt der Controller selbst und hält den Motor an.",
             ));
         }
     }

@@ -133,7 +133,7 @@ const GERMAN_ERRORS = {
   connection_broke: "Die Verbindung ist abgerissen; ist der Controller noch an und in Reichweite?",
   connect_timed_out: "Der Controller antwortet nicht; ist er eingeschaltet, und stimmt die Adresse?",
   connection_closed: "Der Controller hat die Verbindung beendet; ist er noch an, und benutzt ihn ein anderes Programm?",
-  connection_lost: "Die Verbindung ist abgebrochen und wird wieder aufgebaut; alle Motoren sind aus",
+  connection_lost: "Die Verbindung ist abgebrochen und wird wieder aufgebaut; Motoren laufen vielleicht bis dahin weiter, danach sind sie aus",
   connection_refused: "Dort ist kein Controller bereit; ist ein anderes Programm mit ihm verbunden?",
   firmware_too_old: "Die Firmware des Controllers ist zu alt",
   halted: "Das Programm hat sich nicht abgemeldet; alle Ausgänge wurden danach ausgeschaltet",

@@ -27,7 +27,7 @@ pub(super) const CHECKS: &[Check] = &[
     ),
     Check::new(
         "camera-acknowledge",
-        "The next picture comes after an acknowledgement, and not before.",
+        "The next picture comes after an acknowledgement, and not before; one in pieces closes the connection.",
         acknowledge,
     ),
     Check::new(
@@ -117,7 +117,8 @@ fn starts(bench: &mut Bench) -> Found {
     let took = tell(bench, CommandId::StartCameraOnline)?;
     let there = connect(bench)?;
     bench.has_camera = there.is_some();
-    stop(bench, there.map(|(line, ..)| line))?;
+    let stopped = stop(bench, there.map(|(line, ..)| line))?;
+    bench.camera_stop = bench.has_camera.then_some(stopped);
     bench.end()?;
     let camera = if bench.has_camera { "with a camera" } else { "without a camera" };
     let seen = format!("{}, {camera}", seconds(took));
@@ -165,10 +166,14 @@ fn acknowledge(bench: &mut Bench) -> Found {
         }
         bench.online()?.exchange()?;
         line.send(&CAMERA_FRAME_ACKNOWLEDGE)?;
-        Ok(match frame(line)? {
-            Some(_) => Outcome::same_if(true, ""),
-            None => Outcome::differs("none comes"),
-        })
+        if frame(line)?.is_none() {
+            return Ok(Outcome::differs("none comes"));
+        }
+        let (start, rest) = CAMERA_FRAME_ACKNOWLEDGE.split_at(2);
+        line.send(start)?;
+        bench.pause(Duration::from_millis(100))?;
+        line.send(rest)?;
+        closes(line)
     })
 }
 
@@ -191,21 +196,17 @@ fn once(bench: &mut Bench) -> Found {
 }
 
 fn stops(bench: &mut Bench) -> Found {
-    needs_camera(bench)?;
-    let Some(took) = start_and_stop(bench)? else {
-        return Ok(Outcome::differs(NOT_THIS_TIME));
-    };
-    bench.end()?;
+    let took = bench.camera_stop.ok_or(Trouble::NotTried(NO_PICTURE))?;
     Ok(Outcome::same_if(took < Duration::from_millis(400), seconds(took)).with_time("ms", took))
 }
 
-/// Starts the camera, gets a picture and stops it: how long StopCameraOnline took, `None` without a picture.
-pub(super) fn start_and_stop(bench: &mut Bench) -> Result<Option<Duration>, Trouble> {
+/// Starts the camera, gets a picture and stops it: whether one came.
+pub(super) fn start_and_stop(bench: &mut Bench) -> Result<bool, Trouble> {
     tell(bench, CommandId::StartCameraOnline)?;
     let there = connect(bench)?.map(|(line, ..)| line);
     let is_there = there.is_some();
-    let took = stop(bench, there)?;
-    Ok(is_there.then_some(took))
+    stop(bench, there)?;
+    Ok(is_there)
 }
 
 fn late(bench: &mut Bench) -> Found {

@@ -10,7 +10,7 @@ use crate::selftest::outcome::{seconds, Outcome, Trouble};
 pub(super) const CHECKS: &[Check] = &[
     Check::new(
         "camera-twice",
-        "A second start of the camera in a session ends the firmware (seen under emulation only).",
+        "StartCameraOnline right after StopCameraOnline ends the firmware (seen under emulation only).",
         camera_twice,
     )
     .needs(Needs::Crash),
@@ -26,7 +26,7 @@ fn camera_twice(bench: &mut Bench) -> Found {
     needs_camera(bench)?;
     bench.begin(Holds::I2c)?;
     for _ in 0..2 {
-        if start_and_stop(bench)?.is_none() {
+        if !start_and_stop(bench)? {
             return Ok(Outcome::differs("the second start gives no picture"));
         }
     }

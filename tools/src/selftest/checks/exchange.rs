@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::wire::CommandId;
+use ft_transfer_area::wire::{CmprHeader, CommandId, ExchangeDataResponse};
 
 use super::{Check, Found};
 use crate::selftest::bench::Bench;
-use crate::selftest::outcome::{seconds, Outcome};
+use crate::selftest::outcome::{seconds, Outcome, Trouble};
 use crate::selftest::session::{command, packet};
 
 pub(super) const CHECKS: &[Check] = &[
@@ -23,6 +23,16 @@ pub(super) const CHECKS: &[Check] = &[
         both,
     ),
     Check::new("two-exchanges-at-once", "Two exchanges in one segment get two answers.", two_at_once),
+    Check::new(
+        "exchange-in-pieces",
+        "A compressed exchange that is cut after its header is answered.",
+        in_pieces,
+    ),
+    Check::new(
+        "simple-counter-reset",
+        "In the simple exchange the id of a counter reset comes back with the same answer.",
+        simple_counter_reset,
+    ),
     Check::new("pace", "The answers to exchanges come 10 ms apart.", pace),
     Check::new(
         "answer-after-a-pause",
@@ -67,8 +77,34 @@ fn two_at_once(bench: &mut Bench) -> Found {
     Ok(Outcome::same_if(true, ""))
 }
 
+fn in_pieces(bench: &mut Bench) -> Found {
+    let session = bench.online()?;
+    session.exchange()?;
+    let extensions = session.inputs.extensions;
+    let request = session.request(extensions);
+    let (header, data) = request.split_at(CmprHeader::LEN);
+    session.main.send(header)?;
+    bench.pause(Duration::from_millis(100))?;
+    let session = bench.online()?;
+    session.main.send(data)?;
+    session.take_answer()?;
+    Ok(Outcome::same_if(true, ""))
+}
+
+fn simple_counter_reset(bench: &mut Bench) -> Found {
+    let session = bench.online()?;
+    session.outputs.counter_reset_id[0] += 1;
+    let id = session.outputs.counter_reset_id[0];
+    let mut simple = Vec::new();
+    session.outputs.emit(&mut simple);
+    let answer = command(&mut session.main, CommandId::ExchangeData, &simple)?;
+    let answer = ExchangeDataResponse::parse(&answer);
+    let back = answer.map_err(|error| Trouble::Lost(error.to_string()))?.counter_reset_id[0];
+    Ok(Outcome::same_if(back == id, if back == id { "" } else { "it comes later" }))
+}
+
 fn pace(bench: &mut Bench) -> Found {
-    const COUNT: usize = 300;
+    const COUNT: usize = 200;
 
     let session = bench.online()?;
     session.exchange()?;

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use ft_transfer_area::wire::I2cRequestHeader;
+
 use super::{Check, Found};
 use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::i2c::{request, I2c, I2cAnswer};
@@ -42,6 +44,11 @@ pub(super) const CHECKS: &[Check] = &[
         "i2c-long-write",
         "A request to write 1025 bytes closes the connection.",
         long_write,
+    ),
+    Check::new(
+        "i2c-wrong-length",
+        "A request with another number of bytes than is to be written closes the connection.",
+        wrong_length,
     ),
     Check::new(
         "i2c-once",
@@ -150,9 +157,22 @@ fn pause(bench: &mut Bench) -> Found {
 }
 
 fn long_write(bench: &mut Bench) -> Found {
+    closes_on(bench, &request(MISSING[0], &[0; 1025], 0))
+}
+
+fn wrong_length(bench: &mut Bench) -> Found {
+    let header = I2cRequestHeader { data_len: 2, device: MISSING[0], write_len: 1, read_len: 1 };
+    let mut request = Vec::new();
+    header.emit(&mut request);
+    request.extend([0; 2]);
+    closes_on(bench, &request)
+}
+
+/// The controller is expected to close the I2C connection after this request.
+fn closes_on(bench: &mut Bench, request: &[u8]) -> Found {
     let session = bench.begin(Holds::I2c)?;
     let I2c { line, .. } = session.i2c()?;
-    line.send(&request(MISSING[0], &[0; 1025], 0))?;
+    line.send(request)?;
     let outcome = super::commands::closes(line)?;
     session.i2c = None;
     bench.end()?;

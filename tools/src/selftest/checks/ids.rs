@@ -1,4 +1,4 @@
-//! Ids of configurations and of commands. No output is on: a motor with a distance has the duty 0.
+//! Configurations, their ids, and those of commands. No output is on: a motor with a distance has the duty 0.
 
 use std::time::Duration;
 
@@ -34,6 +34,16 @@ pub(super) const CHECKS: &[Check] = &[
         "config-id-low-byte",
         "The low byte of a configuration's id counts: 258 after 2 has no effect.",
         low_byte,
+    ),
+    Check::new(
+        "input-15k",
+        "An input of 15 kΩ reads the voltage.",
+        input_15k,
+    ),
+    Check::new(
+        "input-digital-ultrasonic",
+        "A digital ultrasonic input reads a distance, not 0 or 1.",
+        digital_ultrasonic,
     ),
 ];
 
@@ -126,4 +136,28 @@ fn low_byte(bench: &mut Bench) -> Found {
     }
     let is_same = with_258 == with_first;
     Ok(Outcome::same_if(is_same, if is_same { "" } else { "it has an effect" }))
+}
+
+/// What I8 reads in this mode. The other inputs keep theirs.
+fn i8_with(session: &mut Session, id: i16, uni: UniConfig) -> Result<u16, Trouble> {
+    let mut config = Config::default();
+    config.uni[7] = uni;
+    Ok(read_with(session, id, config)?[7])
+}
+
+fn input_15k(bench: &mut Bench) -> Found {
+    /// A voltage is never quite the same. In Ω an open input would read 15000, and a closed switch 30 at least.
+    const NEAR: u16 = 25;
+
+    let session = bench.begin(Holds::I2c)?;
+    let voltage = i8_with(session, 1, UniConfig::analog(InputMode::Voltage))?;
+    let read = i8_with(session, 2, UniConfig::analog(InputMode::Resistance15k))?;
+    let seen = format!("I8 reads {read}, in the mode for voltages {voltage}");
+    Ok(Outcome::same_if(read.abs_diff(voltage) < NEAR, seen))
+}
+
+fn digital_ultrasonic(bench: &mut Bench) -> Found {
+    let session = bench.online()?;
+    let read = i8_with(session, 3, UniConfig::digital(InputMode::Ultrasonic))?;
+    Ok(Outcome::same_if(read > 1, format!("I8 reads {read}")))
 }

@@ -3,12 +3,21 @@
 use std::ops::Range;
 use std::time::Duration;
 
+use ft_transfer_area::transfer_area::Config;
+use ft_transfer_area::wire::CommandId;
+
 use super::{Check, Found};
-use crate::selftest::bench::Bench;
+use crate::selftest::bench::{Bench, Holds};
 use crate::selftest::outcome::{seconds, Outcome, Trouble};
-use crate::selftest::session::Session;
+use crate::selftest::session::{command, packet, Session};
 
 pub(super) const CHECKS: &[Check] = &[
+    // First, because the session of the others is long enough for the check of an I2C pause.
+    Check::new(
+        "sound-after-stop-online",
+        "A sound plays on after StopOnline and the next StartOnline, until index 0 ends it.",
+        after_stop_online,
+    ),
     Check::new("sound", "The id of a sound comes back when the sound has ended.", once),
     Check::new("sound-repeat-0", "Repeat 0 plays a sound once, like 1.", repeat_0),
     Check::new("sound-repeat-2", "Repeat 2 plays a sound twice.", repeat_2),
@@ -81,6 +90,7 @@ fn once(bench: &mut Bench) -> Found {
     };
     // It has a length, which is known for the maker's file only.
     let is_same = time > Duration::from_millis(100);
+    bench.sound = Some(time);
     Ok(Outcome::same_if(is_same, seconds(time)).with_time("ms", time))
 }
 
@@ -94,11 +104,9 @@ fn repeat_2(bench: &mut Bench) -> Found {
 
 /// Plays a sound once, then with this repeat: how many times as long that may take.
 fn compare_with_once(bench: &mut Bench, repeat: u16, times: Range<f64>) -> Found {
+    let once = bench.sound;
+    let once = once.ok_or(Trouble::NotTried("a sound that plays once does not come back"))?;
     let session = bench.online()?;
-    let Some((once, _)) = play(session, SHORT, 1, OVER)? else {
-        be_silent(session)?;
-        return Err(Trouble::NotTried("a sound that plays once does not come back"));
-    };
     let Some((time, _)) = play(session, SHORT, repeat, OVER)? else {
         be_silent(session)?;
         return Ok(Outcome::differs(format!("it plays for more than {}", seconds(OVER))));
@@ -159,5 +167,22 @@ fn never_back(bench: &mut Bench, index: u16) -> Found {
     Ok(match back {
         None => Outcome::same_if(true, format!("not within {}", seconds(NEVER))),
         Some((time, _)) => Outcome::differs(format!("back after {}", seconds(time))),
+    })
+}
+
+fn after_stop_online(bench: &mut Bench) -> Found {
+    let session = bench.online()?;
+    begin(session, LONGER, 9);
+    session.exchanges(AT_ONCE)?;
+    session.i2c = None;
+    command(&mut session.main, CommandId::StopOnline, &packet(CommandId::StopOnline))?;
+    bench.drop_session();
+    let session = bench.begin(Holds::I2c)?;
+    session.configure(1, Config::default())?;
+    // Its id comes back only when there is a sound to end.
+    let back = play(session, 0, 0, NEVER)?;
+    Ok(match back {
+        Some(_) => came_back_at_once(back),
+        None => Outcome::differs("it has ended"),
     })
 }
