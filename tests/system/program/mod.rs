@@ -126,10 +126,11 @@ impl Program {
         let mut line = String::new();
         out.read_line(&mut line).unwrap();
         let main = line.trim().strip_prefix("main 127.0.0.1:").and_then(|port| port.parse().ok());
-        let main: u16 = main.unwrap_or_else(|| panic!("{line:?} is not a port"));
+        self.watch = Some(Watch { child, said });
+        let Some(main) = main else { panic!("{line:?} is not a port: {}", self.end_watch()) };
+        let main: u16 = main;
         read_all(out);
         self.ports = [main, main + 1, main + 2];
-        self.watch = Some(Watch { child, said });
         self
     }
 
