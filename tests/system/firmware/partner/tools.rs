@@ -161,7 +161,13 @@ fn watch_with_program(controller: &Controller) {
     motor_runs(controller);
     let children = format!("/proc/{0}/task/{0}/children", watch.id());
     let children = fs::read_to_string(children).unwrap();
-    assert!(Command::new("kill").args(["-KILL", children.trim()]).status().unwrap().success());
+    // Beside the process that ends the program when txt watch is killed.
+    let is_sample = |child: &&str| {
+        let program = fs::read_link(format!("/proc/{child}/exe")).unwrap_or_default();
+        program.ends_with("motor_on_off_switch")
+    };
+    let sample = children.split_whitespace().find(is_sample).expect("the program runs");
+    assert!(Command::new("kill").args(["-KILL", sample]).status().unwrap().success());
     wait_until("the motor is stopped", || is_off(controller));
     watch.fail();
     no_i2c_server_waits();
