@@ -2,12 +2,17 @@
 
 use std::io::{self, ErrorKind, Read};
 use std::thread;
+use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, Context};
 use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::TransferAreaComHandler;
 
 use crate::print;
+
+/// For how long a guardian tries to stop a controller that does not answer, and the pause between two attempts.
+const TRIES: Duration = Duration::from_secs(10);
+const RETRY: Duration = Duration::from_millis(300);
 
 const AFTER: &str = "\
 Goes online, which ends what a program has left, sends one exchange with all outputs off, also
@@ -36,7 +41,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         return Ok(());
     }
     // None waits for another one that does not answer.
-    let stops: Vec<_> = args.hosts.into_iter().map(|host| thread::spawn(|| stop(host))).collect();
+    let limit = if args.guard { TRIES } else { Duration::ZERO };
+    let stop = |host| thread::spawn(move || stop(host, limit));
+    let stops: Vec<_> = args.hosts.into_iter().map(stop).collect();
     let mut done = Ok(());
     for stop in stops {
         let stopped = stop.join().unwrap_or_else(|_| Err(anyhow!("a controller is not stopped")));
@@ -53,7 +60,9 @@ fn is_left() -> anyhow::Result<bool> {
     }
 }
 
-fn stop(host: String) -> anyhow::Result<()> {
+/// Stops a controller, and tries it again for up to this limit.
+fn stop(host: String, limit: Duration) -> anyhow::Result<()> {
+    let begin = Instant::now();
     let stop = || -> anyhow::Result<String> {
         let handler = TransferAreaComHandler::builder(&*host).areas(MAX_AREAS).build()?;
         handler.begin_transfer()?;
@@ -61,6 +70,11 @@ fn stop(host: String) -> anyhow::Result<()> {
         handler.end_transfer()?;
         Ok(handler.device_name().unwrap_or_default())
     };
-    let name = stop().with_context(|| format!("{host} is not stopped"))?;
+    let name = loop {
+        match stop() {
+            Err(_) if begin.elapsed() < limit => thread::sleep(RETRY),
+            done => break done.with_context(|| format!("{host} is not stopped"))?,
+        }
+    };
     print::line(format_args!("all outputs of {} are off", print::clean(&name)))
 }

@@ -31,6 +31,10 @@ pub(crate) struct Machine<'a> {
     events: Events,
     relay: Relay,
     stop: &'a AtomicBool,
+    /// Where it is noted that outputs may be on at the end.
+    left_on: &'a AtomicBool,
+    /// The connection was lost and is not made again.
+    is_cut: bool,
     /// Events that the library or the broker had no room for.
     lost: u64,
     told_lost: u64,
@@ -51,18 +55,23 @@ impl<'a> Machine<'a> {
         handler: TransferAreaComHandler,
         setup: Setup,
         stop: &'a AtomicBool,
+        left_on: &'a AtomicBool,
     ) -> anyhow::Result<Self> {
         let events = handler.events(&TOLD, Events::MAX_CAPACITY)?;
-        Ok(Self { handler, events, relay: Relay::open(setup)?, stop, lost: 0, told_lost: 0 })
+        let relay = Relay::open(setup)?;
+        let is_cut = false;
+        Ok(Self { handler, events, relay, stop, left_on, is_cut, lost: 0, told_lost: 0 })
     }
 
-    /// Works until it is stopped, or the broker refuses. The motors are off when it returns.
+    /// Works until it is stopped, or the broker refuses. The motors are off when it returns, or it is noted that they
+    /// may be on.
     pub(crate) fn run(mut self) -> anyhow::Result<()> {
         let worked = self.work();
         let ended = match self.handler.is_running() {
             true => self.handler.end_transfer(),
             false => Ok(()),
         };
+        self.left_on.fetch_or(self.is_cut || ended.is_err(), Ordering::Relaxed);
         let reason = match &worked {
             Ok(()) => "the bridge was ended".to_owned(),
             Err(error) => error.to_string(),
@@ -115,6 +124,7 @@ impl<'a> Machine<'a> {
                     continue;
                 }
                 Err(error @ Error::ConnectionLost { .. }) => {
+                    self.is_cut = true;
                     self.relay.enter(Stage::Gap, Some(error.to_string()));
                     continue;
                 }
@@ -122,8 +132,12 @@ impl<'a> Machine<'a> {
                     self.relay.stopped(error.to_string());
                     continue;
                 }
-                Err(error) => return Ok(Some(error)),
+                Err(error) => {
+                    self.is_cut = true;
+                    return Ok(Some(error));
+                }
             };
+            self.is_cut = false;
             self.tell(&copy, cycle);
         }
         Ok(None)

@@ -96,10 +96,10 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let broker_limit = Duration::from_millis(args.broker_limit);
     let broker = Broker::new(&args.mqtt, login(args.user.clone())?, broker_limit)?;
     let hosts: Vec<_> = controllers.iter().map(|(_, host)| host.clone()).collect();
-    let stop = AtomicBool::new(false);
+    let (stop, left_on) = (AtomicBool::new(false), AtomicBool::new(false));
     let machines = controllers
         .into_iter()
-        .map(|(name, host)| machine(&args, &broker, name, host, &stop))
+        .map(|(name, host)| machine(&args, &broker, name, host, (&stop, &left_on)))
         .collect::<anyhow::Result<Vec<_>>>()?;
     // A simulated controller ends with this program.
     let guardian = simulated.is_none().then(|| Guardian::start(&hosts)).transpose()?;
@@ -131,7 +131,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let others: anyhow::Result<Vec<()>> = ends.iter().collect();
         first.and(others.map(drop))
     });
-    if let Some(guardian) = guardian {
+    if let Some(guardian) = guardian.filter(|_| !left_on.load(Ordering::Relaxed)) {
         guardian.dismiss();
     }
     done
@@ -142,7 +142,7 @@ fn machine<'a>(
     broker: &Broker,
     name: String,
     host: String,
-    stop: &'a AtomicBool,
+    (stop, left_on): (&'a AtomicBool, &'a AtomicBool),
 ) -> anyhow::Result<Machine<'a>> {
     let areas = 1 + usize::from(args.extensions);
     let handler = handler(&host, areas)?;
@@ -157,7 +157,7 @@ fn machine<'a>(
         noise,
         master_limit: master_limit.filter(|limit| !limit.is_zero()),
     };
-    Machine::new(handler, setup, stop)
+    Machine::new(handler, setup, stop, left_on)
 }
 
 /// The names and hosts of all controllers.

@@ -40,7 +40,8 @@ pub(crate) struct Host {
     camera: Arc<Camera>,
     /// `None` if another program drives it.
     driven: Option<Driven>,
-    ended: Receiver<()>,
+    /// Whether the outputs were off then.
+    ended: Receiver<bool>,
 }
 
 /// The ways to the threads of a controller that this program drives.
@@ -73,7 +74,7 @@ impl Host {
         spawn("host", move || {
             shown.run();
             // Nobody may wait for it any more.
-            let _ = end.send(());
+            let _ = end.send(true);
         })?;
         let camera = Arc::default();
         let simulated = Some(simulated);
@@ -132,9 +133,8 @@ impl Host {
         let driven = Some(driven);
         let host = Self { address, state, simulated, hands: true, camera, driven, ended };
         spawn("host", move || {
-            worker.run();
             // Nobody may wait for it any more.
-            let _ = end.send(());
+            let _ = end.send(worker.run());
         })?;
         Ok(host)
     }
@@ -181,7 +181,7 @@ impl Host {
 
     /// Waits until the motors are off for good and the connection is closed.
     pub(crate) fn wait_for_end(&self, deadline: Instant) -> bool {
-        self.ended.recv_deadline(deadline).is_ok()
+        self.ended.recv_deadline(deadline).unwrap_or(false)
     }
 
     /// Hands work on to the thread that does it.

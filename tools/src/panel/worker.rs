@@ -47,6 +47,8 @@ pub(super) struct Worker {
     /// The lease whose outputs are set.
     lease: u64,
     next_state: Instant,
+    /// The connection was lost and is not made again, so outputs may be on.
+    is_cut: bool,
 }
 
 impl Worker {
@@ -64,13 +66,15 @@ impl Worker {
             histogram: Histogram::default(),
             lease: 0,
             next_state: Instant::now(),
+            is_cut: false,
         };
         // A page that comes before the first response sees a whole state, too.
         worker.tell(&worker.controller.handler.lock());
         worker
     }
 
-    pub(super) fn run(mut self) {
+    /// Works until the program ends; returns whether the outputs are off then, as far as that is known.
+    pub(super) fn run(mut self) -> bool {
         // Other threads have the handler, too, so only a handle of this thread notices its panic.
         let _handle = self.controller.handler.transfer_area();
         while !self.controller.common.is_ending() {
@@ -81,9 +85,11 @@ impl Worker {
             }
             self.pause();
         }
-        if let Err(error) = self.controller.handler.end_transfer() {
+        let ended = self.controller.handler.end_transfer();
+        if let Err(error) = &ended {
             log::info!("the transfer ended: {error}");
         }
+        ended.is_ok() && !self.is_cut
     }
 
     /// Cycles until the transfer ends or the program does.
@@ -110,6 +116,7 @@ impl Worker {
         self.histogram.count(areas.cycle(), areas.arrived());
         if self.phase != Phase::Running {
             (self.phase, self.error) = (Phase::Running, None);
+            self.is_cut = false;
             self.controller.running.store(true, Ordering::Relaxed);
         }
         self.obey(&mut areas);
@@ -156,6 +163,7 @@ impl Worker {
     /// There is no connection for now.
     fn lose(&mut self, phase: Phase, error: Error) {
         self.controller.running.store(false, Ordering::Relaxed);
+        self.is_cut |= self.phase == Phase::Running;
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();
         self.tell(&self.controller.handler.lock());

@@ -22,6 +22,8 @@ const WHOLE: Duration = Duration::from_secs(6);
 const RETRY: Duration = Duration::from_millis(100);
 /// How long a program may take to come back to a controller that has ended the connection.
 const RETURN: Duration = Duration::from_secs(2);
+/// The same for all that come back and do not drive.
+const LATEST: Duration = Duration::from_secs(6);
 
 /// What is being done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +57,8 @@ pub(super) struct Halt {
     /// When the present step is given up, and when everything.
     answer_until: Instant,
     until: Instant,
+    /// Until when programs that only look put it off.
+    latest: Instant,
 }
 
 impl Halt {
@@ -101,6 +105,7 @@ impl Halt {
             responses: driven.into_responses(),
             answer_until: now + ANSWER,
             until: now + WHOLE,
+            latest: now + LATEST,
         }
     }
 
@@ -114,10 +119,21 @@ impl Halt {
         matches!(self.step, Step::Pauses(_))
     }
 
+    /// Nobody comes back any more.
+    pub(super) fn go_on_at_once(&mut self) {
+        let now = Instant::now();
+        (self.step, self.until) = (Step::Pauses(now), now + WHOLE);
+    }
+
+    /// Whether a program that drives has not come back in all that time, but others look.
+    pub(super) fn is_overdue(&self) -> bool {
+        self.waits() && self.latest <= Instant::now()
+    }
+
     /// Waits from now on.
     pub(super) fn put_off(&mut self) {
         let now = Instant::now();
-        self.step = Step::Waits(now + RETURN);
+        self.step = Step::Waits(self.latest.min(now + RETURN));
         self.until = now + RETURN + WHOLE;
     }
 

@@ -175,8 +175,7 @@ impl Worker {
 
     /// Stops what a program still drives, and closes everything.
     fn leave(&mut self, events: &mut Events) -> io::Result<()> {
-        // Nobody comes back.
-        self.halts.retain(|halt| !halt.waits());
+        self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
         let numbers: Vec<_> = self.passages.keys().copied().collect();
         let (mut driving, others): (Vec<_>, Vec<_>) =
             numbers.into_iter().partition(|number| self.passages[number].drives());
@@ -368,6 +367,14 @@ impl Worker {
         }
         if mains.any(Passage::drives) {
             self.halts.retain(|halt| !halt.waits());
+        } else if self.halts.iter().any(Halt::is_overdue) {
+            // The controller serves one at a time.
+            let looks = |one: &&Passage| one.line == Line::Main;
+            let numbers: Vec<_> =
+                self.passages.values().filter(looks).map(|one| one.number).collect();
+            numbers.into_iter().for_each(|number| self.close(number));
+            self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::go_on_at_once);
+            return;
         }
         self.halts.iter_mut().filter(|halt| halt.waits()).for_each(Halt::put_off);
     }

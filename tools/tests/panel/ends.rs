@@ -3,7 +3,7 @@
 use std::process::Stdio;
 
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area_simulator::{Machine, SimulatedTxt};
+use ft_transfer_area_simulator::{FaultKind, Machine, SimulatedTxt};
 use serde_json::json;
 
 use super::program::{command, Panel};
@@ -39,6 +39,25 @@ fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
             assert_eq!(txt.with_machine(starts), if signal == "KILL" { 2 } else { 1 }, "{signal}");
         }
     }
+}
+
+#[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
+#[test]
+fn a_controller_that_is_away_at_the_end_is_stopped_when_it_is_back() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    txt.with_machine(|machine| {
+        machine.set_absent(true);
+        machine.disturb(FaultKind::Close { after: 0 });
+    });
+    page.state(0, |state| !state["link"]["error"].is_null());
+    panel.running.signal("INT");
+    assert!(panel.running.end().status.success());
+    txt.with_machine(|machine| machine.set_absent(false));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
 }
 
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]

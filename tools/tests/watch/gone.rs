@@ -172,6 +172,18 @@ impl Controller {
         command
     }
 
+    /// Is sent what switches all outputs off, by a new connection.
+    fn is_stopped(&mut self) {
+        let started = ResponseId::StartOnline.id().to_le_bytes();
+        let start = self.answer(StartOnline::LEN, &started);
+        assert_eq!(StartOnline::parse(&start), Ok(StartOnline::new()));
+        let mut response = Vec::new();
+        ExchangeDataResponse::default().emit(&mut response);
+        let zeros = self.answer(ExchangeData::LEN, &response);
+        assert_eq!(ExchangeData::parse(&zeros), Ok(ExchangeData::default()));
+        self.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
+    }
+
     fn nobody_comes(&self) -> bool {
         self.listener.set_nonblocking(true).unwrap();
         let come = self.listener.accept();
@@ -246,13 +258,45 @@ fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
     drop(controller.stream);
     drop(program);
     controller.stream = accept(&controller.listener);
-    let start = controller.answer(StartOnline::LEN, &ResponseId::StartOnline.id().to_le_bytes());
-    assert_eq!(StartOnline::parse(&start), Ok(StartOnline::new()));
-    let mut response = Vec::new();
-    ExchangeDataResponse::default().emit(&mut response);
-    let zeros = controller.answer(ExchangeData::LEN, &response);
-    assert_eq!(ExchangeData::parse(&zeros), Ok(ExchangeData::default()));
-    controller.answer(4, &ResponseId::StopOnline.id().to_le_bytes());
+    controller.is_stopped();
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+#[test]
+fn a_program_that_only_looks_does_not_put_the_stop_off_for_long() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    drop(controller.stream);
+    drop(program);
+    let mut looker = watch.connect();
+    let mut served = accept(&controller.listener);
+    // It goes on as long as it is let.
+    let looks = std::thread::spawn(move || {
+        while looker.write_all(&CommandId::QueryStatus.id().to_le_bytes()).is_ok() {
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    });
+    while served.read(&mut [0; 64]).is_ok_and(|count| count > 0) {}
+    looks.join().unwrap();
+    controller.stream = accept(&controller.listener);
+    controller.is_stopped();
+    assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn a_controller_that_has_ended_the_connection_is_stopped_at_ctrl_c() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (Controller { listener, stream }, program) = Controller::online(&watch, listener);
+    drop(stream);
+    watch.line_where(|line| line["what"] == "offline");
+    drop(program);
+    // No program can come back any more.
+    watch.running.signal("INT");
+    let stream = accept(&listener);
+    Controller { listener, stream }.is_stopped();
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
 }
 

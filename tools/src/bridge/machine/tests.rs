@@ -74,7 +74,12 @@ fn duties(
     let handler = handler(&host, 1).unwrap();
     let events = handler.events(&TOLD, 1000).unwrap();
     let relay = Relay::without_broker(setup(host), inbox);
-    Machine { handler, events, relay, stop: &stop, lost: 0, told_lost: 0 }.run().unwrap();
+    let left_on = AtomicBool::new(false);
+    let (stop, left_on) = (&*stop, &left_on);
+    let machine =
+        Machine { handler, events, relay, stop, left_on, is_cut: false, lost: 0, told_lost: 0 };
+    machine.run().unwrap();
+    assert!(!left_on.load(Ordering::Relaxed));
     let duties = duties.lock().unwrap();
     duties.clone()
 }

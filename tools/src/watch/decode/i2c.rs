@@ -47,7 +47,7 @@ impl Reader for I2cReader {
         }
         self.responses.add(bytes);
         while let Some(count) = self.waiting.front().map(|request| request.read) {
-            let Some(packet) = self.responses.next(|start| response_size(start, count))? else {
+            let Some(packet) = self.responses.next(response_size)? else {
                 return Ok(());
             };
             let Some(Request { device, written, .. }) = self.waiting.pop_front() else { break };
@@ -86,11 +86,13 @@ fn request(packet: &[u8]) -> Result<Request, String> {
     })
 }
 
-fn response_size(start: &[u8], count: usize) -> Result<usize, String> {
+/// A controller sends fewer bytes than were asked for, if that is too many.
+fn response_size(start: &[u8]) -> Result<usize, String> {
     let Some(header) = start.get(..I2cResponseHeader::LEN) else {
         return Ok(I2cResponseHeader::LEN);
     };
-    let follow = if is_ok(header)? { count } else { 0 };
+    let header = I2cResponseHeader::parse(header).map_err(|error| error.to_string())?;
+    let follow = if header.is_ok { usize::from(header.read_len) } else { 0 };
     Ok(I2cResponseHeader::LEN + follow)
 }
 
@@ -98,4 +100,36 @@ fn response_size(start: &[u8], count: usize) -> Result<usize, String> {
 fn is_ok(response: &[u8]) -> Result<bool, String> {
     let header = I2cResponseHeader::parse(&response[..I2cResponseHeader::LEN]);
     Ok(header.map_err(|error| error.to_string())?.is_ok)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_response_has_as_many_bytes_as_it_says() {
+        let mut reader = I2cReader::default();
+        let mut told = Vec::new();
+        let mut read = |side, bytes: &[u8]| {
+            reader.read(side, Instant::now(), bytes, &mut |happened| told.push(happened)).unwrap();
+        };
+        for read_len in [2000, 1] {
+            let mut request = Vec::new();
+            I2cRequestHeader { data_len: 0, device: 0x18, write_len: 0, read_len }
+                .emit(&mut request);
+            read(Side::Program, &request);
+        }
+        // A controller sends no more than 1024.
+        for read_len in [1024, 1] {
+            let mut response = Vec::new();
+            I2cResponseHeader { read_len, is_ok: true }.emit(&mut response);
+            response.resize(response.len() + usize::from(read_len), 7);
+            read(Side::Controller, &response);
+        }
+        let counts = told.iter().map(|told| match told {
+            Happened::I2c(exchange) => exchange.read.as_ref().map(Vec::len),
+            other => panic!("{other:?}"),
+        });
+        assert_eq!(counts.collect::<Vec<_>>(), [Some(1024), Some(1)]);
+    }
 }
