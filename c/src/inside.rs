@@ -4,12 +4,12 @@
 //! each call holds signals back until it returns, and the library's threads do so at all times: they are started in
 //! such calls. Only the program's callbacks run as the program does.
 
-#[cfg(not(unix))]
+#[cfg(any(not(unix), miri))]
 pub(crate) use other::{enter, leave, Programs};
-#[cfg(unix)]
+#[cfg(all(unix, not(miri)))]
 pub(crate) use unix::{enter, leave, Programs};
 
-#[cfg(unix)]
+#[cfg(all(unix, not(miri)))]
 mod unix {
     use std::cell::Cell;
     use std::mem::zeroed;
@@ -97,8 +97,8 @@ mod unix {
     }
 }
 
-/// Other systems call handlers in threads of their own.
-#[cfg(not(unix))]
+/// Other systems call handlers in threads of their own, and Miri has no signals.
+#[cfg(any(not(unix), miri))]
 mod other {
     pub(crate) fn enter() -> Option<()> {
         None
