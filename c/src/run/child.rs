@@ -39,17 +39,25 @@ pub(crate) fn run(
     let status = child.wait();
     signals::stop_passing_on(id);
     let status = status?;
+    let is_sudden = is_sudden(program.entry, status);
     let stopped = match target {
-        Target::Host(host) if is_sudden(program.entry, status) => Some(stop::stop(host)),
+        // After Ctrl-C the library has done so, unless the program has taken that from it.
+        Target::Host(host) if is_sudden || status.code().is_none() => Some(stop::stop(host)),
         _ => None,
     };
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let (status, word) = end_of(&name, program.entry, status);
-    let stopped = stopped.map(|stopped| match stopped {
-        Ok(()) => String::from("it could send no last exchange, so tx_run has sent it: all outputs are off"),
-        Err(error) => format!(
+    let stopped = stopped.and_then(|stopped| match (stopped, is_sudden) {
+        (Ok(()), false) => None,
+        (Ok(()), true) => Some(String::from(
+            "it could send no last exchange, so tx_run has sent it: all outputs are off",
+        )),
+        (Err(error), true) => Some(format!(
             "it could send no last exchange, and tx_run could not either, so motors may go on: {error}"
-        ),
+        )),
+        (Err(error), false) => Some(format!(
+            "tx_run could not make sure that all outputs are off: {error}"
+        )),
     });
     Ok(Ended { status, words: word.into_iter().chain(stopped).collect() })
 }

@@ -230,6 +230,20 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
 }
 
 #[test]
+fn a_program_that_takes_a_signal_from_the_library_is_stopped_too() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "-DDEFAULT");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    run.signal(libc::SIGINT);
+    run.end().badly("pc was ended by SIGINT");
+    wait_stopped(&txt);
+    assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
+}
+
+#[test]
 fn a_second_signal_ends_a_program_that_does_not_end() {
     if !has_compiler() {
         return;

@@ -1,4 +1,5 @@
-/* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C. */
+/* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
+   DEFAULT it has no chance to stop the motor. */
 #include <signal.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
@@ -20,6 +21,9 @@ int main(int argc, char *argv[])
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
         return 1;
     SetOutMotorValues(device, 0, 0, 300, 0);
+#ifdef DEFAULT
+    signal(SIGINT, SIG_DFL);
+#endif
     while (value == 0) {
         GetInIOValue(device, 0, 0, &value, &overrun);
         Sleep(2);
