@@ -92,7 +92,7 @@ impl CameraControl {
     pub(crate) fn prepare(&self, endpoint: &Endpoint) -> Option<CameraServer> {
         let mut state = self.state.lock();
         if state.stopping || state.finished {
-            return Some(CameraServer { endpoint: endpoint.clone(), early: None });
+            return Some(CameraServer::not_connected(endpoint.clone()));
         }
         match std::mem::take(&mut state.next) {
             Next::Tried(server) => return Some(server),

@@ -13,11 +13,16 @@ const EARLY_LIMIT: Duration = Duration::from_millis(300);
 /// A camera server, and the connection to it if there is one already.
 #[derive(Debug)]
 pub(crate) struct CameraServer {
-    pub(crate) endpoint: Endpoint,
-    pub(crate) early: Option<Box<dyn Transport>>,
+    pub(super) endpoint: Endpoint,
+    pub(super) early: Option<Box<dyn Transport>>,
 }
 
 impl CameraServer {
+    /// A server to which there is no connection yet.
+    pub(crate) fn not_connected(endpoint: Endpoint) -> Self {
+        Self { endpoint, early: None }
+    }
+
     /// The server that the next command starts. Connects to it before that command is sent, if it already
     /// accepts connections. Blocks for 300 ms at most.
     ///

@@ -35,7 +35,7 @@ impl Server {
     }
 
     fn listening_in(&self, network: &'static dyn Network) -> CameraServer {
-        CameraServer { endpoint: endpoint(network, self.address()), early: None }
+        CameraServer::not_connected(endpoint(network, self.address()))
     }
 
     fn accept(&self) -> TcpStream {
@@ -227,7 +227,7 @@ fn a_server_that_does_not_come_back_ends_the_stream() {
     send_frame(&mut server.accept(), 1);
     assert_eq!(receive(&frames), (0, 1));
     stream.control().pause();
-    stream.control().resume(CameraServer { endpoint: refusing(), early: None });
+    stream.control().resume(CameraServer::not_connected(refusing()));
     let refused = Error::ConnectionRefused { address: refusing().to_string() };
     assert_eq!(end(&stream, &frames), Some(refused));
     // The stream has ended, so this does nothing.

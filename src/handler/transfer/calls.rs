@@ -290,7 +290,7 @@ impl Shared {
         let camera = self.state().camera.clone();
         match camera {
             Some(camera) => camera.prepare(server),
-            None => Some(CameraServer { endpoint: server.clone(), early: None }),
+            None => Some(CameraServer::not_connected(server.clone())),
         }
     }
 
