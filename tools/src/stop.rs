@@ -8,7 +8,7 @@ use anyhow::{anyhow, Context};
 use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::TransferAreaComHandler;
 
-use crate::print;
+use crate::{lines, print};
 
 /// For how long a guardian tries to stop a controller that does not answer, and the pause between two attempts.
 const TRIES: Duration = Duration::from_secs(10);
@@ -20,7 +20,8 @@ those of extensions, and goes offline. A program that is still online keeps the 
 that program first. The exit status is 0 only when each controller has answered.
 
 With --guard it first waits until its standard input is closed, as happens when the program that
-has started it is killed. A byte before that ends it: the program has stopped its motors itself.
+has started it is killed, and then tries for 10 s. A byte before that ends it: the program has
+stopped its motors itself.
 
 Example: txt stop 192.168.7.2";
 
@@ -42,14 +43,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     }
     // None waits for another one that does not answer.
     let limit = if args.guard { TRIES } else { Duration::ZERO };
-    let stop = |host| thread::spawn(move || stop(host, limit));
-    let stops: Vec<_> = args.hosts.into_iter().map(stop).collect();
-    let mut done = Ok(());
-    for stop in stops {
-        let stopped = stop.join().unwrap_or_else(|_| Err(anyhow!("a controller is not stopped")));
-        done = done.and(stopped);
-    }
-    done
+    let start = |host| thread::Builder::new().spawn(move || stop(host, limit));
+    let stops: Vec<_> = args.hosts.into_iter().map(start).collect();
+    let stopped = stops.into_iter().map(|stop| match stop {
+        Ok(stop) => stop.join().unwrap_or_else(|_| Err(anyhow!("a stop has crashed"))),
+        Err(error) => Err(error).context("a controller is not stopped"),
+    });
+    let mut errors: Vec<_> = stopped.filter_map(Result::err).collect();
+    // The caller prints the last one.
+    let last = errors.pop();
+    errors.iter().for_each(|error| lines::print(&print::sentence(error)));
+    last.map_or(Ok(()), Err)
 }
 
 /// Waits until the program that has started this one is gone. Whether it has left its controllers to us.

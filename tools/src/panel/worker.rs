@@ -89,7 +89,8 @@ impl Worker {
         if let Err(error) = &ended {
             log::info!("the transfer ended: {error}");
         }
-        ended.is_ok() && !self.is_cut
+        // One that never answered has nothing on.
+        !self.is_cut && (self.phase != Phase::Running || ended.is_ok())
     }
 
     /// Cycles until the transfer ends or the program does.

@@ -18,7 +18,12 @@ pub(crate) struct Panel {
 impl Panel {
     /// A panel with these arguments, without a browser.
     pub(crate) fn start(arguments: &[&str]) -> Self {
-        let running = Running::start(command(arguments).arg("--no-browser"));
+        Self::by(&mut command(arguments))
+    }
+
+    /// A panel that this command starts, without a browser.
+    pub(crate) fn by(command: &mut Command) -> Self {
+        let running = Running::start(command.arg("--no-browser"));
         let url = running.line();
         let (address, token) = url
             .strip_prefix("http://")

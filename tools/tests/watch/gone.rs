@@ -243,14 +243,20 @@ fn a_program_that_has_come_back_goes_before_a_new_connection() {
     assert_eq!(&received, b"next");
 }
 
-#[test]
-fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
+/// A watch whose controller has ended the connection, and whose program has gone then.
+fn ended_by_its_controller() -> (Watch, TcpListener) {
     let (listener, address) = listener();
     let watch = Watch::with_lines(address);
     let (Controller { listener, stream }, program) = Controller::online(&watch, listener);
     drop(stream);
     watch.line_where(|line| line["what"] == "offline");
     drop(program);
+    (watch, listener)
+}
+
+#[test]
+fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
+    let (watch, listener) = ended_by_its_controller();
     // One that comes back drives again, and nobody else does.
     let (mut controller, program) = Controller::online(&watch, listener);
     std::thread::sleep(Duration::from_millis(2500));
@@ -264,13 +270,9 @@ fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
 
 #[test]
 fn a_program_that_only_looks_does_not_put_the_stop_off_for_long() {
-    let (listener, address) = listener();
-    let watch = Watch::with_lines(address);
-    let (mut controller, program) = Controller::online(&watch, listener);
-    drop(controller.stream);
-    drop(program);
+    let (watch, listener) = ended_by_its_controller();
     let mut looker = watch.connect();
-    let mut served = accept(&controller.listener);
+    let mut served = accept(&listener);
     // It goes on as long as it is let.
     let looks = std::thread::spawn(move || {
         while looker.write_all(&CommandId::QueryStatus.id().to_le_bytes()).is_ok() {
@@ -279,20 +281,15 @@ fn a_program_that_only_looks_does_not_put_the_stop_off_for_long() {
     });
     while served.read(&mut [0; 64]).is_ok_and(|count| count > 0) {}
     looks.join().unwrap();
-    controller.stream = accept(&controller.listener);
-    controller.is_stopped();
+    let stream = accept(&listener);
+    Controller { listener, stream }.is_stopped();
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
 }
 
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn a_controller_that_has_ended_the_connection_is_stopped_at_ctrl_c() {
-    let (listener, address) = listener();
-    let watch = Watch::with_lines(address);
-    let (Controller { listener, stream }, program) = Controller::online(&watch, listener);
-    drop(stream);
-    watch.line_where(|line| line["what"] == "offline");
-    drop(program);
+    let (watch, listener) = ended_by_its_controller();
     // No program can come back any more.
     watch.running.signal("INT");
     let stream = accept(&listener);
