@@ -267,16 +267,11 @@ pub enum Error {
     /// A thread of the program panicked while it used the transfer area. The motors were stopped if the connection
     /// still worked, and the transfer ended.
     ProgramPanicked,
-    /// A call of the cycle hook did not return within its limit; the motors were stopped if the connection still
-    /// worked, and the transfer ended. The hook is not called again, and its thread ends when it returns.
-    HookHangs {
-        /// The limit that was set.
-        limit: Duration,
-    },
-    /// The program showed no sign of life for the watchdog's limit: all outputs were set to 0, and what it
-    /// wrote since is lost. The transfer goes on, and the program can go on, too.
+    /// The program showed no sign of life for the watchdog's limit, or a call of the cycle hook kept the areas for that
+    /// long: all outputs were set to 0, and what it wrote since is lost. The transfer goes on, and the program can go
+    /// on, too.
     WatchdogExpired {
-        /// The limit that was set.
+        /// The limit that was set; without one half a second, for the cycle hook.
         limit: Duration,
     },
     /// The connection was lost and is being re-established: all outputs in the areas were set to 0, all commands

@@ -48,7 +48,7 @@
 //! | record every cycle | [`TransferArea::cycle_log`] |
 //! | be notified when a motor is blocked | [`TransferArea::set_stall_limit`] |
 //! | measure the time between two responses, and count missed ones | [`TransferAreaGuard::arrived`] and [`cycle`](TransferAreaGuard::cycle) |
-//! | control several controllers in one loop | [`TransferArea::wait_any`] |
+//! | control several controllers | [a thread for each](TransferArea#two-controllers) |
 //! | stop the motors when the program hangs | [`TransferAreaComHandlerBuilder::watchdog`] |
 //! | continue after a lost connection, as on a slow Wi-Fi | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
 //! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
@@ -80,9 +80,9 @@
 //! Whatever ends a transfer, a last exchange stops its motors if the connection still works. If it does not, or
 //! when the program is killed, motors may go on until the next transfer begins: the maker's firmware does not
 //! stop them (4.7.0, measured under emulation), and whether its I/O board does is not known. A panic ends the
-//! transfer [where it can be seen](TransferArea#when-a-thread-panics), and so does a cycle hook that does not
-//! return within its [limit](TransferAreaComHandlerBuilder::hook_limit). For a program that hangs elsewhere there is the
-//! [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
+//! transfer [where it can be seen](TransferArea#when-a-thread-panics). A [cycle
+//! hook](TransferAreaComHandler::set_cycle_hook) that keeps the areas for half a second stops the motors; for a program
+//! that hangs elsewhere there is the [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
 //!
 //! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What
 //! was written before moves no motor afterwards, and a command that was cut off or refused is never reported
@@ -112,6 +112,7 @@ mod camera;
 pub mod channel;
 mod client;
 mod error;
+mod events;
 mod exchange;
 mod firmware;
 mod found;
@@ -124,6 +125,7 @@ mod handler;
 mod i2c;
 mod notices;
 mod pause;
+mod statistics;
 mod terminals;
 pub mod transfer_area;
 pub mod tx;
@@ -135,15 +137,19 @@ pub use client::{
     USUAL_HOSTS,
 };
 pub use error::{Error, IoError};
+pub use events::{
+    Event, EventDetails, EventKind, Joystick, LogEntry, Logged, LoggedBeginning, LoggedCycle,
+    TimedEvent,
+};
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use found::{ConnectionKind, FoundController, TriedAddress};
 pub use handler::{
-    CycleLog, Event, EventDetails, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning,
-    LoggedCycle, Statistics, TimedEvent, TransferArea, TransferAreaComHandler,
-    TransferAreaComHandlerBuilder, TransferAreaGuard,
+    CycleLog, Events, TransferArea, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+    TransferAreaGuard,
 };
 pub use i2c::I2cClient;
+pub use statistics::Statistics;
 pub use transfer_area::FishX1Transfer;
 
 /// The README's programs are tested with the documentation.

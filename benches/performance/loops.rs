@@ -18,7 +18,7 @@ const MACHINES: [(bool, &str); 2] = [(false, "idle"), (true, "busy")];
 /// A loop's body, for two controllers.
 type Turn = fn(&[TransferArea; 2]) -> Result<(), Error>;
 
-const LOOPS: [(&str, Turn); 3] = [
+const LOOPS: [(&str, Turn); 2] = [
     ("waits for each controller, and holds both guards", |[one, other]| {
         let (mut first, mut second) = (one.wait_cycle()?, other.wait_cycle()?);
         first[LOCAL_IO].output.duty[0] ^= 1;
@@ -28,13 +28,6 @@ const LOOPS: [(&str, Turn); 3] = [
     ("waits for each controller, one after the other", |[one, other]| {
         one.wait_cycle()?[LOCAL_IO].output.duty[0] ^= 1;
         other.wait_cycle()?[LOCAL_IO].output.duty[0] ^= 1;
-        Ok(())
-    }),
-    ("`TransferArea::wait_any`, and locks the other areas for a moment", |areas| {
-        let (which, guard) = TransferArea::wait_any(&[&areas[0], &areas[1]]);
-        let mut guard = guard?;
-        let input = areas[1 - which].lock()[LOCAL_IO].input.uni[0];
-        guard[LOCAL_IO].output.duty[0] ^= 1 + input;
         Ok(())
     }),
 ];

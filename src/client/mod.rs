@@ -42,7 +42,7 @@ pub(crate) use transport::{Close, Endpoint, Network, Transport};
 pub(crate) use watched::WaitEnds;
 
 use crate::error::Error;
-use crate::exchange::{check_area_count, Exchange, Inputs};
+use crate::exchange::{check_area_count, Exchange, Inputs, Sends};
 use crate::transfer_area::{FishX1Transfer, MAX_AREAS};
 use crate::wire::{
     CmprHeader, CommandId, ExchangeData, ExchangeDataResponse, QueryStatusResponse,
@@ -277,10 +277,10 @@ impl TxtClient {
     pub(crate) fn update_configs(
         &mut self,
         exchange: &mut Exchange,
-        areas: &[FishX1Transfer],
+        areas: &[impl Sends],
     ) -> Result<u64, Error> {
         let mut count = 0;
-        while let Some(update) = exchange.next_update_config(areas) {
+        while let Some(update) = exchange.next_config(areas) {
             self.update_config(&update)?;
             count += 1;
         }
@@ -291,11 +291,11 @@ impl TxtClient {
     pub(crate) fn exchange<'a>(
         &mut self,
         exchange: &'a mut Exchange,
-        areas: &[FishX1Transfer],
+        areas: &[impl Sends],
     ) -> Result<&'a Inputs, Error> {
         let command = exchange.command();
         self.online(command)?;
-        exchange.request(areas, &mut self.request)?;
+        exchange.request_of(areas, &mut self.request)?;
         let size = self.transact(command)?;
         exchange.receive(&self.response[..size]).map_err(|error| self.broken(error))
     }

@@ -212,11 +212,6 @@ impl fmt::Display for Error {
                 "a thread of the program panicked while it used the transfer area; the motors \
                  were stopped if the connection still worked"
             ),
-            Self::HookHangs { limit } => write!(
-                f,
-                "the cycle hook did not return within {limit:?}; the motors were stopped if the connection \
-                 still worked, and the hook is not called again; make it quick, without waits, or allow more time by hook_limit"
-            ),
             Self::WatchdogExpired { limit } => write!(
                 f,
                 "the program showed no sign of life for {limit:?}, so the watchdog has set all outputs to \

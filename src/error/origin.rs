@@ -52,7 +52,6 @@ impl Error {
             | Self::BadPicture { .. }
             | Self::I2cNoDevice { .. }
             | Self::ProgramPanicked
-            | Self::HookHangs { .. }
             | Self::WatchdogExpired { .. }
             | Self::ConnectionLost { .. }
             | Self::ReconnectFailed { .. }

@@ -2,6 +2,7 @@
 
 mod commands;
 mod inputs;
+mod outgoing;
 mod outputs;
 
 use commands::Commands;
@@ -9,6 +10,7 @@ use inputs::RESPONSES;
 use outputs::Outputs;
 
 pub use inputs::Inputs;
+pub(crate) use outgoing::{Outgoing, Sends};
 
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
@@ -108,15 +110,20 @@ impl Exchange {
     /// before each exchange until it returns `None`.
     #[doc(alias = "UpdateConfig")]
     pub fn next_update_config(&mut self, areas: &[FishX1Transfer]) -> Option<UpdateConfig> {
-        let config_id = |area: &FishX1Transfer| i16::from(area.state.config_id);
+        self.next_config(areas)
+    }
+
+    /// [`next_update_config`](Self::next_update_config) of what is sent for areas.
+    pub(crate) fn next_config(&mut self, areas: &[impl Sends]) -> Option<UpdateConfig> {
+        let config_id = |area: &_| i16::from(Sends::config_id(area));
         let mut areas = areas.iter().zip(&mut self.sent_configs).enumerate();
         let (index, (area, sent)) = areas
-            .find(|(_, (area, sent))| sent.map(|sent| sent.config_id) != Some(config_id(area)))?;
+            .find(|(_, (area, sent))| sent.map(|sent| sent.config_id) != Some(config_id(*area)))?;
         *sent = Some(UpdateConfig {
             config_id: config_id(area),
             // Less than MAX_AREAS, the length of `sent_configs`.
             extension_id: index as i16,
-            config: area.config,
+            config: *area.config(),
         });
         *sent
     }
@@ -137,6 +144,15 @@ impl Exchange {
     ///
     /// [`Error::AreaCount`] when there are no areas or more than 9.
     pub fn request(&mut self, areas: &[FishX1Transfer], out: &mut Vec<u8>) -> Result<(), Error> {
+        self.request_of(areas, out)
+    }
+
+    /// [`request`](Self::request) of what is sent for areas.
+    pub(crate) fn request_of(
+        &mut self,
+        areas: &[impl Sends],
+        out: &mut Vec<u8>,
+    ) -> Result<(), Error> {
         check_area_count(areas.len())?;
         out.clear();
         match self.mode {
@@ -161,13 +177,13 @@ impl Exchange {
     }
 
     /// What is sent for the area with this index (0 the master).
-    fn sent(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
+    fn sent(&mut self, index: usize, area: &impl Sends) -> ExchangeData {
         let mut outputs = self.outputs.of(index, area);
         self.commands.send(index, &mut outputs);
         outputs
     }
 
-    fn compressed_request(&mut self, areas: &[FishX1Transfer], out: &mut Vec<u8>) {
+    fn compressed_request(&mut self, areas: &[impl Sends], out: &mut Vec<u8>) {
         let extensions = areas.len() - 1;
         let active_extensions = self.inputs.alive() & ((1 << extensions) - 1);
         self.words.clear();

@@ -2,9 +2,10 @@
 
 use std::mem;
 
+use super::Sends;
 use crate::notices::notice;
 use crate::terminals::Output;
-use crate::transfer_area::{FishX1Transfer, DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
+use crate::transfer_area::{DUTY_MAX, IZ_PWM_CHAN, MAX_AREAS};
 use crate::wire::ExchangeData;
 
 /// Brings duties into their range, and warns of those out of range.
@@ -17,21 +18,22 @@ pub(super) struct Outputs {
 
 impl Outputs {
     /// The output part of the area with this index (0 the master).
-    pub(super) fn of(&mut self, index: usize, area: &FishX1Transfer) -> ExchangeData {
-        let duty = area.output.sent_duty();
+    pub(super) fn of(&mut self, index: usize, area: &impl Sends) -> ExchangeData {
+        let (output, sound) = (area.output(), area.txt_outputs());
+        let duty = output.sent_duty();
         // Nearly always all duties are in range, and were before.
-        if duty != area.output.duty || self.out_of_range[index] != [false; IZ_PWM_CHAN] {
-            self.warn(index, &area.output.duty, &duty);
+        if duty != output.duty || self.out_of_range[index] != [false; IZ_PWM_CHAN] {
+            self.warn(index, &output.duty, &duty);
         }
         ExchangeData {
             duty,
-            master: area.output.master.map(i16::from),
-            distance: area.output.distance,
-            motor_command_id: area.output.motor_ex_cmd_id,
-            counter_reset_id: area.output.cnt_reset_cmd_id,
-            sound_command_id: area.txt_outputs.sound_cmd_id,
-            sound_index: area.txt_outputs.sound_index,
-            sound_repeat: area.txt_outputs.sound_repeat,
+            master: output.master.map(i16::from),
+            distance: output.distance,
+            motor_command_id: output.motor_ex_cmd_id,
+            counter_reset_id: output.cnt_reset_cmd_id,
+            sound_command_id: sound.sound_cmd_id,
+            sound_index: sound.sound_index,
+            sound_repeat: sound.sound_repeat,
         }
     }
 
@@ -60,6 +62,7 @@ mod tests {
 
     use super::*;
     use crate::notices;
+    use crate::transfer_area::FishX1Transfer;
 
     /// Collects the warnings of all tests.
     struct Warnings;

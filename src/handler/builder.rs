@@ -114,15 +114,6 @@ impl TransferAreaComHandlerBuilder {
         self
     }
 
-    /// How long a call of a [cycle hook](TransferAreaComHandler::set_cycle_hook) may take, 1 ms to an hour.
-    /// Default 500 ms. A call that takes longer ends the transfer with all motors stopped and
-    /// [`Error::HookHangs`]; so does a panic in the hook when printing its backtrace takes longer. No other
-    /// stop waits for this limit.
-    pub fn hook_limit(mut self, limit: Duration) -> Self {
-        self.settings.hook_limit = limit;
-        self
-    }
-
     /// Makes the machine's time move only while the program waits for it. Tests on a simulated TXT are then
     /// fast and have the same result in each run, also on a busy PC and in a debugger. Off by default.
     ///
@@ -140,7 +131,7 @@ impl TransferAreaComHandlerBuilder {
     /// With several threads, each response goes to those that wait when it comes in, and which these are
     /// depends on the operating system.
     ///
-    /// The reaction window and the watchdog are off. The limits of the connection, of the hook and for
+    /// The reaction window and the watchdog are off. The limits of the connection and for
     /// reconnecting use the system clock, and `end_transfer`, errors and panics end a transfer immediately,
     /// so nothing waits forever in lock-step either.
     ///
@@ -302,7 +293,6 @@ impl TransferAreaComHandlerBuilder {
 fn check_times(settings: &Settings) -> Result<(), Error> {
     settings.limits.check()?;
     Error::check_millis("reaction window in ms", settings.reaction_window, WINDOW_RANGE)?;
-    Error::check_millis("limit of the cycle hook in ms", settings.hook_limit, LIMIT_RANGE)?;
     if let Some(limit) = settings.watchdog {
         // With 0 every program would be late.
         Error::check_millis("watchdog limit in ms", limit, LIMIT_RANGE)?;

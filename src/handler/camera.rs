@@ -8,9 +8,9 @@ use crossbeam_channel::Receiver;
 use crate::camera::{CameraFrame, CameraOptions, CameraServer, CameraStatistics, CameraStream};
 use crate::client::Endpoint;
 use crate::error::Error;
-use crate::handler::com_handler::{Camera, TransferAreaComHandler};
+use crate::handler::com_handler::TransferAreaComHandler;
+use crate::handler::parts::camera_work::CameraCommand;
 use crate::handler::settings::Settings;
-use crate::handler::shared::CameraCommand;
 
 /// How long after its time limit the transfer thread may notice that the connection is lost.
 const NOTICE: Duration = Duration::from_secs(1);
@@ -59,9 +59,9 @@ impl TransferAreaComHandler {
     pub fn start_camera(&self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {
         let command = options.command()?;
         let shared = self.area().shared();
-        shared.check_running()?;
+        shared.state().transfer.check_running()?;
         let mut camera = self.camera.lock();
-        if camera.stream.as_ref().is_some_and(|stream| !stream.is_finished()) {
+        if camera.as_ref().is_some_and(|stream| !stream.is_finished()) {
             return Err(Error::CameraAlreadyStarted);
         }
         // A stream that failed has left the controller's server running.
@@ -72,13 +72,11 @@ impl TransferAreaComHandler {
         let Settings { network, camera_port, reconnect, limits, .. } = self.settings();
         let server = CameraServer::before_start(Endpoint::at(*network, host, *camera_port));
         shared.run_command(CameraCommand::Start(command))?;
-        camera.server_started = true;
         // The main connection shows a lost network within its limit for reading.
         let gap_limit = reconnect.map_or(Duration::ZERO, |_| limits.read + NOTICE);
         let (stream, frames) = CameraStream::start(server, options, gap_limit)?;
         shared.set_camera(Arc::clone(stream.control()));
-        *self.camera_state.lock() = Some(Arc::clone(stream.control()));
-        camera.stream = Some(stream);
+        *camera = Some(stream);
         Ok(frames)
     }
 
@@ -95,12 +93,13 @@ impl TransferAreaComHandler {
         self.stop(&mut self.camera.lock())
     }
 
-    fn stop(&self, camera: &mut Camera) -> Result<(), Error> {
-        if let Some(stream) = &mut camera.stream {
+    fn stop(&self, stream: &mut Option<CameraStream>) -> Result<(), Error> {
+        if let Some(stream) = stream {
             stream.stop();
         }
         let shared = self.area().shared();
-        if std::mem::take(&mut camera.server_started) && shared.check_running().is_ok() {
+        let is_started = shared.state().camera.is_started();
+        if is_started {
             shared.run_command(CameraCommand::Stop)?;
         }
         Ok(())
@@ -110,12 +109,13 @@ impl TransferAreaComHandler {
     /// or ended with the transfer. A controller that disappears ends both, in any order. Does not block, even
     /// while another thread starts or stops the camera.
     pub fn camera_error(&self) -> Option<Error> {
-        self.camera_state.lock().as_ref().and_then(|stream| stream.error())
+        self.area().shared().state().camera.stream().and_then(|stream| stream.error())
     }
 
     /// Statistics of the camera's stream, the current or the last one. Does not block, even while another
     /// thread starts or stops the camera.
     pub fn camera_statistics(&self) -> CameraStatistics {
-        self.camera_state.lock().as_ref().map(|stream| stream.statistics()).unwrap_or_default()
+        let stream = self.area().shared().state().camera.stream();
+        stream.map(|stream| stream.statistics()).unwrap_or_default()
     }
 }

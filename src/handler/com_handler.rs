@@ -7,16 +7,17 @@ use std::time::Duration;
 
 use parking_lot::Mutex;
 
-use crate::camera::{CameraControl, CameraStream};
+use crate::camera::CameraStream;
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
-use crate::handler::parts::clock::TransferClock;
-use crate::handler::parts::watchdog::Watchdog;
+use crate::handler::parts::phase::Stop;
 use crate::handler::program::area::TransferArea;
 use crate::handler::settings::Settings;
-use crate::handler::shared::{Controller, Shared};
+use crate::handler::shared::Shared;
+use crate::handler::state::Controller;
 use crate::handler::sync::spawn;
 use crate::handler::transfer::handshake;
+use crate::handler::transfer::side::Side;
 use crate::handler::transfer::thread::ThreadSlot;
 use crate::handler::transfer::thread::TransferThread;
 use crate::i2c::I2cClient;
@@ -78,33 +79,19 @@ pub struct TransferAreaComHandler {
     area: TransferArea,
     thread: ThreadSlot,
     /// Locked for as long as a command for the camera takes, also across a gap.
-    pub(crate) camera: Mutex<Camera>,
-    /// The state of the current or the last stream. Locked only for a moment.
-    pub(crate) camera_state: Mutex<Option<Arc<CameraControl>>>,
-}
-
-/// What the handler knows of its camera.
-#[derive(Debug, Default)]
-pub(crate) struct Camera {
-    /// The current or the last stream.
-    pub(crate) stream: Option<CameraStream>,
-    /// Whether the controller's camera server runs, as far as this transfer has started it.
-    pub(crate) server_started: bool,
+    pub(crate) camera: Mutex<Option<CameraStream>>,
 }
 
 impl TransferAreaComHandler {
     pub(crate) fn new(settings: Settings) -> Self {
-        let clock = TransferClock::new(settings.lock_step);
         // In lock-step a program that computes stops the time.
         let watchdog = settings.watchdog.filter(|_| !settings.lock_step);
-        let watchdog = Watchdog::new(watchdog);
-        let shared = Shared::new(settings.areas, watchdog, settings.hook_limit, clock);
+        let shared = Shared::new(settings.areas, watchdog, settings.lock_step);
         Self {
             settings,
             area: TransferArea::new(Arc::new(shared)),
             thread: ThreadSlot::default(),
             camera: Mutex::default(),
-            camera_state: Mutex::default(),
         }
     }
 
@@ -160,18 +147,22 @@ impl TransferAreaComHandler {
     #[doc(alias = "StartTxtDownloadProg")]
     pub fn begin_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
-        shared.begin()?;
-        self.area.learn(|known| shared.acknowledge(known));
-        let number = shared.number();
+        let side = Side(shared);
+        let number = {
+            let mut state = shared.state();
+            state.transfer.begin()?;
+            self.area.learn(|known| state.learn_all(known));
+            state.transfer.number()
+        };
         let begin = || {
             self.join_threads(number);
             self.try_begin(number)
         };
         match catch_unwind(AssertUnwindSafe(begin)) {
-            Ok(result) => result.inspect_err(|error| shared.fail(error.clone())),
+            Ok(result) => result.inspect_err(|error| side.fail(error.clone())),
             Err(panic) => {
                 // Otherwise the transfer would be beginning forever.
-                shared.fail(Error::ProgramPanicked);
+                side.fail(Error::ProgramPanicked);
                 resume_unwind(panic)
             }
         }
@@ -179,22 +170,23 @@ impl TransferAreaComHandler {
 
     fn try_begin(&self, number: u64) -> Result<(), Error> {
         let shared = self.area.shared();
+        let side = Side(shared);
         // A lost connection is re-established to the same controller, even if there are others by then.
         let settings = self.settings.with_found_host()?;
-        let (mut link, config_updates) = handshake::begin(&settings, shared)?;
+        let (mut link, config_updates) = handshake::begin(&settings, side)?;
         // Not the areas themselves, which a thread of the program may hold for long.
-        let areas = shared.outgoing();
+        let areas = side.outgoing();
         self.thread.start(number, || {
-            if let Err(stop) = shared.run(config_updates) {
+            if let Err(stop) = side.run(config_updates) {
                 // Even if that fails, the connection is closed.
                 let _ = link.client.stop_online();
                 return stop.result().and(Err(Error::NotStarted));
             }
             let of_thread = Arc::clone(shared);
-            let work = move || TransferThread::new(link, areas, &of_thread, settings).run();
+            let work = move || TransferThread::new(link, areas, Side(&of_thread), settings).run();
             spawn("transfer-area", work).map_err(|error| {
                 // It was running, so the program may have written outputs.
-                shared.leave(&mut []);
+                side.leave(&mut []);
                 Error::not_started(error)
             })
         })
@@ -217,7 +209,7 @@ impl TransferAreaComHandler {
     #[doc(alias = "StopTxtDownloadProg")]
     pub fn end_transfer(&self) -> Result<(), Error> {
         let shared = self.area.shared();
-        let number = shared.ask_to_end();
+        let number = shared.ask_to_stop(Stop::Asked);
         shared.wait_until_begun(number);
         self.join_threads(number);
         notices::flush(FLUSH);
@@ -227,14 +219,12 @@ impl TransferAreaComHandler {
     /// Waits for the threads of transfers up to this number.
     fn join_threads(&self, number: u64) {
         self.thread.join(number);
-        if self.area.shared().number() > number {
+        if self.area.shared().state().transfer.number() > number {
             return;
         }
-        let mut camera = self.camera.lock();
-        if let Some(stream) = &mut camera.stream {
+        if let Some(stream) = &mut *self.camera.lock() {
             stream.stop();
         }
-        camera.server_started = false;
     }
 
     /// A handle to the areas for another thread. Cheap to clone.
@@ -258,7 +248,7 @@ impl TransferAreaComHandler {
     }
 
     pub(crate) fn controller(&self) -> Option<Controller> {
-        self.area.shared().controller()
+        self.area.shared().state().controller()
     }
 }
 
@@ -272,7 +262,7 @@ impl Deref for TransferAreaComHandler {
 }
 
 /// Ends the transfer, with all motors stopped, and closes the channels of its events. Blocks as
-/// [`TransferAreaComHandler::end_transfer`] does, and then while the cycle hook runs, for its limit at most.
+/// [`TransferAreaComHandler::end_transfer`] does, and then while the cycle hook runs, for half a second at most.
 impl Drop for TransferAreaComHandler {
     fn drop(&mut self) {
         self.area.stop_on_panic();

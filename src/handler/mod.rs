@@ -4,22 +4,19 @@ mod builder;
 mod camera;
 mod com_handler;
 mod events;
+mod long_guard;
 #[cfg(all(test, shuttle))]
 mod model;
 mod parts;
 mod program;
 mod settings;
 mod shared;
-mod statistics;
+mod state;
 mod sync;
 mod transfer;
 
 pub use builder::TransferAreaComHandlerBuilder;
 pub use com_handler::TransferAreaComHandler;
-pub use events::{
-    CycleLog, Event, EventDetails, EventKind, Events, Joystick, LogEntry, Logged, LoggedBeginning,
-    LoggedCycle, TimedEvent,
-};
+pub use events::{CycleLog, Events};
 pub use program::area::TransferArea;
 pub use program::guard::TransferAreaGuard;
-pub use statistics::Statistics;

@@ -20,7 +20,6 @@ pub(crate) struct Settings {
     pub(crate) mode: TransferMode,
     pub(crate) limits: TimeLimits,
     pub(crate) reaction_window: Duration,
-    pub(crate) hook_limit: Duration,
     /// Whether time moves only while the program waits.
     pub(crate) lock_step: bool,
     /// `None` switches it off.
@@ -42,7 +41,6 @@ impl Settings {
             mode: TransferMode::default(),
             limits: TimeLimits::default(),
             reaction_window: Duration::from_millis(5),
-            hook_limit: Duration::from_millis(500),
             lock_step: false,
             watchdog: None,
             reconnect: None,

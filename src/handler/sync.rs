@@ -5,14 +5,14 @@ use std::time::Instant;
 
 #[cfg(not(all(test, shuttle)))]
 pub(crate) use self::real::{
-    current_thread, lock_soon, now, park, spawn, thread_id, Condvar, JoinHandle, Mutex, MutexGuard,
+    current_thread, lock_soon, now, spawn, thread_id, Condvar, JoinHandle, Mutex, MutexGuard,
     Thread, ThreadId,
 };
 
 #[cfg(all(test, shuttle))]
 pub(crate) use self::model::{
-    current_thread, lock_soon, now, park, pass, spawn, thread_id, Condvar, JoinHandle, Mutex,
-    MutexGuard, Thread, ThreadId,
+    current_thread, lock_soon, now, pass, spawn, thread_id, Condvar, JoinHandle, Mutex, MutexGuard,
+    Thread, ThreadId,
 };
 
 /// Waits for a change, forever without a deadline; returns whether the deadline came first.
@@ -75,7 +75,7 @@ mod real {
     use std::time::Instant;
 
     pub(crate) use parking_lot::{Condvar, Mutex, MutexGuard};
-    pub(crate) use std::thread::{current as current_thread, park, JoinHandle, Thread, ThreadId};
+    pub(crate) use std::thread::{current as current_thread, JoinHandle, Thread, ThreadId};
 
     pub(crate) fn now() -> Instant {
         Instant::now()
@@ -124,9 +124,7 @@ mod model {
     use shuttle::rand::Rng;
     use shuttle::sync;
 
-    pub(crate) use shuttle::thread::{
-        current as current_thread, park, JoinHandle, Thread, ThreadId,
-    };
+    pub(crate) use shuttle::thread::{current as current_thread, JoinHandle, Thread, ThreadId};
 
     /// A deadline that is so far away never comes: a thread that waits for so long has to be woken.
     const FAR: Duration = Duration::from_millis(500);

@@ -99,8 +99,7 @@ fn it_answers_each_response_in_the_very_next_request_beside_threads_that_wait() 
         let statistics = handler.statistics();
         let uncalled = statistics.cycles - calls.swap(0, Ordering::Relaxed);
         assert!((1..=2).contains(&uncalled), "{uncalled}");
-        assert_eq!((statistics.missed_hook_calls, statistics.late_reactions), (0, 0));
-        assert_eq!(statistics.missed_responses, 0);
+        assert_eq!((statistics.missed_responses, statistics.late_reactions), (0, 0));
     }
     let answers = answers.lock().unwrap();
     // The first request of each transfer is not an answer, and the last one stops the motors.
@@ -207,7 +206,7 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
     // So long that no guard makes the hook miss its turn, however late its thread runs on.
-    let handler = handler_for(&txt).reaction_window(DEADLINE).hook_limit(DEADLINE).build().unwrap();
+    let handler = handler_for(&txt).reaction_window(DEADLINE).watchdog(DEADLINE).build().unwrap();
     let area = handler.transfer_area();
     let mut calls = 0;
     handler
@@ -245,7 +244,7 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
 }
 
 #[test]
-fn calls_that_are_left_out_because_of_a_guard_are_counted() {
+fn calls_are_left_out_while_another_thread_has_a_guard() {
     let (txt, _) = examiner();
     for window in [Duration::ZERO, Duration::from_millis(2)] {
         let handler = build(&txt, window);
@@ -256,12 +255,9 @@ fn calls_that_are_left_out_because_of_a_guard_are_counted() {
         let mut areas = handler.lock();
         areas[LOCAL_IO].output.duty[4] = 44;
         let before = calls.load(Ordering::Relaxed);
-        let missed = handler.statistics().missed_hook_calls;
         let begin = txt.with_machine(|machine| machine.exchanges());
         wait_until(&txt, "exchanges", |machine| machine.exchanges() > begin + 10);
         assert_eq!(calls.load(Ordering::Relaxed), before);
-        let missed = handler.statistics().missed_hook_calls - missed;
-        assert!(missed >= 9, "{missed}");
         assert_eq!(duties(&txt)[4], 0);
         drop(areas);
         wait_for_calls(&calls, 3);
@@ -354,51 +350,74 @@ fn what_it_owns_is_dropped_with_the_handler() {
 }
 
 #[test]
-fn one_that_does_not_return_ends_the_transfer_and_is_named() {
-    let limit = Duration::from_millis(200);
+fn one_that_does_not_return_stops_the_motors_and_goes_on_when_it_does() {
     let (txt, _) = examiner();
-    let handler = handler_for(&txt).hook_limit(limit).build().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
     let (go_on, gate) = mpsc::channel::<()>();
     let calls = Arc::new(AtomicU64::new(0));
     let mut counted = count(&calls);
-    handler
-        .set_cycle_hook(move |areas| {
-            let areas = areas.unwrap();
-            areas[LOCAL_IO].output.duty[0] = 99;
-            let _ = counted(Err(Error::NotStarted));
-            // Until the test is over.
-            let _ = gate.recv();
-            Continue(())
-        })
-        .unwrap();
+    let (noted, told) = mpsc::channel();
+    let set = handler.set_cycle_hook(move |areas| {
+        let _ = counted(Err(Error::NotStarted));
+        match areas {
+            Ok(areas) => {
+                areas[LOCAL_IO].output.duty[0] = 99;
+                // Until the gate is open.
+                let _ = gate.recv();
+            }
+            Err(error) => noted.send(error).unwrap(),
+        }
+        Continue(())
+    });
+    set.unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    let events = handler.events(&[EventKind::WatchdogExpired], 9).unwrap();
     handler.begin_transfer().unwrap();
     wait_for_call(&calls, 1);
-    let error = Error::HookHangs { limit };
-    thread::scope(|scope| {
-        let area = handler.transfer_area();
-        // It does not block others forever: they can lock, wait, set another hook or end.
-        scope.spawn(|| drop(handler.lock()));
-        scope.spawn(|| handler.clear_cycle_hook());
-        let waits = scope.spawn(move || loop {
-            if let Err(error) = area.wait_cycle() {
-                return error;
-            }
-        });
-        assert_eq!(waits.join().unwrap(), error);
-    });
-    assert_eq!(handler.end_transfer(), Err(error));
-    wait_until(&txt, "the end", |machine| !machine.online());
-    assert_eq!(duties(&txt), [0; 8]);
-    // Its later writes change nothing, and it is not called again.
-    drop(go_on);
-    handler.begin_transfer().unwrap();
-    for _ in 0..5 {
-        assert_ne!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0], 99);
-    }
+    let error = Error::WatchdogExpired { limit: Duration::from_millis(500) };
+    // It keeps nobody that waits for a response, replaces it or ends the transfer.
+    let waits = loop {
+        if let Err(error) = handler.wait_cycle() {
+            break error;
+        }
+    };
+    assert_eq!(waits, error);
+    events.recv_timeout(DEADLINE).unwrap();
+    wait_until(&txt, "a stop", |machine| machine.controllers[0].outputs.duty == [0; 8]);
+    assert_eq!(handler.feed_watchdog(), Ok(()), "the transfer goes on");
     assert_eq!(calls.load(Ordering::Relaxed), 1);
+    drop(go_on);
+    assert_eq!(told.recv_timeout(DEADLINE), Ok(error));
+    wait_until(&txt, "its answer", |machine| machine.controllers[0].outputs.duty[0] == 99);
     handler.end_transfer().unwrap();
     check_client(&txt);
+}
+
+#[test]
+fn one_that_hangs_keeps_neither_the_end_nor_another_hook_for_long() {
+    let (txt, _) = examiner();
+    let handler = handler_for(&txt).build().unwrap();
+    let (go_on, gate) = mpsc::channel::<()>();
+    let calls = Arc::new(AtomicU64::new(0));
+    let mut counted = count(&calls);
+    let set = handler.set_cycle_hook(move |_| {
+        let _ = counted(Err(Error::NotStarted));
+        let _ = gate.recv();
+        Continue(())
+    });
+    set.unwrap();
+    handler.begin_transfer().unwrap();
+    wait_for_call(&calls, 1);
+    let begin = Instant::now();
+    handler.clear_cycle_hook();
+    assert_eq!(handler.end_transfer(), Ok(()));
+    handler.set_cycle_hook(answer(0)).unwrap();
+    assert!(begin.elapsed() < DEADLINE / 3, "it waits for a hook that hangs");
+    drop(go_on);
+    handler.begin_transfer().unwrap();
+    (0..5).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    assert_eq!(calls.load(Ordering::Relaxed), 1);
+    handler.end_transfer().unwrap();
 }
 
 #[test]

@@ -54,9 +54,8 @@ fn camera(options: CameraOptions) -> Result<(), Error> {
 #[test]
 fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
     let address = &[format!("{}:{}", NOBODY.0, NOBODY.1)];
-    let calls: [Call<'_>; 14] = [
+    let calls: [Call<'_>; 13] = [
         ("reaction_window", Duration::ZERO, MINUTE, &|time| build(|b| b.reaction_window(time))),
-        ("hook_limit", MS, HOUR, &|time| build(|b| b.hook_limit(time))),
         ("watchdog", MS, HOUR, &|time| build(|b| b.watchdog(time))),
         ("with_connect", MS, HOUR, &|time| limits(TimeLimits::default().with_connect(time))),
         ("with_read", MS, HOUR, &|time| limits(TimeLimits::default().with_read(time))),

@@ -1,7 +1,5 @@
 //! A connection is lost and re-established.
 
-use std::ops::ControlFlow;
-use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
@@ -302,29 +300,6 @@ fn a_panic_in_the_middle_of_a_gap_ends_the_transfer() {
     });
     panics.join().unwrap_err();
     assert_eq!(next_error(&area), Error::ProgramPanicked);
-}
-
-#[test]
-fn a_hook_that_hangs_in_the_middle_of_a_gap_ends_the_transfer() {
-    let txt = unpaced().start().unwrap();
-    let limit = Duration::from_millis(50);
-    let handler = handler_for(&txt).reconnect(Duration::MAX).hook_limit(limit).build().unwrap();
-    let (release, released) = mpsc::channel::<()>();
-    handler
-        .set_cycle_hook(move |areas| {
-            if areas.is_err() {
-                // Until the test has ended.
-                let _ = released.recv();
-            }
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-    handler.begin_transfer().unwrap();
-    drop(txt);
-    assert_lost(&next_error(&handler));
-    let error = handler.wait_cycle_for(DEADLINE).map(drop).unwrap_err();
-    drop(release);
-    assert_eq!(error, Error::HookHangs { limit });
 }
 
 #[test]

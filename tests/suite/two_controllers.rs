@@ -1,11 +1,10 @@
-//! One loop for two controllers: each response is answered when it comes.
+//! Two controllers, each with a handler of its own.
 
 use std::thread;
-use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
-use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{handler_for, unpaced, Record, DEADLINE};
 
@@ -44,22 +43,21 @@ fn each_response_is_answered_in_the_next_request_with_the_other_controllers_inpu
     let txts = records.each_ref().map(numbering);
     let handlers = txts.each_ref().map(handler);
     handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
-    let areas = handlers.each_ref().map(TransferAreaComHandler::transfer_area);
-    let mut counts = [0; 2];
-    while counts[0] < 300 || counts[1] < 300 {
-        let (which, guard) = TransferArea::wait_any(&[&areas[0], &areas[1]]);
-        let mut guard = guard.unwrap();
-        counts[which] += 1;
-        let other = areas[1 - which].lock();
-        assert!(i64::from(other[LOCAL_IO].input.uni[0]) >= counts[1 - which]);
-        drop(other);
-        guard[LOCAL_IO].output.duty[0] = guard[LOCAL_IO].input.uni[0] % DUTIES;
-        // Which of them is ready first changes from round to round.
-        if counts[which] % 7 == 0 {
-            drop(guard);
-            thread::yield_now();
+    thread::scope(|scope| {
+        for (this, other) in [(0, 1), (1, 0)] {
+            let (own, other) = (handlers[this].transfer_area(), handlers[other].transfer_area());
+            scope.spawn(move || {
+                let mut newest = 0;
+                for _ in 0..300 {
+                    let seen = other.lock()[LOCAL_IO].input.uni[0];
+                    assert!(seen >= newest, "inputs of the other go back");
+                    newest = seen;
+                    let mut areas = own.wait_cycle().unwrap();
+                    areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0] % DUTIES;
+                }
+            });
         }
-    }
+    });
     for (handler, record) in handlers.iter().zip(&records) {
         assert_eq!(handler.statistics().late_reactions, 0);
         handler.end_transfer().unwrap();
@@ -68,85 +66,13 @@ fn each_response_is_answered_in_the_next_request_with_the_other_controllers_inpu
 }
 
 #[test]
-fn a_wait_for_one_controller_after_a_wait_for_two_does_not_hold_the_others_areas() {
-    let records = [Record::default(), Record::default()];
-    let txts = records.each_ref().map(numbering);
-    // The second controller's window ends by itself, because sometimes no thread waits for it again.
-    let second = handler_for(&txts[1]).reaction_window(Duration::from_millis(1)).build().unwrap();
-    let handlers = [handler(&txts[0]), second];
-    handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
-    let areas = handlers.each_ref().map(TransferAreaComHandler::transfer_area);
-    for _ in 0..100 {
-        drop(TransferArea::wait_any(&[&areas[0], &areas[1]]).1.unwrap());
-        // No thread waits for the second controller now, so its areas are free.
-        drop(areas[1].lock());
-        drop(areas[0].wait_cycle().unwrap());
-    }
-    let area = handlers[1].transfer_area();
-    thread::spawn(move || (0..20).for_each(|_| drop(area.wait_cycle().unwrap()))).join().unwrap();
-    handlers.iter().for_each(|handler| handler.end_transfer().unwrap());
-}
-
-#[test]
-fn an_error_comes_with_the_index_of_its_areas_and_the_others_go_on() {
-    let good = unpaced().start().unwrap();
-    let fault = Fault::at_response(50, FaultKind::WrongCrc);
-    let bad = unpaced().fault(fault).start().unwrap();
-    let handlers = [&good, &bad].map(handler);
-    handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
-    let areas = handlers.each_ref().map(TransferAreaComHandler::transfer_area);
-    let (which, error) = loop {
-        match TransferArea::wait_any(&[&areas[0], &areas[1]]) {
-            (_, Ok(_)) => {}
-            (which, Err(error)) => break (which, error),
-        }
-    };
-    assert_eq!(which, 1);
-    assert!(matches!(error, Error::WrongCrc { .. }), "{error}");
-    assert!(matches!(TransferArea::wait_any(&[&areas[0], &areas[1]]), (1, Err(_))), "it stays");
-    for _ in 0..10 {
-        drop(TransferArea::wait_any(&[&areas[0]]).1.unwrap());
-    }
-    assert_eq!(handlers[0].end_transfer(), Ok(()));
-}
-
-#[test]
-fn a_thread_that_waits_for_several_gets_each_end() {
-    let txts = [unpaced().start().unwrap(), unpaced().start().unwrap()];
-    let slow = SimulatedTxt::builder().pace(Duration::from_secs(60)).start().unwrap();
-    let handlers = [handler(&slow), handler(&txts[0]), handler(&txts[1])];
-    handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
-    let areas = handlers.each_ref().map(TransferAreaComHandler::transfer_area);
-    drop(areas[0].wait_cycle());
-    thread::scope(|scope| {
-        let waits = scope.spawn(|| loop {
-            match TransferArea::wait_any(&[&areas[0], &areas[1]]) {
-                (_, Ok(_)) => {}
-                (which, Err(error)) => return (which, error),
-            }
-        });
-        drop(areas[2].wait_cycle().unwrap());
-        handlers[1].end_transfer().unwrap();
-        assert_eq!(waits.join().unwrap(), (1, Error::NotStarted));
-    });
-}
-
-#[test]
-fn without_areas_there_is_nothing_to_wait_for() {
-    let (which, error) = TransferArea::wait_any(&[]);
-    assert!(matches!((which, error), (0, Err(Error::OutOfRange { given: 0, .. }))));
-}
-
-#[test]
 fn in_lock_step_two_controllers_take_turns_in_each_run() {
     let txts = [unpaced().start().unwrap(), unpaced().start().unwrap()];
     let handlers = txts.each_ref().map(|txt| handler_for(txt).lock_step().build().unwrap());
     handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
-    let areas = handlers.each_ref().map(TransferAreaComHandler::transfer_area);
     for cycle in 1..100 {
-        for index in [0, 1] {
-            let (which, guard) = TransferArea::wait_any(&[&areas[0], &areas[1]]);
-            assert_eq!((which, guard.unwrap().cycle()), (index, cycle));
+        for handler in &handlers {
+            assert_eq!(handler.wait_cycle().unwrap().cycle(), cycle);
         }
     }
     handlers.iter().for_each(|handler| handler.end_transfer().unwrap());

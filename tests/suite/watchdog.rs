@@ -282,8 +282,7 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
 #[test]
 fn the_exchange_goes_on_beside_a_hook_that_hangs() {
     let txt = unpaced().start().unwrap();
-    let builder = handler_for(&txt).watchdog(LIMIT / 4).hook_limit(DEADLINE / 3);
-    let handler = builder.build().unwrap();
+    let handler = handler_for(&txt).watchdog(LIMIT / 4).build().unwrap();
     let (give_up, hangs) = mpsc::channel::<()>();
     handler
         .set_cycle_hook(move |areas| {

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
-use super::event::{Event, EventKind, TimedEvent};
 use super::listeners::Listeners;
+use crate::events::{Event, EventKind, TimedEvent};
 use crate::handler::sync::PanicCheck;
 use crate::pause::within_clock;
 

@@ -8,8 +8,9 @@ use std::time::Duration;
 use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
 use super::listeners::Listeners;
-use super::log::{LogEntry, Subscription};
+use super::log::Subscription;
 use crate::error::Error;
+use crate::events::LogEntry;
 use crate::handler::program::area::TransferArea;
 use crate::pause::within_clock;
 
@@ -119,7 +120,7 @@ impl Drop for CycleLog {
 impl TransferArea {
     /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
     /// gaps and ends of transfers. The channel holds up to `capacity` cycles, 1..=[`CycleLog::MAX_CAPACITY`],
-    /// each of about 9 kB; a few other entries have more room.
+    /// each of about 4 kB; a few other entries have more room.
     ///
     /// The transfer thread does not wait for a log, and allocates nothing for a cycle. While the channel is
     /// full, new entries are lost; the next one that fits [tells how many](crate::LogEntry::lost).

@@ -6,10 +6,8 @@ use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender};
 
-use super::event::{EventKind, KindSet, TimedEvent};
-use super::log::{Logged, LoggedBeginning, Logs, Subscription};
-use super::stall::Stalls;
-use super::watch::Comparison;
+use super::log::{Logs, Subscription};
+use crate::events::{Comparison, EventKind, KindSet, Logged, LoggedBeginning, Stalls, TimedEvent};
 use crate::handler::sync::{Mutex, MutexGuard};
 use crate::terminals::Motor;
 
@@ -169,7 +167,8 @@ mod tests {
 
     use super::*;
     use crate::error::Error;
-    use crate::handler::events::{Event, Events, Source, Step};
+    use crate::events::Event;
+    use crate::handler::events::{Events, Source, Step};
 
     const ENDED: Event = Event::TransferEnded { error: None };
 

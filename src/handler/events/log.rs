@@ -1,145 +1,14 @@
-//! A log of everything that a transfer exchanges, on a channel, for recorders.
+//! The transfer's ends of all logs.
 
-use std::net::IpAddr;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::Arc;
-use std::time::Instant;
 
 use crossbeam_channel::{bounded, Receiver, Sender};
 
-use super::event::TimedEvent;
-use crate::error::Error;
-use crate::exchange::Inputs;
-use crate::firmware::FirmwareVersion;
-use crate::handler::statistics::Statistics;
-use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
+use crate::events::{LogEntry, Logged, LoggedBeginning, LoggedCycle};
 
 /// Places for entries that are not cycles: the beginnings, gaps and ends of a transfer.
 const RESERVED: usize = 16;
-
-/// An entry of a [`CycleLog`](crate::CycleLog).
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct LogEntry {
-    /// How many entries were lost directly before this one, because the channel was full.
-    pub lost: u64,
-    /// What has happened.
-    pub what: Logged,
-}
-
-/// What a [`LogEntry`] tells.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-#[allow(clippy::large_enum_variant, reason = "cycles are by value, so that none of them allocates")]
-pub enum Logged {
-    /// A transfer has begun, or runs already when the log is made.
-    Began(LoggedBeginning),
-    /// A request was sent, and its response came in.
-    Cycle(LoggedCycle),
-    /// What comes from no response: [`ConnectionLost`](crate::Event::ConnectionLost),
-    /// [`ConnectionRestored`](crate::Event::ConnectionRestored),
-    /// [`WatchdogExpired`](crate::Event::WatchdogExpired) or
-    /// [`TransferEnded`](crate::Event::TransferEnded).
-    Event(TimedEvent),
-    /// A transfer could not begin.
-    #[non_exhaustive]
-    Failed {
-        /// When.
-        at: Instant,
-        /// Why.
-        error: Error,
-    },
-}
-
-/// The beginning of a transfer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct LoggedBeginning {
-    /// When it began.
-    pub at: Instant,
-    /// The name of the controller.
-    pub device_name: String,
-    /// The version of its firmware.
-    pub firmware: FirmwareVersion,
-    /// Its address.
-    pub address: Option<IpAddr>,
-    /// How many areas the handler has.
-    pub areas: usize,
-}
-
-/// One cycle: a request, and the response to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct LoggedCycle {
-    /// Its number in its transfer, from 1, as
-    /// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) counts.
-    pub number: u64,
-    /// When the response came in.
-    pub arrived: Instant,
-    /// Whether it is the first of its connection.
-    pub first: bool,
-    /// The statistics with this response.
-    pub statistics: Statistics,
-    count: usize,
-    areas: [FishX1Transfer; MAX_AREAS],
-}
-
-impl LoggedCycle {
-    /// The areas: the configurations and outputs as they were sent, the inputs as they came in. The rest is as in
-    /// a new area. So are the inputs of an extension that has not yet taken part on this connection, the
-    /// timers, and the flags [`cnt_resetted`](crate::transfer_area::InputValues::cnt_resetted) and
-    /// [`motor_ex_reached`](crate::transfer_area::InputValues::motor_ex_reached), which belong to the
-    /// program.
-    ///
-    /// After a lost connection a handler hides from the program that a command which was cut off is done. Here it
-    /// is what the controller reports.
-    pub fn areas(&self) -> &[FishX1Transfer] {
-        &self.areas[..self.count]
-    }
-
-    /// A cycle with these areas, to test what a program does with it. It arrived now, as the first of its
-    /// connection. More than 9 areas are left out.
-    pub fn new(number: u64, areas: &[FishX1Transfer]) -> Self {
-        let mut cycle = Self {
-            number,
-            arrived: Instant::now(),
-            first: true,
-            statistics: Statistics::default(),
-            count: areas.len().min(MAX_AREAS),
-            areas: [FishX1Transfer::default(); MAX_AREAS],
-        };
-        cycle.areas.iter_mut().zip(areas).for_each(|(logged, area)| *logged = *area);
-        cycle
-    }
-
-    /// The areas of a request, without their inputs; those come from the response.
-    pub(crate) fn exchanged(
-        number: u64,
-        arrived: Instant,
-        first: bool,
-        statistics: Statistics,
-        sent: &[FishX1Transfer],
-        inputs: &Inputs,
-    ) -> Self {
-        let mut cycle = Self { arrived, first, statistics, ..Self::new(number, &[]) };
-        cycle.count = sent.len().min(MAX_AREAS);
-        for (area, sent) in cycle.areas.iter_mut().zip(sent) {
-            area.state.id = sent.state.id;
-            area.state.config_id = sent.state.config_id;
-            area.config = sent.config;
-            area.output = sent.output;
-            area.output.duty = sent.output.sent_duty();
-            area.txt_outputs = sent.txt_outputs;
-        }
-        let areas = &mut cycle.areas[..cycle.count];
-        inputs.apply(areas);
-        for area in areas {
-            area.input.cnt_resetted = [0; IZ_COUNTER];
-            area.input.motor_ex_reached = [0; IZ_MOTOR];
-        }
-        cycle
-    }
-}
 
 /// The program's end of a new log.
 pub(crate) struct Subscription {
@@ -221,7 +90,10 @@ impl Log {
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use super::*;
-    use crate::handler::events::Event;
+    use std::time::Instant;
+
+    use crate::events::{Event, TimedEvent};
+    use crate::transfer_area::FishX1Transfer;
 
     fn logs(capacity: usize) -> (Logs, Receiver<LogEntry>) {
         let mut logs = Logs::default();
@@ -264,22 +136,5 @@ mod tests {
         let received = received(&receiver);
         assert_eq!((received.len(), &received[..2]), (1 + RESERVED, &[(0, 1), (1, 0)][..]));
         assert_eq!(logs.0[0].lost_since, 1, "one more than there is room for");
-    }
-
-    #[test]
-    fn outputs_are_logged_as_they_are_sent() {
-        let mut sent = [FishX1Transfer::default()];
-        sent[0].output.duty = [-1, 0, 1, 512, 513, i16::MAX, i16::MIN, 256];
-        sent[0].input.uni = [77; 8];
-        let cycle = LoggedCycle::exchanged(
-            1,
-            Instant::now(),
-            true,
-            Statistics::default(),
-            &sent,
-            &Inputs::default(),
-        );
-        assert_eq!(cycle.areas()[0].output.duty, [0, 0, 1, 512, 512, 512, 0, 256]);
-        assert_eq!(cycle.areas()[0].input.uni, [0; 8], "no input has come in");
     }
 }

@@ -10,10 +10,9 @@ use shuttle::thread;
 
 use crate::client::{I2cAccess, Network, TimeLimits};
 use crate::error::Error;
-use crate::exchange::{Exchange, Inputs};
+use crate::exchange::{Exchange, Inputs, Outgoing};
 use crate::firmware::FirmwareVersion;
 use crate::handler::sync::{now, pass};
-use crate::transfer_area::FishX1Transfer;
 use crate::wire::{ExchangeData, ExchangeDataResponse, QueryStatusResponse, StartCameraOnline};
 
 /// How long an exchange takes.
@@ -150,18 +149,18 @@ impl TxtClient {
     pub(crate) fn update_configs(
         &mut self,
         exchange: &mut Exchange,
-        areas: &[FishX1Transfer],
+        areas: &[Outgoing],
     ) -> Result<u64, Error> {
-        Ok(std::iter::from_fn(|| exchange.next_update_config(areas)).count() as u64)
+        Ok(std::iter::from_fn(|| exchange.next_config(areas)).count() as u64)
     }
 
     pub(crate) fn exchange<'a>(
         &mut self,
         exchange: &'a mut Exchange,
-        areas: &[FishX1Transfer],
+        areas: &[Outgoing],
     ) -> Result<&'a Inputs, Error> {
         let mut request = Vec::new();
-        exchange.request(areas, &mut request)?;
+        exchange.request_of(areas, &mut request)?;
         let outputs = ExchangeData::parse(&request)?;
         exchange.receive(&self.controller.exchange(self.connection, outputs)?)
     }

@@ -4,29 +4,25 @@ use std::sync::Arc;
 
 use super::{check, handler, program, wait_to_the_end, NO_END, WINDOW};
 use crate::error::Error;
-use crate::exchange::Inputs;
-use crate::handler::parts::clock::TransferClock;
-use crate::handler::parts::watchdog::Watchdog;
-use crate::handler::program::lease::Known;
+use crate::events::EventKind;
+use crate::exchange::{Inputs, Outgoing};
+use crate::handler::parts::phase::Stop;
+use crate::handler::program::known::Known;
 use crate::handler::shared::Shared;
-use crate::handler::transfer::calls::Delivered;
-use crate::handler::{EventKind, TransferArea};
-use crate::transfer_area::FishX1Transfer;
+use crate::handler::transfer::side::Side;
+use crate::handler::TransferArea;
 
 const ORDERS: usize = 700;
 
-fn deliver(shared: &Shared) -> Delivered {
+fn deliver(side: Side<'_>) {
     let (before, now) = (&mut Inputs::default(), &mut Inputs::default());
-    shared.deliver(&Inputs::default(), 0, before, now).0
+    side.deliver(&Inputs::default(), 0, before, now);
 }
 
 /// The response of a new connection is delivered, and the connection is lost before anything else happens. With a
 /// listener in lock-step, its window does not open then.
 fn lost_at_once(lock_step: bool) {
-    let shared =
-        Arc::new(Shared::new(1, Watchdog::new(None), NO_END, TransferClock::new(lock_step)));
-    shared.begin().unwrap();
-    shared.run(0).unwrap();
+    let shared = Arc::new(Shared::running(None, lock_step));
     let area = TransferArea::new(Arc::clone(&shared));
     let _listener = area.events(EventKind::ALL, 100).unwrap();
     let waits = [0, 1].map(|_| {
@@ -39,36 +35,37 @@ fn lost_at_once(lock_step: bool) {
             let known = &mut Known::default();
             let mut answered = 0;
             while answered < 3 {
-                if let Ok(lease) = shared.wait_cycle(known, None) {
+                if let Ok(lease) = shared.wait_cycle(known, known.returned, None) {
                     let mut lease = lease.unwrap();
-                    known.returned = lease.window;
+                    known.returned = lease.response;
                     shared.release(&mut lease, false);
                     answered += 1;
                 }
             }
-            shared.ask_to_end();
+            shared.ask_to_stop(Stop::Asked);
         })
     };
-    let areas = &mut [FishX1Transfer::default()];
+    let side = Side(&shared);
+    let areas = &mut [Outgoing::default()];
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
     for _ in 0..2 {
-        deliver(&shared);
-        shared.lose_connection(&error, areas);
+        deliver(side);
+        side.lose_connection(&error, areas);
     }
-    deliver(&shared);
-    shared.resume(std::time::Duration::ZERO);
+    deliver(side);
+    side.resume(std::time::Duration::ZERO);
     loop {
         if shared.is_lock_step() {
-            shared.open_window();
+            side.open_window();
         }
-        if shared.hold_window(None, WINDOW, areas).is_some() {
+        if side.hold_window(None, WINDOW, areas).is_some() {
             break;
         }
         shuttle::thread::yield_now();
-        deliver(&shared);
+        deliver(side);
     }
-    shared.leave(areas);
-    shared.finish(None);
+    side.leave(areas);
+    side.finish(None);
     ends.join().unwrap();
     for told in waits.map(|waits| waits.join().unwrap()) {
         assert!(told <= 2, "told {told} times");

@@ -65,7 +65,6 @@ fn answers_first(lock_step: bool) {
     let calls = &calls.lock().unwrap().0;
     assert!(late.iter().all(|late| *late + 2 > calls.len() as u64), "{late:?} of {calls:?}");
     assert!(calls.iter().copied().eq(1..=calls.len() as u64), "{calls:?}");
-    assert_eq!(handler.statistics().missed_hook_calls, 0);
     let duties = duties(&controller.requests());
     let answers = &duties[1..duties.len() - 1];
     assert!(answers.iter().copied().eq(1..=answers.len() as i16), "{duties:?}");
@@ -83,7 +82,7 @@ fn in_lock_step_the_hook_answers_each_response_once_and_before_threads_that_wait
 }
 
 #[test]
-fn a_call_of_the_hook_that_comes_too_late_is_left_out_and_counted() {
+fn the_hook_is_called_once_for_a_response_and_not_for_the_last_one() {
     check(ORDERS, || {
         let (handler, _controller) = handler(|_| ());
         let calls = set_answering_hook(&handler);
@@ -106,11 +105,6 @@ fn a_call_of_the_hook_that_comes_too_late_is_left_out_and_counted() {
         let calls = &calls.lock().unwrap().0;
         assert!(calls.iter().all(|call| *call < handler.statistics().cycles), "for the last one");
         assert!(calls.windows(2).all(|pair| pair[0] < pair[1]), "twice for one: {calls:?}");
-        let statistics = handler.statistics();
-        let counted = calls.len() as u64 + statistics.missed_hook_calls;
-        // Not for the last response and the one before which the end was asked for; and that which was due then.
-        let due = statistics.cycles.saturating_sub(3)..statistics.cycles;
-        assert!(due.contains(&counted), "{counted} of {}", statistics.cycles);
     });
 }
 

@@ -2,21 +2,17 @@
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
-use std::time::Duration;
 
 use shuttle::sync::atomic::{AtomicUsize, Ordering};
 use shuttle::sync::{Condvar, Mutex};
 use shuttle::thread;
 
-use super::hook::set_answering_hook;
 use super::{check, duties, handler, program, wait_to_the_end, NO_END};
 use crate::error::Error;
 use crate::handler::com_handler::TransferAreaComHandler;
+use crate::handler::parts::watchdog::HOOK_LIMIT;
 
 const ORDERS: usize = 700;
-
-/// How long a call of a hook that hangs may take.
-const LIMIT: Duration = Duration::from_millis(100);
 
 /// A hook that counts its calls, and fails when another one runs or when it is over.
 fn set_lonely_hook(
@@ -54,7 +50,7 @@ fn replaced_and_cleared(lock_step: bool) {
     waits.join().unwrap();
     assert_eq!(first.load(Ordering::SeqCst), of_first, "called after it was replaced");
     assert_eq!(second.load(Ordering::SeqCst), of_second, "called after it was cleared");
-    assert!(!handler.area().shared().state().hook.has_older(u64::MAX, thread::current().id()));
+    assert!(!handler.area().shared().state().has_hook_before(u64::MAX));
 }
 
 #[test]
@@ -144,56 +140,44 @@ fn in_lock_step_a_hook_ends_the_transfer() {
     check(ORDERS, || ends_the_transfer(false, true));
 }
 
-/// The hook's first call returns only when the program lets it.
-fn hangs(lock_step: bool) {
-    let (handler, controller) = handler(|settings| {
-        settings.hook_limit = LIMIT;
-        settings.lock_step = lock_step;
-    });
-    let released = Arc::new((Mutex::new(false), Condvar::new()));
-    let calls = Arc::new(AtomicUsize::new(0));
-    let (counted, waits_for) = (Arc::clone(&calls), Arc::clone(&released));
-    let hook = handler.set_cycle_hook(move |areas| {
-        counted.fetch_add(1, Ordering::SeqCst);
-        let (released, changed) = &*waits_for;
-        let mut released = released.lock().unwrap();
-        while !*released {
-            released = changed.wait(released).unwrap();
-        }
-        // It does not have the areas any more.
-        areas.unwrap()[0].output.duty[0] = 512;
-        ControlFlow::Continue(())
-    });
-    hook.unwrap();
-    handler.begin_transfer().unwrap();
-    let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
-    let locks = program(&handler, |area| area.lock()[0].output.duty[1] = 1);
-    wait_to_the_end(handler.area(), |_| ());
-    assert_eq!(handler.end_transfer(), Err(Error::HookHangs { limit: LIMIT }));
-    waits.join().unwrap();
-    locks.join().unwrap();
-    // Another hook works while that one still hangs.
-    let answers = set_answering_hook(&handler);
-    handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle());
-    *released.0.lock().unwrap() = true;
-    released.1.notify_all();
-    drop(handler.wait_cycle());
-    let ended = handler.end_transfer();
-    // How long the calls of the new one take is random, too.
-    assert!(matches!(ended, Ok(()) | Err(Error::HookHangs { .. })), "{ended:?}");
-    assert_eq!(calls.load(Ordering::SeqCst), 1, "called again");
-    assert!(!duties(&controller.requests()).contains(&512), "a hook that was given up moves M1");
-    handler.clear_cycle_hook();
-    drop(answers);
-}
-
+/// The hook's first call returns only when the program has seen that the motors were stopped.
 #[test]
-fn a_hook_that_hangs_ends_the_transfer_and_keeps_nobody() {
-    check(ORDERS, || hangs(false));
-}
-
-#[test]
-fn in_lock_step_a_hook_that_hangs_ends_the_transfer_and_keeps_nobody() {
-    check(ORDERS, || hangs(true));
+fn a_hook_that_hangs_stops_the_motors_and_goes_on_when_it_returns() {
+    check(ORDERS, || {
+        let (handler, controller) = handler(|_| ());
+        let released = Arc::new((Mutex::new(false), Condvar::new()));
+        let calls = Arc::new(Mutex::new(Vec::new()));
+        let (noted, waits_for) = (Arc::clone(&calls), Arc::clone(&released));
+        let hook = handler.set_cycle_hook(move |areas| {
+            let first = noted.lock().unwrap().is_empty();
+            noted.lock().unwrap().push(areas.as_ref().map(|_| ()).map_err(|error| error.clone()));
+            let (released, changed) = &*waits_for;
+            let mut released = released.lock().unwrap();
+            while first && !*released {
+                released = changed.wait(released).unwrap();
+            }
+            if let Ok(areas) = areas {
+                areas[0].output.duty[0] = if first { 512 } else { 100 };
+            }
+            ControlFlow::Continue(())
+        });
+        hook.unwrap();
+        handler.lock()[0].output.duty[1] = 300;
+        handler.begin_transfer().unwrap();
+        let waits = program(&handler, |area| loop {
+            match area.wait_cycle() {
+                Ok(_) => thread::yield_now(),
+                Err(error) => return error,
+            }
+        });
+        let expired = Error::WatchdogExpired { limit: HOOK_LIMIT };
+        assert_eq!(waits.join().unwrap(), expired, "the wait of another thread");
+        controller.wait_for(|request| request.outputs.duty[1] == 0);
+        *released.0.lock().unwrap() = true;
+        released.1.notify_all();
+        controller.wait_for(|request| request.outputs.duty[0] == 100);
+        assert_eq!(handler.end_transfer(), Ok(()));
+        assert_eq!(calls.lock().unwrap()[..2], [Ok(()), Err(expired)]);
+        assert!(!duties(&controller.requests()).contains(&512), "a late answer moves M1");
+    });
 }

@@ -81,7 +81,6 @@ fn handler(set: impl FnOnce(&mut Settings)) -> (Arc<TransferAreaComHandler>, Arc
     let mut settings = Settings::new("a model".to_owned());
     settings.mode = TransferMode::Simple;
     settings.reaction_window = WINDOW;
-    settings.hook_limit = Duration::MAX;
     set(&mut settings);
     (Arc::new(TransferAreaComHandler::new(settings)), Controller::new())
 }

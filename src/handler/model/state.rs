@@ -9,54 +9,47 @@ use shuttle::thread;
 
 use super::{check, NO_END, WINDOW};
 use crate::error::Error;
-use crate::exchange::Inputs;
-use crate::handler::parts::clock::TransferClock;
-use crate::handler::parts::watchdog::Watchdog;
-use crate::handler::program::area::TransferArea;
-use crate::handler::program::lease::Known;
+use crate::exchange::{Inputs, Outgoing};
+use crate::handler::parts::phase::Stop;
+use crate::handler::program::known::Known;
 use crate::handler::shared::Shared;
-use crate::transfer_area::FishX1Transfer;
+use crate::handler::transfer::side::Side;
 use crate::wire::ExchangeDataResponse;
 
 const ORDERS: usize = 3000;
 
 fn shared() -> Arc<Shared> {
-    running(TransferClock::new(false))
-}
-
-fn running(clock: TransferClock) -> Arc<Shared> {
-    let shared = Arc::new(Shared::new(1, Watchdog::new(None), NO_END, clock));
-    shared.begin().unwrap();
-    shared.run(0).unwrap();
-    shared
+    Arc::new(Shared::running(None, false))
 }
 
 /// The transfer thread's part: response after response, with its number in the inputs, until it is
 /// stopped or this number is reached. Returns the outputs of each request.
-fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<FishX1Transfer> {
-    let mut areas = [FishX1Transfer::default()];
+fn exchange(shared: &Shared, responses: i16, window: Duration) -> Vec<Outgoing> {
+    let side = Side(shared);
+    let mut areas = [Outgoing::default()];
     let mut requests = Vec::new();
     let (mut before, mut now) = (Inputs::default(), Inputs::default());
     for number in 1..=responses {
         let mut inputs = Inputs::default();
         inputs.take_simple(ExchangeDataResponse { uni: [number; 8], ..Default::default() });
-        let (_, locked) = shared.deliver(&inputs, 0, &mut before, &mut now);
-        let stop = shared.hold_window(locked, window, &mut areas);
+        let (_, locked) = side.deliver(&inputs, 0, &mut before, &mut now);
+        let stop = side.hold_window(locked, window, &mut areas);
         requests.push(areas[0]);
         if stop.is_some() {
             break;
         }
     }
-    shared.leave(&mut areas);
+    side.leave(&mut areas);
     requests.push(areas[0]);
-    shared.finish(None);
+    side.finish(None);
     requests
 }
 
 /// A program's part: waits for a response and answers it in two outputs.
 fn answer(shared: &Shared, known: &mut Known) -> Result<i16, Error> {
-    let mut lease = shared.wait_cycle(known, None)?.expect("there is no limit");
-    known.returned = lease.window;
+    let after = known.returned;
+    let mut lease = shared.wait_cycle(known, after, None)?.expect("there is no limit");
+    known.returned = lease.response;
     let asked = lease.areas[0].input.uni[0];
     lease.areas[0].output.duty[0] = asked;
     lease.areas[0].output.duty[1] = asked;
@@ -109,7 +102,7 @@ fn a_response_is_answered_in_the_next_request_by_all_waiting_threads() {
             assert!(answers.lock().unwrap().contains(&number), "{number} was not answered");
             assert_eq!(request.output.duty[0], number, "answered late");
         }
-        assert_eq!(shared.statistics().late_reactions, 0);
+        assert_eq!(shared.state().statistics.late_reactions, 0);
     });
 }
 
@@ -117,7 +110,7 @@ fn a_response_is_answered_in_the_next_request_by_all_waiting_threads() {
 fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thread_learns_of_the_end(
 ) {
     check(ORDERS, || {
-        let shared = running(TransferClock::new(true));
+        let shared = Arc::new(Shared::running(None, true));
         let program = {
             let shared = Arc::clone(&shared);
             thread::spawn(move || {
@@ -128,12 +121,13 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
                         lease.areas[0].output.duty[pin] = number;
                         shared.release(&mut lease, false);
                     }
-                    let mut lease = shared.wait_cycle(known, None).unwrap().unwrap();
-                    known.returned = lease.window;
+                    let after = known.returned;
+                    let mut lease = shared.wait_cycle(known, after, None).unwrap().unwrap();
+                    known.returned = lease.response;
                     assert_eq!(lease.cycle, number as u64);
                     shared.release(&mut lease, false);
                 }
-                shared.ask_to_end();
+                shared.ask_to_stop(Stop::Asked);
             })
         };
         let locker = {
@@ -147,52 +141,21 @@ fn in_lock_step_a_request_has_all_that_was_written_before_the_wait_and_every_thr
                 }
             })
         };
-        let mut areas = [FishX1Transfer::default()];
+        let mut areas = [Outgoing::default()];
         let mut requests = Vec::new();
-        while shared.hold_window(None, WINDOW, &mut areas).is_none() {
+        let side = Side(&shared);
+        while side.hold_window(None, WINDOW, &mut areas).is_none() {
             requests.push(areas[0].output.duty);
             let (mut before, mut now) = (Inputs::default(), Inputs::default());
-            shared.deliver(&Inputs::default(), 0, &mut before, &mut now);
+            side.deliver(&Inputs::default(), 0, &mut before, &mut now);
         }
-        shared.finish(None);
+        Side(&shared).finish(None);
         program.join().unwrap();
         locker.join().unwrap();
         assert_eq!(requests.len(), 3);
         for (number, duty) in (1..).zip(&requests) {
             assert_eq!(duty[..2], [number; 2]);
             assert_eq!(duty[2], duty[3], "torn");
-        }
-    });
-}
-
-#[test]
-fn a_thread_that_waits_for_two_transfers_answers_each_response_in_the_next_request() {
-    check(ORDERS, || {
-        let transfers = [shared(), shared()];
-        let controllers = transfers.each_ref().map(|shared| {
-            let shared = Arc::clone(shared);
-            thread::spawn(move || exchange(&shared, 2, NO_END))
-        });
-        let areas = transfers.map(TransferArea::new);
-        // The last errors come when the transfers have ended.
-        let mut ended = [false; 2];
-        while ended != [true; 2] {
-            let waits: Vec<usize> = (0..2).filter(|index| !ended[*index]).collect();
-            let handles: Vec<&TransferArea> = waits.iter().map(|index| &areas[*index]).collect();
-            match TransferArea::wait_any(&handles) {
-                (which, Ok(mut guard)) => {
-                    guard[0].output.duty[0] = guard[0].input.uni[0];
-                    drop(areas[1 - waits[which]].lock());
-                }
-                (which, Err(_)) => ended[waits[which]] = true,
-            }
-        }
-        for (controller, area) in controllers.into_iter().zip(&areas) {
-            let requests = controller.join().unwrap();
-            for (number, request) in (1..=2).zip(&requests) {
-                assert_eq!(request.output.duty[0], number, "answered late");
-            }
-            assert_eq!(area.statistics().late_reactions, 0);
         }
     });
 }
@@ -226,7 +189,7 @@ fn threads_that_lock_keep_no_other_out_and_none_of_their_writes_is_lost() {
         waiting.join().unwrap();
         transfer.join().unwrap();
         // Configurations always count; they begin at 1.
-        assert_eq!(shared.outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [4, 4, 1]);
+        assert_eq!(Side(&shared).outgoing()[0].config.uni.map(|uni| uni.mode)[..3], [4, 4, 1]);
     });
 }
 
@@ -246,17 +209,17 @@ fn what_is_written_across_a_gap_moves_nothing() {
             })
         };
         let error = Error::ConnectionClosed { command: "ExchangeDataCmpr", received: 0 };
-        let mut last_request = [FishX1Transfer::default()];
-        shared.lose_connection(&error, &mut last_request);
+        let mut last_request = [Outgoing::default()];
+        Side(&shared).lose_connection(&error, &mut last_request);
         assert_eq!(last_request[0].output.duty[0], 0);
         // The outputs in the first request of the next connection.
-        assert_eq!(shared.outgoing()[0].output.duty[0], 0);
+        assert_eq!(Side(&shared).outgoing()[0].output.duty[0], 0);
         let known = &mut Known::default();
         assert!(matches!(shared.feed_watchdog(known), Err(Error::ConnectionLost { .. })));
         assert_eq!(shared.feed_watchdog(known), Ok(()), "told twice");
         program.join().unwrap();
-        assert_eq!(shared.outgoing()[0].output.duty[0], 0);
-        shared.finish(None);
+        assert_eq!(Side(&shared).outgoing()[0].output.duty[0], 0);
+        Side(&shared).finish(None);
     });
 }
 

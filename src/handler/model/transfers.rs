@@ -27,7 +27,7 @@ fn after_an_end_no_request_of_its_transfer_follows() {
                         Err(Error::AlreadyStarted | Error::NotStarted) => {}
                         Err(error) => panic!("{error}"),
                     }
-                    let number = handler.area().shared().number();
+                    let number = handler.area().shared().state().transfer.number();
                     assert_eq!(handler.end_transfer(), Ok(()));
                     let state = handler.area().shared().state();
                     let transfer = &state.transfer;

@@ -9,11 +9,19 @@ use shuttle::thread;
 use super::{check, duties, handler, program, wait_to_the_end};
 use crate::error::Error;
 use crate::handler::program::area::TransferArea;
+use crate::handler::program::known::Known;
 use crate::handler::sync::{now, pass};
 
 const ORDERS: usize = 700;
 
 const LIMIT: Duration = Duration::from_millis(100);
+
+/// How many there were.
+fn interruptions(area: &TransferArea) -> u64 {
+    let mut known = Known::default();
+    area.shared().state().learn_all(&mut known);
+    known.interruptions
+}
 
 /// Asks until nothing is left to be told; returns how often the watchdog was.
 fn told(area: &TransferArea) -> usize {
@@ -41,7 +49,7 @@ fn it_stops_the_motors_while_a_guard_is_held_and_threads_wait_and_what_the_guard
         }
         let mut areas = area.lock();
         areas[0].output.duty[0] = 300;
-        let expired = || handler.area().shared().state().interruptions.count();
+        let expired = || interruptions(handler.area());
         let before = expired();
         pass(LIMIT);
         let over = now();
@@ -77,7 +85,7 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
             (area, count)
         });
         let (aware, unaware) = (handler.transfer_area(), handler.transfer_area());
-        let expired = || handler.area().shared().state().interruptions.count() as usize;
+        let expired = || interruptions(handler.area()) as usize;
         pass(LIMIT);
         let before = expired();
         let count = told(&aware);
@@ -103,7 +111,7 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
         let (handler, controller) = handler(|settings| settings.watchdog = Some(LIMIT));
         handler.begin_transfer().unwrap();
         let others = handler.transfer_area();
-        let has_expired = || handler.area().shared().state().watchdog.has_expired();
+        let has_expired = || handler.area().shared().state().watchdog_has_expired();
         pass(LIMIT);
         while !has_expired() {
             thread::yield_now();

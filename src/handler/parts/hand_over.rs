@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::exchange::Inputs;
+use crate::exchange::{Inputs, Outgoing};
 use crate::handler::parts::unfinished::{CommandIds, Cut, Unfinished};
 use crate::transfer_area::FishX1Transfer;
 
@@ -12,8 +12,8 @@ use crate::transfer_area::FishX1Transfer;
 /// here and puts the inputs here. Each guard gets and leaves them as a whole.
 #[derive(Debug)]
 pub(crate) struct HandOver {
-    /// The areas as the last guard left them.
-    outgoing: Vec<FishX1Transfer>,
+    /// What the last guard left to be sent.
+    outgoing: Vec<Outgoing>,
     incoming: Inputs,
     /// Whether `incoming` has something that is not yet in the areas.
     inputs_due: bool,
@@ -25,9 +25,9 @@ pub(crate) struct HandOver {
 }
 
 impl HandOver {
-    pub(crate) fn new(areas: Vec<FishX1Transfer>) -> Self {
+    pub(crate) fn new(areas: &[FishX1Transfer]) -> Self {
         Self {
-            outgoing: areas,
+            outgoing: areas.iter().map(Outgoing::from).collect(),
             incoming: Inputs::default(),
             inputs_due: false,
             outputs_due: false,
@@ -66,34 +66,33 @@ impl HandOver {
             self.outputs_due = true;
         }
         for (outgoing, area) in self.outgoing.iter_mut().zip(areas) {
-            let FishX1Transfer { output, txt_outputs, .. } =
-                if outputs_count { *area } else { *outgoing };
-            *outgoing = FishX1Transfer { output, txt_outputs, ..*area };
+            (outgoing.state, outgoing.config) = (area.state, area.config);
+            if outputs_count {
+                (outgoing.output, outgoing.txt_outputs) = (area.output, area.txt_outputs);
+            }
         }
     }
 
     /// Whether a guard has changed outputs.
     pub(crate) fn differs(&self, areas: &[FishX1Transfer]) -> bool {
-        let outputs = |area: &FishX1Transfer| (area.output, area.txt_outputs);
-        self.outgoing.iter().map(outputs).ne(areas.iter().map(outputs))
+        self.outgoing.iter().zip(areas).any(|(outgoing, area)| {
+            outgoing.output != area.output || outgoing.txt_outputs != area.txt_outputs
+        })
     }
 
-    /// Undoes the writes of a guard that was dropped by a panic.
-    pub(crate) fn restore(&mut self, areas: &mut Vec<FishX1Transfer>) {
-        areas.clone_from(&self.outgoing);
+    /// Undoes what a guard wrote that was dropped by a panic, as far as it is sent.
+    pub(crate) fn restore(&mut self, areas: &mut [FishX1Transfer]) {
+        for (area, outgoing) in areas.iter_mut().zip(&self.outgoing) {
+            let Outgoing { state, config, output, txt_outputs } = *outgoing;
+            *area = FishX1Transfer { state, config, output, txt_outputs, ..*area };
+        }
         self.inputs_due = true;
-    }
-
-    /// Areas for the next guard, when the last one has not given its own back.
-    pub(crate) fn replacement(&mut self) -> Vec<FishX1Transfer> {
-        self.inputs_due = true;
-        self.outgoing.clone()
     }
 
     // The transfer's side.
 
-    /// The areas as the last guard left them.
-    pub(crate) fn outgoing(&self) -> &[FishX1Transfer] {
+    /// What the last guard left to be sent.
+    pub(crate) fn outgoing(&self) -> &[Outgoing] {
         &self.outgoing
     }
 
@@ -122,13 +121,13 @@ impl HandOver {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::exchange::{Exchange, TransferMode};
+    use crate::exchange::{Exchange, Sends, TransferMode};
     use crate::firmware::FirmwareVersion;
     use crate::wire::ExchangeDataResponse;
 
     fn hand_over() -> (HandOver, Vec<FishX1Transfer>) {
         let areas = vec![FishX1Transfer::default()];
-        (HandOver::new(areas.clone()), areas)
+        (HandOver::new(&areas), areas)
     }
 
     fn put(hand_over: &mut HandOver, first_input: i16) {
@@ -147,7 +146,7 @@ mod tests {
         assert_eq!((areas[0].input.uni[0], areas[0].timer.timer_1ms), (2, 1234));
         areas[0].output.duty[0] = 512;
         hand_over.take(&areas, true);
-        assert_eq!(hand_over.outgoing(), areas);
+        assert_eq!(hand_over.outgoing(), [Outgoing::from(&areas[0])]);
     }
 
     #[test]
@@ -161,13 +160,13 @@ mod tests {
         assert_eq!(hand_over.outgoing()[0].txt_outputs.sound_cmd_id, 0);
         assert_eq!(hand_over.outgoing()[0].state.config_id, 2);
         hand_over.bring_up_to_date(&mut areas, Duration::ZERO);
-        assert_eq!(areas, hand_over.outgoing());
+        assert_eq!([Outgoing::from(&areas[0])], hand_over.outgoing());
     }
 
     /// The id of the sound that is done, after a response to the areas' outputs that says 0.
-    fn done_sound(hand_over: &mut HandOver, areas: &[FishX1Transfer]) -> u16 {
+    fn done_sound(hand_over: &mut HandOver, areas: &[impl Sends]) -> u16 {
         let mut exchange = Exchange::new(TransferMode::Simple, FirmwareVersion::OLDEST_SUPPORTED);
-        exchange.request(areas, &mut Vec::new()).unwrap();
+        exchange.request_of(areas, &mut Vec::new()).unwrap();
         let mut response = Vec::new();
         ExchangeDataResponse::default().emit(&mut response);
         hand_over.put(exchange.receive(&response).unwrap());

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::exchange::Inputs;
+use crate::exchange::{Inputs, Outgoing, Sends};
 use crate::transfer_area::{FishX1Transfer, IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::ExchangeDataResponse;
 
@@ -34,7 +34,7 @@ const SOUND: usize = COMMANDS - 1;
 pub(crate) struct CommandIds([[u16; COMMANDS]; MAX_AREAS]);
 
 impl CommandIds {
-    pub(crate) fn of(areas: &[FishX1Transfer]) -> Self {
+    pub(crate) fn of(areas: &[Outgoing]) -> Self {
         let mut ids = Self([[0; COMMANDS]; MAX_AREAS]);
         for (ids, area) in ids.0.iter_mut().zip(areas) {
             *ids = ids_of(area);
@@ -43,11 +43,11 @@ impl CommandIds {
     }
 }
 
-fn ids_of(area: &FishX1Transfer) -> [u16; COMMANDS] {
+fn ids_of(area: &impl Sends) -> [u16; COMMANDS] {
     let mut ids = [0; COMMANDS];
-    ids[..IZ_MOTOR].copy_from_slice(&area.output.motor_ex_cmd_id);
-    ids[RESETS].copy_from_slice(&area.output.cnt_reset_cmd_id);
-    ids[SOUND] = area.txt_outputs.sound_cmd_id;
+    ids[..IZ_MOTOR].copy_from_slice(&area.output().motor_ex_cmd_id);
+    ids[RESETS].copy_from_slice(&area.output().cnt_reset_cmd_id);
+    ids[SOUND] = area.txt_outputs().sound_cmd_id;
     ids
 }
 
@@ -71,7 +71,7 @@ pub(crate) struct Unfinished {
 impl Unfinished {
     /// Stops the outputs, and notes which commands this cuts off: those that are not done in the newest
     /// inputs.
-    pub(crate) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [FishX1Transfer]) {
+    pub(crate) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [Outgoing]) {
         self.any = true;
         for (index, area) in areas.iter_mut().enumerate() {
             let mut told = inputs.area(index).copied().unwrap_or_default();
@@ -99,7 +99,7 @@ impl Unfinished {
         &mut self,
         ids: &CommandIds,
         refused: &[FishX1Transfer],
-        areas: &[FishX1Transfer],
+        areas: &[Outgoing],
         inputs: &mut Inputs,
     ) {
         let guards = refused.iter().map(ids_of).zip(&ids.0);
@@ -120,7 +120,7 @@ impl Unfinished {
 
     /// Hides in the inputs that a command which was cut off is done, unless the program has
     /// given another one since then.
-    pub(crate) fn hide(&mut self, inputs: &mut Inputs, areas: &[FishX1Transfer]) {
+    pub(crate) fn hide(&mut self, inputs: &mut Inputs, areas: &[Outgoing]) {
         if !self.any {
             return;
         }
@@ -185,14 +185,20 @@ mod tests {
     }
 
     /// An area with these commands.
-    fn area(motor: u16, reset: u16, sound: u16) -> [FishX1Transfer; 1] {
-        let mut area = FishX1Transfer::default();
+    fn area(motor: u16, reset: u16, sound: u16) -> [Outgoing; 1] {
+        let mut area = Outgoing::default();
         area.output.motor_ex_cmd_id[0] = motor;
         area.output.distance[0] = 900;
         area.output.cnt_reset_cmd_id[0] = reset;
         area.txt_outputs.sound_cmd_id = sound;
         area.txt_outputs.sound_index = 3;
         [area]
+    }
+
+    /// As a guard has it.
+    fn whole([area]: [Outgoing; 1]) -> [FishX1Transfer; 1] {
+        let Outgoing { output, txt_outputs, .. } = area;
+        [FishX1Transfer { output, txt_outputs, ..FishX1Transfer::default() }]
     }
 
     #[test]
@@ -264,7 +270,7 @@ mod tests {
             let mut unfinished = Unfinished::default();
             let (refused, mut kept) = (area(5, 6, 7), area(5, 5, 6));
             let mut seen = inputs(motor_done, 5, 6);
-            unfinished.refuse(&began, &refused, &kept, &mut seen);
+            unfinished.refuse(&began, &whole(refused), &kept, &mut seen);
             assert_eq!(told(&seen), (4, 4, 5));
             let mut later = inputs(5, 5, 6);
             unfinished.hide(&mut later, &kept);
@@ -282,7 +288,7 @@ mod tests {
         let began = CommandIds::of(&area(4, 5, 6));
         let mut unfinished = Unfinished::default();
         let mut seen = inputs(5, 5, 6);
-        unfinished.refuse(&began, &area(4, 5, 6), &area(5, 5, 6), &mut seen);
+        unfinished.refuse(&began, &whole(area(4, 5, 6)), &area(5, 5, 6), &mut seen);
         assert_eq!(told(&seen), (5, 5, 6));
         assert!(!unfinished.any);
     }

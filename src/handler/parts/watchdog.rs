@@ -2,14 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use crate::handler::sync::now;
+/// How long the cycle hook may keep the areas, unless the watchdog has a limit.
+pub(crate) const HOOK_LIMIT: Duration = Duration::from_millis(500);
 
 /// When the program has last shown that it is alive, and whether that is too long ago.
 ///
 /// It stops nothing itself. The transfer thread asks it, and stops the outputs.
 #[derive(Debug)]
 pub(crate) struct Watchdog {
-    /// `None` switches it off.
+    /// `None` switches it off, except for the cycle hook.
     limit: Option<Duration>,
     fed: Instant,
     /// When it has expired: the number of this interruption, until the program knows of it.
@@ -17,38 +18,36 @@ pub(crate) struct Watchdog {
 }
 
 impl Watchdog {
-    pub(crate) fn new(limit: Option<Duration>) -> Self {
-        Self { limit, fed: now(), expired: None }
+    pub(crate) fn new(limit: Option<Duration>, now: Instant) -> Self {
+        Self { limit, fed: now, expired: None }
     }
 
     /// Starts again, for a new transfer.
-    pub(crate) fn start(&mut self) {
+    pub(crate) fn start(&mut self, now: Instant) {
         self.expired = None;
-        self.feed();
+        self.fed = now;
     }
 
-    /// The program is alive. After the watchdog has expired this is not enough.
-    pub(crate) fn feed(&mut self) {
-        if self.limit.is_some() {
-            self.fed = now();
-        }
+    /// Whether signs of life count.
+    pub(crate) fn is_on(&self) -> bool {
+        self.limit.is_some()
     }
 
-    /// The program was alive at this time.
-    pub(crate) fn feed_at(&mut self, time: Instant) {
+    /// The program was alive at this time. After the watchdog has expired this is not enough.
+    pub(crate) fn feed(&mut self, time: Instant) {
         self.fed = self.fed.max(time);
     }
 
     /// The program knows of the interruption with this number, or a later one, and goes on.
-    pub(crate) fn acknowledge(&mut self, number: u64) {
+    pub(crate) fn acknowledge(&mut self, number: u64, now: Instant) {
         if self.expired.is_some_and(|expired| expired <= number) {
-            self.start();
+            self.start(now);
         }
     }
 
-    /// The limit; 0 when it is off.
+    /// The limit; that of the hook when it is off.
     pub(crate) fn limit(&self) -> Duration {
-        self.limit.unwrap_or_default()
+        self.limit.unwrap_or(HOOK_LIMIT)
     }
 
     /// Whether the outputs are stopped until the program knows of it.
@@ -56,72 +55,82 @@ impl Watchdog {
         self.expired.is_some()
     }
 
-    /// When it will expire; `None` when it is off or has already expired.
-    pub(crate) fn deadline(&self) -> Option<Instant> {
-        let limit = self.limit.filter(|_| !self.has_expired())?;
-        self.fed.checked_add(limit)
+    /// When it will expire, with a cycle hook that has the areas since then; `None` when it is off or has already
+    /// expired.
+    pub(crate) fn deadline(&self, hook_since: Option<Instant>) -> Option<Instant> {
+        let hook = hook_since.map(|since| since.max(self.fed));
+        let since = if self.is_on() { Some(self.fed) } else { hook };
+        since.filter(|_| !self.has_expired())?.checked_add(self.limit())
     }
 
     /// If its deadline has come, expires as the interruption `number` and returns its limit.
-    pub(crate) fn check(&mut self, now: Instant, number: u64) -> Option<Duration> {
-        self.deadline().filter(|deadline| *deadline <= now)?;
+    pub(crate) fn check(
+        &mut self,
+        now: Instant,
+        hook_since: Option<Instant>,
+        number: u64,
+    ) -> Option<Duration> {
+        self.deadline(hook_since).filter(|deadline| *deadline <= now)?;
         self.expired = Some(number);
-        self.limit
+        Some(self.limit())
     }
 }
 
-#[cfg(all(test, not(shuttle)))]
+#[cfg(test)]
 mod tests {
     use super::*;
 
-    const LIMIT: Duration = Duration::from_millis(500);
+    const LIMIT: Duration = Duration::from_millis(300);
+    const NANO: Duration = Duration::from_nanos(1);
 
     #[test]
     fn it_expires_once_when_it_was_not_fed_for_its_limit() {
-        let mut watchdog = Watchdog::new(Some(LIMIT));
-        let deadline = watchdog.deadline().unwrap();
-        assert_eq!(watchdog.check(deadline - Duration::from_nanos(1), 1), None);
-        assert_eq!(watchdog.check(deadline, 1), Some(LIMIT));
+        let begin = Instant::now();
+        let mut watchdog = Watchdog::new(Some(LIMIT), begin);
+        assert_eq!(watchdog.check(begin + LIMIT - NANO, None, 1), None);
+        assert_eq!(watchdog.check(begin + LIMIT, None, 1), Some(LIMIT));
         assert!(watchdog.has_expired());
-        assert_eq!(watchdog.check(deadline + LIMIT, 2), None, "once");
-        assert_eq!(watchdog.deadline(), None);
+        assert_eq!(watchdog.check(begin + 2 * LIMIT, None, 2), None, "once");
+        assert_eq!(watchdog.deadline(None), None);
     }
 
     #[test]
     fn feeding_delays_it_but_does_not_undo_its_expiry() {
-        let mut watchdog = Watchdog::new(Some(LIMIT));
-        let first = watchdog.deadline().unwrap();
-        while watchdog.deadline().unwrap() <= first {
-            watchdog.feed();
-        }
-        assert_eq!(watchdog.check(first, 1), None);
-        let second = watchdog.deadline().unwrap();
-        assert_eq!(watchdog.check(second, 1), Some(LIMIT));
-        watchdog.feed();
+        let begin = Instant::now();
+        let mut watchdog = Watchdog::new(Some(LIMIT), begin);
+        watchdog.feed(begin + LIMIT);
+        watchdog.feed(begin);
+        assert_eq!(watchdog.check(begin + LIMIT, None, 1), None);
+        assert_eq!(watchdog.check(begin + 2 * LIMIT, None, 1), Some(LIMIT));
+        watchdog.feed(begin + 2 * LIMIT);
         assert!(watchdog.has_expired());
-        watchdog.acknowledge(0);
+        watchdog.acknowledge(0, begin + 2 * LIMIT);
         assert!(watchdog.has_expired(), "that was another interruption");
-        watchdog.acknowledge(1);
-        assert!(!watchdog.has_expired());
-        assert!(watchdog.deadline().is_some());
+        watchdog.acknowledge(1, begin + 2 * LIMIT);
+        assert_eq!(watchdog.deadline(None), Some(begin + 3 * LIMIT));
     }
 
     #[test]
     fn it_starts_again_when_the_program_knows_of_a_later_interruption() {
-        let mut watchdog = Watchdog::new(Some(LIMIT));
-        let deadline = watchdog.deadline().unwrap();
-        assert_eq!(watchdog.check(deadline, 1), Some(LIMIT));
-        // The first one may not be told any more when there were many others.
-        watchdog.acknowledge(17);
+        let begin = Instant::now();
+        let mut watchdog = Watchdog::new(Some(LIMIT), begin);
+        assert_eq!(watchdog.check(begin + LIMIT, None, 1), Some(LIMIT));
+        // The first one may not be reported any more when there were many others.
+        watchdog.acknowledge(17, begin + LIMIT);
         assert!(!watchdog.has_expired());
     }
 
     #[test]
-    fn without_a_limit_it_never_expires() {
-        let mut watchdog = Watchdog::new(None);
-        assert_eq!(watchdog.deadline(), None);
-        assert_eq!(watchdog.check(Instant::now(), 1), None);
-        let mut watchdog = Watchdog::new(Some(Duration::MAX));
-        assert_eq!(watchdog.check(Instant::now(), 1), None);
+    fn without_a_limit_it_expires_only_for_a_hook_that_keeps_the_areas() {
+        let (begin, late) = (Instant::now(), Duration::from_secs(3600));
+        let mut watchdog = Watchdog::new(None, begin);
+        assert_eq!(watchdog.check(begin + late, None, 1), None);
+        let got = begin + late;
+        assert_eq!(watchdog.check(got + HOOK_LIMIT - NANO, Some(got), 1), None);
+        assert_eq!(watchdog.check(got + HOOK_LIMIT, Some(got), 1), Some(HOOK_LIMIT));
+        watchdog.acknowledge(1, got + HOOK_LIMIT);
+        assert_eq!(watchdog.deadline(Some(got)), Some(got + 2 * HOOK_LIMIT), "it still has them");
+        let mut watchdog = Watchdog::new(Some(Duration::MAX), begin);
+        assert_eq!(watchdog.check(got + HOOK_LIMIT, Some(got), 1), None, "the program's own limit");
     }
 }

@@ -1,18 +1,19 @@
 //! The program's handle to the shared areas.
 
 use std::fmt;
-use std::sync::atomic::Ordering;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::error::Error;
-use crate::handler::events::{EventKind, Events};
-use crate::handler::parts::state::Stop;
+use crate::events::EventKind;
+use crate::handler::events::Events;
+use crate::handler::parts::phase::Stop;
 use crate::handler::program::guard::TransferAreaGuard;
-use crate::handler::program::lease::{AtomicKnown, Known, Lease};
+use crate::handler::program::known::{AtomicKnown, Known};
 use crate::handler::shared::Shared;
-use crate::handler::statistics::Statistics;
+use crate::handler::state::Lease;
 use crate::handler::sync::PanicCheck;
+use crate::statistics::Statistics;
 use crate::terminals::Motor;
 
 /// A handle to the areas of a [`TransferAreaComHandler`](crate::TransferAreaComHandler), for
@@ -35,9 +36,9 @@ use crate::terminals::Motor;
 ///
 /// Each controller has a handler of its own, and their responses come at independent times. A loop that
 /// waits for one while it holds the guard of the other answers the other too late; one that waits for them
-/// in turn misses responses. [`wait_any`](Self::wait_any) waits for the first response of any of them, and
-/// [`lock`](Self::lock) gives the newest inputs of the other without a wait for a response. Or give each
-/// controller a thread.
+/// in turn misses responses. So give each controller a thread; in it, [`lock`](Self::lock) of the other's handle
+/// reads and writes there without a wait for a response. Threads that hold guards of several controllers must lock
+/// them in the same order.
 ///
 /// # When outputs count
 ///
@@ -87,34 +88,35 @@ impl TransferArea {
         }
     }
 
-    /// Makes a call that tells this handle what it does not know yet, and stores what it knows then.
-    pub(crate) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
-        let mut known = self.known.get();
-        let result = call(&mut known);
-        self.has_learned(known);
-        result
-    }
-
-    /// Stores what a call has told this handle.
-    pub(crate) fn has_learned(&self, known: Known) {
-        self.known.interruptions.fetch_max(known.interruptions, Ordering::Relaxed);
-    }
-
-    /// [`Shared::wait_cycle`], so that a panic names the program's line.
-    #[track_caller]
-    pub(crate) fn wait_for_next(
-        &self,
-        mut known: Known,
-        deadline: Option<Instant>,
-    ) -> Result<Option<Lease>, Error> {
-        let result = self.shared.wait_cycle(&mut known, deadline);
-        self.has_learned(known);
-        result
-    }
-
     /// What this handle knows.
     pub(crate) fn known(&self) -> Known {
         self.known.get()
+    }
+
+    /// Makes a call from which this handle learns what it does not know yet, and stores what it knows then.
+    #[track_caller]
+    pub(crate) fn learn<R>(&self, call: impl FnOnce(&mut Known) -> R) -> R {
+        let mut known = self.known.get();
+        let result = call(&mut known);
+        self.known.learn(known);
+        result
+    }
+
+    /// The guard of areas that this thread has taken.
+    pub(crate) fn guard(&self, lease: Lease) -> TransferAreaGuard<'_> {
+        self.known.learn(Known { shown: lease.response, ..Known::default() });
+        TransferAreaGuard::new(&self.shared, lease)
+    }
+
+    /// The guard that a wait returns: the next wait waits for a newer response.
+    pub(crate) fn returned(&self, lease: Lease) -> TransferAreaGuard<'_> {
+        self.note_returned(lease.response);
+        self.guard(lease)
+    }
+
+    /// A wait returns this response.
+    pub(crate) fn note_returned(&self, response: u64) {
+        self.known.learn(Known { returned: response, ..Known::default() });
     }
 
     /// Locks the areas, with the newest inputs in them.
@@ -148,7 +150,7 @@ impl TransferArea {
     /// Blocks until a response comes in or the transfer ends, so at most as long as the transfer's
     /// time limits, its reaction window and its [limit for
     /// reconnecting](crate::TransferAreaComHandlerBuilder::reconnect) allow; then as long as another
-    /// thread holds a guard.
+    /// thread holds a guard, unless the outputs are stopped meanwhile or the transfer ends.
     ///
     /// # Errors
     ///
@@ -186,23 +188,13 @@ impl TransferArea {
     #[track_caller]
     fn wait(&self, limit: Option<Duration>) -> Result<TransferAreaGuard<'_>, Error> {
         let deadline = limit.and_then(|limit| self.shared.clock().deadline_after(limit));
-        let lease = self.wait_for_next(self.known(), deadline)?;
+        let mut known = self.known.get();
+        // Not in a closure, so that a panic names the program's line.
+        let after = known.returned;
+        let lease = self.shared.wait_cycle(&mut known, after, deadline);
+        self.known.learn(known);
         let timed_out = || Error::WaitTimedOut { limit: limit.unwrap_or_default() };
-        let guard = self.guard(lease.ok_or_else(timed_out)?);
-        self.note_returned(guard.window());
-        Ok(guard)
-    }
-
-    /// Stores that a wait of this handle has returned a guard of this window. Another thread that shares the
-    /// handle may have returned a newer one meanwhile.
-    pub(crate) fn note_returned(&self, window: u64) {
-        self.known.returned.fetch_max(window, Ordering::Relaxed);
-    }
-
-    /// The guard of areas that this thread has taken.
-    pub(crate) fn guard(&self, lease: Lease) -> TransferAreaGuard<'_> {
-        self.known.shown.fetch_max(lease.newest, Ordering::Relaxed);
-        TransferAreaGuard::new(&self.shared, lease)
+        Ok(self.returned(lease?.ok_or_else(timed_out)?))
     }
 
     /// Waits until the controller has the configuration that the areas hold now.
@@ -246,7 +238,7 @@ impl TransferArea {
     /// value that waits when it is dropped: it calls this before. Does nothing without a transfer.
     pub fn ask_to_end(&self) {
         self.stop_on_panic();
-        self.shared.ask_to_end();
+        self.shared.ask_to_stop(Stop::Asked);
     }
 
     /// Whether a transfer is running: from `begin_transfer` until it ends, by `end_transfer` or by an error,
@@ -266,7 +258,7 @@ impl TransferArea {
     /// Statistics of the current transfer, or of the last one.
     #[doc(alias = "GetTrapStatistic")]
     pub fn statistics(&self) -> Statistics {
-        self.shared.statistics()
+        self.shared.state().statistics
     }
 }
 

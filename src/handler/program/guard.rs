@@ -7,8 +7,8 @@ use std::rc::Rc;
 use std::slice::SliceIndex;
 use std::time::Instant;
 
-use crate::handler::program::lease::{Lease, Purpose};
 use crate::handler::shared::Shared;
+use crate::handler::state::Lease;
 use crate::handler::sync::PanicCheck;
 use crate::transfer_area::FishX1Transfer;
 
@@ -80,20 +80,9 @@ impl<'a> TransferAreaGuard<'a> {
         self.lease.arrived
     }
 
-    /// The newest window when this was locked.
-    pub(crate) fn window(&self) -> u64 {
-        self.lease.window
-    }
-
-    /// The newest window that does not have to be waited for any more. One that opened while this thread
-    /// did not expect it has to be: it still waits for a thread.
-    pub(crate) fn attended(&self) -> u64 {
-        let window = self.lease.window;
-        if self.lease.purpose == Purpose::Reacts(window) {
-            window
-        } else {
-            window.saturating_sub(1)
-        }
+    /// The newest response that is in the areas, counted over all transfers.
+    pub(crate) fn response(&self) -> u64 {
+        self.lease.response
     }
 }
 

@@ -1,9 +1,8 @@
 //! The program's side: the handle, its guards and waits, and the cycle hook.
 
 pub(crate) mod area;
-mod calls;
 pub(crate) mod guard;
 mod hook;
-pub(crate) mod lease;
-mod response_wait;
+pub(crate) mod known;
+mod steps;
 mod waits;

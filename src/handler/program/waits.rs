@@ -5,12 +5,9 @@ use std::time::Duration;
 use crate::error::Error;
 use crate::handler::program::area::TransferArea;
 use crate::handler::program::guard::TransferAreaGuard;
-use crate::handler::program::lease::Known;
-use crate::handler::program::response_wait::Wait;
-use crate::handler::sync::park;
+use crate::handler::program::known::Known;
 use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
-use std::time::Instant;
 
 impl TransferArea {
     /// Waits until a condition holds and returns the areas locked, as they were found then.
@@ -58,21 +55,21 @@ impl TransferArea {
         let deadline = self.shared().clock().deadline_after(limit);
         let timed_out = || Error::WaitTimedOut { limit };
         let mut known = self.known();
+        // Not in a closure, so that a panic names the program's line.
         let look = self.shared().look(&mut known, deadline);
-        self.has_learned(known);
-        let look = look?;
-        let mut areas = self.guard(look.ok_or_else(timed_out)?);
+        self.learn(|learned| *learned = known);
+        let mut areas = self.guard(look?.ok_or_else(timed_out)?);
         while !condition(&areas) {
-            let seen = areas.attended();
+            let checked = areas.response();
             drop(areas);
             // Responses may come in faster than they can be checked.
             if deadline.is_some_and(|deadline| deadline <= self.shared().clock().now()) {
                 return Err(timed_out());
             }
-            let next = self.wait_for_next(Known { returned: seen, ..self.known() }, deadline);
-            areas = self.guard(next?.ok_or_else(timed_out)?);
+            let wait = |known: &mut Known| self.shared().wait_cycle(known, checked, deadline);
+            areas = self.guard(self.learn(wait)?.ok_or_else(timed_out)?);
         }
-        self.note_returned(areas.window());
+        self.note_returned(areas.response());
         Ok(areas)
     }
 
@@ -164,155 +161,30 @@ impl TransferArea {
     }
 }
 
-impl TransferArea {
-    /// Waits for the next response of any of several controllers; returns the index of its areas, and the
-    /// areas locked, as [`wait_cycle`](Self::wait_cycle) does for one.
-    ///
-    /// This is for a loop that controls several machines, each by a handler of its own. Their responses come
-    /// at independent times, so waiting for one controller while the areas of another are locked makes the
-    /// reactions to the other late. With this call each response is answered in time. The newest inputs of
-    /// the other controllers are read by [`lock`](Self::lock), which does not wait for a response, so it may
-    /// be called while the returned guard is held; what is written there goes out with their next request.
-    /// To answer a response, write under the guard that this returns for it.
-    ///
-    /// When there are several responses, it returns the oldest; the others keep their reaction windows until
-    /// the next call. In [lock-step](crate::TransferAreaComHandlerBuilder::lock_step) it returns the areas
-    /// whose transfer has had the least time, so they take turns.
-    ///
-    /// ```
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreaComHandler, TransferArea};
-    ///
-    /// /// The belt at the second controller runs while the first one's light barrier is interrupted.
-    /// fn feed(first: &TransferAreaComHandler, second: &TransferAreaComHandler) -> Result<(), Error> {
-    ///     let (barrier, belt) = (first.transfer_area(), second.transfer_area());
-    ///     loop {
-    ///         let (which, areas) = TransferArea::wait_any(&[&barrier, &belt]);
-    ///         let mut areas = areas?;
-    ///         if which == 0 {
-    ///             let waits = areas[LOCAL_IO].input.uni[0] == 0;
-    ///             areas[LOCAL_IO].output.duty[6] = if waits { 512 } else { 0 }; // a lamp at O7
-    ///         } else {
-    ///             let waits = barrier.lock()[LOCAL_IO].input.uni[0] == 0;
-    ///             areas[LOCAL_IO].output.duty[0] = if waits { 512 } else { 0 }; // M1
-    ///         }
-    ///     }
-    /// }
-    /// ```
-    ///
-    /// Blocks as `wait_cycle` does until the first of them has a response or an error. Threads that each hold
-    /// guards of several controllers must lock them in the same order.
-    ///
-    /// # Errors
-    ///
-    /// As `wait_cycle`, with the index of the areas whose transfer has the error. An error comes before the
-    /// responses of the others: leave areas whose transfer has ended out of the next call.
-    /// [`Error::OutOfRange`] without any areas.
-    ///
-    /// # Panics
-    ///
-    /// When this thread holds a guard of any of them, as [`lock`](Self::lock).
-    #[track_caller]
-    pub fn wait_any<'a>(areas: &[&'a Self]) -> (usize, Result<TransferAreaGuard<'a>, Error>) {
-        if let Err(error) =
-            Error::check_range("number of areas", areas.len(), 1..=i64::from(u16::MAX))
-        {
-            return (0, Err(error));
-        }
-        for area in areas {
-            area.shared().check_free();
-        }
-        if areas.iter().all(|area| area.shared().is_lock_step()) {
-            let time = |index: &usize| areas[*index].shared().elapsed();
-            let slowest = (0..areas.len()).min_by_key(time).unwrap_or_default();
-            return (slowest, areas[slowest].wait_cycle());
-        }
-        let mut waits = Vec::with_capacity(areas.len());
-        for (index, area) in areas.iter().enumerate() {
-            match area.learn(|known| area.shared().begin_shared_wait(known)) {
-                Ok(wait) => waits.push(wait),
-                Err(error) => {
-                    put_off(areas, &waits, None);
-                    return (index, Err(error));
-                }
-            }
-        }
-        loop {
-            match first_told(areas, &mut waits) {
-                Some((index, Ok(()))) => {
-                    put_off(areas, &waits, Some(index));
-                    let area = areas[index];
-                    let lease = area.learn(|known| area.shared().take_after(&waits[index], *known));
-                    let guard = area.guard(lease);
-                    area.note_returned(guard.window());
-                    return (index, Ok(guard));
-                }
-                Some((index, Err(error))) => {
-                    put_off(areas, &waits, Some(index));
-                    return (index, Err(error));
-                }
-                None => park(),
-            }
-        }
-    }
-}
-
-/// The oldest response that has come in, or an error.
-fn first_told(areas: &[&TransferArea], waits: &mut [Wait]) -> Option<(usize, Result<(), Error>)> {
-    let mut oldest: Option<(usize, Instant)> = None;
-    for (index, (area, wait)) in areas.iter().zip(waits).enumerate() {
-        match area.learn(|known| area.shared().look_after(wait, known)) {
-            Ok(Some(arrived)) if oldest.is_none_or(|(_, before)| arrived < before) => {
-                oldest = Some((index, arrived));
-            }
-            Ok(_) => {}
-            Err(error) => return Some((index, Err(error))),
-        }
-    }
-    oldest.map(|(index, _)| (index, Ok(())))
-}
-
-/// Ends the waits that have begun, except this one.
-fn put_off(areas: &[&TransferArea], waits: &[Wait], except: Option<usize>) {
-    for (index, (area, wait)) in areas.iter().zip(waits).enumerate() {
-        if Some(index) != except {
-            area.shared().put_off(wait);
-        }
-    }
-}
-
 #[cfg(all(test, not(shuttle)))]
 mod tests {
     use std::sync::Arc;
     use std::time::Instant;
 
     use super::*;
-    use crate::exchange::Inputs;
-    use crate::handler::parts::clock::TransferClock;
-    use crate::handler::parts::watchdog::Watchdog;
+    use crate::exchange::{Inputs, Outgoing};
     use crate::handler::shared::Shared;
+    use crate::handler::transfer::side::Side;
 
     /// Areas of a transfer that is running.
     fn begun() -> TransferArea {
-        let (watchdog, clock) = (Watchdog::new(None), TransferClock::new(false));
-        let area = TransferArea::new(Arc::new(Shared::new(1, watchdog, Duration::MAX, clock)));
-        area.shared().begin().unwrap();
-        area.shared().run(0).unwrap();
-        area
+        TransferArea::new(Arc::new(Shared::running(None, false)))
     }
 
     /// A response comes in; its window stays open.
     fn respond(area: &TransferArea) {
         let nothing = &mut Inputs::default();
-        area.shared().deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
+        Side(area.shared()).deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
     }
 
-    /// The response that a wait for a newer one than `seen` finds immediately.
-    fn wait_for(area: &TransferArea, seen: u64) -> Option<TransferAreaGuard<'_>> {
-        let wait = |known: &mut Known| {
-            known.returned = seen;
-            area.shared().wait_cycle(known, Some(Instant::now()))
-        };
+    /// The response that a wait for one `after` another finds immediately.
+    fn wait_for(area: &TransferArea, after: u64) -> Option<TransferAreaGuard<'_>> {
+        let wait = |known: &mut Known| area.shared().wait_cycle(known, after, Some(Instant::now()));
         area.learn(wait).unwrap().map(|lease| area.guard(lease))
     }
 
@@ -320,16 +192,17 @@ mod tests {
     fn a_response_that_comes_in_during_the_first_check_is_answered_within_its_window() {
         let area = begun();
         respond(&area);
-        area.shared().hold_window(None, Duration::ZERO, &mut [FishX1Transfer::default()]);
+        Side(area.shared()).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
         let look = || area.learn(|known| area.shared().look(known, None)).unwrap();
         let first = area.guard(look().unwrap());
-        assert_eq!((first.window(), first.attended()), (1, 0), "its window was closed");
-        let seen = first.attended();
-        drop(first);
+        assert_eq!(first.response(), 1, "its window was closed");
         respond(&area);
-        let second = wait_for(&area, seen).unwrap();
-        assert_eq!((second.window(), second.attended()), (2, 2));
+        drop(first);
+        let second = wait_for(&area, 1).unwrap();
+        assert_eq!(second.response(), 2);
+        assert!(!area.shared().state().next_may_leave(), "the next request has left");
         drop(second);
+        assert!(area.shared().state().next_may_leave());
         assert!(wait_for(&area, 2).is_none());
     }
 

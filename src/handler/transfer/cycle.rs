@@ -6,17 +6,16 @@ use crate::client::Endpoint;
 #[cfg(not(all(test, shuttle)))]
 use crate::client::TxtClient;
 use crate::error::Error;
-use crate::exchange::{Inputs, SentConfigs};
-use crate::handler::events::Comparison;
+use crate::events::Comparison;
+use crate::exchange::{Inputs, Outgoing, SentConfigs};
 #[cfg(all(test, shuttle))]
 use crate::handler::model::TxtClient;
-use crate::handler::parts::state::Stop;
-use crate::handler::shared::{CameraCommand, Shared, State};
+use crate::handler::parts::camera_work::{CameraCommand, CameraTask};
+use crate::handler::parts::phase::Stop;
+use crate::handler::state::{Delivered, State};
 use crate::handler::sync::{now, MutexGuard};
-use crate::handler::transfer::calls::Delivered;
 use crate::handler::transfer::handshake::Link;
-use crate::transfer_area::FishX1Transfer;
-use crate::wire::StartCameraOnline;
+use crate::handler::transfer::side::{Delivery, Side};
 
 /// How often to look in lock-step whether the camera's stream is ready.
 const LOOK: Duration = Duration::from_millis(1);
@@ -24,14 +23,10 @@ const LOOK: Duration = Duration::from_millis(1);
 /// A connection, and what one cycle keeps for the next.
 pub(crate) struct Cycle<'a> {
     link: Link,
-    shared: &'a Shared,
+    side: Side<'a>,
     window: Duration,
     /// The content of the next request.
-    areas: Vec<FishX1Transfer>,
-    /// How the controller's camera server was started, while it is running.
-    camera: Option<StartCameraOnline>,
-    /// After a gap, the camera's server, which is to be started again.
-    camera_to_restart: Option<Endpoint>,
+    areas: Vec<Outgoing>,
     /// The last two responses, if there are listeners for events.
     inputs_before: Inputs,
     inputs: Inputs,
@@ -46,34 +41,27 @@ pub(crate) struct Cycle<'a> {
 ///
 /// It may still run since before a gap, or since a program that was killed. Two cameras end the maker's firmware (4.7.0,
 /// under emulation) when they stop.
-fn is_camera_off(client: &mut TxtClient, shared: &Shared) -> Result<bool, Error> {
+fn is_camera_off(client: &mut TxtClient, side: Side<'_>) -> Result<bool, Error> {
     if client.camera_pause().is_none() {
         client.stop_camera_online()?;
     }
     let pause = client.camera_pause().unwrap_or_default();
-    if shared.is_lock_step() {
-        shared.wait_for_stop(now() + pause);
-        return Ok(shared.stop().is_none());
+    if side.is_lock_step() {
+        side.wait_for_stop(now() + pause);
+        return Ok(side.stop().is_none());
     }
     Ok(pause.is_zero())
 }
 
 impl<'a> Cycle<'a> {
     /// Cycles on a connection that is in online mode and has the areas' configuration.
-    pub(crate) fn new(
-        link: Link,
-        areas: Vec<FishX1Transfer>,
-        shared: &'a Shared,
-        window: Duration,
-    ) -> Self {
+    pub(crate) fn new(link: Link, areas: Vec<Outgoing>, side: Side<'a>, window: Duration) -> Self {
         let configs_before = *link.exchange.sent_configs();
         Self {
             link,
-            shared,
+            side,
             window,
             areas,
-            camera: None,
-            camera_to_restart: None,
             inputs_before: Inputs::default(),
             inputs: Inputs::default(),
             configs_before,
@@ -83,9 +71,9 @@ impl<'a> Cycle<'a> {
 
     /// One cycle. Returns a stop if the transfer is to stop.
     pub(crate) fn run(&mut self) -> Result<Option<Stop>, Error> {
-        if self.shared.is_lock_step() {
+        if self.side.is_lock_step() {
             // Before the first request, too.
-            while self.shared.wait_for_step() {
+            while self.side.wait_for_step() {
                 self.run_command()?;
             }
             if let Some(stop) = self.take_outputs() {
@@ -93,19 +81,19 @@ impl<'a> Cycle<'a> {
             }
         }
         self.run_command()?;
-        let (delivered, locked) = self.exchange()?;
+        let (delivery, locked) = self.exchange()?;
         if let Some(state) = locked {
             // There is nothing to tell between the response and its window.
-            return Ok(self.shared.hold_window(Some(state), self.window, &mut self.areas));
+            return Ok(self.side.hold_window(Some(state), self.window, &mut self.areas));
         }
-        Ok(self.finish(&delivered))
+        Ok(self.finish(&delivery))
     }
 
     /// Ends a cycle whose response has come in: tells the program of it, and takes its outputs; in lock-step
     /// they are taken later. Returns a stop if the transfer is to stop.
-    pub(crate) fn finish(&mut self, delivered: &Delivered) -> Option<Stop> {
-        self.announce(delivered);
-        if self.shared.is_lock_step() {
+    pub(crate) fn finish(&mut self, delivery: &Delivery) -> Option<Stop> {
+        self.announce(delivery);
+        if self.side.is_lock_step() {
             return None;
         }
         self.take_outputs()
@@ -113,11 +101,11 @@ impl<'a> Cycle<'a> {
 
     /// Gives the program time to answer, and takes its outputs. Returns a stop if the transfer is to stop.
     fn take_outputs(&mut self) -> Option<Stop> {
-        self.shared.hold_window(None, self.window, &mut self.areas)
+        self.side.hold_window(None, self.window, &mut self.areas)
     }
 
-    /// Sends what has changed, and delivers the response, as [`Shared::deliver`].
-    fn exchange(&mut self) -> Result<(Delivered, Option<MutexGuard<'a, State>>), Error> {
+    /// Sends what has changed, and delivers the response, as [`Side::deliver`].
+    fn exchange(&mut self) -> Result<(Delivery, Option<MutexGuard<'a, State>>), Error> {
         let Link { client, exchange } = &mut self.link;
         if self.configs_changed {
             self.configs_before = *exchange.sent_configs();
@@ -126,84 +114,70 @@ impl<'a> Cycle<'a> {
         self.configs_changed = config_updates > 0;
         let inputs = client.exchange(exchange, &self.areas)?;
         let (before, now) = (&mut self.inputs_before, &mut self.inputs);
-        let (delivered, locked) = self.shared.deliver(inputs, config_updates, before, now);
-        if delivered.logged {
-            self.shared.log(&delivered, &self.areas, inputs);
+        let (delivery, locked) = self.side.deliver(inputs, config_updates, before, now);
+        if delivery.logged {
+            self.side.log(&delivery.response, &self.areas, inputs);
         }
-        Ok((delivered, locked))
+        Ok((delivery, locked))
     }
 
-    /// Tells the program of a response: first the threads that wait for it, then the listeners.
-    ///
-    /// In lock-step the listeners come first, so that all events of a response are there when a wait for it
-    /// ends.
-    fn announce(&self, delivered: &Delivered) {
-        let events_first = self.shared.is_lock_step();
-        if events_first {
-            self.tell_events(delivered);
-        }
-        if delivered.opens_later {
-            self.shared.open_window();
-        }
-        if !events_first {
-            self.tell_events(delivered);
+    /// Sends the events of a response. In lock-step only then the threads that wait for it are woken, so that all
+    /// events are there when their wait ends.
+    fn announce(&self, delivery: &Delivery) {
+        self.send_events(delivery);
+        if self.side.opens_later(delivery) {
+            self.side.open_window();
         }
     }
 
-    fn tell_events(&self, delivered: &Delivered) {
-        if delivered.listened.is_empty() {
+    fn send_events(&self, delivery: &Delivery) {
+        if delivery.listened.is_empty() {
             return;
         }
         let comparison = Comparison {
-            first: delivered.first,
-            kinds: delivered.listened,
+            first: delivery.response.first,
+            kinds: delivery.listened,
             before: &self.inputs_before,
             now: &self.inputs,
             configs_before: &self.configs_before,
             configs: self.link.exchange.sent_configs(),
             sent: &self.areas,
         };
-        let Delivered { number, cycle, arrived, .. } = *delivered;
-        self.shared.listeners.lock().tell_response(&comparison, number, cycle, arrived);
+        let Delivered { number, cycle, arrived, .. } = delivery.response;
+        self.side.0.listeners.lock().tell_response(&comparison, number, cycle, arrived);
     }
 
-    /// Sends the program's command, if there is one. After a gap, starts the camera again before that.
+    /// Does what has to be done for the camera.
     ///
     /// What must wait is tried again in the next cycle.
     fn run_command(&mut self) -> Result<(), Error> {
         let client = &mut self.link.client;
-        if let (Some(start), Some(server)) = (&self.camera, &self.camera_to_restart) {
-            if !is_camera_off(client, self.shared)? {
-                return Ok(());
-            }
-            let Some(server) = self.shared.prepare_camera(server) else {
-                if self.shared.is_lock_step() {
-                    // No exchange may come meanwhile.
-                    self.shared.wait_for_stop(now() + LOOK);
+        match self.side.camera_task() {
+            None => {}
+            Some(CameraTask::Restart(start, server)) => {
+                if !is_camera_off(client, self.side)? {
+                    return Ok(());
                 }
-                return Ok(());
-            };
-            client.start_camera_online(start)?;
-            self.shared.resume_camera(server);
-            self.camera_to_restart = None;
-        }
-        match self.shared.command() {
-            Some(CameraCommand::Start(start)) => {
-                if !is_camera_off(client, self.shared)? {
+                if let Some(server) = self.side.prepare_camera(&server) {
+                    client.start_camera_online(&start)?;
+                    self.side.resume_camera(server);
+                } else if self.side.is_lock_step() {
+                    // No exchange may come meanwhile.
+                    self.side.wait_for_stop(now() + LOOK);
+                }
+            }
+            Some(CameraTask::Send(CameraCommand::Start(start))) => {
+                if !is_camera_off(client, self.side)? {
                     return Ok(());
                 }
                 client.start_camera_online(&start)?;
-                self.camera = Some(start);
-                // A gap before this start has left nothing to start again.
-                self.camera_to_restart = None;
+                self.side.command_is_done();
             }
-            Some(CameraCommand::Stop) => {
+            Some(CameraTask::Send(CameraCommand::Stop)) => {
                 client.stop_camera_online()?;
-                self.camera = None;
+                self.side.command_is_done();
             }
-            None => return Ok(()),
         }
-        self.shared.command_is_done();
         Ok(())
     }
 
@@ -213,22 +187,22 @@ impl<'a> Cycle<'a> {
         &mut self,
         link: Link,
         camera: Option<Endpoint>,
-    ) -> Result<Delivered, Error> {
+    ) -> Result<Delivery, Error> {
         self.configs_before = *link.exchange.sent_configs();
         self.configs_changed = false;
         self.link = link;
-        self.areas = self.shared.outgoing();
-        self.camera_to_restart = camera;
-        let (delivered, _) = self.exchange()?;
-        Ok(delivered)
+        self.areas = self.side.outgoing();
+        self.side.restart_camera_at(camera);
+        let (delivery, _) = self.exchange()?;
+        Ok(delivery)
     }
 
     /// Stops motors and sounds with a last exchange and ends online mode.
     pub(crate) fn leave(&mut self) -> Result<(), Error> {
         self.link.exchange.end_sounds();
-        let (delivered, _) = self.exchange()?;
-        self.announce(&delivered);
-        if self.camera.is_some() && self.camera_to_restart.is_none() {
+        let (delivery, _) = self.exchange()?;
+        self.announce(&delivery);
+        if self.side.camera_is_running() {
             self.link.client.stop_camera_online()?;
         }
         self.link.client.stop_online()
@@ -240,13 +214,13 @@ impl<'a> Cycle<'a> {
         let mut request = Vec::new();
         exchange.end_sounds();
         // There are areas, so there is a request.
-        if exchange.request(&self.areas, &mut request).is_ok() {
+        if exchange.request_of(&self.areas, &mut request).is_ok() {
             client.abandon(&request);
         }
     }
 
     /// The outputs of the last request, to be stopped.
-    pub(crate) fn areas_mut(&mut self) -> &mut [FishX1Transfer] {
+    pub(crate) fn areas_mut(&mut self) -> &mut [Outgoing] {
         &mut self.areas
     }
 }

@@ -6,15 +6,15 @@ use std::time::Duration;
 use crate::client::TxtClient;
 use crate::client::{I2cAccess, I2cLine, TimeLimits};
 use crate::error::Error;
-use crate::exchange::Exchange;
+use crate::exchange::{Exchange, Outgoing};
 use crate::firmware::FirmwareVersion;
 #[cfg(all(test, shuttle))]
 use crate::handler::model::TxtClient;
 use crate::handler::settings::Settings;
-use crate::handler::shared::{Controller, Shared};
+use crate::handler::state::Controller;
 use crate::handler::sync::now;
+use crate::handler::transfer::side::Side;
 use crate::notices::notice;
-use crate::transfer_area::FishX1Transfer;
 
 /// A connection in online mode, and the exchange on it.
 pub(crate) struct Link {
@@ -30,11 +30,11 @@ const RESTART_PAUSE: Duration = Duration::from_millis(200);
 ///
 /// The maker's firmware 4.7.0 (measured under emulation) ends at a StartOnline less than 5 s after another client's,
 /// unless that client was right with I2C. It is back after 2 s.
-pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64), Error> {
+pub(crate) fn begin(settings: &Settings, side: Side<'_>) -> Result<(Link, u64), Error> {
     let limit = settings.limits.connect;
     let attempt = |limit| {
-        let found = |controller| shared.set_controller(controller);
-        connect(settings, limit, &shared.i2c, &shared.outgoing(), found)
+        let found = |controller| side.set_controller(controller);
+        connect(settings, limit, &side.0.i2c, &side.outgoing(), found)
     };
     let closed = match attempt(limit) {
         Err(error @ Error::ConnectionClosed { command: "StartOnline", received: 0 }) => error,
@@ -43,8 +43,8 @@ pub(crate) fn begin(settings: &Settings, shared: &Shared) -> Result<(Link, u64),
     notice!(Warn, "{closed}; it is tried again for {limit:?}");
     let deadline = now() + limit;
     loop {
-        shared.wait_for_stop(now() + RESTART_PAUSE);
-        if let Some(stop) = shared.stop() {
+        side.wait_for_stop(now() + RESTART_PAUSE);
+        if let Some(stop) = side.stop() {
             stop.result()?;
             return Err(Error::NotStarted);
         }
@@ -67,7 +67,7 @@ pub(crate) fn connect(
     settings: &Settings,
     limit: Duration,
     i2c: &I2cLine,
-    areas: &[FishX1Transfer],
+    areas: &[Outgoing],
     mut found: impl FnMut(Controller),
 ) -> Result<(Link, u64), Error> {
     let Settings { network, host, port, i2c_port, i2c_port_is_known, .. } = settings;

@@ -4,13 +4,13 @@ use std::time::Duration;
 
 use crate::client::Endpoint;
 use crate::error::Error;
-use crate::handler::parts::state::Stop;
+use crate::handler::parts::phase::Stop;
 use crate::handler::settings::Settings;
-use crate::handler::shared::{Controller, Shared};
+use crate::handler::state::Controller;
 use crate::handler::sync::now;
-use crate::handler::transfer::calls::Delivered;
 use crate::handler::transfer::cycle::Cycle;
 use crate::handler::transfer::handshake;
+use crate::handler::transfer::side::{Delivery, Side};
 use crate::notices::notice;
 
 /// How long to wait after a failed attempt: twice as long each time.
@@ -20,7 +20,7 @@ const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 /// How the attempts ended.
 pub(crate) enum Attempts {
     /// The connection is made, and its first response has come in.
-    Connected(Delivered),
+    Connected(Delivery),
     /// The transfer is to stop.
     Stopped(Stop),
 }
@@ -31,21 +31,21 @@ pub(crate) enum Attempts {
 /// written since it knew of that.
 pub(crate) fn reconnect(
     cycle: &mut Cycle<'_>,
-    shared: &Shared,
+    side: Side<'_>,
     settings: &Settings,
     limit: Duration,
 ) -> Result<Attempts, Error> {
-    let (begin, lost_at) = (now(), shared.clock().now());
+    let (begin, lost_at) = (now(), side.clock().now());
     let mut pause = FIRST_PAUSE;
     loop {
-        if let Some(stop) = shared.stop() {
+        if let Some(stop) = side.stop() {
             return Ok(Attempts::Stopped(stop));
         }
         let rest = limit.saturating_sub(now() - begin);
-        match attempt(cycle, shared, settings, rest) {
+        match attempt(cycle, side, settings, rest) {
             Ok(Attempts::Connected(delivered)) => {
                 notice!(Info, "connected again after {:?}", now() - begin);
-                shared.resume(shared.clock().now() - lost_at);
+                side.resume(side.clock().now() - lost_at);
                 return Ok(Attempts::Connected(delivered));
             }
             Ok(stopped) => return Ok(stopped),
@@ -57,14 +57,14 @@ pub(crate) fn reconnect(
             Err(error) => notice!(Debug, "not connected again yet: {error}"),
         }
         let rest = limit.saturating_sub(now() - begin);
-        shared.wait_for_stop(now() + pause.min(rest));
+        side.wait_for_stop(now() + pause.min(rest));
         pause = (2 * pause).min(LONGEST_PAUSE);
     }
 }
 
 fn attempt(
     cycle: &mut Cycle<'_>,
-    shared: &Shared,
+    side: Side<'_>,
     settings: &Settings,
     rest: Duration,
 ) -> Result<Attempts, Error> {
@@ -73,13 +73,13 @@ fn attempt(
     // Before the first response, by which the program learns of the connection.
     let found = |controller: Controller| {
         host = controller.address;
-        shared.set_controller(controller);
+        side.set_controller(controller);
     };
     let (mut link, config_updates) =
-        handshake::connect(settings, limit, &shared.i2c, &shared.outgoing(), found)?;
+        handshake::connect(settings, limit, &side.0.i2c, &side.outgoing(), found)?;
     // A command is sent after the first exchange.
-    shared.wait_for_step();
-    if let Some(stop) = shared.stop() {
+    side.wait_for_step();
+    if let Some(stop) = side.stop() {
         // No motor runs, and none is to start.
         let _ = link.client.stop_online();
         return Ok(Attempts::Stopped(stop));
@@ -89,17 +89,17 @@ fn attempt(
         Ok(delivered) => delivered,
         Err(error) => {
             // What the program has written since the last gap may have moved something.
-            lose(cycle, shared, &error);
+            lose(cycle, side, &error);
             return Err(error);
         }
     };
-    shared.count_config_updates(config_updates);
+    side.count_config_updates(config_updates);
     Ok(Attempts::Connected(delivered))
 }
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
-pub(crate) fn lose(cycle: &mut Cycle<'_>, shared: &Shared, error: &Error) {
+pub(crate) fn lose(cycle: &mut Cycle<'_>, side: Side<'_>, error: &Error) {
     notice!(Warn, "the connection is lost and is being re-established: {error}");
-    shared.lose_connection(error, cycle.areas_mut());
+    side.lose_connection(error, cycle.areas_mut());
     cycle.abandon();
 }

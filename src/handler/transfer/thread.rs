@@ -3,19 +3,19 @@
 use std::panic::{catch_unwind, AssertUnwindSafe};
 
 use crate::error::{Error, Origin};
-use crate::handler::parts::state::Stop;
+use crate::exchange::Outgoing;
+use crate::handler::parts::phase::Stop;
 use crate::handler::settings::Settings;
-use crate::handler::shared::Shared;
 use crate::handler::sync::{JoinHandle, Mutex};
 use crate::handler::transfer::cycle::Cycle;
 use crate::handler::transfer::handshake::Link;
 use crate::handler::transfer::reconnect::{lose, reconnect, Attempts};
+use crate::handler::transfer::side::Side;
 use crate::notices::notice;
-use crate::transfer_area::FishX1Transfer;
 
 pub(crate) struct TransferThread<'a> {
     cycle: Cycle<'a>,
-    shared: &'a Shared,
+    side: Side<'a>,
     settings: Settings,
     /// Whether the connection works.
     connected: bool,
@@ -25,12 +25,12 @@ impl<'a> TransferThread<'a> {
     /// The work of a thread on a connection that is in online mode and has the areas' configuration.
     pub(crate) fn new(
         link: Link,
-        areas: Vec<FishX1Transfer>,
-        shared: &'a Shared,
+        areas: Vec<Outgoing>,
+        side: Side<'a>,
         settings: Settings,
     ) -> Self {
         let window = settings.reaction_window;
-        Self { cycle: Cycle::new(link, areas, shared, window), shared, settings, connected: true }
+        Self { cycle: Cycle::new(link, areas, side, window), side, settings, connected: true }
     }
 
     pub(crate) fn run(mut self) {
@@ -39,8 +39,8 @@ impl<'a> TransferThread<'a> {
         let result = catch_unwind(AssertUnwindSafe(|| self.cycle_until_stopped()))
             .unwrap_or_else(|panic| Err(Error::from_panic(&*panic)));
         // Before the controller learns of the end, which would look like a failure of the stream.
-        self.shared.stop_camera();
-        self.shared.leave(self.cycle.areas_mut());
+        self.side.stop_camera();
+        self.side.leave(self.cycle.areas_mut());
         let result = result.and_then(|stop| {
             if self.connected {
                 self.cycle.leave()?;
@@ -52,7 +52,7 @@ impl<'a> TransferThread<'a> {
             self.cycle.abandon();
         }
         drop(self.cycle);
-        self.shared.finish(result.clone().err());
+        self.side.finish(result.clone().err());
         match result {
             Ok(()) => notice!(Info, "the transfer has ended"),
             Err(error) => notice!(Error, "the transfer has ended: {error}"),
@@ -79,9 +79,9 @@ impl<'a> TransferThread<'a> {
     fn reconnect_after(&mut self, error: Error) -> Result<Option<Stop>, Error> {
         let limit = self.settings.reconnect.filter(|_| error.origin() != Origin::Other);
         let Some(limit) = limit else { return Err(error) };
-        lose(&mut self.cycle, self.shared, &error);
+        lose(&mut self.cycle, self.side, &error);
         self.connected = false;
-        match reconnect(&mut self.cycle, self.shared, &self.settings, limit)? {
+        match reconnect(&mut self.cycle, self.side, &self.settings, limit)? {
             Attempts::Stopped(stop) => Ok(Some(stop)),
             Attempts::Connected(delivered) => {
                 self.connected = true;
@@ -123,11 +123,11 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
-    use crate::handler::parts::clock::TransferClock;
-    use crate::handler::parts::watchdog::Watchdog;
+    use crate::events::EventKind;
+    use crate::handler::shared::Shared;
     use crate::handler::transfer::handshake;
     use crate::handler::transfer::peer::Peer;
-    use crate::handler::{EventKind, TransferAreaComHandler};
+    use crate::handler::TransferAreaComHandler;
     use crate::terminals::Counter;
     use crate::wire::CommandId;
 
@@ -136,10 +136,10 @@ mod tests {
         let builder = TransferAreaComHandler::builder("127.0.0.1").port(peer.port);
         let handler = builder.reaction_window(Duration::ZERO).build().unwrap();
         let settings = handler.settings().clone();
-        let areas = vec![FishX1Transfer::default(); areas];
+        let areas = vec![Outgoing::default(); areas];
         let limit = settings.limits.connect;
         let (link, _) = handshake::connect(&settings, limit, &shared.i2c, &areas, |_| ()).unwrap();
-        TransferThread::new(link, areas, shared, settings)
+        TransferThread::new(link, areas, Side(shared), settings)
     }
 
     #[test]
@@ -151,8 +151,8 @@ mod tests {
         let slow = handler.events(EventKind::ALL, 1).unwrap();
         let log = handler.cycle_log(1000).unwrap();
         let slow_log = handler.cycle_log(1).unwrap();
-        area.shared().begin().unwrap();
-        area.shared().run(0).unwrap();
+        area.shared().state().transfer.begin().unwrap();
+        area.shared().state().run(0).unwrap();
         let mut work = work(&peer, area.shared(), 2);
         let mut cycle = || {
             area.lock()[0].start_counter_reset(Counter::C1);
@@ -167,7 +167,7 @@ mod tests {
         assert!(slow.lost() > 100, "there was nothing to lose");
         assert!(log.receiver().len() > 100, "there was no log");
         assert!(slow_log.lost() > 100, "there was nothing to lose");
-        area.shared().finish(None);
+        Side(area.shared()).finish(None);
     }
 
     #[test]
@@ -175,8 +175,8 @@ mod tests {
         let peer = Peer::start();
         let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
         let area = handler.transfer_area();
-        area.shared().begin().unwrap();
-        area.shared().run(0).unwrap();
+        area.shared().state().transfer.begin().unwrap();
+        area.shared().state().run(0).unwrap();
         let mut work = work(&peer, area.shared(), 1);
         let set = handler.set_cycle_hook(|areas| {
             areas.unwrap()[0].output.duty[0] ^= 1;
@@ -187,19 +187,20 @@ mod tests {
         (0..10).for_each(|_| cycle());
         let allocations = allocation_counter::measure(|| (0..100).for_each(|_| cycle()));
         assert_eq!(allocations.count_total, 0);
-        area.shared().finish(None);
+        Side(area.shared()).finish(None);
     }
 
     #[test]
     fn a_panic_of_the_transfer_thread_stops_the_motors_and_is_reported() {
         let peer = Peer::start();
-        let shared = Shared::new(1, Watchdog::new(None), Duration::MAX, TransferClock::new(false));
-        shared.begin().unwrap();
-        shared.run(0).unwrap();
+        let shared = Shared::running(None, false);
         // A wrong number of areas makes the thread panic.
         work(&peer, &shared, 2).run();
 
-        assert!(matches!(shared.check_running(), Err(Error::ThreadPanicked { .. })));
+        assert!(matches!(
+            shared.state().transfer.check_running(),
+            Err(Error::ThreadPanicked { .. })
+        ));
         let commands = peer.commands();
         let exchanges = commands.iter().filter(|id| **id == CommandId::ExchangeDataCmpr).count();
         assert_eq!(exchanges, 2, "the last one stops the motors");

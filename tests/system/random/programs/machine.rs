@@ -101,8 +101,7 @@ fn handler(setup: &Setup, port: u16, txt: &SimulatedTxt) -> TransferAreaComHandl
         .i2c_port(txt.i2c_port())
         .areas(1 + usize::from(setup.extension))
         .time_limits(limits)
-        .reaction_window(ms(setup.window_ms))
-        .hook_limit(ms(setup.hook_limit_ms));
+        .reaction_window(ms(setup.window_ms));
     if setup.simple {
         builder = builder.mode(TransferMode::Simple);
     }
@@ -118,7 +117,10 @@ fn handler(setup: &Setup, port: u16, txt: &SimulatedTxt) -> TransferAreaComHandl
     builder.build().expect("these settings are right")
 }
 
-/// Where hooks hang until the program ends.
+/// Longer than the limit of a hook. Other threads may wait for its areas meanwhile.
+const HANGS: Duration = Duration::from_millis(800);
+
+/// Where hooks hang until the program ends, for the longest time of [`HANGS`].
 #[derive(Default)]
 pub(crate) struct Gate {
     open: Mutex<bool>,
@@ -128,7 +130,7 @@ pub(crate) struct Gate {
 impl Gate {
     pub(crate) fn wait(&self) {
         let open = locked(&self.open);
-        let waited = self.opened.wait_while(open, |open| !*open);
+        let waited = self.opened.wait_timeout_while(open, HANGS, |open| !*open);
         drop(waited.unwrap_or_else(PoisonError::into_inner));
     }
 

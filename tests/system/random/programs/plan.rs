@@ -1,5 +1,7 @@
 //! What a random program does: plain data, printed when it fails.
 
+use std::time::Duration;
+
 use ft_transfer_area::tx::{Counter, Motor};
 use ft_transfer_area_simulator::FaultKind;
 
@@ -27,7 +29,6 @@ pub(crate) struct Setup {
     pub(crate) window_ms: u64,
     pub(crate) watchdog_ms: Option<u64>,
     pub(crate) reconnect_ms: Option<u64>,
-    pub(crate) hook_limit_ms: u64,
     pub(crate) pace_ms: u64,
     /// Whether a listener is notified of everything.
     pub(crate) listens: bool,
@@ -35,6 +36,14 @@ pub(crate) struct Setup {
     pub(crate) faults: Vec<(u64, FaultKind)>,
     /// What the network between both does.
     pub(crate) network: Option<Strike>,
+}
+
+impl Setup {
+    /// How long a cycle hook may keep the areas before the motors stop.
+    pub(crate) fn hook_limit(&self) -> Option<Duration> {
+        let limit = self.watchdog_ms.map_or(Duration::from_millis(500), Duration::from_millis);
+        (!self.lock_step).then_some(limit)
+    }
 }
 
 /// Whose areas a call uses.
@@ -108,7 +117,6 @@ pub(crate) enum Op {
     DropKept {
         newest: bool,
     },
-    WaitAny(Under),
     UpdateConfig(usize, By),
     Feed(usize, By),
     IsRunning(usize, By),
@@ -170,7 +178,7 @@ pub(crate) enum Then {
     Slow(u64),
     /// One call takes this many ms.
     SlowOnce(u64),
-    /// It returns when the program ends.
+    /// It returns late, or when the program ends.
     Hang,
     Panic,
     Break,

@@ -55,7 +55,6 @@ impl<'a> Program<'a> {
     fn carry_out(&mut self, op: &Op) {
         match *op {
             Op::Guard(which, by, get, ref under) => self.guard(which, by, get, under),
-            Op::WaitAny(ref under) => self.wait_any(under),
             Op::DropKept { newest } => {
                 let index = if newest { self.kept.len().checked_sub(1) } else { Some(0) };
                 if let Some(index) = index.filter(|index| *index < self.kept.len()) {
@@ -164,29 +163,6 @@ impl<'a> Program<'a> {
             hold.orders = act(&mut guard, &under.acts, self.record);
             self.kept.push(Kept { which, guard, hold });
         }
-    }
-
-    fn wait_any(&mut self, under: &Under) {
-        self.drop_kept(|_| true);
-        let record = self.record;
-        let who = Who::Own(self.thread);
-        let areas: Vec<&TransferArea> = self.own.iter().collect();
-        let asked = Instant::now();
-        let mut got_index = 0;
-        let result = catch_unwind(AssertUnwindSafe(|| {
-            let (index, guard) = TransferArea::wait_any(&areas);
-            got_index = index;
-            let result = guard.map(|mut guard| {
-                let mut hold = begun(record, who, Some(Get::Cycle), asked, &guard);
-                hold.orders = act(&mut guard, &under.acts, record);
-                super::areas::hold(under.hold_ms);
-                end_guard(record, index, guard, hold, under.leave == Leave::Panic);
-            });
-            result.err()
-        }));
-        let panicked = result.is_err();
-        let error = result.ok().flatten();
-        noted(record, got_index, who, What::Wait, asked, error.map_or(Ok(()), Err), panicked);
     }
 
     /// Drops guards that are in the way of another guard of this handler.

@@ -33,17 +33,11 @@ fn plan() -> impl Strategy<Value = Plan> {
 
 fn setup() -> impl Strategy<Value = Setup> {
     let kind = (weighted(0.2, Just(())), weighted(0.3, Just(())), weighted(0.2, Just(())));
-    let limits = (
-        0..6_u64,
-        weighted(0.5, 60..150_u64),
-        weighted(0.5, 150..400_u64),
-        prop_oneof![2 => Just(2500), 1 => 20..100_u64],
-        0..4_u64,
-    );
+    let limits = (0..6_u64, weighted(0.5, 60..150_u64), weighted(0.5, 150..400_u64), 0..4_u64);
     let faults = (vec((0..60_u64, fault()), 0..3), weighted(0.15, network()));
     let flags = (prop::bool::weighted(0.8), prop::bool::weighted(0.7));
     (kind, limits, flags, faults).prop_map(|(kind, limits, (begun, listens), (faults, network))| {
-        let (window_ms, watchdog_ms, reconnect_ms, hook_limit_ms, pace_ms) = limits;
+        let (window_ms, watchdog_ms, reconnect_ms, pace_ms) = limits;
         Setup {
             begun,
             extension: kind.0.is_some(),
@@ -52,7 +46,6 @@ fn setup() -> impl Strategy<Value = Setup> {
             window_ms,
             watchdog_ms,
             reconnect_ms,
-            hook_limit_ms,
             pace_ms,
             listens,
             faults,
@@ -112,7 +105,6 @@ fn op(count: usize) -> BoxedStrategy<Op> {
         1 => on(Op::BeginPanicking),
         1 => on(Op::DropHandler),
         3 => any::<bool>().prop_map(|newest| Op::DropKept { newest }),
-        3 => under().prop_map(Op::WaitAny),
         2 => by(Op::UpdateConfig),
         3 => by(Op::Feed),
         2 => by(Op::IsRunning),

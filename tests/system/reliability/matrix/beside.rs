@@ -42,7 +42,7 @@ impl Beside {
     pub(crate) fn text(self) -> &'static str {
         match self {
             Self::SleepingHook(_) => "while a hook sleeps",
-            Self::HangingHook => "while a hook hangs, with a limit of 30 s",
+            Self::HangingHook => "while a hook hangs",
             Self::HeldGuard => "while a guard is held",
             Self::WaitingThreads => "with eight waiting threads",
             Self::WaitingForGuard(_) => "with eight waiting threads, while a guard is held",

@@ -91,9 +91,7 @@ impl Controller {
 
     /// Settings for a handler of it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
-        let builder = TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string());
-        // A hook that panics takes a long time if a backtrace is printed.
-        builder.port(self.port()).hook_limit(DEADLINE)
+        TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string()).port(self.port())
     }
 
     pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {

@@ -127,7 +127,10 @@ fn start(
     let builder = match reason {
         Reason::Watchdog if beside == Beside::CameraCommand => builder.watchdog(SHORT_LIMIT),
         Reason::Watchdog => builder.watchdog(LIMIT),
-        Reason::Gap => builder.reconnect(DEADLINE),
+        Reason::Gap => builder.reconnect(DEADLINE).watchdog(DEADLINE),
+        Reason::Panic | Reason::End | Reason::Drop if beside.is_hook() => {
+            builder.watchdog(DEADLINE)
+        }
         Reason::Panic | Reason::End | Reason::Drop => builder,
     };
     builder.build().unwrap()

@@ -58,7 +58,7 @@ macro_rules! names {
 
 names! {
     AlreadyStarted ConnectFailed ConnectTimedOut ConnectionClosed ConnectionLost ConnectionRefused
-    DataEndsEarly FirmwareTooOld FrameSize HookHangs HostNotFound I2cNoDevice LookupTimedOut NoAnswer
+    DataEndsEarly FirmwareTooOld FrameSize HostNotFound I2cNoDevice LookupTimedOut NoAnswer
     NotStarted
     ProgramPanicked ReconnectFailed ThreadNotStarted ThreadPanicked TooLarge WatchdogExpired WrongCrc
     WrongId WrongSize

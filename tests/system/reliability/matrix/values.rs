@@ -66,7 +66,7 @@ pub(crate) fn rows() -> Vec<Row> {
 fn run(make: Make, leave: Leave) -> Result<Outcome, Skipped> {
     let fake = Fake::start(|client| client.hold());
     let controller = Controller::start(txt());
-    let builder = controller.handler().hook_limit(Duration::from_millis(500));
+    let builder = controller.handler();
     let handler = builder.i2c_port(fake.port()).build().unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();

@@ -106,7 +106,7 @@ fn deadlock(handler: Arc<TransferAreaComHandler>, over: Receiver<()>) {
 
 fn run(hang: Hang) -> Outcome {
     let controller = Controller::start(txt());
-    let builder = controller.handler().watchdog(LIMIT).hook_limit(DEADLINE);
+    let builder = controller.handler().watchdog(LIMIT);
     let handler = Arc::new(builder.build().unwrap());
     let events = handler.events(&[EventKind::WatchdogExpired], 10).unwrap();
     handler.lock()[LOCAL_IO].output.duty[0] = DUTY;

@@ -23,8 +23,8 @@ pub(super) fn kept(case: &Case<'_>) -> Vec<String> {
         let blocked = if case.blocks { 3 * BLOCKED } else { Duration::ZERO };
         let bound = match call.what {
             What::End => ENDS,
-            // It clears the hook, which waits for it up to its limit.
-            What::DropHandler => ENDS + Duration::from_millis(case.setup.hook_limit_ms),
+            // It clears the hook, which waits for it.
+            What::DropHandler => ENDS + Duration::from_millis(500),
             What::Finish | What::Leave => RECORDED + blocked,
             What::Look | What::Feed | What::Ask => NOT_WAITING + blocked,
             _ => WAITS + blocked,

@@ -1,13 +1,11 @@
 //! Nothing is reported as done that was not done.
 
-use std::time::Duration;
-
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::wire::ExchangeData;
 
 use super::outputs::last_before_stop;
 use super::Case;
-use crate::programs::record::{Awaited, Exchange, Hold, Who};
+use crate::programs::record::{Awaited, Exchange, Hold};
 
 pub(super) fn really(case: &Case<'_>) -> Vec<String> {
     let mut breaches = Vec::new();
@@ -35,12 +33,7 @@ fn last_order<'a, T>(
     what: impl Fn(&'a Hold) -> Option<T>,
 ) -> Option<(&'a Hold, T)> {
     let before = case.trace.holds.iter().rev().filter(|other| other.order < hold.order);
-    // The areas of a hook that takes longer than its limit are taken away, and what it orders never counts.
-    let limit = Duration::from_millis(case.setup.hook_limit_ms);
-    let given = |other: &Hold| {
-        let kept = other.who != Who::Hook || other.left < other.got + limit;
-        !other.panicked && kept && other.left < hold.got
-    };
+    let given = |other: &Hold| !other.panicked && other.left < hold.got;
     before.filter(|other| given(other)).find_map(|other| Some((other, what(other)?)))
 }
 

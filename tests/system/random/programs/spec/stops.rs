@@ -22,15 +22,26 @@ pub(super) fn panics_and_hooks(case: &Case<'_>) -> Vec<String> {
         // It is noted before the hook is left.
         stopped(case, "the hook's end", *stop, after(*stop, SOON / 10), 2, &mut breaches);
     }
-    let limit = std::time::Duration::from_millis(case.setup.hook_limit_ms);
-    for (begin, end) in &case.trace.hook.times {
-        let late = after(*begin, limit + SOON / 10);
-        if end.is_none_or(|end| end > late) {
-            stopped(case, "the hook's limit", *begin, late, 2, &mut breaches);
-        }
-    }
+    breaches.extend(hook_hangs(case));
     breaches.truncate(3);
     breaches
+}
+
+/// Requests with a duty while a hook has kept the areas for longer than its limit.
+fn hook_hangs(case: &Case<'_>) -> Option<String> {
+    // Signs of life of others count for the program's own watchdog.
+    let limit = case.setup.hook_limit().filter(|_| case.setup.watchdog_ms.is_none())?;
+    for hold in case.trace.holds.iter().filter(|hold| hold.who == Who::Hook) {
+        let late = after(hold.got, limit + SOON / 10);
+        let exchanges = case.trace.exchanges.iter();
+        let on = |exchange: &&Exchange| exchange.at > late && exchange.at < hold.left;
+        let on: Vec<_> = exchanges.filter(on).filter(|exchange| !exchange.is_off()).collect();
+        if let [_, _, third, ..] = on[..] {
+            let (got, third) = (case.at(hold.got), case.at(third.at));
+            return Some(format!("a duty at {third}, while a hook has the areas since {got}"));
+        }
+    }
+    None
 }
 
 /// After a reason to stop, which came between two times, at most these requests may have a duty.

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::{Error, Event};
 
 use super::{after, Case};
-use crate::programs::record::{Call, Hold, What, Who};
+use crate::programs::record::{Call, What, Who};
 
 /// It stops the motors when there was no sign of life for its limit, not before, and until the program knows.
 pub(super) fn keeps_its_limit(case: &Case<'_>) -> Vec<String> {
@@ -119,19 +119,11 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     let waits: Vec<&Call> = trace.calls.iter().filter(waits).collect();
     for exchange in &trace.exchanges {
         let at = exchange.at;
-        let is_held = trace.holds.iter().any(|hold| hold.got <= at && at <= released(case, hold));
+        let is_held = trace.holds.iter().any(|hold| hold.got <= at && at <= hold.gone);
         let waited = waits.iter().any(|call| call.start <= at && at <= call.end);
         if waited && !is_held {
             signs.push(at);
         }
     }
     signs
-}
-
-/// When a guard was dropped, or its areas were taken away from a hook.
-fn released(case: &Case<'_>, hold: &Hold) -> Instant {
-    match hold.who {
-        Who::Hook => hold.gone.min(hold.got + Duration::from_millis(case.setup.hook_limit_ms)),
-        _ => hold.gone,
-    }
 }

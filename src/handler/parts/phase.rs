@@ -1,4 +1,4 @@
-//! The state of a transfer.
+//! What a transfer is doing, and why it should stop.
 
 use std::time::{Duration, Instant};
 
@@ -11,8 +11,6 @@ pub(crate) enum Stop {
     Asked,
     /// A thread of the program panicked.
     ProgramPanicked,
-    /// The cycle hook did not return within this limit.
-    HookHangs(Duration),
 }
 
 impl Stop {
@@ -21,7 +19,6 @@ impl Stop {
         match self {
             Self::Asked => Ok(()),
             Self::ProgramPanicked => Err(Error::ProgramPanicked),
-            Self::HookHangs(limit) => Err(Error::HookHangs { limit }),
         }
     }
 }

@@ -11,12 +11,12 @@ struct Pair {
     now: Inputs,
     configs_before: SentConfigs,
     configs: SentConfigs,
-    sent: [FishX1Transfer; 3],
+    sent: [Outgoing; 3],
 }
 
 impl Pair {
     fn new(before: Inputs, now: Inputs) -> Self {
-        let sent = [FishX1Transfer::default(); 3];
+        let sent = [Outgoing::default(); 3];
         let mut configs = SentConfigs::default();
         for (index, (config, area)) in configs.iter_mut().zip(&sent).enumerate() {
             let extension_id = index as i16;

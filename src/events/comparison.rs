@@ -1,16 +1,16 @@
 //! The events between two responses.
 
 use super::event::{Event, EventKind, Joystick, KindSet};
-use crate::exchange::{Inputs, SentConfigs};
+use crate::exchange::{Inputs, Outgoing, SentConfigs};
 use crate::terminals::{Counter, Input, Motor};
-use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};
+use crate::transfer_area::{IZ_MOTOR, LOCAL_IO, MAX_EXTENSIONS};
 use crate::tx::IrDevice;
 use crate::wire::ExchangeDataResponse;
 
 /// What two responses say about one area, and the outputs to which the newer one is the response.
 struct Told<'a> {
     area: usize,
-    sent: &'a FishX1Transfer,
+    sent: &'a Outgoing,
     before: &'a ExchangeDataResponse,
     now: &'a ExchangeDataResponse,
 }
@@ -29,7 +29,7 @@ pub(crate) struct Comparison<'a> {
     pub(crate) configs_before: &'a SentConfigs,
     pub(crate) configs: &'a SentConfigs,
     /// The outputs to which this is the response.
-    pub(crate) sent: &'a [FishX1Transfer],
+    pub(crate) sent: &'a [Outgoing],
 }
 
 impl Comparison<'_> {
@@ -166,4 +166,5 @@ impl Comparison<'_> {
 }
 
 #[cfg(test)]
+#[path = "comparison_tests.rs"]
 mod tests;

@@ -4,11 +4,10 @@ use std::time::{Duration, Instant};
 
 /// Statistics of one transfer since its beginning.
 ///
-/// Three figures say whether the program keeps up. [`missed_responses`](Self::missed_responses) counts
+/// Two figures say whether the program keeps up. [`missed_responses`](Self::missed_responses) counts
 /// responses, and is the one for a program that polls. [`late_reactions`](Self::late_reactions) counts
-/// guards, and is the one for threads that wait. [`missed_hook_calls`](Self::missed_hook_calls) counts calls
-/// of the cycle hook that were left out. [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) shows which
-/// responses a thread has missed itself. After the end of a transfer is asked for,
+/// guards, and is the one for threads that wait, as the cycle hook does.
+/// [`TransferAreaGuard::cycle`](crate::TransferAreaGuard::cycle) shows which responses a thread has missed itself. After the end of a transfer is asked for,
 /// nothing is counted any more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -26,9 +25,6 @@ pub struct Statistics {
     /// outputs for the next request were taken. A program that polls learns here how often it came too late,
     /// whether it changed outputs or not.
     pub missed_responses: u64,
-    /// Responses for which the cycle hook was not called, because it was still busy with an earlier one, or
-    /// another thread had the areas until the next response came in.
-    pub missed_hook_calls: u64,
     /// How often the connection was lost in a transfer that
     /// [reconnects](crate::TransferAreaComHandlerBuilder::reconnect).
     pub gaps: u64,

@@ -278,11 +278,11 @@ impl KindSet {
         self.0 == 0
     }
 
-    pub(super) fn contains(self, kind: EventKind) -> bool {
+    pub(crate) fn contains(self, kind: EventKind) -> bool {
         self.0 & 1 << kind as u8 != 0
     }
 
-    pub(super) fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 }

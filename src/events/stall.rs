@@ -2,15 +2,16 @@
 
 use std::time::{Duration, Instant};
 
+use super::comparison::Comparison;
 use super::event::Event;
-use super::watch::Comparison;
+use crate::exchange::Outgoing;
 use crate::terminals::Motor;
-use crate::transfer_area::{FishX1Transfer, IZ_MOTOR, LOCAL_IO, MAX_AREAS};
+use crate::transfer_area::{IZ_MOTOR, LOCAL_IO, MAX_AREAS};
 use crate::wire::ExchangeDataResponse;
 
 /// Which motors are watched, and since when each of them stands still.
 #[derive(Debug, Default)]
-pub(super) struct Stalls {
+pub(crate) struct Stalls {
     motors: [[Watched; IZ_MOTOR]; MAX_AREAS],
     /// The last response that was checked; a standstill goes on only from one response to the next.
     response: u64,
@@ -42,7 +43,7 @@ struct Order {
 
 impl Order {
     /// What was sent to a motor; `None` if it should not turn, or not any more.
-    fn new(sent: &FishX1Transfer, now: &ExchangeDataResponse, motor: Motor) -> Option<Self> {
+    fn new(sent: &Outgoing, now: &ExchangeDataResponse, motor: Motor) -> Option<Self> {
         let index = motor.index();
         let [plus, minus] = [2 * index, 2 * index + 1].map(|pin| sent.output.duty[pin]);
         let command_id = sent.output.motor_ex_cmd_id[index];
@@ -55,14 +56,14 @@ impl Order {
 
 impl Stalls {
     /// Sets the limit for a motor; `None` to stop watching it.
-    pub(super) fn set_limit(&mut self, area: usize, motor: Motor, limit: Option<Duration>) {
+    pub(crate) fn set_limit(&mut self, area: usize, motor: Motor, limit: Option<Duration>) {
         if let Some(motors) = self.motors.get_mut(area) {
             motors[motor.index()] = Watched { limit, standstill: None };
         }
     }
 
     /// Checks a response that came in at this time, and reports motors that have not turned for their limits.
-    pub(super) fn look(
+    pub(crate) fn look(
         &mut self,
         comparison: &Comparison<'_>,
         response: u64,
@@ -113,7 +114,7 @@ mod tests {
         stalls: Stalls,
         response: u64,
         now: Instant,
-        sent: FishX1Transfer,
+        sent: Outgoing,
         told: ExchangeDataResponse,
         first: bool,
     }
@@ -122,7 +123,7 @@ mod tests {
         fn new() -> Self {
             let mut stalls = Stalls::default();
             stalls.set_limit(LOCAL_IO, Motor::M2, Some(LIMIT));
-            let (sent, told) = (FishX1Transfer::default(), ExchangeDataResponse::default());
+            let (sent, told) = (Outgoing::default(), ExchangeDataResponse::default());
             Self { stalls, response: 0, now: Instant::now(), sent, told, first: false }
         }
 
@@ -188,7 +189,7 @@ mod tests {
     fn another_direction_or_command_restarts_the_limit_and_another_speed_does_not() {
         let mut machine = Machine::new();
         machine.sent.output.duty[2] = 300;
-        let changes: [fn(&mut FishX1Transfer); 3] = [
+        let changes: [fn(&mut Outgoing); 3] = [
             |sent| sent.output.duty[2..4].swap(0, 1),
             |sent| sent.output.motor_ex_cmd_id[1] += 1,
             |sent| sent.output.duty[2..4].iter_mut().for_each(|duty| *duty /= 2),

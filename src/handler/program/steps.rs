@@ -1,0 +1,283 @@
+//! What the program's threads do with the state that they share with the transfer thread.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use crate::camera::CameraControl;
+use crate::error::Error;
+use crate::handler::events::{Source, Step, Subscription};
+use crate::handler::long_guard::name_of;
+use crate::handler::parts::camera_work::CameraCommand;
+use crate::handler::parts::clock::TransferClock;
+use crate::handler::parts::phase::Stop;
+use crate::handler::parts::tickets::TicketId;
+use crate::handler::program::known::Known;
+use crate::handler::shared::Shared;
+use crate::handler::state::{Lease, Progress, State};
+use crate::handler::sync::{current_thread, now, thread_id, wait_until, MutexGuard};
+
+impl Shared {
+    /// Locks the areas and brings them up to date.
+    ///
+    /// # Panics
+    ///
+    /// When the thread already has them.
+    #[track_caller]
+    pub(crate) fn lock(&self, known: Known) -> Lease {
+        let mut state = self.state_of_others();
+        let ticket = state.come();
+        loop {
+            if let Some(lease) = state.take(ticket, known) {
+                MutexGuard::unlock_fair(state);
+                return lease;
+            }
+            self.waker(ticket).wait(&mut state);
+        }
+    }
+
+    /// The state, for a thread that is going to wait. Panics when this thread has the areas, because it
+    /// would wait for itself forever.
+    #[track_caller]
+    pub(crate) fn state_of_others(&self) -> MutexGuard<'_, State> {
+        let state = self.state();
+        match state.held_by(thread_id()) {
+            None => state,
+            Some(since) => {
+                drop(state);
+                panic_of_holder(now() - since)
+            }
+        }
+    }
+
+    /// Takes the areas back from a guard; after a panic as they were before it.
+    pub(crate) fn release(&self, lease: &mut Lease, panicked: bool) {
+        let mut state = self.state();
+        state.put_back(lease, panicked);
+        self.wake_first(&state);
+        let goes_on = state.transfer.stop().is_some() || state.next_may_leave();
+        // Otherwise a thread that locks again immediately would keep all others out.
+        MutexGuard::unlock_fair(state);
+        if goes_on {
+            // Without the lock, which the transfer thread would be given here before it is awake: this thread,
+            // which is about to wait again, would have to wait for it first.
+            self.attended.notify_one();
+        }
+    }
+
+    /// Waits for a response that comes `after` this one, and locks the areas with its inputs; `None` when the deadline
+    /// comes first.
+    ///
+    /// # Panics
+    ///
+    /// When the thread has the areas.
+    #[track_caller]
+    pub(crate) fn wait_cycle(
+        &self,
+        known: &mut Known,
+        after: u64,
+        deadline: Option<Instant>,
+    ) -> Result<Option<Lease>, Error> {
+        let mut state = self.state_of_others();
+        let ticket = state.begin_wait(known, after)?;
+        if !self.wait_for_response(&mut state, ticket, known, deadline)? {
+            return Ok(None);
+        }
+        self.take(state, ticket, known).map(Some)
+    }
+
+    /// Locks the areas with the newest inputs. Waits only if there were none yet on this connection. The rest
+    /// is as for [`wait_cycle`](Self::wait_cycle). The next request waits for the calling thread, if it has
+    /// not gone out yet.
+    #[track_caller]
+    pub(crate) fn look(
+        &self,
+        known: &mut Known,
+        deadline: Option<Instant>,
+    ) -> Result<Option<Lease>, Error> {
+        let mut state = self.state_of_others();
+        match state.look(known)? {
+            Some(ticket) => self.take(state, ticket, known).map(Some),
+            None => {
+                drop(state);
+                self.wait_cycle(known, known.returned, deadline)
+            }
+        }
+    }
+
+    /// Takes the areas for a thread that has a response, unless it is interrupted before.
+    fn take(
+        &self,
+        mut state: MutexGuard<'_, State>,
+        ticket: TicketId,
+        known: &mut Known,
+    ) -> Result<Lease, Error> {
+        loop {
+            if let Some(lease) = state.take(ticket, *known) {
+                MutexGuard::unlock_fair(state);
+                return Ok(lease);
+            }
+            if state.progress(ticket) == Progress::Interrupted {
+                return Err(self.interrupted(&mut state, ticket, known));
+            }
+            self.waker(ticket).wait(&mut state);
+        }
+    }
+
+    /// Waits for a response; returns whether it came before the deadline. Otherwise the ticket is gone.
+    fn wait_for_response(
+        &self,
+        state: &mut MutexGuard<'_, State>,
+        ticket: TicketId,
+        known: &mut Known,
+        deadline: Option<Instant>,
+    ) -> Result<bool, Error> {
+        if self.is_lock_step() {
+            self.attended.notify_one();
+        }
+        // In lock-step only responses move the time.
+        let by_clock = deadline.filter(|_| !self.is_lock_step());
+        let mut timed_out = false;
+        loop {
+            match state.progress(ticket) {
+                Progress::Woken if !state.is_too_late(deadline) => return Ok(true),
+                Progress::Waits if !timed_out => {
+                    timed_out = wait_until(self.waker(ticket), state, by_clock);
+                }
+                Progress::Interrupted => return Err(self.interrupted(state, ticket, known)),
+                Progress::Woken | Progress::Waits => {
+                    self.leave_line(state, ticket);
+                    return Ok(false);
+                }
+            }
+        }
+    }
+
+    /// The thread does not wait any more, and answers nothing.
+    fn leave_line(&self, state: &mut State, ticket: TicketId) {
+        state.leave_line(ticket);
+        self.wake_first(state);
+        if state.next_may_leave() {
+            self.attended.notify_one();
+        }
+    }
+
+    /// The error for which a wait is over.
+    fn interrupted(&self, state: &mut State, ticket: TicketId, known: &mut Known) -> Error {
+        self.leave_line(state, ticket);
+        // Without one, another transfer has begun meanwhile.
+        state.report(known).err().unwrap_or(Error::NotStarted)
+    }
+
+    /// The program is alive; returns an error that the handle does not know yet.
+    pub(crate) fn feed_watchdog(&self, known: &mut Known) -> Result<(), Error> {
+        let mut state = self.state();
+        state.feed_watchdog();
+        state.report(known)
+    }
+
+    /// The clock for time limits, with its current time.
+    pub(crate) fn clock(&self) -> TransferClock {
+        self.state().clock
+    }
+
+    /// Whether a transfer is running.
+    pub(crate) fn is_running(&self, known: &mut Known) -> bool {
+        self.state().check_running(known).is_ok()
+    }
+
+    /// The error that ended the last transfer, until the next begins.
+    pub(crate) fn error(&self, known: &mut Known) -> Option<Error> {
+        let state = self.state();
+        state.check_running(known).err().and_then(|_| state.transfer.error())
+    }
+
+    /// Asks the current transfer to end; returns its number, or that of the last one.
+    pub(crate) fn ask_to_stop(&self, stop: Stop) -> u64 {
+        let mut state = self.state();
+        state.transfer.ask_to_stop(stop);
+        self.attended.notify_one();
+        state.transfer.number()
+    }
+
+    /// Waits while a thread connects for the transfer of this number.
+    pub(crate) fn wait_until_begun(&self, number: u64) {
+        let mut state = self.state();
+        while state.transfer.is_beginning() && state.transfer.number() == number {
+            self.changed.wait(&mut state);
+        }
+    }
+
+    /// Makes the transfer thread send a command, and waits until that is done, also across a gap.
+    pub(crate) fn run_command(&self, command: CameraCommand) -> Result<(), Error> {
+        let mut state = self.state();
+        state.transfer.check_running()?;
+        state.camera.command(command);
+        if self.is_lock_step() {
+            self.attended.notify_one();
+        }
+        while state.camera.has_command() && state.transfer.is_running() {
+            self.changed.wait(&mut state);
+        }
+        state.transfer.check_running()
+    }
+
+    /// Makes this stream end with the transfer; immediately if the transfer has already ended.
+    pub(crate) fn set_camera(&self, stream: Arc<CameraControl>) {
+        let mut state = self.state();
+        if !state.transfer.is_running() {
+            stream.stop();
+        } else if !state.transfer.is_exchanging() {
+            // A gap has begun since the camera's server was started.
+            stream.pause();
+        }
+        state.camera.set_stream(stream);
+    }
+
+    /// Adds a log of all cycles.
+    pub(crate) fn add_log(&self, capacity: usize) -> Subscription {
+        // Locked meanwhile, so that no beginning and no response comes between.
+        let mut listeners = self.listeners.lock();
+        let running = self.state().beginning();
+        listeners.add_log(capacity, running)
+    }
+}
+
+#[track_caller]
+fn panic_of_holder(held: Duration) -> ! {
+    panic!(
+        "{} has had the transfer areas locked for {held:?} and locks them again, so it \
+         would wait for itself forever; a guard lives until the end of its block, or of its whole \
+         statement (also `match`, `if let` and `println!`): keep it in a variable and use that, or copy \
+         the value that you need and drop the guard first",
+        name_of(&current_thread()),
+    )
+}
+
+/// A subscription belongs to the transfer.
+impl Source for Arc<Shared> {
+    fn panicked(&self) {
+        self.ask_to_stop(Stop::ProgramPanicked);
+    }
+
+    fn step(&self) -> Step {
+        if !self.is_lock_step() {
+            return Step::ByClock;
+        }
+        let mut state = self.state_of_others();
+        if !state.transfer.is_running() {
+            return Step::NoTransfer;
+        }
+        let mut known = Known::default();
+        state.learn_all(&mut known);
+        let ticket = state.begin_step();
+        // An error comes as an event, too.
+        if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut known, None) {
+            self.leave_line(&mut state, ticket);
+        }
+        Step::Done
+    }
+
+    fn now(&self) -> Instant {
+        self.clock().now()
+    }
+}

@@ -1,0 +1,509 @@
+//! The state of a handler: its parts, and what each event does with all of them.
+//!
+//! Nothing here waits or knows another thread. What the program's threads do with it is in
+//! [`program::steps`](crate::handler::program::steps), what the transfer thread does in
+//! [`transfer::side`](crate::handler::transfer::side).
+
+use std::net::IpAddr;
+use std::time::{Duration, Instant};
+
+use crate::error::Error;
+use crate::events::{Event, LoggedBeginning, TimedEvent};
+use crate::exchange::{Inputs, Outgoing};
+use crate::firmware::FirmwareVersion;
+use crate::handler::parts::camera_work::CameraWork;
+use crate::handler::parts::clock::TransferClock;
+use crate::handler::parts::hand_over::HandOver;
+use crate::handler::parts::interruptions::Interruptions;
+use crate::handler::parts::phase::{Stop, Transfer};
+use crate::handler::parts::responses::Responses;
+use crate::handler::parts::tickets::{Hold, Stage, TicketId, Tickets};
+use crate::handler::parts::unfinished::Cut;
+use crate::handler::parts::watchdog::Watchdog;
+use crate::handler::program::known::Known;
+use crate::handler::sync::{current_thread, earlier, now, thread_id, ThreadId};
+use crate::statistics::Statistics;
+use crate::transfer_area::FishX1Transfer;
+use crate::wire::QueryStatusResponse;
+
+/// All parts. Those that more than one side reads or changes alone are open to both.
+#[derive(Debug)]
+pub(crate) struct State {
+    pub(crate) transfer: Transfer,
+    pub(crate) camera: CameraWork,
+    pub(crate) statistics: Statistics,
+    pub(crate) clock: TransferClock,
+    tickets: Tickets,
+    responses: Responses,
+    hand_over: HandOver,
+    watchdog: Watchdog,
+    interruptions: Interruptions,
+    /// The controller of the last connection.
+    controller: Option<Controller>,
+}
+
+/// The controller of a connection.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Controller {
+    pub(crate) status: QueryStatusResponse,
+    pub(crate) address: Option<IpAddr>,
+}
+
+/// The areas that a guard has, and what it shows of them.
+#[derive(Debug)]
+pub(crate) struct Lease {
+    pub(crate) areas: Vec<FishX1Transfer>,
+    ticket: TicketId,
+    /// The newest response that is in the areas.
+    pub(crate) response: u64,
+    /// Its number in its transfer.
+    pub(crate) cycle: u64,
+    /// When it came in.
+    pub(crate) arrived: Instant,
+}
+
+/// How far a wait for a response is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Progress {
+    Waits,
+    Woken,
+    Interrupted,
+}
+
+/// What the cycle hook's thread does next.
+#[derive(Debug)]
+pub(crate) enum HookStep {
+    /// Calls the program's function.
+    Call(Result<Lease, Error>),
+    /// Waits until it is woken.
+    Wait,
+    /// Ends, because the hook is over.
+    Leave,
+}
+
+/// A response that was delivered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Delivered {
+    /// The response's number.
+    pub(crate) number: u64,
+    /// Its number in its transfer.
+    pub(crate) cycle: u64,
+    /// When it came in.
+    pub(crate) arrived: Instant,
+    /// Whether it is the first of its connection.
+    pub(crate) first: bool,
+}
+
+impl State {
+    /// Areas in the kit's default configuration, without a transfer.
+    pub(crate) fn new(areas: usize, watchdog: Option<Duration>, clock: TransferClock) -> Self {
+        let mut areas = vec![FishX1Transfer::default(); areas];
+        for (id, area) in (0..).zip(&mut areas) {
+            area.state.id = id;
+        }
+        Self {
+            transfer: Transfer::new(),
+            camera: CameraWork::default(),
+            statistics: Statistics::default(),
+            hand_over: HandOver::new(&areas),
+            tickets: Tickets::new(areas),
+            responses: Responses::new(clock.now()),
+            watchdog: Watchdog::new(watchdog, now()),
+            interruptions: Interruptions::default(),
+            controller: None,
+            clock,
+        }
+    }
+
+    pub(crate) fn controller(&self) -> Option<Controller> {
+        self.controller
+    }
+
+    pub(crate) fn set_controller(&mut self, controller: Controller) {
+        self.controller = Some(controller);
+    }
+
+    /// The beginning of the transfer, while it is running, for a log.
+    pub(crate) fn beginning(&self) -> Option<LoggedBeginning> {
+        let at = self.transfer.began()?;
+        let controller = self.controller.as_ref();
+        let status = controller.map(|controller| &controller.status);
+        Some(LoggedBeginning {
+            at,
+            device_name: status.map(QueryStatusResponse::name).unwrap_or_default(),
+            firmware: status.map_or(FirmwareVersion::OLDEST_SUPPORTED, |status| status.version),
+            address: controller.and_then(|controller| controller.address),
+            areas: self.hand_over.outgoing().len(),
+        })
+    }
+
+    /// An event that does not come with a response, with the current time.
+    pub(crate) fn happens_now(&self, event: Event) -> TimedEvent {
+        TimedEvent { event, cycle: self.statistics.cycles, arrived: self.clock.now() }
+    }
+
+    /// Whether the next request need not wait for the program any more.
+    pub(crate) fn next_may_leave(&self) -> bool {
+        if self.clock.is_lock_step() {
+            return self.tickets.all_wait() || self.camera.has_command();
+        }
+        self.responses.opened().is_some_and(|response| self.tickets.all_have_answered(response))
+    }
+
+    /// The thread that may take the areas now.
+    pub(crate) fn first(&self) -> Option<TicketId> {
+        self.tickets.first(self.responses.opened())
+    }
+}
+
+/// What the program's threads do.
+impl State {
+    /// A thread comes to lock the areas.
+    pub(crate) fn come(&mut self) -> TicketId {
+        self.tickets.add(Stage::Wants { answers: None, here: true })
+    }
+
+    /// A thread comes for the newest inputs: to answer a response whose window is open, or only to lock. `None` when no
+    /// response has come in yet on this connection.
+    pub(crate) fn look(&mut self, known: &mut Known) -> Result<Option<TicketId>, Error> {
+        self.report(known)?;
+        let stage = Stage::Wants { answers: self.responses.opened(), here: true };
+        Ok(self.responses.last().map(|_| self.tickets.add(stage)))
+    }
+
+    /// A thread comes for a response `after` this one.
+    pub(crate) fn begin_wait(&mut self, known: &mut Known, after: u64) -> Result<TicketId, Error> {
+        self.report(known)?;
+        let stage = self.stage_of_wait(after);
+        Ok(self.tickets.add(stage))
+    }
+
+    fn stage_of_wait(&self, after: u64) -> Stage {
+        match self.responses.opened().filter(|response| *response > after) {
+            Some(response) => Stage::Wants { answers: Some(response), here: true },
+            None => Stage::Waiting,
+        }
+    }
+
+    /// A wait for the next response alone, whatever a handle has returned.
+    pub(crate) fn begin_step(&mut self) -> TicketId {
+        self.tickets.add(Stage::Waiting)
+    }
+
+    pub(crate) fn progress(&self, ticket: TicketId) -> Progress {
+        match self.tickets.stage(ticket) {
+            Some(Stage::Waiting) => Progress::Waits,
+            Some(Stage::Wants { .. } | Stage::Holds(_)) => Progress::Woken,
+            Some(Stage::Interrupted | Stage::Leaving) | None => Progress::Interrupted,
+        }
+    }
+
+    /// The thread does not wait any more.
+    pub(crate) fn leave_line(&mut self, ticket: TicketId) {
+        self.tickets.remove(ticket);
+    }
+
+    /// Whether the newest response has moved the time beyond a deadline, in lock-step.
+    pub(crate) fn is_too_late(&self, deadline: Option<Instant>) -> bool {
+        self.clock.is_lock_step() && deadline.is_some_and(|deadline| deadline < self.clock.now())
+    }
+
+    /// Returns as an error what the handle does not know yet: the next interruption, or why no transfer is running.
+    pub(crate) fn report(&mut self, known: &mut Known) -> Result<(), Error> {
+        self.report_interruption(known)?;
+        self.check_running(known)
+    }
+
+    fn report_interruption(&mut self, known: &mut Known) -> Result<(), Error> {
+        let next = self.interruptions.next_after(known.interruptions);
+        let Some((number, error)) = next else { return Ok(()) };
+        known.interruptions = number;
+        self.watchdog.acknowledge(number, now());
+        Err(error)
+    }
+
+    /// Returns an error with the reason if no transfer is running; the handle then knows it.
+    pub(crate) fn check_running(&self, known: &mut Known) -> Result<(), Error> {
+        self.transfer.check_running().inspect_err(|_| {
+            if !self.transfer.is_beginning() {
+                self.learn_all(known);
+            }
+        })
+    }
+
+    /// The handle knows of all that has stopped the outputs.
+    pub(crate) fn learn_all(&self, known: &mut Known) {
+        known.interruptions = self.interruptions.count();
+    }
+
+    /// The program is alive.
+    pub(crate) fn feed_watchdog(&mut self) {
+        if self.watchdog.is_on() {
+            self.watchdog.feed(now());
+        }
+    }
+
+    /// The thread has come for the areas: gets them, brought up to date, when it is its turn.
+    pub(crate) fn take(&mut self, ticket: TicketId, known: Known) -> Option<Lease> {
+        let Some(Stage::Wants { answers, here }) = self.tickets.stage(ticket) else { return None };
+        // It sees the newest response, so it answers that one.
+        let answers = answers.map(|response| self.responses.opened().unwrap_or(response));
+        if !here {
+            self.tickets.come(ticket, answers);
+        }
+        if self.first() != Some(ticket) {
+            return None;
+        }
+        let response = self.responses.newest();
+        let hold = Hold {
+            thread: current_thread(),
+            since: now(),
+            answers,
+            shows: response,
+            shows_first: response > known.shown && self.responses.last().is_some(),
+            interruptions: self.interruptions.count(),
+            outputs_count: self.outputs_count(known),
+            warned: false,
+        };
+        let mut areas = self.tickets.take(ticket, hold)?;
+        self.hand_over.bring_up_to_date(&mut areas, self.transfer.elapsed(self.clock.now()));
+        let (cycle, arrived) = (self.statistics.cycles, self.responses.arrived());
+        Some(Lease { areas, ticket, response, cycle, arrived })
+    }
+
+    /// Whether the outputs that a handle writes now count: not while they are stopped and the handle does not
+    /// know of that.
+    fn outputs_count(&self, known: Known) -> bool {
+        let goes_on = self.transfer.is_exchanging() && !self.watchdog.has_expired();
+        goes_on || known.interruptions >= self.interruptions.count()
+    }
+
+    /// Takes the areas back from a guard; after a panic as they were before it.
+    pub(crate) fn put_back(&mut self, lease: &mut Lease, panicked: bool) {
+        let mut areas = std::mem::take(&mut lease.areas);
+        if panicked {
+            self.hand_over.restore(&mut areas);
+            self.transfer.ask_to_stop(Stop::ProgramPanicked);
+        } else {
+            self.take_answer(&areas);
+        }
+        self.tickets.put_back(lease.ticket, areas);
+    }
+
+    /// Takes what a guard leaves in the areas.
+    fn take_answer(&mut self, areas: &[FishX1Transfer]) {
+        let Some(hold) = self.tickets.holder() else { return };
+        let counts = hold.outputs_count && self.interruptions.count() == hold.interruptions;
+        let reacts = hold.answers.is_some() || hold.shows_first && self.hand_over.differs(areas);
+        if !self.responses.answer(hold.shows) && reacts && self.transfer.stop().is_none() {
+            self.statistics.late_reactions += 1;
+        }
+        self.hand_over.take(areas, counts);
+        self.feed_watchdog();
+    }
+
+    /// Since when this thread has the areas.
+    pub(crate) fn held_by(&self, thread: ThreadId) -> Option<Instant> {
+        self.tickets.holder().filter(|hold| hold.thread.id() == thread).map(|hold| hold.since)
+    }
+}
+
+/// What the cycle hook does.
+impl State {
+    /// No hook is set from now on. Returns the ticket of the one before.
+    pub(crate) fn clear_hook(&mut self) -> Option<TicketId> {
+        self.tickets.clear_hook()
+    }
+
+    /// A hook is set, with this ticket.
+    pub(crate) fn set_hook(&mut self) -> TicketId {
+        self.tickets.set_hook()
+    }
+
+    /// The calling thread is that of the hook.
+    pub(crate) fn hook_begins(&mut self, hook: TicketId) {
+        self.tickets.hook_begins(hook, thread_id());
+    }
+
+    /// What the hook's thread does next.
+    pub(crate) fn hook_step(&mut self, hook: TicketId, known: &mut Known) -> HookStep {
+        if self.hook() != Some(hook) {
+            self.tickets.change(hook, Stage::Leaving);
+            return HookStep::Leave;
+        }
+        if self.has_hook_before(hook) {
+            // Only one runs at a time.
+            return HookStep::Wait;
+        }
+        if let Err(error) = self.report_interruption(known) {
+            self.tickets.change(hook, Stage::Interrupted);
+            return HookStep::Call(Err(error));
+        }
+        if self.progress(hook) != Progress::Woken {
+            let stage = self.stage_of_wait(known.returned);
+            self.tickets.change(hook, stage);
+        }
+        let lease = self.transfer.stop().is_none().then(|| self.take(hook, *known)).flatten();
+        lease.map_or(HookStep::Wait, |lease| HookStep::Call(Ok(lease)))
+    }
+
+    /// The hook's thread has ended.
+    pub(crate) fn end_hook(&mut self, hook: TicketId) {
+        self.tickets.end_hook(hook);
+    }
+
+    /// The ticket of the hook that is set.
+    pub(crate) fn hook(&self) -> Option<TicketId> {
+        self.tickets.hook()
+    }
+
+    /// The number of the newest ticket.
+    pub(crate) fn newest_ticket(&self) -> TicketId {
+        self.tickets.newest()
+    }
+
+    /// Whether the thread of a hook before this ticket has not ended, other than the calling thread.
+    pub(crate) fn has_hook_before(&self, ticket: TicketId) -> bool {
+        self.tickets.has_hook_before(ticket, thread_id())
+    }
+}
+
+/// What the transfer thread does.
+impl State {
+    /// The connection is made. Returns an error when the transfer was stopped meanwhile.
+    pub(crate) fn run(&mut self, config_updates: u64) -> Result<(), Stop> {
+        let time = self.clock.now();
+        self.transfer.run(time)?;
+        self.responses.begin(time);
+        self.camera.reset();
+        self.watchdog.start(now());
+        self.statistics = Statistics { config_updates, ..Statistics::default() };
+        Ok(())
+    }
+
+    /// A response has come in. Its window is still closed.
+    pub(crate) fn deliver(&mut self, inputs: &Inputs, config_updates: u64) -> Delivered {
+        // What a thread writes that sees this response counts.
+        self.transfer.resume();
+        self.hand_over.put(inputs);
+        self.clock.step();
+        let arrived = self.clock.now();
+        let before = self.responses.arrive(arrived);
+        self.statistics.count_response(before, arrived);
+        self.statistics.config_updates += config_updates;
+        let (number, cycle) = (self.responses.newest(), self.statistics.cycles);
+        Delivered { number, cycle, arrived, first: before.is_none() }
+    }
+
+    /// The number of the response that comes next.
+    pub(crate) fn next_response(&self) -> u64 {
+        self.responses.newest() + 1
+    }
+
+    /// The inputs as the program sees them.
+    pub(crate) fn incoming(&self) -> &Inputs {
+        self.hand_over.incoming()
+    }
+
+    /// Opens the window of the newest response: all waiting threads are woken for it.
+    pub(crate) fn open_window(&mut self, wake: impl Fn(TicketId)) {
+        self.responses.open();
+        if self.tickets.respond(self.responses.newest(), wake) && self.watchdog.is_on() {
+            // A program that has waited for a late response does not hang. But while a thread has the areas, nobody
+            // can do anything: then only the time before that was a sign of life.
+            let held_since = self.tickets.holder().map(|hold| hold.since);
+            self.watchdog.feed(held_since.unwrap_or_else(now));
+        }
+    }
+
+    /// When a window of this length ends; in lock-step the clock does not end it.
+    pub(crate) fn window_end(&self, length: Duration) -> Option<Instant> {
+        let last = self.responses.last().filter(|_| !self.clock.is_lock_step());
+        last.and_then(|response| response.checked_add(length))
+    }
+
+    /// When the window ends or the watchdog expires, whichever is first.
+    pub(crate) fn next_deadline(&self, window_end: Option<Instant>) -> Option<Instant> {
+        earlier(window_end, self.watchdog.deadline(self.hook_since()))
+    }
+
+    /// When the cycle hook got the areas, or now when it may get them at any time.
+    fn hook_since(&self) -> Option<Instant> {
+        if self.clock.is_lock_step() {
+            return None;
+        }
+        self.tickets.has_hook().then(|| self.tickets.hook_since().unwrap_or_else(now))
+    }
+
+    /// If the watchdog expires, stops the motors and ends all waits; returns its limit.
+    pub(crate) fn check_watchdog(&mut self, wake: impl Fn(TicketId)) -> Option<Duration> {
+        let number = self.interruptions.count() + 1;
+        let hook_since = self.hook_since();
+        let limit = self.watchdog.check(self.clock.now(), hook_since, number)?;
+        self.interruptions.note(Error::WatchdogExpired { limit });
+        self.tickets.interrupt(true, wake);
+        self.hand_over.stop(Cut::Motors);
+        Some(limit)
+    }
+
+    #[cfg(all(test, shuttle))]
+    pub(crate) fn watchdog_has_expired(&self) -> bool {
+        self.watchdog.has_expired()
+    }
+
+    /// Closes the window and counts whether the program has missed the response.
+    pub(crate) fn close_window(&mut self) {
+        if self.responses.close() && self.transfer.stop().is_none() {
+            self.statistics.missed_responses += 1;
+        }
+    }
+
+    /// What the last guard left to be sent.
+    pub(crate) fn outgoing(&self) -> &[Outgoing] {
+        self.hand_over.outgoing()
+    }
+
+    /// The guard that the program is to be warned of now: once for each one that takes `long`, or half of the
+    /// watchdog's limit when that has just `expired`.
+    pub(crate) fn guard_to_warn_of(&mut self, long: Duration, expired: bool) -> Option<Hold> {
+        let limit = if expired { long.min(self.watchdog.limit() / 2) } else { long };
+        let hold = self.tickets.holder_mut()?;
+        if hold.warned || now() - hold.since < limit {
+            return None;
+        }
+        hold.warned = true;
+        Some(hold.clone())
+    }
+
+    /// The connection is lost, and another one is to be made: stops the outputs and ends all waits.
+    pub(crate) fn lose_connection(&mut self, error: &Error, wake: impl Fn(TicketId)) {
+        let cause = Box::new(error.clone());
+        self.interruptions.note(Error::ConnectionLost { cause });
+        self.hand_over.stop(Cut::Connection);
+        self.transfer.reconnect();
+        self.statistics.gaps += 1;
+        self.responses.lose_connection();
+        self.responses.close();
+        self.tickets.interrupt(true, wake);
+    }
+
+    /// The connection is re-established.
+    pub(crate) fn resume(&mut self) {
+        self.watchdog.feed(now());
+    }
+
+    /// The transfer is about to end: stops the outputs.
+    pub(crate) fn leave(&mut self) {
+        self.interruptions.note_end();
+        self.hand_over.stop(Cut::Connection);
+        self.transfer.leave();
+    }
+
+    /// The transfer has ended.
+    pub(crate) fn finish(&mut self, error: Option<Error>, wake: impl Fn(TicketId)) {
+        self.responses.close();
+        self.camera.reset();
+        self.transfer.end(self.clock.now(), error);
+        self.tickets.interrupt(false, wake);
+    }
+}

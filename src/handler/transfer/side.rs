@@ -1,0 +1,337 @@
+//! What the transfer thread, and the thread that begins a transfer, do with the state that they share with the
+//! program.
+
+use std::time::{Duration, Instant};
+
+use crate::camera::CameraServer;
+use crate::client::Endpoint;
+use crate::error::Error;
+use crate::events::{Event, KindSet, Logged, LoggedCycle};
+use crate::exchange::{Inputs, Outgoing};
+use crate::handler::long_guard::{warn_of, GUARD_IS_LONG};
+use crate::handler::parts::camera_work::CameraTask;
+use crate::handler::parts::clock::TransferClock;
+use crate::handler::parts::phase::Stop;
+use crate::handler::parts::tickets::TicketId;
+use crate::handler::shared::Shared;
+use crate::handler::state::{Controller, Delivered, State};
+use crate::handler::sync::{now, wait_on_time, wait_until, MutexGuard};
+use crate::notices::notice;
+
+/// The transfer's side of the shared state.
+#[derive(Clone, Copy)]
+pub(crate) struct Side<'a>(pub(crate) &'a Shared);
+
+/// A response that was delivered, and who wants to learn of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Delivery {
+    pub(crate) response: Delivered,
+    /// The events that have listeners.
+    pub(crate) listened: KindSet,
+    /// Whether there are logs of all cycles.
+    pub(crate) logged: bool,
+}
+
+impl<'a> Side<'a> {
+    /// The areas as the last guard left them.
+    pub(crate) fn outgoing(self) -> Vec<Outgoing> {
+        self.0.state().outgoing().to_vec()
+    }
+
+    pub(crate) fn is_lock_step(self) -> bool {
+        self.0.is_lock_step()
+    }
+
+    pub(crate) fn clock(self) -> TransferClock {
+        self.0.state().clock
+    }
+
+    /// Why the transfer is to stop although the connection works.
+    pub(crate) fn stop(self) -> Option<Stop> {
+        self.0.state().transfer.stop()
+    }
+
+    fn wake(self) -> impl Fn(TicketId) + 'a {
+        let shared = self.0;
+        move |ticket| shared.wake(ticket)
+    }
+
+    // The beginning.
+
+    /// Sets the controller of the connection.
+    pub(crate) fn set_controller(self, controller: Controller) {
+        self.0.state().set_controller(controller);
+    }
+
+    /// Begins a transfer for which this number of configurations was sent; returns an error when it was
+    /// stopped meanwhile.
+    pub(crate) fn run(self, config_updates: u64) -> Result<(), Stop> {
+        let mut listeners = self.0.listeners.lock();
+        let mut state = self.0.state();
+        state.run(config_updates)?;
+        if let Some(beginning) = state.beginning().filter(|_| !listeners.logs().is_empty()) {
+            listeners.logs().note(&Logged::Began(beginning));
+        }
+        drop(state);
+        self.0.changed.notify_all();
+        Ok(())
+    }
+
+    /// Stores why a transfer could not begin.
+    pub(crate) fn fail(self, error: Error) {
+        let mut listeners = self.0.listeners.lock();
+        let mut state = self.0.state();
+        let at = state.clock.now();
+        // A transfer that another thread has ended is not a failure.
+        let error = Some(error).filter(|error| *error != Error::NotStarted);
+        state.transfer.end(at, error.clone());
+        drop(state);
+        self.0.changed.notify_all();
+        if let Some(error) = error {
+            listeners.logs().note(&Logged::Failed { at, error });
+        }
+    }
+
+    // A cycle.
+
+    /// Delivers a response, and opens its window, unless somebody else is to learn of it first.
+    ///
+    /// If there are listeners, the inputs as the program sees them are put into `now`, and those of the
+    /// previous response into `before`.
+    ///
+    /// If nobody has to learn of it before the program's outputs are taken, the state stays locked for
+    /// [`hold_window`](Self::hold_window): otherwise the threads that were woken meet the transfer thread at the
+    /// lock.
+    pub(crate) fn deliver(
+        self,
+        inputs: &Inputs,
+        config_updates: u64,
+        before: &mut Inputs,
+        now: &mut Inputs,
+    ) -> (Delivery, Option<MutexGuard<'a, State>>) {
+        let mut listeners = self.0.listeners.lock();
+        let mut state = self.0.state_soon();
+        let listened = listeners.note_response(state.next_response());
+        let logged = !listeners.logs().is_empty();
+        drop(listeners);
+        if !listened.is_empty() {
+            before.clone_from(state.incoming());
+        }
+        let response = state.deliver(inputs, config_updates);
+        if !listened.is_empty() {
+            now.clone_from(state.incoming());
+        }
+        let delivery = Delivery { response, listened, logged };
+        if !self.opens_later(&delivery) {
+            state.open_window(self.wake());
+        }
+        let locked = Some(state).filter(|_| !delivery.has_audience() && !self.is_lock_step());
+        (delivery, locked)
+    }
+
+    /// Whether the window is still closed: in lock-step the events come first.
+    pub(crate) fn opens_later(self, delivery: &Delivery) -> bool {
+        self.is_lock_step() && delivery.has_audience()
+    }
+
+    /// Opens the window for reactions to the last response.
+    pub(crate) fn open_window(self) {
+        self.0.state().open_window(self.wake());
+    }
+
+    /// Logs a response that was delivered, with the areas of its request.
+    pub(crate) fn log(self, response: &Delivered, sent: &[Outgoing], inputs: &Inputs) {
+        let Delivered { cycle, arrived, first, .. } = *response;
+        let statistics = self.0.state().statistics;
+        let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
+        self.0.listeners.lock().logs().note_cycle(&cycle);
+    }
+
+    /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
+    /// then takes the outputs for the next request into `areas`. In lock-step it lasts until the program
+    /// asks for the next response. The state may be `locked` since its delivery.
+    ///
+    /// When the watchdog expires, stops the outputs and informs the program.
+    pub(crate) fn hold_window(
+        self,
+        locked: Option<MutexGuard<'a, State>>,
+        length: Duration,
+        areas: &mut [Outgoing],
+    ) -> Option<Stop> {
+        let mut state = locked.unwrap_or_else(|| self.0.state_soon());
+        let end = state.window_end(length);
+        while state.transfer.stop().is_none() && !state.next_may_leave() {
+            let deadline = state.next_deadline(end);
+            if wait_on_time(&self.0.attended, &mut state, deadline) {
+                // That of the watchdog may have moved meanwhile.
+                if state.next_deadline(end).is_some_and(|next| Some(next) <= deadline) {
+                    break;
+                }
+            }
+        }
+        let expired = state.check_watchdog(self.wake());
+        state.close_window();
+        self.0.wake_first(&state);
+        let stop = state.transfer.stop();
+        assert_eq!(areas.len(), state.outgoing().len(), "areas of the transfer and of the program");
+        areas.copy_from_slice(state.outgoing());
+        let event = expired.map(|limit| state.happens_now(Event::WatchdogExpired { limit }));
+        let held = state.guard_to_warn_of(GUARD_IS_LONG, expired.is_some());
+        drop(state);
+        if let (Some(limit), Some(event)) = (expired, event) {
+            notice!(Warn, "{}", Error::WatchdogExpired { limit });
+            self.0.listeners.tell_all(&event);
+        }
+        if let Some(held) = held {
+            warn_of(&held, expired.is_some());
+        }
+        stop
+    }
+
+    /// In lock-step: waits until the program asks for the next response or a stop is requested; returns
+    /// whether a command is to be sent first.
+    pub(crate) fn wait_for_step(self) -> bool {
+        let mut state = self.0.state();
+        if !self.is_lock_step() {
+            return false;
+        }
+        while state.transfer.stop().is_none() {
+            if state.camera.has_command() {
+                return true;
+            }
+            if state.next_may_leave() {
+                break;
+            }
+            wait_until(&self.0.attended, &mut state, Some(now() + GUARD_IS_LONG));
+            if let Some(held) = state.guard_to_warn_of(GUARD_IS_LONG, false) {
+                MutexGuard::unlocked(&mut state, || warn_of(&held, false));
+            }
+        }
+        false
+    }
+
+    // The camera.
+
+    /// What has to be done for the camera now.
+    pub(crate) fn camera_task(self) -> Option<CameraTask> {
+        self.0.state().camera.task()
+    }
+
+    /// The program's command was sent.
+    pub(crate) fn command_is_done(self) {
+        self.0.state().camera.command_is_done();
+        self.0.changed.notify_all();
+    }
+
+    /// The camera server to start again, when the stream is ready for that.
+    pub(crate) fn prepare_camera(self, server: &Endpoint) -> Option<CameraServer> {
+        let stream = self.0.state().camera.stream();
+        match stream {
+            Some(stream) => stream.prepare(server),
+            None => Some(CameraServer::not_connected(server.clone())),
+        }
+    }
+
+    /// The controller's camera server was started again.
+    pub(crate) fn resume_camera(self, server: CameraServer) {
+        let mut state = self.0.state();
+        state.camera.is_restarted();
+        if let Some(stream) = state.camera.stream() {
+            stream.resume(server);
+        }
+    }
+
+    /// There is another connection: where its controller has its camera's server.
+    pub(crate) fn restart_camera_at(self, server: Option<Endpoint>) {
+        self.0.state().camera.restart_at(server);
+    }
+
+    /// Whether the controller's camera server runs.
+    pub(crate) fn camera_is_running(self) -> bool {
+        self.0.state().camera.is_running()
+    }
+
+    /// Stops the stream of frames, which ends with the transfer.
+    pub(crate) fn stop_camera(self) {
+        if let Some(stream) = self.0.state().camera.stream() {
+            stream.stop();
+        }
+    }
+
+    // Gaps.
+
+    /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
+    /// request on this connection, and informs the program.
+    pub(crate) fn lose_connection(self, error: &Error, areas: &mut [Outgoing]) {
+        let mut state = self.0.state();
+        state.lose_connection(error, self.wake());
+        self.0.wake_first(&state);
+        areas.copy_from_slice(state.outgoing());
+        if let Some(stream) = state.camera.stream() {
+            stream.pause();
+        }
+        let event = state.happens_now(Event::ConnectionLost { error: error.clone() });
+        drop(state);
+        self.0.listeners.tell_all(&event);
+    }
+
+    /// The connection is re-established, and its first response has come in.
+    pub(crate) fn resume(self, lost_for: Duration) {
+        let mut state = self.0.state();
+        state.resume();
+        let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
+        drop(state);
+        self.0.listeners.tell_all(&event);
+    }
+
+    /// Waits until a stop is requested, but not beyond the deadline.
+    pub(crate) fn wait_for_stop(self, deadline: Instant) {
+        let mut state = self.0.state();
+        while state.transfer.stop().is_none() && now() < deadline {
+            wait_until(&self.0.attended, &mut state, Some(deadline));
+        }
+    }
+
+    /// Counts configurations that were sent outside an exchange.
+    pub(crate) fn count_config_updates(self, count: u64) {
+        self.0.state().statistics.config_updates += count;
+    }
+
+    // The end.
+
+    /// The transfer is about to end: stops the outputs, and takes them for the last request.
+    pub(crate) fn leave(self, areas: &mut [Outgoing]) {
+        let mut state = self.0.state();
+        state.leave();
+        // After a panic of the transfer thread even the number of areas may be wrong.
+        for (area, outgoing) in areas.iter_mut().zip(state.outgoing()) {
+            *area = *outgoing;
+        }
+    }
+
+    /// Ends the transfer.
+    pub(crate) fn finish(self, error: Option<Error>) {
+        // Locked until the listeners are informed, so that later ones do not get this end.
+        let mut listeners = self.0.listeners.lock();
+        let mut state = self.0.state();
+        state.finish(error.clone(), self.wake());
+        self.0.wake_first(&state);
+        let event = state.happens_now(Event::TransferEnded { error });
+        drop(state);
+        self.0.changed.notify_all();
+        listeners.tell_end(&event);
+        drop(listeners);
+        // Again, for a stream that was started at the last moment.
+        self.stop_camera();
+    }
+}
+
+impl Delivery {
+    fn has_audience(&self) -> bool {
+        self.logged || !self.listened.is_empty()
+    }
+}
+
+#[cfg(all(test, not(shuttle)))]
+#[path = "side_tests.rs"]
+mod tests;
