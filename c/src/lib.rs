@@ -14,6 +14,7 @@ mod kit;
 mod memory;
 mod mirror;
 mod msclib;
+mod online;
 mod ports;
 #[cfg(unix)]
 mod posix;

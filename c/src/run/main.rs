@@ -17,6 +17,7 @@ mod inputs;
 mod key;
 mod kind;
 mod link;
+mod online;
 mod options;
 mod packages;
 mod program;
@@ -83,7 +84,7 @@ fn run(options: &Options) -> Result<i32, Sentence> {
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
-    let ended = child::run(&program, &target, &options.arguments)?;
+    let ended = child::run(&program, &target, &options.arguments, build.path())?;
     // Nothing is left to do when nobody reads the last words.
     drop((target, build));
     ended.words.iter().for_each(|word| say(word));

@@ -13,13 +13,9 @@ use unix::came;
 use windows::came;
 
 #[cfg(unix)]
-pub(crate) use unix::{
-    is_crash, is_sudden, name_in, pass_on_to, stop_passing_on, take_up, words_of,
-};
+pub(crate) use unix::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
 #[cfg(not(unix))]
-pub(crate) use windows::{
-    is_crash, is_sudden, name_in, pass_on_to, stop_passing_on, take_up, words_of,
-};
+pub(crate) use windows::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
 pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
@@ -95,10 +91,13 @@ mod unix {
     use std::time::{Duration, Instant};
     use std::{io, thread};
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM};
     use signal_hook::flag;
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::signal_name;
+
+    /// The signals that ask for the end.
+    const ENDS: [i32; 4] = [SIGINT, SIGTERM, SIGHUP, SIGQUIT];
 
     /// How long after the first signal another one is a second one.
     const SECOND_AFTER: Duration = Duration::from_secs(1);
@@ -114,10 +113,10 @@ mod unix {
 
     /// From now on signals do not end this process.
     pub(crate) fn take_up() -> io::Result<()> {
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        for signal in ENDS {
             flag::register_usize(signal, Arc::clone(&LAST), signal as usize)?;
         }
-        let signals = Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+        let signals = Signals::new(ENDS)?;
         thread::Builder::new().name("signals".into()).spawn(move || pass_on(signals))?;
         Ok(())
     }
@@ -182,12 +181,6 @@ mod unix {
         false
     }
 
-    /// Whether something has ended a process at which it could do nothing. At the others the library ends the
-    /// transfers first.
-    pub(crate) fn is_sudden(status: ExitStatus) -> bool {
-        status.signal().is_some_and(|signal| ![SIGINT, SIGTERM, SIGHUP].contains(&signal))
-    }
-
     /// The signal that has ended a process.
     pub(crate) fn name_in(status: ExitStatus) -> String {
         let what = |signal| match signal {
@@ -242,10 +235,6 @@ mod windows {
             Some(name) => format!("was ended by {name}"),
             None => format!("has ended with the exit status {code}"),
         }
-    }
-
-    pub(crate) fn is_sudden(status: ExitStatus) -> bool {
-        status.code().is_none_or(is_crash)
     }
 
     pub(crate) fn is_crash(code: i32) -> bool {

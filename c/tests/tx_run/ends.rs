@@ -68,14 +68,30 @@ fn exit_is_named() {
 }
 
 #[test]
-fn an_end_past_the_runtime_is_named() {
+fn an_end_past_the_runtime_is_followed_by_an_exchange_that_stops_everything() {
     if !has_compiler() {
         return;
     }
-    let ended = with_a_motor("QUICK", press);
-    ended.badly("tx_run: ends has ended with the exit status 4");
-    assert_eq!(ended.status, Some(4), "{ended:?}");
-    assert!(ended.err.contains("all outputs are off"), "{ended:?}");
+    for (call, status) in [("_Exit(4)", 4), ("_exit(0)", 0), ("_exit(1)", 1), ("quick_exit(0)", 0)]
+    {
+        let ended = with_a_motor(&format!("LEAVE={call}"), press);
+        assert_eq!(ended.status, Some(status), "{ended:?}");
+        assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
+    }
+}
+
+#[test]
+fn a_program_that_becomes_another_one_is_stopped_while_that_runs() {
+    if !has_compiler() {
+        return;
+    }
+    let kind = r#"LEAVE=execlp("sleep","sleep","1000",(char*)0)"#;
+    let ended = with_a_motor(kind, |txt, run| {
+        press(txt, run);
+        wait_stopped(txt);
+        run.signal(libc::SIGTERM);
+    });
+    ended.badly("tx_run has sent it: all outputs are off");
 }
 
 #[test]
