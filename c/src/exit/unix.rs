@@ -5,17 +5,36 @@ use std::io;
 use std::mem::zeroed;
 use std::process;
 use std::ptr;
-use std::sync::atomic::{AtomicI32, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
 use parking_lot::Mutex;
 
-use super::end_all;
+use super::{end_all, goes_on};
+use crate::inside;
+use crate::posix::lines_again;
 
-/// The signals that ask a program to end.
-const ENDS: [c_int; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP];
+/// The signals that end a program by default, with their names, except those of a crash.
+pub(crate) const ENDS: [(c_int, &str); 12] = [
+    (libc::SIGINT, "Ctrl-C"),
+    (libc::SIGTERM, "SIGTERM"),
+    (libc::SIGHUP, "SIGHUP"),
+    (libc::SIGQUIT, "SIGQUIT"),
+    (libc::SIGPIPE, "SIGPIPE"),
+    (libc::SIGALRM, "SIGALRM"),
+    (libc::SIGVTALRM, "SIGVTALRM"),
+    (libc::SIGPROF, "SIGPROF"),
+    (libc::SIGUSR1, "SIGUSR1"),
+    (libc::SIGUSR2, "SIGUSR2"),
+    (libc::SIGXCPU, "SIGXCPU"),
+    (libc::SIGXFSZ, "SIGXFSZ"),
+];
+
+/// Those that suspend it by default: Ctrl-Z, and when it uses the terminal in the background.
+pub(crate) const SUSPENDS: [(c_int, &str); 3] =
+    [(libc::SIGTSTP, "Ctrl-Z"), (libc::SIGTTIN, "SIGTTIN"), (libc::SIGTTOU, "SIGTTOU")];
 
 /// How often the thread looks for a signal.
 const LOOK: Duration = Duration::from_millis(20);
@@ -29,6 +48,8 @@ const THREAD: &str = "ends of C";
 static WATCHED_BY: AtomicU32 = AtomicU32::new(0);
 /// The first signal that has asked the program to end; 0 for none.
 static CAME: AtomicI32 = AtomicI32::new(0);
+/// Whether a signal has come that suspends the program.
+static SUSPEND: AtomicBool = AtomicBool::new(false);
 
 /// Has this called when the program returns from `main` or calls `exit`.
 pub(crate) fn at_exit(function: extern "C" fn()) {
@@ -41,8 +62,8 @@ pub(crate) fn threads_are_gone() -> bool {
     false
 }
 
-/// Ends the transfers when a signal asks the program to end, and then the program by that signal. A signal that
-/// the program handles or ignores stays the program's.
+/// Ends the transfers when a signal ends or suspends the program, and then has the signal do so. A signal that the
+/// program handles or ignores stays the program's.
 pub(super) fn watch() {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
     let _one = ONE_AT_A_TIME.lock();
@@ -57,9 +78,11 @@ pub(super) fn watch() {
         }
         WATCHED_BY.store(own, Ordering::Release);
     }
-    for signal in ENDS {
-        if let Err(error) = take_up(signal) {
-            log::warn!("signal {signal} will end the program without a last exchange: {error}");
+    let ends = ENDS.iter().map(|end| (end, on_end as extern "C" fn(c_int)));
+    let suspends = SUSPENDS.iter().map(|suspend| (suspend, on_suspend as extern "C" fn(c_int)));
+    for ((signal, name), handler) in ends.chain(suspends) {
+        if let Err(error) = take_up(*signal, handler) {
+            log::warn!("after {name} there will be no last exchange: {error}");
         }
     }
 }
@@ -78,15 +101,15 @@ fn stay_loaded() {
     }
 }
 
-/// Takes up a signal that ends the program by default.
-fn take_up(signal: c_int) -> io::Result<()> {
+/// Takes up a signal that the program leaves to the system.
+fn take_up(signal: c_int, handler: extern "C" fn(c_int)) -> io::Result<()> {
     match handler_of(signal)? {
-        libc::SIG_DFL => set(signal, on_end as extern "C" fn(c_int) as usize),
+        libc::SIG_DFL => set(signal, handler as usize),
         _ => Ok(()),
     }
 }
 
-fn handler_of(signal: c_int) -> io::Result<usize> {
+pub(crate) fn handler_of(signal: c_int) -> io::Result<usize> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };
     // SAFETY: the place for the action is this function's.
@@ -117,6 +140,24 @@ extern "C" fn on_end(signal: c_int) {
     }
 }
 
+extern "C" fn on_suspend(signal: c_int) {
+    if process::id() == WATCHED_BY.load(Ordering::Acquire) {
+        SUSPEND.store(true, Ordering::Release);
+    } else {
+        end_by(signal);
+    }
+}
+
+/// Suspends the program, with its transfers ended. When it goes on it may begin them again.
+fn suspend() {
+    end_within_limit();
+    lines_again();
+    // SAFETY: a call without pointers. The signal of before does nothing where no shell could continue the program.
+    unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
+    SUSPEND.store(false, Ordering::Release);
+    goes_on();
+}
+
 /// Does what the signal does without this library, which ends the process. Async-signal-safe.
 fn end_by(signal: c_int) {
     // It can't fail: the signal had this action.
@@ -136,12 +177,14 @@ fn end_by(signal: c_int) {
 pub(super) fn end_as_asked() {
     let signal = CAME.load(Ordering::Acquire);
     if signal != 0 {
+        lines_again();
         end_by(signal);
     }
 }
 
 /// The thread.
 fn look() {
+    let _inside = inside::enter();
     // Half a second: after `pthread_exit` nobody is in a hurry.
     const LOOKS_FOR_MAIN: u32 = 25;
     for looks in 1_u32.. {
@@ -151,6 +194,9 @@ fn look() {
             end_within_limit();
             end_as_asked();
         }
+        if SUSPEND.load(Ordering::Acquire) {
+            suspend();
+        }
         if looks % LOOKS_FOR_MAIN == 0 && program_has_left() {
             end_within_limit();
             // As when the last thread of a program ends.
@@ -159,7 +205,8 @@ fn look() {
     }
 }
 
-/// A signal waits while all threads of the program that would take it are in calls of this library.
+/// A signal waits while all threads of the program that would take it are in calls of this library. One that the program
+/// itself holds back is the program's.
 fn look_for_pending() {
     // SAFETY: a set, for which all bits 0 are valid.
     let mut pending: libc::sigset_t = unsafe { zeroed() };
@@ -170,7 +217,9 @@ fn look_for_pending() {
     };
     let own = on_end as extern "C" fn(c_int) as usize;
     let is_own = |signal: &c_int| handler_of(*signal).is_ok_and(|handler| handler == own);
-    if let Some(signal) = ENDS.iter().copied().filter(is_own).find(is_pending) {
+    let asks = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT];
+    let asks = asks.into_iter().filter(|signal| inside::is_held_by_library(*signal));
+    if let Some(signal) = asks.filter(is_own).find(is_pending) {
         on_end(signal);
     }
 }
