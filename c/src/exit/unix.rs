@@ -70,6 +70,8 @@ pub(super) fn watch() {
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
         stay_loaded();
+        #[cfg(not(miri))]
+        crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
         let started = thread::Builder::new().name(THREAD.into()).spawn(look);
         if let Err(error) = started {
