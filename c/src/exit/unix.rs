@@ -2,7 +2,7 @@
 
 use std::ffi::{c_int, c_void};
 use std::io;
-use std::mem::zeroed;
+use std::mem::{transmute, zeroed};
 use std::process;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
@@ -36,6 +36,17 @@ pub(crate) const ENDS: [(c_int, &str); 12] = [
 pub(crate) const SUSPENDS: [(c_int, &str); 3] =
     [(libc::SIGTSTP, "Ctrl-Z"), (libc::SIGTTIN, "SIGTTIN"), (libc::SIGTTOU, "SIGTTOU")];
 
+/// The signals of a crash.
+const CRASHES: [(c_int, &str); 7] = [
+    (libc::SIGSEGV, "SIGSEGV"),
+    (libc::SIGBUS, "SIGBUS"),
+    (libc::SIGFPE, "SIGFPE"),
+    (libc::SIGILL, "SIGILL"),
+    (libc::SIGABRT, "SIGABRT"),
+    (libc::SIGTRAP, "SIGTRAP"),
+    (libc::SIGSYS, "SIGSYS"),
+];
+
 /// How often the thread looks for a signal.
 const LOOK: Duration = Duration::from_millis(20);
 /// How long a program that is asked to end goes on at most.
@@ -48,13 +59,24 @@ const THREAD: &str = "ends of C";
 static WATCHED_BY: AtomicU32 = AtomicU32::new(0);
 /// The first signal that has asked the program to end; 0 for none.
 static CAME: AtomicI32 = AtomicI32::new(0);
+/// Whether the program has crashed, and whether its transfers have ended since then.
+static CRASHED: AtomicBool = AtomicBool::new(false);
+static ENDED: AtomicBool = AtomicBool::new(false);
 /// Whether a signal has come that suspends the program.
 static SUSPEND: AtomicBool = AtomicBool::new(false);
 
-/// Has this called when the program returns from `main` or calls `exit`.
+/// Has this called when the program returns from `main` or calls `exit`, with glibc also `quick_exit`.
 pub(crate) fn at_exit(function: extern "C" fn()) {
-    // SAFETY: the callers' functions live as long as this library, and do not unwind.
-    unsafe { libc::atexit(function) };
+    type AtQuickExit = unsafe extern "C" fn(extern "C" fn(), *const c_void) -> c_int;
+    // SAFETY: the callers' functions live as long as this library, and do not unwind. The other function is the one
+    // behind `at_quick_exit`, whose function gets an argument that it need not take.
+    unsafe {
+        libc::atexit(function);
+        let found = libc::dlsym(libc::RTLD_DEFAULT, c"__cxa_at_quick_exit".as_ptr());
+        if !found.is_null() {
+            transmute::<*mut c_void, AtQuickExit>(found)(function, ptr::null());
+        }
+    }
 }
 
 /// Threads are there until the process ends.
@@ -70,6 +92,7 @@ pub(super) fn watch() {
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
         stay_loaded();
+        give_stack();
         #[cfg(not(miri))]
         crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
@@ -82,7 +105,8 @@ pub(super) fn watch() {
     }
     let ends = ENDS.iter().map(|end| (end, on_end as extern "C" fn(c_int)));
     let suspends = SUSPENDS.iter().map(|suspend| (suspend, on_suspend as extern "C" fn(c_int)));
-    for ((signal, name), handler) in ends.chain(suspends) {
+    let crashes = CRASHES.iter().map(|crash| (crash, on_crash as extern "C" fn(c_int)));
+    for ((signal, name), handler) in ends.chain(suspends).chain(crashes) {
         if let Err(error) = take_up(*signal, handler) {
             log::warn!("after {name} there will be no last exchange: {error}");
         }
@@ -100,6 +124,21 @@ fn stay_loaded() {
             let how = libc::RTLD_NOW | libc::RTLD_NOLOAD | libc::RTLD_NODELETE;
             libc::dlopen(found.dli_fname, how);
         }
+    }
+}
+
+/// Handlers run on a stack of their own in this thread, unless the program has given it one: its other one may be full.
+fn give_stack() {
+    const SIZE: usize = 64 << 10;
+    // SAFETY: integers and pointers, for which all bits 0 are valid.
+    let mut present: libc::stack_t = unsafe { zeroed() };
+    // SAFETY: the place for what is there is this function's.
+    let is_known = unsafe { libc::sigaltstack(ptr::null(), &raw mut present) } == 0;
+    if is_known && present.ss_flags & libc::SS_DISABLE != 0 {
+        let stack = Box::leak(vec![0_u8; SIZE].into_boxed_slice());
+        let stack = libc::stack_t { ss_sp: stack.as_mut_ptr().cast(), ss_flags: 0, ss_size: SIZE };
+        // SAFETY: the stack is never freed. Without it a full stack ends the program at once.
+        unsafe { libc::sigaltstack(&raw const stack, ptr::null_mut()) };
     }
 }
 
@@ -125,7 +164,7 @@ fn set(signal: c_int, handler: usize) -> io::Result<()> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };
     action.sa_sigaction = handler;
-    action.sa_flags = libc::SA_RESTART;
+    action.sa_flags = libc::SA_RESTART | libc::SA_ONSTACK;
     // SAFETY: the action is a valid value, and its handler is async-signal-safe.
     match unsafe { libc::sigaction(signal, &raw const action, ptr::null_mut()) } {
         0 => Ok(()),
@@ -148,6 +187,24 @@ extern "C" fn on_suspend(signal: c_int) {
     } else {
         end_by(signal);
     }
+}
+
+/// The thread that has crashed waits until the transfers have ended.
+extern "C" fn on_crash(signal: c_int) {
+    if process::id() == WATCHED_BY.load(Ordering::Acquire) {
+        CRASHED.store(true, Ordering::Release);
+        let look = libc::timespec { tv_sec: 0, tv_nsec: LOOK.subsec_nanos() as _ };
+        // The thread that ends them may be the one that has crashed.
+        let most = 2 * END_LIMIT.as_millis() / LOOK.as_millis();
+        for _ in 0..most {
+            if ENDED.load(Ordering::Acquire) {
+                break;
+            }
+            // SAFETY: the time is this function's.
+            unsafe { libc::nanosleep(&raw const look, ptr::null_mut()) };
+        }
+    }
+    end_by(signal);
 }
 
 /// Suspends the program, with its transfers ended. When it goes on it may begin them again.
@@ -195,6 +252,11 @@ fn look() {
         if CAME.load(Ordering::Acquire) != 0 {
             end_within_limit();
             end_as_asked();
+        }
+        if CRASHED.load(Ordering::Acquire) && !ENDED.load(Ordering::Acquire) {
+            end_within_limit();
+            lines_again();
+            ENDED.store(true, Ordering::Release);
         }
         if SUSPEND.load(Ordering::Acquire) {
             suspend();

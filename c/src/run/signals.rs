@@ -13,9 +13,13 @@ use unix::came;
 use windows::came;
 
 #[cfg(unix)]
-pub(crate) use unix::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
+pub(crate) use unix::{
+    is_crash, name_in, pass_on_to, pass_on_to_group, stop_passing_on, take_up, words_of,
+};
 #[cfg(not(unix))]
-pub(crate) use windows::{is_crash, name_in, pass_on_to, stop_passing_on, take_up, words_of};
+pub(crate) use windows::{
+    is_crash, name_in, pass_on_to, pass_on_to_group, stop_passing_on, take_up, words_of,
+};
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
 pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
@@ -48,12 +52,14 @@ fn end_unread_words() {
     process::exit(1);
 }
 
-/// Runs a compiler, and returns what it has said.
+/// Runs a compiler, and returns what it has said. A script starts others, which get signals, too.
 pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(command, 0);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut run = || -> io::Result<Output> {
         let child = command.spawn()?;
-        let id = pass_on_to(&child);
+        let id = pass_on_to_group(&child);
         let output = child.wait_with_output();
         stop_passing_on(id);
         output
@@ -102,7 +108,7 @@ mod unix {
     /// How long after the first signal another one is a second one.
     const SECOND_AFTER: Duration = Duration::from_secs(1);
 
-    /// The children that run.
+    /// The children that run; the negative ones are groups of them.
     static CHILDREN: Mutex<Vec<libc::pid_t>> = Mutex::new(Vec::new());
     /// The last signal; 0 for none. It is known at once, before a child that got it has ended.
     static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
@@ -156,19 +162,27 @@ mod unix {
     }
 
     /// Passes signals on to this process, also one that has come already. Returns a name for it.
-    pub(crate) fn pass_on_to(process: &Child) -> u32 {
+    pub(crate) fn pass_on_to(process: &Child) -> i32 {
+        pass_on_from_now(process.id() as libc::pid_t)
+    }
+
+    /// The same for all processes of a group, which is named by its first one.
+    pub(crate) fn pass_on_to_group(first: &Child) -> i32 {
+        pass_on_from_now(-(first.id() as libc::pid_t))
+    }
+
+    fn pass_on_from_now(id: libc::pid_t) -> i32 {
         let mut children = children();
-        let id = process.id() as libc::pid_t;
         children.push(id);
         let before = LAST.load(Ordering::SeqCst) as i32;
         if before != 0 {
             send(id, before);
         }
-        process.id()
+        id
     }
 
-    pub(crate) fn stop_passing_on(process: u32) {
-        children().retain(|child| *child != process as libc::pid_t);
+    pub(crate) fn stop_passing_on(id: i32) {
+        children().retain(|child| *child != id);
     }
 
     /// How a program has ended with this exit status.
@@ -223,11 +237,15 @@ mod windows {
         CAME.load(Ordering::SeqCst).then_some("Ctrl-C")
     }
 
-    pub(crate) fn pass_on_to(process: &Child) -> u32 {
-        process.id()
+    pub(crate) fn pass_on_to(_: &Child) -> i32 {
+        0
     }
 
-    pub(crate) fn stop_passing_on(_: u32) {}
+    pub(crate) fn pass_on_to_group(_: &Child) -> i32 {
+        0
+    }
+
+    pub(crate) fn stop_passing_on(_: i32) {}
 
     /// How a program has ended with this exit status.
     pub(crate) fn words_of(code: i32) -> String {

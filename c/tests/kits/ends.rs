@@ -53,6 +53,47 @@ fn whatever_signal_ends_a_program_its_motors_stop_first() {
     }
 }
 
+#[test]
+fn a_crash_stops_the_motors_first() {
+    for (how, signals) in [
+        ("pointer", &[libc::SIGSEGV][..]),
+        ("abort", &[libc::SIGABRT]),
+        ("stack", &[libc::SIGSEGV, libc::SIGBUS]),
+        ("heap", &[libc::SIGABRT, libc::SIGSEGV]),
+    ] {
+        let txt = simulated().start().unwrap();
+        let Some(running) = started(&txt, how) else { return };
+        set_input(&txt, 0, 1);
+        let ended = running.end();
+        assert!(ended.signal.is_some_and(|it| signals.contains(&it)), "{how}: {}", ended.err);
+        wait_stopped(&txt);
+    }
+}
+
+#[cfg(target_env = "gnu")]
+#[test]
+fn quick_exit_stops_the_motors() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "quick_exit") else { return };
+    set_input(&txt, 0, 1);
+    assert_eq!(running.end().code, Some(3));
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_callback_may_end_the_program_and_its_thread_may_not_be_ended() {
+    for (how, code, signal) in [
+        ("exit in a callback", Some(5), None),
+        ("pthread_exit in a callback", None, Some(libc::SIGABRT)),
+    ] {
+        let txt = simulated().start().unwrap();
+        let Some(running) = started(&txt, how) else { return };
+        let ended = running.end();
+        assert_eq!((ended.code, ended.signal), (code, signal), "{how}: {}", ended.err);
+        wait_stopped(&txt);
+    }
+}
+
 /// The state of a process, as `ps` names it.
 #[cfg(target_os = "linux")]
 fn state_of(process: u32) -> char {

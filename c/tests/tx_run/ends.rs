@@ -10,7 +10,9 @@ use std::sync::{Arc, Mutex};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use super::support::{cache, has_compiler, program, run_on, txt, wait_for, wait_until, Ended, Run};
+use super::support::{
+    cache, has_compiler, has_ended, program, run_on, tx_run, txt, wait_for, wait_until, Ended, Run,
+};
 
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
 fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {
@@ -65,6 +67,9 @@ fn abort_is_named() {
 #[test]
 fn exit_is_named() {
     ends("EXIT", "exit was called in PrgTic");
+    if cfg!(target_env = "gnu") {
+        ends("LEAVE=quick_exit(0)", "exit was called in PrgTic");
+    }
 }
 
 #[test]
@@ -72,8 +77,7 @@ fn an_end_past_the_runtime_is_followed_by_an_exchange_that_stops_everything() {
     if !has_compiler() {
         return;
     }
-    for (call, status) in [("_Exit(4)", 4), ("_exit(0)", 0), ("_exit(1)", 1), ("quick_exit(0)", 0)]
-    {
+    for (call, status) in [("_Exit(4)", 4), ("_exit(0)", 0), ("_exit(1)", 1)] {
         let ended = with_a_motor(&format!("LEAVE={call}"), press);
         assert_eq!(ended.status, Some(status), "{ended:?}");
         assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
@@ -283,6 +287,29 @@ fn a_controller_that_goes_away_ends_the_program() {
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     drop(txt);
     run.end().badly("the exchange has ended: ");
+}
+
+#[test]
+fn a_signal_ends_what_a_script_for_the_compiler_has_started() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let (script, number) = (folder.path().join("compiler"), folder.path().join("number"));
+    // Only the question for its version is answered.
+    let text = format!(
+        "#!/bin/sh\n[ \"$1\" = --version ] && exit\nsleep 1000 &\necho $! > '{0}.new'\nmv '{0}.new' '{0}'\nwait\n",
+        number.display()
+    );
+    fs::write(&script, text).unwrap();
+    fs::set_permissions(&script, Permissions::from_mode(0o755)).unwrap();
+    let mut command = tx_run(&["--world", "none"]);
+    let run = Run::start(command.arg(program("motor.c")).env("CC", &script));
+    wait_until("the script runs", || number.exists());
+    run.signal(libc::SIGTERM);
+    run.end().badly("ended by SIGTERM while the program was compiled");
+    let sleeper: libc::pid_t = fs::read_to_string(&number).unwrap().trim().parse().unwrap();
+    wait_until("nothing is left", || has_ended(sleeper));
 }
 
 #[test]

@@ -88,6 +88,41 @@ static void turn_again()
     }
 }
 
+static void __stdcall in_callback(DWORD, DWORD)
+{
+    if (is("exit in a callback")) {
+        exit(5);
+    }
+    pthread_exit(NULL);
+}
+
+static int deep(int depth)
+{
+    volatile char room[1000];
+    room[0] = (char)depth;
+    return depth < 0 ? 0 : deep(depth / 2 + 1) + room[0];
+}
+
+static void crash()
+{
+    if (is("pointer")) {
+        *(volatile int *)8 = 1;
+    } else if (is("abort")) {
+        abort();
+    } else if (is("stack")) {
+        deep(1);
+    } else if (is("heap")) {
+        char *volatile bytes = (char *)malloc(100);
+        for (int at = -64; at < 200; at++) {
+            bytes[at] = 'A';
+        }
+        for (int size = 0; size < 1000; size++) {
+            free(malloc(size));
+        }
+        abort();
+    }
+}
+
 int main(int, char **words)
 {
     how = words[1];
@@ -106,6 +141,7 @@ int main(int, char **words)
     if (!start()) {
         return 1;
     }
+    SetCBCounterResetted(in_callback);
     turn(512);
     say("turns");
     if (is("keys later")) {
@@ -127,11 +163,18 @@ int main(int, char **words)
         pthread_join(thread, NULL);
         say("cancelled");
     }
+    if (strstr(how, "in a callback")) {
+        StartCounterReset(device, TA_LOCAL, 0);
+    }
     while (!is_pressed()) {
         Sleep(2);
         if (is("closed")) {
             say("What a program prints is not for its controller.");
         }
     }
+    if (is("quick_exit")) {
+        quick_exit(3);
+    }
+    crash();
     return 0;
 }
