@@ -12,6 +12,7 @@ mod cache;
 mod child;
 mod compiler;
 mod copies;
+mod folder;
 mod headers;
 mod inputs;
 mod key;
@@ -35,6 +36,7 @@ use std::io::{self, Write};
 use std::process::{self, ExitCode};
 
 use env_logger::Env;
+use folder::BuildFolder;
 use options::{Options, HELP};
 
 /// An error that is a sentence.
@@ -79,7 +81,7 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<i32, Sentence> {
     signals::take_up()?;
-    let build = tempfile::Builder::new().prefix("tx_run").tempdir()?;
+    let build = BuildFolder::new()?;
     let program = program::build(options, build.path())?;
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -3,6 +3,7 @@
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
@@ -144,7 +145,7 @@ fn signals_end_the_program() {
         return;
     }
     for (signal, name) in
-        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "SIGHUP")]
+        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGQUIT, "SIGQUIT")]
     {
         let ended = with_a_motor("CODE=0", |_, run| run.signal(signal));
         ended.badly(&format!("ended by {name}; all outputs are off"));
@@ -161,6 +162,23 @@ fn signals_end_the_program() {
         assert!([asked, hangs].iter().any(|word| ended.err.contains(word)), "{}", ended.err);
         assert!(ended.err.contains("all outputs are off"), "{}", ended.err);
     }
+}
+
+/// The terminal sends it to all.
+#[test]
+fn ctrl_z_ends_a_program_that_knows_no_pauses() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    command.arg(program("ends.c")).env("CFLAGS", "-w -DCODE=0").process_group(0);
+    let run = Run::start(&mut command);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    run.signal_group(libc::SIGTSTP);
+    wait_stopped(&txt);
+    run.signal_group(libc::SIGCONT);
+    run.end().badly("ended by Ctrl-Z; all outputs are off");
 }
 
 #[cfg(target_os = "linux")]
@@ -219,6 +237,31 @@ fn a_controller_that_can_not_be_stopped_is_told() {
     run.end().badly("tx_run could not either, so motors may go on: ");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_command_has_left_is_removed_by_the_next_one() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let left = || fs::read_dir(folder.path()).unwrap().count();
+    let txt = txt().start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    let run = Run::start(command.arg(program("pc.c")).env("TMPDIR", folder.path()));
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    let start_next = || {
+        let mut command = tx_run(&["--world", "none"]);
+        Run::start(command.arg(program("strings.c")).env("TMPDIR", folder.path())).end()
+    };
+    start_next();
+    assert_eq!(left(), 1, "one that is used stays");
+    run.signal(libc::SIGKILL);
+    run.end();
+    assert_eq!(left(), 1);
+    start_next();
+    assert_eq!(left(), 0);
+}
+
 /// The last command is the one of a client that has ended well.
 fn wait_stopped(txt: &SimulatedTxt) {
     wait_for(txt, "StopOnline", |machine| {
@@ -232,7 +275,7 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
         return;
     }
     let turns = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
-    for (signal, name) in [(libc::SIGINT, "SIGINT"), (libc::SIGTERM, "SIGTERM")] {
+    for (signal, name) in [(libc::SIGQUIT, "SIGQUIT"), (libc::SIGTERM, "SIGTERM")] {
         let txt = txt().start().unwrap();
         let run = run_on(&txt, "pc.c", "");
         wait_for(&txt, "the motor turns", turns);

@@ -145,6 +145,12 @@ impl Run {
         assert_eq!(unsafe { libc::kill(self.child.id() as libc::pid_t, signal) }, 0);
     }
 
+    /// Sends a signal to the process group of `tx_run`.
+    pub(crate) fn signal_group(&self, signal: i32) {
+        // SAFETY: a call without pointers, for a child that was not waited for.
+        assert_eq!(unsafe { libc::kill(-(self.child.id() as libc::pid_t), signal) }, 0);
+    }
+
     /// Sends a signal until `tx_run` has ended.
     #[track_caller]
     pub(crate) fn end_by(mut self, signal: i32) -> Ended {
