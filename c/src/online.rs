@@ -63,9 +63,11 @@ fn note(line: &str) {
 }
 
 fn open(path: &Path) -> io::Result<File> {
-    let file = OpenOptions::new().read(true).append(true).open(path)?;
+    let opened = OpenOptions::new().read(true).append(true).open(path)?;
     // Not in the place of an input or output that the program has closed.
-    let file = file.try_clone()?;
+    let file = opened.try_clone()?;
+    // Whatever closes the file in this process takes the mark away.
+    drop(opened);
     #[cfg(unix)]
     mark(&file)?;
     Ok(file)

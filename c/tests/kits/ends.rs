@@ -4,7 +4,7 @@ use std::fs::{self, File};
 use std::io::{Read, Write};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::os::unix::process::CommandExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Child;
 use std::ptr;
 use std::sync::OnceLock;
@@ -163,7 +163,7 @@ struct AtTerminal {
 }
 
 impl AtTerminal {
-    fn start(program: &PathBuf, txt: &SimulatedTxt, how: &str) -> Self {
+    fn start(program: &Path, txt: &SimulatedTxt, how: &str) -> Self {
         let (mut outer, mut inner) = (0, 0);
         // SAFETY: the places for the two ends are this function's.
         let opened = unsafe {

@@ -282,13 +282,16 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
         run.signal(signal);
         let ended = run.end();
         ended.badly(&format!("pc was ended by {name}"));
+        assert!(!ended.err.contains("last exchange"), "{}", ended.err);
         wait_stopped(&txt);
     }
     let txt = txt().start().unwrap();
     let run = run_on(&txt, "pc.c", "");
     wait_for(&txt, "the motor turns", turns);
     press(&txt, &run);
-    assert_eq!(run.end().status, Some(3));
+    let ended = run.end();
+    assert_eq!(ended.status, Some(3));
+    assert!(!ended.err.contains("last exchange"), "{}", ended.err);
     wait_stopped(&txt);
 }
 
