@@ -1,7 +1,8 @@
 //! The C libraries that programs for the ROBO TX and the TXT expect, over `ft-transfer-area`.
 #![allow(non_snake_case, reason = "the library has the name of the original")]
 
-#[cfg(all(unix, not(miri)))]
+/// Sanitizers see only the system's memory.
+#[cfg(all(unix, not(miri), not(asan)))]
 mod allocator;
 mod errors;
 mod ex2;

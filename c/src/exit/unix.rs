@@ -93,7 +93,7 @@ pub(super) fn watch() {
     if WATCHED_BY.load(Ordering::Acquire) != own {
         stay_loaded();
         give_stack();
-        #[cfg(not(miri))]
+        #[cfg(not(any(miri, asan)))]
         crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
         let started = thread::Builder::new().name(THREAD.into()).spawn(look);
