@@ -88,6 +88,8 @@ pub(crate) fn threads_are_gone() -> bool {
 /// program handles or ignores stays the program's.
 pub(super) fn watch() {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    // The thread holds signals back, too.
+    let _inside = inside::enter();
     let _one = ONE_AT_A_TIME.lock();
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
@@ -243,7 +245,6 @@ pub(super) fn end_as_asked() {
 
 /// The thread.
 fn look() {
-    let _inside = inside::enter();
     // Half a second: after `pthread_exit` nobody is in a hurry.
     const LOOKS_FOR_MAIN: u32 = 25;
     for looks in 1_u32.. {

@@ -153,6 +153,19 @@ fn what_a_program_prints_without_an_output_does_not_go_to_the_controller() {
     wait_stopped(&txt);
 }
 
+#[test]
+fn a_program_that_takes_ctrl_c_itself_gets_it_after_kbhit() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = AtTerminal::start(program, &txt, "keys and takes");
+    running.expect("turns");
+    running.keyboard.write_all(b"\x03").unwrap();
+    running.expect("taken");
+    set_input(&txt, 0, 1);
+    wait("it has ended", || running.child.try_wait().unwrap().is_some());
+    wait_stopped(&txt);
+}
+
 /// A program at a terminal.
 struct AtTerminal {
     child: Child,
@@ -195,9 +208,18 @@ impl AtTerminal {
         let mut seen = Vec::new();
         let mut byte = [0];
         while !String::from_utf8_lossy(&seen).contains(text) {
+            assert!(self.is_readable(), "never: {text:?}");
             self.keyboard.read_exact(&mut byte).unwrap();
             seen.push(byte[0]);
         }
+    }
+
+    /// Waits until there is something to read.
+    fn is_readable(&self) -> bool {
+        let fd = self.keyboard.as_raw_fd();
+        let mut keyboard = libc::pollfd { fd, events: libc::POLLIN, revents: 0 };
+        // SAFETY: the place is this function's.
+        unsafe { libc::poll(&mut keyboard, 1, DEADLINE.as_millis() as libc::c_int) == 1 }
     }
 
     /// Whether keys are shown and wait for the end of their line.

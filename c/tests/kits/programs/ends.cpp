@@ -129,10 +129,10 @@ int main(int, char **words)
     if (is("closed")) {
         close(STDOUT_FILENO);
     }
-    if (is("keys")) {
+    if (is("keys") || is("keys and takes")) {
         _kbhit();
     }
-    if (is("takes")) {
+    if (is("takes") || is("keys and takes")) {
         sigset_t only;
         sigemptyset(&only);
         sigaddset(&only, SIGINT);
@@ -148,7 +148,7 @@ int main(int, char **words)
         _kbhit();
         say("keys");
     }
-    if (is("takes")) {
+    if (is("takes") || is("keys and takes")) {
         return take_signals();
     }
     if (is("again")) {
