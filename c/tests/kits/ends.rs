@@ -1,6 +1,6 @@
 //! How programs end that were started by hand, without `tx_run`.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::os::unix::process::CommandExt;
@@ -97,7 +97,7 @@ fn a_callback_may_end_the_program_and_its_thread_may_not_be_ended() {
 /// The state of a process, as `ps` names it.
 #[cfg(target_os = "linux")]
 fn state_of(process: u32) -> char {
-    let stat = fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
     stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next()).unwrap()
 }
 

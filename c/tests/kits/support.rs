@@ -148,6 +148,7 @@ impl Running {
     }
 
     /// Its number.
+    #[cfg(target_os = "linux")]
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
