@@ -114,3 +114,16 @@ fn readers_that_go_away_end_nothing_that_drives() {
     program.exchange([3; 8]);
     program.end();
 }
+
+#[test]
+fn a_limit_for_the_size_of_files_ends_no_command_in_the_middle() {
+    let folder = tempfile::tempdir().unwrap();
+    let limited = "ulimit -f 0; exec \"$0\" find --only 127.0.0.1:1 --json > \"$1\"";
+    let status = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_txt")])
+        .arg(folder.path().join("found.json"))
+        .status()
+        .unwrap();
+    // A signal has no code.
+    assert_eq!(status.code(), Some(1), "{status}");
+}
