@@ -169,8 +169,8 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     // It drives nothing.
     page.done(serde_json::json!({"do": "drive"}));
     let motor = serde_json::json!({"do": "motor", "motor": 0, "duty": 512});
-    assert_eq!(page.refused(motor), "not_driven");
-    page.done(serde_json::json!({"do": "stop"}));
+    assert_eq!(page.refused(motor), "only_looks");
+    assert_eq!(page.refused(serde_json::json!({"do": "stop"})), "only_looks");
     assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[2], 400);
 
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
