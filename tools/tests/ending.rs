@@ -25,6 +25,13 @@ fn pipe(folder: &TempDir, room: usize) -> (String, File) {
     (path, pipe)
 }
 
+/// A pipe that takes nothing, in a folder of its own.
+pub(crate) fn full_pipe() -> (TempDir, (String, File)) {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = pipe(&folder, 0);
+    (folder, pipe)
+}
+
 /// A recording into such a pipe that has begun.
 fn begun(txt: &SimulatedTxt, path: &str) -> Running {
     let arguments = ["record", &txt.address().to_string(), "-o", path];
