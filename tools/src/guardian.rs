@@ -9,6 +9,8 @@ use std::time::Duration;
 
 use anyhow::Context;
 
+use crate::program;
+
 /// The pause before a guardian is replaced that has ended soon.
 const PAUSE: Duration = Duration::from_secs(1);
 
@@ -50,11 +52,9 @@ fn lock(input: &Input) -> MutexGuard<'_, Option<ChildStdin>> {
 }
 
 fn spawn(hosts: &[String]) -> io::Result<(Child, ChildStdin)> {
-    let mut command = Command::new(env::current_exe()?);
-    command.args(["stop", "--guard", "--"]).args(hosts);
-    command.stdin(Stdio::piped()).stdout(io::stderr());
-    apart(&mut command);
-    let mut child = command.spawn()?;
+    let mut command = outliving()?;
+    let mut child =
+        command.args(["stop", "--guard", "--"]).args(hosts).stdout(io::stderr()).spawn()?;
     let input = child.stdin.take().ok_or(io::ErrorKind::BrokenPipe)?;
     Ok((child, input))
 }
@@ -83,6 +83,15 @@ fn replace(mut child: Child, hosts: &[String], input: &Input) {
         log::warn!("the process that stops the motors when this one is killed has ended ({ended}); another one takes its place");
         thread::sleep(PAUSE);
     }
+}
+
+/// Another process of this program, which sees by its input that this one has ended.
+pub(crate) fn outliving() -> io::Result<Command> {
+    let mut command = Command::new(env::current_exe()?);
+    // Where this program was started by another `txt`, that one does not end it.
+    command.stdin(Stdio::piped()).env_remove(program::MARK);
+    apart(&mut command);
+    Ok(command)
 }
 
 /// What ends this program by the keyboard does not end the other one.
