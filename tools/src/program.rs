@@ -156,16 +156,22 @@ mod system {
     pub(super) fn end(what: Option<i32>) {
         let what = what.map(Pid::from_raw);
         let all = || what.into_iter().chain(marked()).filter(|one| kill(*one, None).is_ok());
+        let send = |signal| {
+            for one in all() {
+                // One that has just ended needs no signal.
+                let _ = kill(one, signal);
+            }
+        };
         for signal in [Signal::SIGTERM, Signal::SIGKILL] {
             let begin = Instant::now();
-            all().for_each(|one| drop(kill(one, signal)));
+            send(signal);
             while begin.elapsed() < FAREWELL {
                 if all().next().is_none() {
                     return;
                 }
                 if signal == Signal::SIGKILL {
                     // Others may have been started meanwhile.
-                    all().for_each(|one| drop(kill(one, signal)));
+                    send(signal);
                 }
                 thread::sleep(LOOK);
             }

@@ -23,6 +23,7 @@ use super::order::{Order, ORDER_LIMIT};
 use super::passage::{connect, reset, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
+use crate::lines::Rarely;
 use crate::told::{Gone, Line};
 
 const WAKER: Token = Token(3);
@@ -103,8 +104,8 @@ struct Worker {
     busy: bool,
     /// When to try again to accept programs.
     accept_at: Option<Instant>,
-    /// The log has why no program could be accepted.
-    has_warned: bool,
+    /// Why no program could be accepted.
+    warning: Rarely,
     /// The log has that there are many connections.
     has_warned_of_many: bool,
     order: Order,
@@ -135,7 +136,7 @@ impl Worker {
             chunk: vec![0; CHUNK],
             busy: false,
             accept_at: None,
-            has_warned: false,
+            warning: Rarely::default(),
             has_warned_of_many: false,
             order: Order::default(),
             stop: Arc::default(),
@@ -243,14 +244,13 @@ impl Worker {
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => {
-                    if !std::mem::replace(&mut self.has_warned, true) {
+                    if self.warning.is_due() {
                         log::warn!("a program can't be accepted: {error}");
                     }
                     self.accept_at = Some(Instant::now() + ACCEPT_RETRY);
                     return;
                 }
             };
-            self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
             if line == Line::Main && !self.halts.iter().all(Halt::waits) {
