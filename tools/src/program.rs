@@ -124,11 +124,10 @@ fn keeper() -> io::Result<Child> {
 
 /// What a keeper does: it reads what to end, waits for the end of its input, and ends it.
 pub(crate) fn keep() -> anyhow::Result<()> {
-    match io::stdin().lines().map_while(Result::ok).last() {
-        None => {}
-        Some(what) if what == GONE => system::end(None),
-        Some(what) => system::end(Some(what.parse()?)),
-    }
+    let what = io::stdin().lines().map_while(Result::ok).last();
+    // Without a line, this process was killed before it could tell: the program may run.
+    let what = what.filter(|what| what != GONE).map(|what| what.parse()).transpose()?;
+    system::end(what);
     Ok(())
 }
 
