@@ -35,6 +35,7 @@ impl Running {
         self.lines.recv_timeout(LIMIT).expect("the program prints a line")
     }
 
+    #[cfg(target_os = "linux")]
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
