@@ -54,6 +54,10 @@ impl TransferAreaComHandler {
     /// transfer, starting the camera, setting another hook, or dropping the handler. Locking the areas and
     /// waiting panic there, as under any guard.
     ///
+    /// `std::process::exit` in the function ends the program without a last exchange, so motors may go on: return
+    /// [`ControlFlow::Break`], and exit after `end_transfer`. A function that owns its own handler, in an `Arc`,
+    /// keeps it and its transfer for ever: give it a `Weak` or a [`TransferArea`].
+    ///
     /// Blocks while an earlier hook runs, for the limit at most; inside a hook it does not block.
     ///
     /// ```
