@@ -133,8 +133,8 @@ pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream, Picture, PowerLine};
 pub use client::{
-    ask_controllers_at, find_controllers, find_controllers_at, TimeLimits, TxtClient, PORT,
-    USUAL_HOSTS,
+    ask_controllers_at, controller_address, find_controllers, find_controllers_at, TimeLimits,
+    TxtClient, PORT, USUAL_HOSTS,
 };
 pub use error::{Error, IoError};
 pub use events::{

@@ -19,6 +19,8 @@ mod system;
 mod system;
 
 pub(crate) use system::{at_exit, threads_are_gone};
+#[cfg(unix)]
+pub(crate) use system::{handler_of, ENDS, SUSPENDS};
 
 /// How long the end of a program waits for a lock that another thread has.
 pub(crate) const LOCK_LIMIT: Duration = Duration::from_secs(1);
@@ -45,6 +47,12 @@ pub(crate) fn check_goes_on() -> Result<(), Error> {
         return Err(Error::NotStarted);
     }
     Ok(())
+}
+
+/// The program goes on after its transfers have ended.
+#[cfg(unix)]
+fn goes_on() {
+    ENDING.store(false, Ordering::Release);
 }
 
 /// From now on the end that a signal asks for is seen, also while a thread of the program is in a call.

@@ -17,6 +17,7 @@ pub(crate) fn guarded<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
 /// Runs a call from C. A panic does not cross into C: it is logged, and the program gets `otherwise`. So does a
 /// child process after `fork`: there nobody would ever open the locks that a call waits for.
 pub(crate) fn caught<R>(otherwise: R, call: impl FnOnce() -> R) -> R {
+    let _uncancelled = inside::uncancelled();
     if process::is_forked() {
         process::tell_forked();
         // What it has taken is the parent's.

@@ -2,35 +2,59 @@
 //!
 //! A handler that calls the library would otherwise wait for a lock that its own thread has, with the motors on. So
 //! each call holds signals back until it returns, and the library's threads do so at all times: they are started in
-//! such calls. Only the program's callbacks run as the program does.
+//! such calls. Only the program's callbacks run as the program does. For the same reason no thread is cancelled here.
 
+#[cfg(all(unix, miri))]
+pub(crate) use other::is_held_by_library;
 #[cfg(any(not(unix), miri))]
-pub(crate) use other::{enter, leave, Programs};
+pub(crate) use other::{enter, leave, uncancelled, Programs};
 #[cfg(all(unix, not(miri)))]
-pub(crate) use unix::{enter, leave, Programs};
+pub(crate) use unix::{enter, is_held_by_library, leave, uncancelled, Programs};
 
 #[cfg(all(unix, not(miri)))]
 mod unix {
     use std::cell::Cell;
     use std::mem::zeroed;
     use std::ptr;
+    use std::sync::atomic::{AtomicU64, Ordering};
 
     use libc::{c_int, sigset_t};
 
     /// Signals of what the thread itself does: the system ends a process that holds them back.
-    const OWN: [c_int; 7] = [
-        libc::SIGSEGV,
-        libc::SIGBUS,
-        libc::SIGFPE,
-        libc::SIGILL,
-        libc::SIGTRAP,
-        libc::SIGABRT,
-        libc::SIGSYS,
-    ];
+    const OWN: [c_int; 5] = [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGSYS];
+
+    /// The signals that ask a program to end, which may wait for longer than a moment.
+    const ENDS: [c_int; 4] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT];
+
+    /// For each of `ENDS`, in 16 bits: how many threads of the program would take it, but are inside.
+    static WAITING: AtomicU64 = AtomicU64::new(0);
+
+    /// Whether a signal waits only because a thread of the program is inside. Otherwise the program holds it back.
+    pub(crate) fn is_held_by_library(signal: c_int) -> bool {
+        let index = ENDS.iter().position(|end| *end == signal);
+        index.is_some_and(|index| WAITING.load(Ordering::Relaxed) >> (16 * index) & 0xFFFF != 0)
+    }
+
+    /// What counts a thread in `WAITING`, with what the program holds back itself.
+    fn count_of(before: &sigset_t) -> u64 {
+        // SAFETY: the set is there, and so are the signals.
+        let takes = |signal| unsafe { libc::sigismember(before, signal) == 0 };
+        let bits = ENDS.iter().enumerate().filter(|(_, signal)| takes(**signal));
+        bits.map(|(index, _)| 1 << (16 * index)).sum()
+    }
+
+    /// A thread that is inside.
+    #[derive(Clone, Copy)]
+    struct Held {
+        /// What the program holds back itself.
+        before: sigset_t,
+        /// What the thread has added to `WAITING`.
+        count: u64,
+    }
 
     thread_local! {
-        /// What the program holds back itself, while this thread is inside. Needs no allocation.
-        static BEFORE: Cell<Option<sigset_t>> = const { Cell::new(None) };
+        /// While this thread is inside. Needs no allocation.
+        static HELD: Cell<Option<Held>> = const { Cell::new(None) };
     }
 
     /// Until this is dropped, the thread is inside.
@@ -38,9 +62,14 @@ mod unix {
 
     /// `None` when it is inside already.
     pub(crate) fn enter() -> Option<Inside> {
-        if BEFORE.get().is_some() {
+        if HELD.get().is_some() {
             return None;
         }
+        hold(count_of);
+        Some(Inside(()))
+    }
+
+    fn hold(count: impl FnOnce(&sigset_t) -> u64) {
         // SAFETY: sets, for which all bits 0 are valid.
         let (mut all, mut before): (sigset_t, sigset_t) = unsafe { (zeroed(), zeroed()) };
         // SAFETY: the sets are this function's, and the signals are there.
@@ -49,16 +78,19 @@ mod unix {
             OWN.iter().for_each(|signal| _ = libc::sigdelset(&raw mut all, *signal));
             libc::pthread_sigmask(libc::SIG_SETMASK, &raw const all, &raw mut before);
         }
-        BEFORE.set(Some(before));
-        Some(Inside(()))
+        let count = count(&before);
+        WAITING.fetch_add(count, Ordering::Relaxed);
+        HELD.set(Some(Held { before, count }));
     }
 
     impl Drop for Inside {
         fn drop(&mut self) {
-            if let Some(before) = BEFORE.take() {
+            if let Some(held) = HELD.take() {
+                WAITING.fetch_sub(held.count, Ordering::Relaxed);
                 // SAFETY: the set is one that this thread had.
                 unsafe {
-                    libc::pthread_sigmask(libc::SIG_SETMASK, &raw const before, ptr::null_mut());
+                    let before = &raw const held.before;
+                    libc::pthread_sigmask(libc::SIG_SETMASK, before, ptr::null_mut());
                 }
             }
         }
@@ -66,19 +98,44 @@ mod unix {
 
     /// Makes a call into the program, for which this thread is not inside.
     pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
-        struct Again;
+        struct Again {
+            is_librarys: bool,
+        }
         impl Drop for Again {
             fn drop(&mut self) {
-                // It was inside before.
-                std::mem::forget(enter());
+                // It was inside before. A thread of the library takes no signals.
+                let is_librarys = self.is_librarys;
+                hold(|before| if is_librarys { 0 } else { count_of(before) });
             }
         }
-        if BEFORE.get().is_none() {
-            return call();
-        }
+        let Some(held) = HELD.get() else { return call() };
         drop(Inside(()));
-        let _again = Again;
+        let _again = Again { is_librarys: held.count == 0 };
         call()
+    }
+
+    extern "C" {
+        fn pthread_setcancelstate(state: c_int, before: *mut c_int) -> c_int;
+    }
+
+    /// Until this is dropped, `pthread_cancel` waits: it would take the thread out of the middle of Rust code, which ends
+    /// the process.
+    pub(crate) struct Uncancelled(c_int);
+
+    pub(crate) fn uncancelled() -> Uncancelled {
+        // PTHREAD_CANCEL_DISABLE
+        const NOT: c_int = if cfg!(target_vendor = "apple") { 0 } else { 1 };
+        let mut before = NOT;
+        // SAFETY: the place is this function's.
+        unsafe { pthread_setcancelstate(NOT, &raw mut before) };
+        Uncancelled(before)
+    }
+
+    impl Drop for Uncancelled {
+        fn drop(&mut self) {
+            // SAFETY: the state is one that this thread had.
+            unsafe { pthread_setcancelstate(self.0, ptr::null_mut()) };
+        }
     }
 
     /// What the program holds back itself, for a thread of this library that calls it back.
@@ -87,12 +144,12 @@ mod unix {
     impl Programs {
         /// In a call from the program.
         pub(crate) fn of_this_thread() -> Self {
-            Self(BEFORE.get())
+            Self(HELD.get().map(|held| held.before))
         }
 
         /// This thread of the library is inside from its start on.
         pub(crate) fn begin(self) {
-            BEFORE.set(self.0);
+            HELD.set(self.0.map(|before| Held { before, count: 0 }));
         }
     }
 }
@@ -106,6 +163,15 @@ mod other {
 
     pub(crate) fn leave<R>(call: impl FnOnce() -> R) -> R {
         call()
+    }
+
+    pub(crate) fn uncancelled() -> Option<()> {
+        None
+    }
+
+    #[cfg(unix)]
+    pub(crate) fn is_held_by_library(_: i32) -> bool {
+        false
     }
 
     pub(crate) struct Programs;

@@ -1,6 +1,9 @@
 //! The C libraries that programs for the ROBO TX and the TXT expect, over `ft-transfer-area`.
 #![allow(non_snake_case, reason = "the library has the name of the original")]
 
+/// Sanitizers see only the system's memory.
+#[cfg(all(unix, not(miri), not(asan)))]
+mod allocator;
 mod errors;
 mod ex2;
 mod exit;
@@ -14,6 +17,7 @@ mod kit;
 mod memory;
 mod mirror;
 mod msclib;
+mod online;
 mod ports;
 #[cfg(unix)]
 mod posix;

@@ -8,6 +8,8 @@ static OWNER: AtomicU32 = AtomicU32::new(0);
 
 /// To be called before this library starts threads that are there between two calls.
 pub(crate) fn begin() {
+    #[cfg(all(unix, not(miri), not(asan)))]
+    crate::allocator::survive_forks();
     let _ = OWNER.compare_exchange(0, process::id(), Ordering::AcqRel, Ordering::Acquire);
 }
 

@@ -16,6 +16,7 @@ use crate::exit;
 use crate::inside::Programs;
 use crate::memory::{Area, AreaArray, AREAS};
 use crate::mirror::{AreaEvent, Mirror};
+use crate::online::Online;
 use crate::process;
 use crate::report;
 
@@ -60,6 +61,9 @@ pub(crate) struct ProgramSession<A: Area> {
 
 struct SessionParts<A: Area> {
     handler: TransferAreaComHandler,
+    host: String,
+    /// While motors may be on.
+    online: Mutex<Option<Online>>,
     array: Arc<AreaArray<A>>,
     mirror: Mutex<Mirror<A>>,
     /// Held while the outputs are taken, and by calls that write several of them.
@@ -105,6 +109,8 @@ impl<A: Area> ProgramSession<A> {
             .build()?;
         let shared = SessionParts {
             handler,
+            host: settings.host.clone(),
+            online: Mutex::new(None),
             mirror: Mutex::new(mirror),
             array,
             outputs: Mutex::new(()),
@@ -167,13 +173,16 @@ impl<A: Area> ProgramSession<A> {
         let handler = &self.shared.handler;
         // The controller has the program's configurations from the first response on.
         self.shared.mirror.lock().put_out_configs(&mut handler.lock());
-        let begun =
-            handler.begin_transfer().and_then(|()| self.begin()).and_then(|()| self.spawn());
+        let begun = handler.begin_transfer().and_then(|()| {
+            *self.shared.online.lock() = Some(Online::begin(&self.shared.host));
+            self.begin()?;
+            self.spawn()
+        });
         match begun {
             Ok(started) => *thread = Some(started),
             Err(error) => {
                 // The first error says more than one of ending.
-                let _ = handler.end_transfer();
+                let _ = self.shared.end_transfer();
                 self.shared.set_status(STATUS_STOP);
                 return Err(error);
             }
@@ -219,10 +228,10 @@ impl<A: Area> ProgramSession<A> {
     /// when the call has returned.
     pub(crate) fn stop(&self) -> Result<(), Error> {
         // Ends a start in another thread, which keeps the lock.
-        let _ = self.shared.handler.end_transfer();
+        let _ = self.shared.end_transfer();
         let mut running = self.thread.lock();
         // Another thread may have started it again.
-        let result = self.shared.handler.end_transfer();
+        let result = self.shared.end_transfer();
         let thread = running.take();
         drop(running);
         if let Some(thread) = thread {
@@ -277,10 +286,10 @@ impl<A: Area> SessionParts<A> {
         let ended = loop {
             match self.cycle(&area) {
                 Ok(ControlFlow::Continue(())) => {}
-                Ok(ControlFlow::Break(())) => break self.handler.end_transfer().err(),
+                Ok(ControlFlow::Break(())) => break self.end_transfer().err(),
                 Err(error) => {
                     // It goes on after a callback that took too long. The first error says more.
-                    let _ = self.handler.end_transfer();
+                    let _ = self.end_transfer();
                     break Some(error);
                 }
             }
@@ -296,6 +305,18 @@ impl<A: Area> SessionParts<A> {
         }
         self.stop_outputs();
         self.set_status(STATUS_STOP);
+    }
+
+    /// Ends the exchange with all outputs off.
+    fn end_transfer(&self) -> Result<(), Error> {
+        let online = self.online.lock().take();
+        let ended = self.handler.end_transfer();
+        match (&ended, online) {
+            (Ok(()), Some(online)) => online.end(),
+            (Err(_), online @ Some(_)) => *self.online.lock() = online,
+            (_, None) => {}
+        }
+        ended
     }
 
     fn set_status(&self, status: u8) {

@@ -64,6 +64,24 @@ fn connect_to(address: SocketAddr, limit: Duration) -> io::Result<TcpStream> {
     if stream.local_addr()? == address {
         return Err(ErrorKind::ConnectionRefused.into());
     }
+    away_from_standard(stream)
+}
+
+/// A connection does not take the place of an input or output that the program has closed: what it prints would go to the
+/// controller.
+#[cfg(unix)]
+fn away_from_standard(stream: TcpStream) -> io::Result<TcpStream> {
+    use std::os::fd::AsRawFd;
+    // A clone is never in such a place.
+    if stream.as_raw_fd() <= 2 {
+        stream.try_clone()
+    } else {
+        Ok(stream)
+    }
+}
+
+#[cfg(not(unix))]
+fn away_from_standard(stream: TcpStream) -> io::Result<TcpStream> {
     Ok(stream)
 }
 

@@ -1,12 +1,13 @@
 //! Finding controllers: several addresses are asked in parallel.
 
-use std::net::IpAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use super::address::host_and_port;
 use super::connection::Connection;
-use super::limits::{TimeLimits, LIMIT_RANGE};
+use super::limits::{TimeLeft, TimeLimits, LIMIT_RANGE};
+use super::resolve::SYSTEM;
 use super::tcp::TCP;
 use super::transport::{Addresses, Endpoint, Network};
 use super::{TxtClient, PORT};
@@ -158,6 +159,40 @@ fn ask_at(
         answers.extend(ask_side_by_side(network, some, limit)?);
     }
     Ok(answers)
+}
+
+/// The address of a controller's main port, from what a person writes: a host with or without a port, or `auto`, as
+/// for [`builder`](crate::TransferAreaComHandler::builder). For programs that make connections of their own.
+///
+/// A host that has addresses of both kinds gives one of IPv4: a TXT has no other one. Blocks for up to `limit`, 1 ms
+/// to an hour, for a name and for `auto`. Only for `auto` controllers are asked.
+///
+/// ```
+/// use std::time::Duration;
+/// use ft_transfer_area::controller_address;
+///
+/// # fn main() -> Result<(), ft_transfer_area::Error> {
+/// let limit = Duration::from_secs(2);
+/// assert_eq!(controller_address("192.168.7.2", limit)?.to_string(), "192.168.7.2:65000");
+/// assert_eq!(controller_address("[::1]:4000", limit)?.to_string(), "[::1]:4000");
+/// # Ok(())
+/// # }
+/// ```
+///
+/// # Errors
+///
+/// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`]; [`Error::NoController`] or
+/// [`Error::SeveralControllers`] for `auto`; [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
+pub fn controller_address(host: &str, limit: Duration) -> Result<SocketAddr, Error> {
+    Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
+    let (name, port) = host_and_port(host, PORT)?;
+    if is_auto(name) {
+        return Ok(only(find_usual(&TCP, port, limit)?)?.address);
+    }
+    let all = SYSTEM.addresses(name, port, &mut TimeLeft::new(limit, Instant::now()))?;
+    let ipv4 = all.iter().find(|address| address.is_ipv4());
+    let bad = || Error::BadAddress { given: host.to_owned() };
+    ipv4.or(all.first()).copied().ok_or_else(bad)
 }
 
 /// Whether the host is to be found.

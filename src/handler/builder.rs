@@ -194,6 +194,9 @@ impl TransferAreaComHandlerBuilder {
     /// loop. Listeners get [`Event::WatchdogExpired`](crate::Event::WatchdogExpired). The exchange goes on
     /// meanwhile.
     ///
+    /// A panic whose message nobody reads is such a hang, too: the thread prints it before it unwinds, and a full pipe or
+    /// a paused terminal holds it up there. Nothing but the watchdog stops the motors then.
+    ///
     /// Choose a limit above the longest pause of the program, and above a few cycles of 10 ms. The watchdog
     /// pauses while a lost connection is being re-established.
     ///

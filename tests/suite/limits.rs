@@ -5,9 +5,9 @@ use std::time::Duration;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use ft_transfer_area::{
-    ask_controllers_at, find_controllers, find_controllers_at, CameraOptions, Error, EventKind,
-    FishX1Transfer, I2cClient, TimeLimits, TransferAreaComHandler, TransferAreaComHandlerBuilder,
-    TxtClient,
+    ask_controllers_at, controller_address, find_controllers, find_controllers_at, CameraOptions,
+    Error, EventKind, FishX1Transfer, I2cClient, TimeLimits, TransferAreaComHandler,
+    TransferAreaComHandlerBuilder, TxtClient,
 };
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
@@ -54,7 +54,7 @@ fn camera(options: CameraOptions) -> Result<(), Error> {
 #[test]
 fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
     let address = &[format!("{}:{}", NOBODY.0, NOBODY.1)];
-    let calls: [Call<'_>; 13] = [
+    let calls: [Call<'_>; 14] = [
         ("reaction_window", Duration::ZERO, MINUTE, &|time| build(|b| b.reaction_window(time))),
         ("watchdog", MS, HOUR, &|time| build(|b| b.watchdog(time))),
         ("with_connect", MS, HOUR, &|time| limits(TimeLimits::default().with_connect(time))),
@@ -62,6 +62,7 @@ fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
         ("with_write", MS, HOUR, &|time| limits(TimeLimits::default().with_write(time))),
         ("start_limit", MS, HOUR, &|time| camera(CameraOptions::default().with_start_limit(time))),
         ("frame_limit", MS, HOUR, &|time| camera(CameraOptions::default().with_frame_limit(time))),
+        ("controller_address", MS, HOUR, &|time| controller_address("127.0.0.1", time).map(drop)),
         ("find_controllers_at", MS, HOUR, &|time| {
             find_controllers_at(address, time).map(drop).or_else(unless_refused)
         }),

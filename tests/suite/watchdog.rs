@@ -1,6 +1,9 @@
 //! The motors of a program that hangs are stopped, and the program can go on afterwards.
 
+use std::env;
+use std::io::{self, Write};
 use std::ops::ControlFlow;
+use std::process::{Command, Stdio};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
@@ -299,4 +302,41 @@ fn the_exchange_goes_on_beside_a_hook_that_hangs() {
     let goes_on = txt.wait_until(DEADLINE / 6, |machine| machine.exchanges() > before + 20);
     drop(give_up);
     assert!(goes_on, "no exchange after the first {before}");
+}
+
+/// Set for the process whose standard error nobody reads: the address of its controller.
+const UNREAD: &str = "WATCHDOG_UNREAD";
+
+/// A panic is printed before the thread unwinds. Until it is, nothing but the watchdog knows of it.
+#[test]
+fn a_panic_that_nobody_reads_is_a_thread_that_hangs() {
+    if let Ok(address) = env::var(UNREAD) {
+        return panic_unread(&address);
+    }
+    let txt = unpaced().start().unwrap();
+    let name = "watchdog::a_panic_that_nobody_reads_is_a_thread_that_hangs";
+    let mut program = Command::new(env::current_exe().unwrap());
+    program.args(["--exact", name, "--nocapture"]).env(UNREAD, txt.address().to_string());
+    let mut program = program.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    wait_until(&txt, "a running motor", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    wait_until(&txt, "a stopped motor", |machine| machine.controllers[0].outputs.duty[0] == 0);
+    // It is neither the end of the program nor that of the transfer.
+    assert!(txt.with_machine(|machine| machine.online()));
+    assert!(program.try_wait().unwrap().is_none());
+    program.kill().unwrap();
+    program.wait().unwrap();
+}
+
+fn panic_unread(address: &str) {
+    let handler = TransferAreaComHandler::builder(address).watchdog(LIMIT).build().unwrap();
+    let (locked, is_locked) = mpsc::channel();
+    thread::spawn(move || {
+        let mut stderr = io::stderr().lock();
+        locked.send(()).unwrap();
+        while stderr.write_all(&[b'x'; 4096]).is_ok() {}
+    });
+    is_locked.recv().unwrap();
+    handler.begin_transfer().unwrap();
+    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    panic!("nobody reads this");
 }

@@ -1,11 +1,12 @@
 //! `txt find`.
 
+use std::net::{IpAddr, SocketAddr};
 use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::{
     ask_controllers_at, CameraOptions, Error, FoundController, TransferAreaComHandler,
-    TriedAddress, USUAL_HOSTS,
+    TriedAddress, PORT, USUAL_HOSTS,
 };
 use indicatif::ProgressBar;
 use serde_json::{json, Value};
@@ -51,13 +52,14 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let usual = if args.only { &[] } else { USUAL_HOSTS };
-    let addresses: Vec<&str> =
-        usual.iter().copied().chain(args.addresses.iter().map(String::as_str)).collect();
+    let addresses = each_once(usual, &args.addresses);
     let progress = ProgressBar::new_spinner().with_message("asking for controllers");
     progress.tick();
     let mut all = Findings::default();
     for answer in ask_controllers_at(&addresses, LIMIT)? {
         match answer {
+            // It may have been asked by its name, too.
+            Ok(controller) if all.has(controller.address) => {}
             Ok(controller) => all.found.push(Found { controller, camera: None }),
             Err(tried) => all.tried.push(tried),
         }
@@ -80,6 +82,26 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The given addresses and the usual ones, none of them twice: a controller answers one at a time.
+fn each_once<'a>(usual: &[&'a str], given: &'a [String]) -> Vec<&'a str> {
+    let usual = usual.iter().copied().filter(|usual| !given.iter().any(|one| is_same(usual, one)));
+    let mut addresses: Vec<&str> = usual.collect();
+    for one in given {
+        if !addresses.iter().any(|other| is_same(other, one)) {
+            addresses.push(one);
+        }
+    }
+    addresses
+}
+
+/// Whether both are the same, with and without the usual port.
+fn is_same(one: &str, other: &str) -> bool {
+    let number = |text: &str| {
+        text.parse().or_else(|_| text.parse().map(|ip: IpAddr| SocketAddr::new(ip, PORT))).ok()
+    };
+    one == other || number(one).is_some_and(|one| number(other) == Some(one))
+}
+
 struct Found {
     controller: FoundController,
     /// `None` when nobody knows.
@@ -93,6 +115,10 @@ struct Findings {
 }
 
 impl Findings {
+    fn has(&self, address: SocketAddr) -> bool {
+        self.found.iter().any(|found| found.controller.address == address)
+    }
+
     /// Starts the cameras of all that answered, at the same time.
     fn try_cameras(&mut self) {
         thread::scope(|scope| {
@@ -184,4 +210,17 @@ fn lines(rows: &[[String; 6]]) -> String {
         format!("{}\n", cells.collect::<String>().trim_end())
     };
     rows.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_address_is_asked_once() {
+        let given = ["127.0.0.1:65000", "txt:4000", "::1", "[::1]:65000", "txt:4000", "10.0.0.1:1"];
+        let given = given.map(str::to_owned);
+        let asked = each_once(&["192.168.7.2", "127.0.0.1"], &given);
+        assert_eq!(asked, ["192.168.7.2", "127.0.0.1:65000", "txt:4000", "::1", "10.0.0.1:1"]);
+    }
 }

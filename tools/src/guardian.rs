@@ -2,37 +2,96 @@
 
 use std::env;
 use std::io::{self, Write};
-use std::process::{ChildStdin, Command, Stdio};
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use anyhow::Context;
 
-/// Waits until this program is gone.
-pub(crate) struct Guardian {
-    /// The system closes it, however this program ends.
-    input: ChildStdin,
-}
+use crate::program;
+
+/// The pause before a guardian is replaced that has ended soon.
+const PAUSE: Duration = Duration::from_secs(1);
+
+/// Waits until this program is gone. If it ends before, another one takes its place.
+pub(crate) struct Guardian(Input);
+
+/// The system closes it, however this program ends. Nothing when no guardian is wanted any more.
+type Input = Arc<Mutex<Option<ChildStdin>>>;
 
 impl Guardian {
     /// Starts it for these controllers.
     pub(crate) fn start(hosts: &[String]) -> anyhow::Result<Self> {
-        let start = || {
-            let mut command = Command::new(env::current_exe()?);
-            command.args(["stop", "--guard", "--"]).args(hosts);
-            command.stdin(Stdio::piped()).stdout(io::stderr());
-            apart(&mut command);
-            command.spawn()
-        };
-        let mut child = start()
+        let (child, input) = spawn(hosts)
             .context("can't start the process that stops the motors when this one is killed")?;
-        let input = child.stdin.take().context("that process has no input")?;
-        Ok(Self { input })
+        let input = Arc::new(Mutex::new(Some(input)));
+        let (hosts, kept) = (hosts.to_vec(), Arc::clone(&input));
+        let replace = move || replace(child, &hosts, &kept);
+        thread::Builder::new().name("guardian".to_owned()).spawn(replace)?;
+        Ok(Self(input))
     }
 
     /// The outputs are off: it has nothing more to do.
-    pub(crate) fn dismiss(mut self) {
-        // One that is gone needs no farewell.
-        let _ = self.input.write_all(b".");
+    pub(crate) fn dismiss(self) {
+        if let Some(mut input) = lock(&self.0).take() {
+            // One that is gone needs no farewell.
+            let _ = input.write_all(b".");
+        }
     }
+}
+
+impl Drop for Guardian {
+    fn drop(&mut self) {
+        drop(lock(&self.0).take());
+    }
+}
+
+fn lock(input: &Input) -> MutexGuard<'_, Option<ChildStdin>> {
+    input.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn spawn(hosts: &[String]) -> io::Result<(Child, ChildStdin)> {
+    let mut command = outliving()?;
+    let mut child =
+        command.args(["stop", "--guard", "--"]).args(hosts).stdout(io::stderr()).spawn()?;
+    let input = child.stdin.take().ok_or(io::ErrorKind::BrokenPipe)?;
+    Ok((child, input))
+}
+
+/// Starts another guardian whenever one ends that is still wanted, as when somebody has killed it.
+fn replace(mut child: Child, hosts: &[String], input: &Input) {
+    loop {
+        let ended = child.wait();
+        let mut place = lock(input);
+        if place.is_none() {
+            return;
+        }
+        let next = spawn(hosts).map(|(next, input)| {
+            *place = Some(input);
+            next
+        });
+        drop(place);
+        let ended = ended.map_or_else(|error| error.to_string(), |status| status.to_string());
+        match next {
+            Ok(next) => child = next,
+            Err(error) => {
+                log::warn!("the process that stops the motors when this one is killed has ended ({ended}), and no other one can be started ({error}): motors go on then");
+                return;
+            }
+        }
+        log::warn!("the process that stops the motors when this one is killed has ended ({ended}); another one takes its place");
+        thread::sleep(PAUSE);
+    }
+}
+
+/// Another process of this program, which sees by its input that this one has ended.
+pub(crate) fn outliving() -> io::Result<Command> {
+    let mut command = Command::new(env::current_exe()?);
+    // Where this program was started by another `txt`, that one does not end it.
+    command.stdin(Stdio::piped()).env_remove(program::MARK);
+    apart(&mut command);
+    Ok(command)
 }
 
 /// What ends this program by the keyboard does not end the other one.

@@ -52,6 +52,20 @@ pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     Ok(interrupted)
 }
 
+/// A limit for the size of files (`ulimit -f`) makes an error of a write, not the end of a program that drives. All
+/// threads take this over from the first one.
+pub(crate) fn outlive_full_files() {
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{SigSet, Signal};
+        let mut signals = SigSet::empty();
+        signals.add(Signal::SIGXFSZ);
+        if let Err(error) = signals.thread_block() {
+            log::warn!("a limit for the size of files would end this program: {error}");
+        }
+    }
+}
+
 /// While this is there, motors may have to be stopped first.
 pub(crate) struct Driving(());
 

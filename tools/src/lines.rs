@@ -8,7 +8,7 @@ use std::panic;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::OnceLock;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use crossbeam_channel::{bounded, Sender};
@@ -22,6 +22,8 @@ const ROOM: usize = 256 << 10;
 
 /// How long the end of the program waits for the last lines.
 const LAST_LINES: Duration = Duration::from_millis(500);
+
+const MINUTE: Duration = Duration::from_secs(60);
 
 /// Where lines are left. Until there is one, they are written at once.
 static QUEUE: OnceLock<Queue> = OnceLock::new();
@@ -99,6 +101,22 @@ fn write(entries: &Take<Entry>, to: &mut impl Write) {
             Entry::Line(line) => drop(writeln!(to, "{line}")),
             Entry::Flush(done) => drop(done.send(())),
         }
+    }
+}
+
+/// For what would be printed again and again.
+#[derive(Default)]
+pub(crate) struct Rarely(Option<Instant>);
+
+impl Rarely {
+    /// Whether to print it now: once a minute.
+    pub(crate) fn is_due(&mut self) -> bool {
+        let now = Instant::now();
+        let is_due = self.0.is_none_or(|last| now.saturating_duration_since(last) >= MINUTE);
+        if is_due {
+            self.0 = Some(now);
+        }
+        is_due
     }
 }
 

@@ -78,6 +78,7 @@ const LOG: &str =
 fn main() -> ExitCode {
     let mut logger = env_logger::Builder::from_env(Env::default().default_filter_or(LOG));
     logger.target(Target::Pipe(Box::new(lines::Log))).init();
+    interrupt::outlive_full_files();
     let code = match Cli::<Any>::parse().tool {
         Any::Tool(tool) => run(tool),
         Any::ShellFiles(args) => ended(shell_files::run(args, Cli::<Tool>::command())),

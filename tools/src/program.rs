@@ -3,7 +3,6 @@
 //!
 //! A keeper sees to that: another process of `txt`, which ends it when the system closes the keeper's input.
 
-use std::env;
 use std::ffi::OsString;
 use std::io::{self, IsTerminal, Write};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -12,10 +11,16 @@ use std::time::{Duration, Instant};
 
 use anyhow::Context;
 
-use crate::guardian::apart;
+use crate::guardian::{apart, outliving};
 
 /// Where a program finds the address, beside its last argument. The second one is that of C programs.
 const VARIABLES: [&str; 2] = ["TXT_ADDRESS", "FT_TXT_HOST"];
+
+/// What the program and all that it starts have in their environment: the number of the keeper. On Linux it finds them
+/// by that, whatever their groups, sessions and parents are.
+pub(crate) const MARK: &str = "TXT_KEEPER";
+/// What the keeper is told when the program has ended.
+const GONE: &str = "gone";
 
 /// The hidden command of the keeper.
 pub(crate) const KEEPER: &str = "keep-program";
@@ -23,14 +28,14 @@ pub(crate) const KEEPER: &str = "keep-program";
 /// How often to look whether a program has ended that should.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How long the end of a program may take. The keeper kills it after a second.
+/// How long the end of a program may take: the keeper kills it after a second, and tries that for another one.
 const END_LIMIT: Duration = Duration::from_secs(3);
 
 /// A running program. It ends when this is dropped.
 pub(crate) struct Program {
     child: Child,
     keeper: Child,
-    /// Whether it has a process group of its own, with all that it starts. Otherwise it is in ours, because only the
+    /// Whether it has a process group of its own, with most that it starts. Otherwise it is in ours, because only the
     /// group in front may read the terminal and gets its Ctrl-C.
     has_group: bool,
 }
@@ -58,20 +63,22 @@ impl Program {
             apart(&mut command);
         }
         let keeper = keeper().context("can't start the process that ends the program")?;
+        command.env(MARK, keeper.id().to_string());
         let child = command
             .spawn()
             .with_context(|| format!("can't start the program {}", name.to_string_lossy()))?;
         // After an error it is ended, too.
         let mut program = Self { child, keeper, has_group };
-        program.tell_keeper().context("the process that ends the program is gone")?;
+        let sign = if has_group { "-" } else { "" };
+        let what = format!("{sign}{}", program.child.id());
+        program.tell_keeper(&what).context("the process that ends the program is gone")?;
         Ok(program)
     }
 
     /// Tells the keeper what to end.
-    fn tell_keeper(&mut self) -> io::Result<()> {
-        let sign = if self.has_group { "-" } else { "" };
+    fn tell_keeper(&mut self, what: &str) -> io::Result<()> {
         let input = self.keeper.stdin.as_mut().ok_or(io::ErrorKind::BrokenPipe)?;
-        input.write_all(format!("{sign}{}\n", self.child.id()).as_bytes())
+        input.write_all(format!("{what}\n").as_bytes())
     }
 
     /// How it has ended; `None` while it runs.
@@ -90,37 +97,38 @@ impl Program {
 impl Drop for Program {
     fn drop(&mut self) {
         if !self.has_group && !matches!(self.child.try_wait(), Ok(None)) {
-            // Its number may be that of another process by now.
-            let _ = self.keeper.kill();
+            // Its number may be that of another process by now. A keeper that is gone ends nothing.
+            let _ = self.tell_keeper(GONE);
         }
         drop(self.keeper.stdin.take());
         // One that waits for a disk does not end before the disk answers. Nothing waits for that.
         let deadline = Instant::now() + END_LIMIT;
-        while matches!(self.child.try_wait(), Ok(None)) && Instant::now() < deadline {
-            if !matches!(self.keeper.try_wait(), Ok(None)) {
+        while Instant::now() < deadline {
+            let runs = [&mut self.child, &mut self.keeper]
+                .map(|process| matches!(process.try_wait(), Ok(None)));
+            match runs {
+                [false, false] => return,
                 // The keeper was killed, or could not end it.
-                let _ = self.child.kill();
+                [true, false] => drop(self.child.kill()),
+                [_, true] => {}
             }
             thread::sleep(LOOK);
         }
-        let _ = self.keeper.wait();
     }
 }
 
 /// Starts a keeper.
 fn keeper() -> io::Result<Child> {
-    let mut command = Command::new(env::current_exe()?);
-    command.arg(KEEPER).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::null());
-    apart(&mut command);
-    command.spawn()
+    outliving()?.arg(KEEPER).stdout(Stdio::null()).stderr(Stdio::null()).spawn()
 }
 
 /// What a keeper does: it reads what to end, waits for the end of its input, and ends it.
 pub(crate) fn keep() -> anyhow::Result<()> {
-    let mut lines = io::stdin().lines().map_while(Result::ok);
-    let Some(what) = lines.next() else { return Ok(()) };
-    lines.for_each(drop);
-    system::end(what.parse()?)
+    let what = io::stdin().lines().map_while(Result::ok).last();
+    // Without a line, this process was killed before it could tell: the program may run.
+    let what = what.filter(|what| what != GONE).map(|what| what.parse()).transpose()?;
+    system::end(what);
+    Ok(())
 }
 
 #[cfg(unix)]
@@ -133,7 +141,7 @@ mod system {
 
     use super::LOOK;
 
-    /// How long a program may take to end by itself.
+    /// How long a program may take to end by itself, and how long killing it is tried.
     const FAREWELL: Duration = Duration::from_secs(1);
 
     pub(super) fn interrupt_group(group: u32) {
@@ -143,17 +151,49 @@ mod system {
         }
     }
 
-    /// Ends this process; with a minus, all of this group.
-    pub(super) fn end(what: i32) -> anyhow::Result<()> {
-        let what = Pid::from_raw(what);
-        let begin = Instant::now();
-        kill(what, Signal::SIGTERM)?;
-        while begin.elapsed() < FAREWELL {
-            // Nothing is sent: whether it is there.
-            kill(what, None)?;
-            thread::sleep(LOOK);
+    /// Ends this process, or with a minus all of this group, and all that have this process as their keeper.
+    pub(super) fn end(what: Option<i32>) {
+        let what = what.map(Pid::from_raw);
+        let all = || what.into_iter().chain(marked()).filter(|one| kill(*one, None).is_ok());
+        let send = |signal| {
+            for one in all() {
+                // One that has just ended needs no signal.
+                let _ = kill(one, signal);
+            }
+        };
+        for signal in [Signal::SIGTERM, Signal::SIGKILL] {
+            let begin = Instant::now();
+            send(signal);
+            while begin.elapsed() < FAREWELL {
+                if all().next().is_none() {
+                    return;
+                }
+                if signal == Signal::SIGKILL {
+                    // Others may have been started meanwhile.
+                    send(signal);
+                }
+                thread::sleep(LOOK);
+            }
         }
-        Ok(kill(what, Signal::SIGKILL)?)
+    }
+
+    /// The processes that have this one as their keeper.
+    #[cfg(target_os = "linux")]
+    fn marked() -> Vec<Pid> {
+        let mark = format!("{}={}", super::MARK, std::process::id()).into_bytes();
+        let has_mark = |id: &i32| {
+            let environment = std::fs::read(format!("/proc/{id}/environ")).unwrap_or_default();
+            environment.split(|byte| *byte == 0).any(|variable| variable == mark)
+        };
+        let names = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+        let ids = names.filter_map(|entry| entry.file_name().to_str()?.parse().ok());
+        ids.filter(has_mark).map(Pid::from_raw).collect()
+    }
+
+    /// Elsewhere nothing tells them.
+    #[cfg(not(target_os = "linux"))]
+    fn marked() -> Vec<Pid> {
+        Vec::new()
     }
 }
 
@@ -165,10 +205,11 @@ mod system {
     pub(super) fn interrupt_group(_: u32) {}
 
     /// Ends this process and those that it has started.
-    pub(super) fn end(what: i32) -> anyhow::Result<()> {
+    pub(super) fn end(what: Option<i32>) {
+        let Some(what) = what else { return };
         let mut command = Command::new("taskkill");
         command.args(["/T", "/F", "/PID", &what.to_string()]).stdin(Stdio::null());
-        command.status()?;
-        Ok(())
+        // Nobody hears of an error.
+        let _ = command.status();
     }
 }

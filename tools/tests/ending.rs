@@ -25,6 +25,13 @@ fn pipe(folder: &TempDir, room: usize) -> (String, File) {
     (path, pipe)
 }
 
+/// A pipe that takes nothing, in a folder of its own.
+pub(crate) fn full_pipe() -> (TempDir, (String, File)) {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = pipe(&folder, 0);
+    (folder, pipe)
+}
+
 /// A recording into such a pipe that has begun.
 fn begun(txt: &SimulatedTxt, path: &str) -> Running {
     let arguments = ["record", &txt.address().to_string(), "-o", path];
@@ -113,4 +120,17 @@ fn readers_that_go_away_end_nothing_that_drives() {
     });
     program.exchange([3; 8]);
     program.end();
+}
+
+#[test]
+fn a_limit_for_the_size_of_files_ends_no_command_in_the_middle() {
+    let folder = tempfile::tempdir().unwrap();
+    let limited = "ulimit -f 0; exec \"$0\" find --only 127.0.0.1:1 --json > \"$1\"";
+    let status = Command::new("sh")
+        .args(["-c", limited, env!("CARGO_BIN_EXE_txt")])
+        .arg(folder.path().join("found.json"))
+        .status()
+        .unwrap();
+    // A signal has no code.
+    assert_eq!(status.code(), Some(1), "{status}");
 }

@@ -13,6 +13,12 @@ use crate::running::Running;
 const GOES_ON: &str = "sleep 600 & echo ready; wait";
 /// The same, and only SIGKILL ends them.
 const IGNORES_ALL: &str = "trap '' INT TERM HUP; sleep 600 & echo ready; while :; do wait; done";
+/// What it starts has a session of its own, and another parent.
+#[cfg(target_os = "linux")]
+const SESSION: &str = "(setsid sleep 600 &); echo ready; wait; sleep 600";
+/// Only Linux finds those.
+#[cfg(not(target_os = "linux"))]
+const SESSION: &str = GOES_ON;
 
 /// The commands that start this program.
 fn commands(txt: &SimulatedTxt, script: &str) -> [Command; 2] {
@@ -31,7 +37,8 @@ fn commands(txt: &SimulatedTxt, script: &str) -> [Command; 2] {
 fn nothing_of_it_is_left_when_this_program_is_ended() {
     let txt = &SimulatedTxt::builder().start().unwrap();
     let signals = ["KILL", "TERM", "INT"].into_iter();
-    let cases = signals.flat_map(|signal| [GOES_ON, IGNORES_ALL].map(|script| (signal, script)));
+    let cases =
+        signals.flat_map(|signal| [GOES_ON, IGNORES_ALL, SESSION].map(|script| (signal, script)));
     thread::scope(|scope| {
         for (signal, script) in cases {
             for mut command in commands(txt, script) {

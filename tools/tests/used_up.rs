@@ -1,7 +1,11 @@
 //! When descriptors or threads are used up, or a world has no end, `txt` ends with a sentence.
 
+use std::net::TcpStream;
 use std::process::{Command, Output, Stdio};
+use std::thread;
+use std::time::Duration;
 
+use crate::panel::program::Panel;
 use crate::recording::{in_folder, said};
 
 /// Runs `txt` in a shell that has done this before.
@@ -81,4 +85,22 @@ fn a_world_that_is_a_device_or_a_pipe_is_refused() {
             assert!(said.contains(world) && said.contains("it is a device or a pipe"), "{said}");
         }
     }
+}
+
+#[cfg_attr(not(target_os = "linux"), ignore = "how many files a program has open differs")]
+#[test]
+fn a_page_that_can_t_accept_says_so_once() {
+    let txt = env!("CARGO_BIN_EXE_txt");
+    let panel = ["panel", "127.0.0.1:9"];
+    let mut limited = Command::new("sh");
+    limited.args(["-c", "ulimit -n 40 && exec \"$@\"", "sh", txt]).args(panel);
+    let panel = Panel::by(limited.stderr(Stdio::piped()));
+    let connections: Vec<_> =
+        (0..60).map(|_| TcpStream::connect(&panel.address).unwrap()).collect();
+    // It tries again every 50 ms, as long as they are open.
+    thread::sleep(Duration::from_millis(500));
+    panel.running.signal("INT");
+    drop(connections);
+    let said = said(&panel.running.end());
+    assert_eq!(said.matches("can't be accepted").count(), 1, "{said}");
 }

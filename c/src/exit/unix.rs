@@ -2,20 +2,50 @@
 
 use std::ffi::{c_int, c_void};
 use std::io;
-use std::mem::zeroed;
+use std::mem::{transmute, zeroed};
 use std::process;
 use std::ptr;
-use std::sync::atomic::{AtomicI32, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
 use parking_lot::Mutex;
 
-use super::end_all;
+use super::{end_all, goes_on};
+use crate::inside;
+use crate::posix::lines_again;
 
-/// The signals that ask a program to end.
-const ENDS: [c_int; 3] = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP];
+/// The signals that end a program by default, with their names, except those of a crash.
+pub(crate) const ENDS: [(c_int, &str); 12] = [
+    (libc::SIGINT, "Ctrl-C"),
+    (libc::SIGTERM, "SIGTERM"),
+    (libc::SIGHUP, "SIGHUP"),
+    (libc::SIGQUIT, "SIGQUIT"),
+    (libc::SIGPIPE, "SIGPIPE"),
+    (libc::SIGALRM, "SIGALRM"),
+    (libc::SIGVTALRM, "SIGVTALRM"),
+    (libc::SIGPROF, "SIGPROF"),
+    (libc::SIGUSR1, "SIGUSR1"),
+    (libc::SIGUSR2, "SIGUSR2"),
+    (libc::SIGXCPU, "SIGXCPU"),
+    (libc::SIGXFSZ, "SIGXFSZ"),
+];
+
+/// Those that suspend it by default: Ctrl-Z, and when it uses the terminal in the background.
+pub(crate) const SUSPENDS: [(c_int, &str); 3] =
+    [(libc::SIGTSTP, "Ctrl-Z"), (libc::SIGTTIN, "SIGTTIN"), (libc::SIGTTOU, "SIGTTOU")];
+
+/// The signals of a crash.
+const CRASHES: [(c_int, &str); 7] = [
+    (libc::SIGSEGV, "SIGSEGV"),
+    (libc::SIGBUS, "SIGBUS"),
+    (libc::SIGFPE, "SIGFPE"),
+    (libc::SIGILL, "SIGILL"),
+    (libc::SIGABRT, "SIGABRT"),
+    (libc::SIGTRAP, "SIGTRAP"),
+    (libc::SIGSYS, "SIGSYS"),
+];
 
 /// How often the thread looks for a signal.
 const LOOK: Duration = Duration::from_millis(20);
@@ -29,11 +59,24 @@ const THREAD: &str = "ends of C";
 static WATCHED_BY: AtomicU32 = AtomicU32::new(0);
 /// The first signal that has asked the program to end; 0 for none.
 static CAME: AtomicI32 = AtomicI32::new(0);
+/// Whether the program has crashed, and whether its transfers have ended since then.
+static CRASHED: AtomicBool = AtomicBool::new(false);
+static ENDED: AtomicBool = AtomicBool::new(false);
+/// Whether a signal has come that suspends the program.
+static SUSPEND: AtomicBool = AtomicBool::new(false);
 
-/// Has this called when the program returns from `main` or calls `exit`.
+/// Has this called when the program returns from `main` or calls `exit`, with glibc also `quick_exit`.
 pub(crate) fn at_exit(function: extern "C" fn()) {
-    // SAFETY: the callers' functions live as long as this library, and do not unwind.
-    unsafe { libc::atexit(function) };
+    type AtQuickExit = unsafe extern "C" fn(extern "C" fn(), *const c_void) -> c_int;
+    // SAFETY: the callers' functions live as long as this library, and do not unwind. The other function is the one
+    // behind `at_quick_exit`, whose function gets an argument that it need not take.
+    unsafe {
+        libc::atexit(function);
+        let found = libc::dlsym(libc::RTLD_DEFAULT, c"__cxa_at_quick_exit".as_ptr());
+        if !found.is_null() {
+            transmute::<*mut c_void, AtQuickExit>(found)(function, ptr::null());
+        }
+    }
 }
 
 /// Threads are there until the process ends.
@@ -41,14 +84,19 @@ pub(crate) fn threads_are_gone() -> bool {
     false
 }
 
-/// Ends the transfers when a signal asks the program to end, and then the program by that signal. A signal that
-/// the program handles or ignores stays the program's.
+/// Ends the transfers when a signal ends or suspends the program, and then has the signal do so. A signal that the
+/// program handles or ignores stays the program's.
 pub(super) fn watch() {
     static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+    // The thread holds signals back, too.
+    let _inside = inside::enter();
     let _one = ONE_AT_A_TIME.lock();
     let own = process::id();
     if WATCHED_BY.load(Ordering::Acquire) != own {
         stay_loaded();
+        give_stack();
+        #[cfg(not(any(miri, asan)))]
+        crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
         let started = thread::Builder::new().name(THREAD.into()).spawn(look);
         if let Err(error) = started {
@@ -57,9 +105,12 @@ pub(super) fn watch() {
         }
         WATCHED_BY.store(own, Ordering::Release);
     }
-    for signal in ENDS {
-        if let Err(error) = take_up(signal) {
-            log::warn!("signal {signal} will end the program without a last exchange: {error}");
+    let ends = ENDS.iter().map(|end| (end, on_end as extern "C" fn(c_int)));
+    let suspends = SUSPENDS.iter().map(|suspend| (suspend, on_suspend as extern "C" fn(c_int)));
+    let crashes = CRASHES.iter().map(|crash| (crash, on_crash as extern "C" fn(c_int)));
+    for ((signal, name), handler) in ends.chain(suspends).chain(crashes) {
+        if let Err(error) = take_up(*signal, handler) {
+            log::warn!("after {name} there will be no last exchange: {error}");
         }
     }
 }
@@ -78,15 +129,30 @@ fn stay_loaded() {
     }
 }
 
-/// Takes up a signal that ends the program by default.
-fn take_up(signal: c_int) -> io::Result<()> {
+/// Handlers run on a stack of their own in this thread, unless the program has given it one: its other one may be full.
+fn give_stack() {
+    const SIZE: usize = 64 << 10;
+    // SAFETY: integers and pointers, for which all bits 0 are valid.
+    let mut present: libc::stack_t = unsafe { zeroed() };
+    // SAFETY: the place for what is there is this function's.
+    let is_known = unsafe { libc::sigaltstack(ptr::null(), &raw mut present) } == 0;
+    if is_known && present.ss_flags & libc::SS_DISABLE != 0 {
+        let stack = Box::leak(vec![0_u8; SIZE].into_boxed_slice());
+        let stack = libc::stack_t { ss_sp: stack.as_mut_ptr().cast(), ss_flags: 0, ss_size: SIZE };
+        // SAFETY: the stack is never freed. Without it a full stack ends the program at once.
+        unsafe { libc::sigaltstack(&raw const stack, ptr::null_mut()) };
+    }
+}
+
+/// Takes up a signal that the program leaves to the system.
+fn take_up(signal: c_int, handler: extern "C" fn(c_int)) -> io::Result<()> {
     match handler_of(signal)? {
-        libc::SIG_DFL => set(signal, on_end as extern "C" fn(c_int) as usize),
+        libc::SIG_DFL => set(signal, handler as usize),
         _ => Ok(()),
     }
 }
 
-fn handler_of(signal: c_int) -> io::Result<usize> {
+pub(crate) fn handler_of(signal: c_int) -> io::Result<usize> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };
     // SAFETY: the place for the action is this function's.
@@ -100,7 +166,7 @@ fn set(signal: c_int, handler: usize) -> io::Result<()> {
     // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
     let mut action: libc::sigaction = unsafe { zeroed() };
     action.sa_sigaction = handler;
-    action.sa_flags = libc::SA_RESTART;
+    action.sa_flags = libc::SA_RESTART | libc::SA_ONSTACK;
     // SAFETY: the action is a valid value, and its handler is async-signal-safe.
     match unsafe { libc::sigaction(signal, &raw const action, ptr::null_mut()) } {
         0 => Ok(()),
@@ -115,6 +181,42 @@ extern "C" fn on_end(signal: c_int) {
     } else {
         end_by(signal);
     }
+}
+
+extern "C" fn on_suspend(signal: c_int) {
+    if process::id() == WATCHED_BY.load(Ordering::Acquire) {
+        SUSPEND.store(true, Ordering::Release);
+    } else {
+        end_by(signal);
+    }
+}
+
+/// The thread that has crashed waits until the transfers have ended.
+extern "C" fn on_crash(signal: c_int) {
+    if process::id() == WATCHED_BY.load(Ordering::Acquire) {
+        CRASHED.store(true, Ordering::Release);
+        let look = libc::timespec { tv_sec: 0, tv_nsec: LOOK.subsec_nanos() as _ };
+        // The thread that ends them may be the one that has crashed.
+        let most = 2 * END_LIMIT.as_millis() / LOOK.as_millis();
+        for _ in 0..most {
+            if ENDED.load(Ordering::Acquire) {
+                break;
+            }
+            // SAFETY: the time is this function's.
+            unsafe { libc::nanosleep(&raw const look, ptr::null_mut()) };
+        }
+    }
+    end_by(signal);
+}
+
+/// Suspends the program, with its transfers ended. When it goes on it may begin them again.
+fn suspend() {
+    end_within_limit();
+    lines_again();
+    // SAFETY: a call without pointers. The signal of before does nothing where no shell could continue the program.
+    unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
+    SUSPEND.store(false, Ordering::Release);
+    goes_on();
 }
 
 /// Does what the signal does without this library, which ends the process. Async-signal-safe.
@@ -136,6 +238,7 @@ fn end_by(signal: c_int) {
 pub(super) fn end_as_asked() {
     let signal = CAME.load(Ordering::Acquire);
     if signal != 0 {
+        lines_again();
         end_by(signal);
     }
 }
@@ -151,6 +254,14 @@ fn look() {
             end_within_limit();
             end_as_asked();
         }
+        if CRASHED.load(Ordering::Acquire) && !ENDED.load(Ordering::Acquire) {
+            end_within_limit();
+            lines_again();
+            ENDED.store(true, Ordering::Release);
+        }
+        if SUSPEND.load(Ordering::Acquire) {
+            suspend();
+        }
         if looks % LOOKS_FOR_MAIN == 0 && program_has_left() {
             end_within_limit();
             // As when the last thread of a program ends.
@@ -159,7 +270,8 @@ fn look() {
     }
 }
 
-/// A signal waits while all threads of the program that would take it are in calls of this library.
+/// A signal waits while all threads of the program that would take it are in calls of this library. One that the program
+/// itself holds back is the program's.
 fn look_for_pending() {
     // SAFETY: a set, for which all bits 0 are valid.
     let mut pending: libc::sigset_t = unsafe { zeroed() };
@@ -170,7 +282,9 @@ fn look_for_pending() {
     };
     let own = on_end as extern "C" fn(c_int) as usize;
     let is_own = |signal: &c_int| handler_of(*signal).is_ok_and(|handler| handler == own);
-    if let Some(signal) = ENDS.iter().copied().filter(is_own).find(is_pending) {
+    let asks = [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT];
+    let asks = asks.into_iter().filter(|signal| inside::is_held_by_library(*signal));
+    if let Some(signal) = asks.filter(is_own).find(is_pending) {
         on_end(signal);
     }
 }

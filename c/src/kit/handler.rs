@@ -18,6 +18,7 @@ use crate::host;
 use crate::jpeg::{self, Buffer};
 use crate::memory::AreaArray;
 use crate::mirror::{Mirror, DEV_MODE_ONLINE};
+use crate::online::Online;
 use crate::report;
 
 const NO_TRANSFER: &str = "no transfer is running; call BeginTransfer first";
@@ -65,6 +66,7 @@ struct Link {
     /// The areas as they go over the wire.
     areas: Vec<FishX1Transfer>,
     begun: Instant,
+    online: Online,
 }
 
 impl Kit {
@@ -123,6 +125,7 @@ impl Kit {
             compressed: Exchange::new(TransferMode::Compressed, firmware),
             areas: vec![FishX1Transfer::default(); self.areas.count()],
             begun: Instant::now(),
+            online: Online::begin(&self.host),
         };
         let mut transfer = self.transfer.lock();
         let Transfer { array, mirror, link: place } = &mut *transfer;
@@ -228,6 +231,7 @@ impl Link {
         self.areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
         self.compressed.end_sounds();
         self.client.do_transfer(&mut self.compressed, &mut self.areas)?;
+        self.online.end();
         if let Some(camera) = camera {
             drop(camera);
             self.client.stop_camera_online()?;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::{find_controllers, find_controllers_at, Error, FoundController};
+use ft_transfer_area::{controller_address, find_controllers_at, Error, FoundController};
 use parking_lot::Mutex;
 
 use super::arguments::Handle;
@@ -208,13 +208,23 @@ impl Library {
 
 /// Asks the controller at a host for its name.
 fn find(host: &str) -> Result<FoundController, Error> {
-    let mut found = if host.eq_ignore_ascii_case("auto") {
-        find_controllers(OPEN_LIMIT)?
-    } else {
-        find_controllers_at(&[host], OPEN_LIMIT)?
-    };
-    match found.pop() {
-        Some(controller) if found.is_empty() => Ok(controller),
-        last => Err(Error::SeveralControllers { found: found.into_iter().chain(last).collect() }),
+    let address = controller_address(host, OPEN_LIMIT)?;
+    let mut found = find_controllers_at(&[address.to_string()], OPEN_LIMIT)?;
+    found.pop().ok_or(Error::NoController { tried: Vec::new() })
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area_simulator::SimulatedTxt;
+
+    use super::*;
+
+    #[test]
+    fn a_host_is_found_however_it_is_written() {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        for host in ["127.0.0.1", "localhost", "auto", "AUTO"] {
+            let found = find(&format!("{host}:{}", txt.port())).unwrap();
+            assert_eq!(found.address, txt.address(), "{host}");
+        }
     }
 }

@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 
 use parking_lot::Mutex;
 
+use crate::exit;
 use crate::ffi::{caught, text_of};
 
 /// What `_getch` returns when there are no keys any more.
@@ -38,9 +39,7 @@ fn single_keys() {
         now
     };
     BEFORE.get_or_init(|| {
-        for signal in [libc::SIGINT, libc::SIGTERM, libc::SIGHUP, libc::SIGQUIT] {
-            restore_at(signal);
-        }
+        exit::watch_signals();
         // SAFETY: the function stays; it is called when the program ends.
         unsafe { libc::atexit(lines_again) };
         now
@@ -51,32 +50,11 @@ fn single_keys() {
     unsafe { libc::tcsetattr(INPUT, libc::TCSANOW, &keys) };
 }
 
-/// Makes the terminal as it was. Used in signals: it does nothing that is not allowed there.
-extern "C" fn lines_again() {
+/// Makes the terminal as it was. Async-signal-safe.
+pub(crate) extern "C" fn lines_again() {
     if let Some(before) = BEFORE.get() {
         // SAFETY: a struct that the system has filled.
         unsafe { libc::tcsetattr(INPUT, libc::TCSANOW, before) };
-    }
-}
-
-/// Has the terminal made as it was before a signal ends the program. A program's own handler stays.
-fn restore_at(signal: c_int) {
-    extern "C" fn end(signal: c_int) {
-        lines_again();
-        // SAFETY: both are allowed in a signal. The signal now does what it did before.
-        unsafe {
-            libc::signal(signal, libc::SIG_DFL);
-            libc::raise(signal);
-        }
-    }
-    let handler: extern "C" fn(c_int) = end;
-    // SAFETY: the structs are there, and the handler does only what is allowed in a signal.
-    unsafe {
-        let mut present: libc::sigaction = std::mem::zeroed();
-        let known = libc::sigaction(signal, std::ptr::null(), &mut present) == 0;
-        if known && present.sa_sigaction == libc::SIG_DFL {
-            libc::signal(signal, handler as libc::sighandler_t);
-        }
     }
 }
 

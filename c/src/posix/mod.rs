@@ -9,3 +9,5 @@ mod shell;
 mod text;
 mod threads;
 mod time;
+
+pub(crate) use keyboard::lines_again;

@@ -7,6 +7,7 @@ use std::thread::{self, JoinHandle};
 
 use super::objects::{add, change, close, Handle, Object};
 use crate::ffi::caught;
+use crate::inside;
 
 /// What `_beginthread` answers when there can be no thread.
 const NO_THREAD: usize = usize::MAX;
@@ -41,6 +42,7 @@ fn start(
     let argument = Argument(argument);
     let (tell, told) = std::sync::mpsc::channel();
     let body = move || {
+        let _uncancelled = inside::uncancelled();
         let _ = tell.send(GetCurrentThreadId());
         let code = run(argument.get());
         let handle = ptr::without_provenance_mut(number);

@@ -4,6 +4,8 @@ use std::mem::MaybeUninit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::OnceLock;
 
+use crate::posix::lines_again;
+
 /// How it was before, and whether it is different now.
 static BEFORE: OnceLock<libc::termios> = OnceLock::new();
 static CHANGED: AtomicBool = AtomicBool::new(false);
@@ -34,8 +36,9 @@ fn set(settings: &libc::termios) {
     unsafe { libc::tcsetattr(libc::STDIN_FILENO, libc::TCSANOW, settings) };
 }
 
-/// Makes the terminal as it was. Does not allocate and takes no lock.
+/// Makes the terminal as it was, also when the program has changed it by `_kbhit`. Does not allocate and takes no lock.
 pub(super) fn restore() {
+    lines_again();
     if CHANGED.swap(false, Ordering::AcqRel) {
         if let Some(before) = BEFORE.get() {
             set(before);

@@ -22,6 +22,7 @@ use crate::host;
 use crate::i2c::I2cThread;
 use crate::memory::{AreaArray, Ta, AREAS};
 use crate::mirror::{Mirror, DEV_MODE_LOCAL};
+use crate::online::Online;
 use crate::process;
 use crate::session::STATUS_RUN;
 
@@ -47,7 +48,7 @@ enum End {
 pub(super) fn run(init: PrgInit, tic: PrgTic) -> c_int {
     let host = host::or_auto();
     match connect(&host) {
-        Ok(handler) => Program::run(handler, init, tic).unwrap_or_else(|error| {
+        Ok(handler) => Program::run(handler, &host, init, tic).unwrap_or_else(|error| {
             words::say(&error.to_string());
             FAILED
         }),
@@ -86,6 +87,7 @@ struct Program {
 impl Program {
     fn run(
         handler: Arc<TransferAreaComHandler>,
+        host: &str,
         init: PrgInit,
         tic: PrgTic,
     ) -> Result<c_int, Box<dyn std::error::Error>> {
@@ -101,7 +103,8 @@ impl Program {
             i2c: Mutex::new(i2c),
         });
         system::set(Some(Arc::clone(&system)));
-        let watch = Watch::new(Arc::clone(&handler))?;
+        let online = Arc::new(Online::begin(host));
+        let watch = Watch::new(Arc::clone(&handler), Arc::clone(&online))?;
         signals::take_up()?;
         let mirror = Mirror::new(array, DEV_MODE_LOCAL);
         mirror.introduce(&name, handler.version().unwrap_or(FirmwareVersion::OLDEST_SUPPORTED));
@@ -112,6 +115,9 @@ impl Program {
         let end = program.init(init).and_then(|()| program.tics());
         let summary = program.pace.summary(Instant::now());
         let ended = handler.end_transfer();
+        if ended.is_ok() {
+            online.end();
+        }
         program.watch.end();
         // What the program does at its end, such as destructors, may crash or hang as in any other program.
         keyboard::restore();

@@ -7,6 +7,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicI32, AtomicUsize, Ordering};
 
 use super::system;
+use crate::exit;
 use crate::process::write_error;
 
 /// The signals of a crash, with what they say.
@@ -18,9 +19,11 @@ const CRASHES: &[(c_int, &str)] = &[
     (libc::SIGABRT, "SIGABRT: abort was called"),
 ];
 
-/// The signals that ask the program to end, with their names.
-const ENDS: &[(c_int, &str)] =
-    &[(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "SIGHUP")];
+/// The signals that ask the program to end, with their names. One that would suspend it does so, too: it is made for a
+/// controller, which knows no pauses.
+fn ends() -> impl Iterator<Item = &'static (c_int, &'static str)> {
+    exit::ENDS.iter().chain(&exit::SUSPENDS)
+}
 
 /// The first crash; 0 for none.
 static CRASH: AtomicI32 = AtomicI32::new(0);
@@ -48,7 +51,10 @@ pub(super) fn take_up() -> io::Result<()> {
     for (signal, _) in CRASHES {
         handle(*signal, on_crash as extern "C" fn(c_int) as usize)?;
     }
-    for (signal, _) in ENDS {
+    for (signal, _) in ends() {
+        if exit::handler_of(*signal)? == libc::SIG_IGN {
+            continue;
+        }
         handle(*signal, on_end as extern "C" fn(c_int) as usize)?;
     }
     Ok(())
@@ -56,7 +62,7 @@ pub(super) fn take_up() -> io::Result<()> {
 
 /// From now on signals end the process, as they do without this library.
 pub(super) fn give_back() {
-    for (signal, _) in CRASHES.iter().chain(ENDS) {
+    for (signal, _) in CRASHES.iter().chain(ends()) {
         // It has worked with the handler.
         let _ = handle(*signal, libc::SIG_DFL);
     }
@@ -103,7 +109,7 @@ pub(super) fn crash() -> Option<&'static str> {
 
 /// What has asked the program to end.
 pub(super) fn end_name(reason: u32) -> &'static str {
-    let end = ENDS.iter().find(|(signal, _)| *signal as u32 == reason);
+    let end = ends().find(|(signal, _)| *signal as u32 == reason);
     end.map_or("a signal", |(_, name)| name)
 }
 

@@ -11,6 +11,7 @@ use ft_transfer_area::TransferAreaComHandler;
 
 use super::{keyboard, signals, system, words, FAILED};
 use crate::exit;
+use crate::online::Online;
 use crate::process::{self, write_error};
 
 /// How often the program is looked at.
@@ -110,7 +111,10 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub(super) fn new(handler: Arc<TransferAreaComHandler>) -> io::Result<Self> {
+    pub(super) fn new(
+        handler: Arc<TransferAreaComHandler>,
+        online: Arc<Online>,
+    ) -> io::Result<Self> {
         words::program_name();
         RUN.reset();
         let ender = thread::Builder::new().name("ender".into()).spawn(move || {
@@ -121,7 +125,9 @@ impl Watch {
                 thread::park();
             }
             // What went wrong with the end matters no more after what made it necessary.
-            let _ = handler.end_transfer();
+            if handler.end_transfer().is_ok() {
+                online.end();
+            }
             RUN.ended.store(true, Ordering::Release);
         })?;
         let to_wake = ender.thread().clone();

@@ -39,9 +39,8 @@ impl Cache {
 
     /// Without a folder that nobody else can write, nothing is kept: what lies there is run.
     fn in_folder(folder: Option<&Path>, limit: u64) -> Self {
-        let folder = folder.and_then(|folder| own::make(folder).ok());
-        let folder = folder.and_then(|folder| match own::check(&folder) {
-            Ok(()) => Some(folder),
+        let folder = folder.and_then(|folder| match own::make(folder) {
+            Ok(folder) => folder,
             Err(why) => {
                 say(&format!("everything is compiled anew, because {why}"));
                 None
@@ -170,27 +169,36 @@ mod own {
     const OTHERS_WRITE: u32 = 0o022;
     const STICKY: u32 = 0o1000;
 
-    /// Makes a folder that is this user's alone; its name without links before the last part.
-    pub(super) fn make(folder: &Path) -> io::Result<PathBuf> {
+    /// Makes a folder that is this user's alone; its name without links before the last part. Nothing is made in a
+    /// folder of another user, as root could. `None` when it can't be made, a sentence when it must not be used.
+    pub(super) fn make(folder: &Path) -> Result<Option<PathBuf>, String> {
         let (Some(above), Some(name)) = (folder.parent(), folder.file_name()) else {
-            return Err(io::ErrorKind::InvalidInput.into());
+            return Ok(None);
         };
-        let mut builder = DirBuilder::new();
-        builder.mode(0o700).recursive(true).create(above)?;
-        let folder = fs::canonicalize(above)?.join(name);
-        match builder.recursive(false).create(&folder) {
-            Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
-            _ => Ok(folder),
+        let real = above.ancestors().find_map(|place| {
+            let rest = above.strip_prefix(place).ok()?;
+            Some(fs::canonicalize(place).ok()?.join(rest).join(name))
+        });
+        let Some(folder) = real else { return Ok(None) };
+        check(&folder)?;
+        if DirBuilder::new().mode(0o700).recursive(true).create(&folder).is_err() {
+            return Ok(None);
         }
+        check(&folder)?;
+        Ok(Some(folder))
     }
 
-    /// A sentence when others can put something into this folder, or another one in its place.
-    pub(super) fn check(folder: &Path) -> Result<(), String> {
+    /// A sentence when others can put something into this folder, or another one in its place. What is not there does
+    /// not count.
+    fn check(folder: &Path) -> Result<(), String> {
         // SAFETY: a call without arguments.
         let me = unsafe { libc::geteuid() };
         for place in folder.ancestors() {
             let name = place.display();
-            let data = fs::symlink_metadata(place).map_err(|error| format!("{name}: {error}"))?;
+            let data = match fs::symlink_metadata(place) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+                data => data.map_err(|error| format!("{name}: {error}"))?,
+            };
             let is_it = place == folder;
             if !data.is_dir() {
                 return Err(format!("{name} is no folder"));
@@ -223,13 +231,8 @@ mod own {
 mod own {
     use super::*;
 
-    pub(super) fn make(folder: &Path) -> io::Result<PathBuf> {
-        DirBuilder::new().recursive(true).create(folder)?;
-        Ok(folder.to_owned())
-    }
-
-    pub(super) fn check(_: &Path) -> Result<(), String> {
-        Ok(())
+    pub(super) fn make(folder: &Path) -> Result<Option<PathBuf>, String> {
+        Ok(DirBuilder::new().recursive(true).create(folder).is_ok().then(|| folder.to_owned()))
     }
 
     pub(super) fn check_entry(_: &Path) -> io::Result<()> {

@@ -2,12 +2,18 @@
 
 use std::env;
 use std::ffi::OsString;
+use std::path::Path;
 use std::process::{Command, ExitStatus};
+use std::thread;
+use std::time::Duration;
 
+use ft_transfer_area::Error;
+
+use crate::online::{self, Online};
 use crate::program::Program;
 use crate::symbols::Entry;
 use crate::target::Target;
-use crate::{signals, stop, Sentence};
+use crate::{say, signals, Sentence};
 
 /// The environment variable that names the controller.
 const HOST: &str = "FT_TXT_HOST";
@@ -20,14 +26,19 @@ pub(crate) struct Ended {
     pub(crate) words: Vec<String>,
 }
 
+/// How often is looked at the program.
+const LOOK: Duration = Duration::from_millis(10);
+
 /// Runs the program. Its motors are off afterwards, as far as that is possible.
 pub(crate) fn run(
     program: &Program,
     target: &Target,
     arguments: &[OsString],
+    build: &Path,
 ) -> Result<Ended, Sentence> {
+    let mut online = Online::new(build)?;
     let mut command = Command::new(&program.path);
-    command.args(arguments).env(HOST, target.host());
+    command.args(arguments).env(HOST, target.host()).env(online::VARIABLE, &online.path);
     if cfg!(windows) {
         let before = env::var_os("PATH").unwrap_or_default();
         let own = std::iter::once(program.library_folder.clone());
@@ -36,37 +47,40 @@ pub(crate) fn run(
     end_with_this_process(&mut command);
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
-    let status = child.wait();
+    let status = loop {
+        match child.try_wait() {
+            Ok(None) if online.is_left() => {
+                stop_left(&mut online, target).iter().for_each(|it| say(it))
+            }
+            Ok(None) => thread::sleep(LOOK),
+            Ok(Some(status)) => break Ok(status),
+            Err(error) => break Err(error),
+        }
+    };
     signals::stop_passing_on(id);
     let status = status?;
-    let is_sudden = is_sudden(program.entry, status);
-    let stopped = match target {
-        // After Ctrl-C the library has done so, unless the program has taken that from it.
-        Target::Host(host) if is_sudden || status.code().is_none() => Some(stop::stop(host)),
-        _ => None,
-    };
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let (status, word) = end_of(&name, program.entry, status);
-    let stopped = stopped.and_then(|stopped| match (stopped, is_sudden) {
-        (Ok(()), false) => None,
-        (Ok(()), true) => Some(String::from(
-            "it could send no last exchange, so tx_run has sent it: all outputs are off",
-        )),
-        (Err(error), true) => Some(format!(
-            "it could send no last exchange, and tx_run could not either, so motors may go on: {error}"
-        )),
-        (Err(error), false) => Some(format!(
-            "tx_run could not make sure that all outputs are off: {error}"
-        )),
-    });
-    Ok(Ended { status, words: word.into_iter().chain(stopped).collect() })
+    Ok(Ended { status, words: word.into_iter().chain(stop_left(&mut online, target)).collect() })
 }
 
-/// Whether the program has ended without a chance to send a last exchange. The runtime of a program with `PrgTic` ends
-/// with 0 or 1, so other codes are from `_exit`; in others they may be from `main`.
-fn is_sudden(entry: Entry, status: ExitStatus) -> bool {
-    let is_own = status.code().is_none_or(|code| [0, 1].contains(&code));
-    signals::is_sudden(status) || (entry == Entry::PrgTic && !is_own)
+/// Stops the controllers that the program has left, and returns what is to be said of it.
+fn stop_left(online: &mut Online, target: &Target) -> Vec<String> {
+    // A simulated TXT ends with this process.
+    let simulated = match target {
+        Target::Host(_) => None,
+        Target::Simulated { .. } | Target::Shown { .. } => Some(target.host()),
+    };
+    online.stop_left(simulated.as_deref()).into_iter().map(words_of_stop).collect()
+}
+
+fn words_of_stop(stopped: Result<(), Error>) -> String {
+    match stopped {
+        Ok(()) => "it could send no last exchange, so tx_run has sent it: all outputs are off".into(),
+        Err(error) => format!(
+            "it could send no last exchange, and tx_run could not either, so motors may go on: {error}"
+        ),
+    }
 }
 
 /// Has the program ended when nobody is left who would: `tx_run` was killed. Other systems than Linux have

@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use crate::inputs::{Inputs, Language};
 use crate::key;
 use crate::options::Options;
+use crate::signals;
 use crate::Sentence;
 
 /// Has the compiler add no checks to the program.
@@ -27,6 +28,14 @@ impl Language {
         match self {
             Self::C => "c",
             Self::Cpp => "c++",
+        }
+    }
+
+    /// The same for a text that the preprocessor has made.
+    fn option_for_text(self) -> &'static str {
+        match self {
+            Self::C => "cpp-output",
+            Self::Cpp => "c++-cpp-output",
         }
     }
 
@@ -111,6 +120,7 @@ pub(crate) struct Compiler {
     /// Options before and behind those with our headers.
     before: Vec<OsString>,
     behind: Vec<OsString>,
+    is_clang: bool,
 }
 
 impl Compiler {
@@ -143,11 +153,25 @@ impl Compiler {
         options.include_folders.iter().for_each(|folder| add("-I", folder.as_os_str()));
         options.definitions.iter().for_each(|definition| add("-D", definition));
         let flags = words_of(flags);
-        let identity = key::identity(&words, &version, &flags);
-        behind.extend(flags);
+        behind.extend(flags.iter().cloned());
         let standards = options.standards.iter().filter(|named| language.has_standard(named));
         behind.extend(standards.map(|named| format!("-std={named}").into()));
-        Ok(Self { language, words, identity, before, behind })
+        let is_clang = version.contains("clang");
+        let mut compiler = Self { language, words, identity: None, before, behind, is_clang };
+        compiler.identity = compiler.identity(&flags)?;
+        Ok(compiler)
+    }
+
+    fn identity(&self, flags: &[OsString]) -> Result<Option<String>, Sentence> {
+        let [program, options @ ..] = self.words.as_slice() else { return Ok(None) };
+        let Some(program) = key::known_compiler(program, &[options, flags].concat()) else {
+            return Ok(None);
+        };
+        let mut command = self.compile_text(Path::new("-"), Path::new("a.o"));
+        // What it says of files with options is in English then.
+        let output = signals::output_of(command.env("LC_ALL", "C").arg("-###"))?;
+        let commands = String::from_utf8(output.stderr).ok().filter(|_| output.status.success());
+        Ok(commands.and_then(|commands| key::identity(&program, &commands)))
     }
 
     pub(crate) fn command(&self) -> Command {
@@ -164,6 +188,19 @@ impl Compiler {
             command.arg("-I").arg(folder);
         }
         command.args(&self.behind);
+        command
+    }
+
+    /// A command that compiles a preprocessed text, and leaves the assembler's text beside what it makes.
+    pub(crate) fn compile_text(&self, text: &Path, object: &Path) -> Command {
+        let mut command = self.compile(&[]);
+        command.args(["-x", self.language.option_for_text()]).arg(text);
+        if self.is_clang {
+            // It would read the files of the assembler's directives itself, and leave none of them in the text.
+            command.args(["-Xclang", "-no-integrated-as"]);
+        }
+        // clang's assembler finds fault with what clang writes.
+        command.args(["-c", "-save-temps=obj", "-Wa,--no-warn", "-o"]).arg(object);
         command
     }
 

@@ -52,6 +52,7 @@ impl Inputs {
     pub(crate) fn of(files: &[PathBuf]) -> Result<Self, Sentence> {
         let mut inputs = Self::default();
         for file in files {
+            let file = &as_no_option(file.clone());
             if file.is_dir() {
                 let sources = sources_in(file)?;
                 inputs.call(|| {
@@ -135,7 +136,7 @@ fn sources_in(folder: &Path) -> Result<Vec<Source>, Sentence> {
         let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes()[0] == b'.');
         match Language::of(&path) {
             Some(language) if path.is_file() && !is_hidden => {
-                sources.push(Source { path: without_dot(path), language });
+                sources.push(Source { path: as_no_option(without_dot(path)), language });
             }
             _ => {}
         }
@@ -154,6 +155,16 @@ fn sources_in(folder: &Path) -> Result<Vec<Source>, Sentence> {
 /// `main.cpp` for `./main.cpp`, as people write it.
 fn without_dot(path: PathBuf) -> PathBuf {
     path.strip_prefix(".").map(Path::to_owned).unwrap_or(path)
+}
+
+/// `./-w.c` for `-w.c`: compilers would take the name for an option, or `@a.c` for a file with options.
+fn as_no_option(path: PathBuf) -> PathBuf {
+    let is_option = matches!(path.as_os_str().as_encoded_bytes().first(), Some(b'-' | b'@'));
+    if is_option {
+        Path::new(".").join(path)
+    } else {
+        path
+    }
 }
 
 #[cfg(test)]

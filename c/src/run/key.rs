@@ -1,6 +1,7 @@
-//! What a compiled file depends on: the text that the preprocessor makes of its source, the compiler, and what both
-//! are told. A file for which this may not be all has no key, and is compiled at each start.
+//! What a compiled file depends on: the preprocessed text that it is compiled from, and which programs do that with which
+//! options. A file for which this may not be all has no key, and is compiled at each start.
 
+use std::collections::BTreeSet;
 use std::env;
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write;
@@ -13,18 +14,17 @@ use twox_hash::XxHash3_128;
 /// The last words of the names of compilers that do nothing but what their options say. Others keep what they compile
 /// themselves (`zig`, `ccache`), or take options from elsewhere, as scripts do.
 const COMPILERS: [&str; 6] = ["cc", "gcc", "clang", "c++", "g++", "clang++"];
-/// Options, also without the space, whose values are seen in the preprocessor's text, or are only values.
+/// Options, also without the space, whose values only count for the preprocessor.
 const WITH_VALUE: [&str; 6] = ["-I", "-D", "-U", "-iquote", "-isystem", "-idirafter"];
 /// How options begin that only say how to compile.
 const BEGINNINGS: [&str; 3] = ["-std=", "-O", "-W"];
 /// Further options that do.
-const OPTIONS: [&str; 16] = [
+const OPTIONS: [&str; 15] = [
     "-g",
     "-w",
     "-ansi",
     "-pedantic",
     "-pthread",
-    "-pipe",
     "-m32",
     "-m64",
     "-fcommon",
@@ -36,56 +36,63 @@ const OPTIONS: [&str; 16] = [
     "-fno-rtti",
     "-fno-strict-aliasing",
 ];
-/// Variables that have a compiler run something else, or write further files.
-const CHANGES: [&str; 7] = [
-    "COMPILER_PATH",
-    "GCC_EXEC_PREFIX",
-    "CCC_OVERRIDE_OPTIONS",
-    "DEPENDENCIES_OUTPUT",
-    "SUNPRO_DEPENDENCIES",
-    "LD_PRELOAD",
-    "DYLD_INSERT_LIBRARIES",
-];
-/// Variables that count by their values. Those with folders for headers show in the preprocessor's text.
-const VARIABLES: [&str; 10] = [
-    "PATH",
-    "PWD",
+/// Variables that bring something else into the compiler.
+const INSERTS: [&str; 4] =
+    ["LD_PRELOAD", "LD_AUDIT", "DYLD_INSERT_LIBRARIES", "CCC_OVERRIDE_OPTIONS"];
+/// What gcc and clang say of a file with options, which may name anything.
+const FILES: [&str; 2] = ["Reading specs from", "Configuration file"];
+/// Variables that count by their values. What others change shows in the preprocessed text, or in the commands.
+const VARIABLES: [&str; 8] = [
     "LD_LIBRARY_PATH",
+    "DYLD_LIBRARY_PATH",
+    "DYLD_FRAMEWORK_PATH",
     "LANG",
+    "LANGUAGE",
     "LC_ALL",
     "LC_CTYPE",
     "LC_MESSAGES",
-    "SDKROOT",
-    "DEVELOPER_DIR",
-    "MACOSX_DEPLOYMENT_TARGET",
 ];
 
 /// All that a compiled file depends on, as one number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Key(pub(crate) u128);
 
-/// What tells a compiler, and the options that the user has given it, from another one; `None` when they do not tell
-/// all.
-pub(crate) fn identity(words: &[OsString], version: &str, flags: &[OsString]) -> Option<String> {
-    let (program, options) = words.split_first()?;
+/// The file of a compiler that does what its options say, and nothing else, with these options; `None` for others.
+pub(crate) fn known_compiler(compiler: &OsStr, options: &[OsString]) -> Option<PathBuf> {
     let is_set = |name: &&str| env::var_os(name).is_some_and(|value| !value.is_empty());
-    // clang says which files it takes options from.
-    let takes_more = version.contains("Configuration file") || CHANGES.iter().any(is_set);
-    if takes_more || !are_known(options) || !are_known(flags) {
+    if INSERTS.iter().any(is_set) || !are_known(options) {
         return None;
     }
-    let file = found(program)?;
-    if !is_compiler(&file) {
+    found(compiler).filter(|file| is_compiler(file) && state_of(file).is_some())
+}
+
+/// What tells this compiler from another one, and what it is told; `None` when that can't be known. `commands` is what
+/// it says that it would run (`-###`): with all options, also those from elsewhere.
+pub(crate) fn identity(compiler: &Path, commands: &str) -> Option<String> {
+    let mut identity = commands.to_owned();
+    let programs = programs(commands);
+    // It is the compiler itself and the assembler.
+    if programs.len() < 2 || FILES.iter().any(|file| commands.contains(file)) {
         return None;
     }
-    let mut identity = format!("{version} {options:?} {flags:?} {}", state_of(&file)?);
-    // gcc may have none of its own.
-    let assembler = found(OsStr::new("as")).and_then(|file| state_of(&file));
-    let _ = write!(identity, " {assembler:?}");
+    let programs = programs.iter().map(|program| found(OsStr::new(program)));
+    for program in [Some(compiler.to_owned())].into_iter().chain(programs) {
+        let _ = write!(identity, " {}", state_of(&program?)?);
+    }
     for name in VARIABLES {
         let _ = write!(identity, " {:?}", env::var_os(name));
     }
     Some(identity)
+}
+
+/// The programs in such a list of commands: each stands in a line that begins with a space.
+fn programs(commands: &str) -> Vec<String> {
+    let commands = commands.lines().filter_map(|line| line.strip_prefix(' '));
+    let program = |command: &str| match command.strip_prefix('"') {
+        Some(quoted) => quoted.split('"').next().unwrap_or_default().replace("\\\\", "\\"),
+        None => command.split(' ').next().unwrap_or_default().to_owned(),
+    };
+    commands.map(program).collect()
 }
 
 /// Whether these options are known to say how to compile, and nothing else.
@@ -122,26 +129,32 @@ fn found(program: &OsStr) -> Option<PathBuf> {
     };
     let names =
         [program.to_owned(), [program, OsStr::new(env::consts::EXE_SUFFIX)].into_iter().collect()];
-    let places = folders.iter().flat_map(|folder| names.iter().map(|name| folder.join(name)));
-    fs::canonicalize(places.into_iter().find(|place| place.is_file())?).ok()
+    let mut places = folders.iter().flat_map(|folder| names.iter().map(|name| folder.join(name)));
+    fs::canonicalize(places.find(|place| can_run(place))?).ok()
 }
 
-/// Whether this is one of the compilers, as in `x86_64-linux-gnu-gcc-13`, and no script with its name.
+fn can_run(file: &Path) -> bool {
+    #[cfg(unix)]
+    let may_run = |data: fs::Metadata| std::os::unix::fs::MetadataExt::mode(&data) & 0o111 != 0;
+    #[cfg(not(unix))]
+    let may_run = |_| true;
+    file.is_file() && fs::metadata(file).is_ok_and(may_run)
+}
+
+/// Whether this is one of the compilers, as in `x86_64-linux-gnu-gcc-13`.
 fn is_compiler(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(env::consts::EXE_SUFFIX).unwrap_or(&name);
     let is_digit = |c: char| c.is_ascii_digit();
     let mut words = name.rsplit('-').skip_while(|word| word.starts_with(is_digit));
-    let mut beginning = [0; 64];
-    let is_program = File::open(file)
-        .and_then(|mut file| file.read_exact(&mut beginning))
-        .is_ok_and(|()| beginning.contains(&0));
-    is_program && words.next().is_some_and(|word| COMPILERS.contains(&word))
+    words.next().is_some_and(|word| COMPILERS.contains(&word))
 }
 
-/// What changes with a file.
-fn state_of(file: &Path) -> Option<String> {
-    let data = fs::metadata(file).ok()?;
+/// What changes with a program; `None` for a script, which may depend on anything.
+fn state_of(program: &Path) -> Option<String> {
+    let mut beginning = [0; 64];
+    File::open(program).and_then(|mut file| file.read_exact(&mut beginning)).ok()?;
+    let data = fs::metadata(program).ok().filter(|_| beginning.contains(&0))?;
     let changed = data.modified().ok()?;
     #[cfg(unix)]
     let more = {
@@ -151,81 +164,58 @@ fn state_of(file: &Path) -> Option<String> {
     };
     #[cfg(not(unix))]
     let more = ();
-    Some(format!("{file:?} {} {changed:?} {more:?}", data.len()))
+    Some(format!("{program:?} {} {changed:?} {more:?}", data.len()))
 }
 
-/// The key of a source with this text, after the preprocessor, and what else tells it from others. What lies in the
-/// build folder lies in another one each time. `None` when compiling it reads further files.
-pub(crate) fn of<'a>(
-    text: &[u8],
-    others: impl Iterator<Item = &'a [u8]>,
-    build: &Path,
-) -> Option<Key> {
-    if reads_files(&String::from_utf8_lossy(text)) {
+/// The key of what is compiled from this text, and what else tells it from others. `None` when the compiler reads a
+/// precompiled header for it.
+pub(crate) fn of(text: &[u8], others: &[&[u8]]) -> Option<Key> {
+    if String::from_utf8_lossy(text).contains("pch_preprocess") {
         return None;
     }
-    let build = build.to_str()?;
-    // As a text in C.
-    let in_text = if cfg!(windows) { build.replace('\\', "\\\\") } else { build.to_owned() };
     let mut hasher = XxHash3_128::new();
-    for other in others {
-        let other = without(other, build);
-        hasher.write(&(other.len() as u64).to_le_bytes());
-        hasher.write(&other);
-    }
-    for line in text.split_inclusive(|byte| *byte == b'\n') {
-        match line.first() {
-            // It names the file that the next lines are from.
-            Some(b'#') => hasher.write(&without(line, &in_text)),
-            _ => hasher.write(line),
-        }
+    for part in others.iter().chain([&text]) {
+        hasher.write(&(part.len() as u64).to_le_bytes());
+        hasher.write(part);
     }
     Some(Key(hasher.finish_128()))
 }
 
-/// A text without the name of this folder.
-fn without(text: &[u8], folder: &str) -> Vec<u8> {
-    match std::str::from_utf8(text) {
-        Ok(text) => text.replace(folder, "\0").into_bytes(),
-        Err(_) => text.to_owned(),
-    }
-}
-
-/// Whether the compiler reads files for this text: a precompiled header, or by a directive of the assembler. Those
-/// begin with a dot, so no assembler text with a dot counts as known, and none with an escape that may be one.
-fn reads_files(text: &str) -> bool {
-    ["pch_preprocess", "incbin", ".include"].iter().any(|word| text.contains(word))
-        || text.match_indices("asm").any(|(at, asm)| may_have_directive(&text[at + asm.len()..]))
-}
-
-/// Whether a dot or an unknown escape is in the text for the assembler that follows.
-fn may_have_directive(rest: &str) -> bool {
-    let rest =
-        rest.trim_start_matches(|c: char| c.is_whitespace() || c.is_alphanumeric() || c == '_');
-    match rest.chars().next() {
-        Some('(') => {}
-        // Assembler in another form, or a new line between.
-        Some('{' | '#') => return true,
-        // It was part of another word.
-        _ => return false,
-    }
-    let (mut depth, mut is_quoted) = (0, false);
-    let mut chars = rest.chars();
-    while let Some(next) = chars.next() {
-        match next {
-            '"' => is_quoted = !is_quoted,
-            '\\' if matches!(chars.next(), Some('n' | 't')) => {}
-            '\\' | '\'' => return true,
-            '.' | '#' | 'R' if is_quoted || next == 'R' => return true,
-            '(' if !is_quoted => depth += 1,
-            ')' if !is_quoted => depth -= 1,
-            _ => {}
-        }
-        if depth == 0 {
-            return false;
+/// A text with a fixed name for the build folder, which has another one each time.
+pub(crate) fn with_fixed_name(text: &[u8], build: &Path) -> Vec<u8> {
+    let build = build.to_string_lossy();
+    // As a text in C.
+    let build = if cfg!(windows) { build.replace('\\', "\\\\") } else { build.into_owned() };
+    let mut fixed = Vec::with_capacity(text.len());
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        match std::str::from_utf8(line) {
+            Ok(line) if line.contains(&build) => {
+                fixed.extend(line.replace(&build, "tx_run").as_bytes());
+            }
+            _ => fixed.extend(line),
         }
     }
-    true
+    fixed
+}
+
+/// The files that a text is from, as they are written: with the comments and spaces that warnings depend on and show.
+pub(crate) fn files_of(text: &[u8]) -> Vec<u8> {
+    let lines = text.split(|byte| *byte == b'\n').filter(|line| line.starts_with(b"# "));
+    let name = |line| {
+        let (_, name) = std::str::from_utf8(line).ok()?.split_once('"')?;
+        Some(name.rsplit_once('"')?.0.replace("\\\\", "\\"))
+    };
+    let names: BTreeSet<String> = lines.filter_map(name).collect();
+    let files = names.iter().filter(|name| Path::new(name).is_file());
+    // One that can't be read has no lines to show.
+    files.flat_map(|name| fs::read(name).unwrap_or_default()).collect()
+}
+
+/// Whether the assembler reads a further file for this text, or may: a macro can put the directive together, and a
+/// comment divide it.
+pub(crate) fn reads_files(assembler: &[u8]) -> bool {
+    let text = String::from_utf8_lossy(assembler).to_ascii_lowercase();
+    ["incbin", ".include", ".macro", ".irp", "/*"].iter().any(|word| text.contains(word))
 }
 
 #[cfg(test)]
@@ -261,65 +251,62 @@ mod tests {
     }
 
     #[test]
-    fn text_for_the_assembler_that_may_read_a_file_is_found() {
-        for harmless in [
-            "extern int scanf(const char *) __asm__ (\"\" \"__isoc99_scanf\") ;",
-            "__asm__ __volatile__ (\"rorw $8, %w0\\n\\tnop\" : \"=r\" (x) : \"0\" (y) : \"cc\"); x = a.b;",
-            "const char *plasma = \"a plasma. (x.y)\";",
-            "int asmara = f(1.5);",
-        ] {
-            assert!(!reads_files(harmless), "{harmless}");
-        }
+    fn directives_of_the_assembler_that_may_read_a_file_are_found() {
+        assert!(!reads_files(b"\t.string\t\"/usr/include/stdio.h\"\n\trorw $8, %ax\n"));
         for reads in [
-            "__asm__(\".section .rodata\\n.incbin \\\"data\\\"\");",
-            "asm(\".inc\" \"bin 'x'\");",
-            "asm volatile (\"\\x2einc\" \"bin\");",
-            "asm\n# 7 \"a.c\"\n(\"nop\");",
-            "__asm { nop }",
-            "asm(R\"(nop)\");",
-            "asm(\"nop\"",
-            "#pragma GCC pch_preprocess \"h.h.gch\"",
-            "__attribute__((section(\"a\\n.incbin b\")))",
+            ".incbin \"data\"",
+            ".INCBIN \"data\"",
+            ".include \"data\"",
+            ".inc/**/bin \"data\"",
+            ".irp x,bin\n.inc\\x \"data\"\n.endr",
+            ".macro a x\n.\\x \"data\"\n.endm\na incbin",
         ] {
-            assert!(reads_files(reads), "{reads}");
+            assert!(reads_files(reads.as_bytes()), "{reads}");
         }
     }
 
     #[test]
-    fn the_build_folder_does_not_count_and_all_else_does() {
+    fn all_counts_but_the_name_of_the_build_folder() {
         let of = |text: &str, other: &str, build: &str| {
-            super::of(text.as_bytes(), [other.as_bytes()].into_iter(), Path::new(build)).unwrap()
+            super::of(&with_fixed_name(text.as_bytes(), Path::new(build)), &[other.as_bytes()])
         };
-        let key = of("# 1 \"/x/a.h\"\nint a;\n", "-I/x/inc", "/x");
-        assert_eq!(key, of("# 1 \"/y/z/a.h\"\nint a;\n", "-I/y/z/inc", "/y/z"));
+        let key = of("# 1 \"/x/a.h\"\nint a;\n", "-g", "/x").unwrap();
+        assert_eq!(Some(key), of("# 1 \"/y/z/a.h\"\nint a;\n", "-g", "/y/z"));
         for (text, other) in [
-            ("# 1 \"/x/b.h\"\nint a;\n", "-I/x/inc"),
-            ("# 1 \"/x/a.h\"\nint b;\n", "-I/x/inc"),
-            ("# 1 \"/x/a.h\"\nint a;\n", "-I/x"),
+            ("# 1 \"/x/b.h\"\nint a;\n", "-g"),
+            ("# 1 \"/x/a.h\"\nint b;\n", "-g"),
+            ("# 1 \"/x/a.h\"\nint a;\n", "-w"),
         ] {
-            assert_ne!(key, of(text, other, "/x"));
+            assert_ne!(Some(key), of(text, other, "/x"));
         }
+        assert_eq!(of("#pragma GCC pch_preprocess \"h.h.gch\"", "", "/x"), None);
+    }
+
+    #[test]
+    fn the_programs_that_a_compiler_runs_are_found() {
+        let gcc =
+            "Target: x86_64-linux-gnu\n /usr/lib/gcc/cc1 -quiet - -o a.s\nA=1 2\n as --64 a.s\n";
+        assert_eq!(programs(gcc), ["/usr/lib/gcc/cc1", "as"]);
+        let clang = "InstalledDir: C:\\\\bin\n \"C:\\\\the bin\\\\clang\" \"-cc1\"\n \"/b/clang\" \"-cc1as\"\n";
+        assert_eq!(programs(clang), ["C:\\the bin\\clang", "/b/clang"]);
     }
 
     #[cfg(unix)]
     #[test]
-    fn only_programs_with_the_names_of_compilers_are_known() {
-        let folder = tempfile::tempdir().unwrap();
-        let is_known = |name: &str, text: &[u8]| {
-            let file = folder.path().join(name);
-            fs::write(&file, text).unwrap();
-            is_compiler(&file)
-        };
-        let program = [b"\x7fELF\0".as_slice(), &[0; 64]].concat();
+    fn only_programs_count_and_only_some_are_compilers() {
         for name in ["gcc", "x86_64-linux-gnu-g++-13", "clang-18", "clang++", "cc", "gcc-13.2"] {
-            assert!(is_known(name, &program), "{name}");
+            assert!(is_compiler(Path::new(name)), "{name}");
         }
         for name in ["ccache", "zig", "python3", "icecc", "gcc-ar"] {
-            assert!(!is_known(name, &program), "{name}");
+            assert!(!is_compiler(Path::new(name)), "{name}");
         }
-        assert!(!is_known(
-            "gcc",
-            &[b"#!/bin/sh\nexec gcc \"$@\"\n".as_slice(), &[b'\n'; 64]].concat()
-        ));
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("gcc");
+        fs::write(&file, [b"\x7fELF\0".as_slice(), &[0; 64]].concat()).unwrap();
+        assert!(state_of(&file).is_some());
+        assert!(found(file.as_os_str()).is_none(), "it is not executable");
+        fs::write(&file, [b"#!/bin/sh\nexec gcc \"$@\"\n".as_slice(), &[b'\n'; 64]].concat())
+            .unwrap();
+        assert_eq!(state_of(&file), None);
     }
 }

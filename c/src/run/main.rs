@@ -12,11 +12,13 @@ mod cache;
 mod child;
 mod compiler;
 mod copies;
+mod folder;
 mod headers;
 mod inputs;
 mod key;
 mod kind;
 mod link;
+mod online;
 mod options;
 mod packages;
 mod program;
@@ -34,6 +36,7 @@ use std::io::{self, Write};
 use std::process::{self, ExitCode};
 
 use env_logger::Env;
+use folder::BuildFolder;
 use options::{Options, HELP};
 
 /// An error that is a sentence.
@@ -78,12 +81,12 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<i32, Sentence> {
     signals::take_up()?;
-    let build = tempfile::Builder::new().prefix("tx_run").tempdir()?;
+    let build = BuildFolder::new()?;
     let program = program::build(options, build.path())?;
     let target = target::Target::new(options)?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     say(&format!("{name}, {}, runs on {}", program.kind, target.describe()));
-    let ended = child::run(&program, &target, &options.arguments)?;
+    let ended = child::run(&program, &target, &options.arguments, build.path())?;
     // Nothing is left to do when nobody reads the last words.
     drop((target, build));
     ended.words.iter().for_each(|word| say(word));

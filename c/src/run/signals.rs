@@ -14,11 +14,11 @@ use windows::came;
 
 #[cfg(unix)]
 pub(crate) use unix::{
-    is_crash, is_sudden, name_in, pass_on_to, stop_passing_on, take_up, words_of,
+    is_crash, name_in, pass_on_to, pass_on_to_group, stop_passing_on, take_up, words_of,
 };
 #[cfg(not(unix))]
 pub(crate) use windows::{
-    is_crash, is_sudden, name_in, pass_on_to, stop_passing_on, take_up, words_of,
+    is_crash, name_in, pass_on_to, pass_on_to_group, stop_passing_on, take_up, words_of,
 };
 
 /// An error when a signal has come while this was done: then what a child says is not about the program.
@@ -52,12 +52,14 @@ fn end_unread_words() {
     process::exit(1);
 }
 
-/// Runs a compiler, and returns what it has said.
+/// Runs a compiler, and returns what it has said. A script starts others, which get signals, too.
 pub(crate) fn output_of(command: &mut Command) -> Result<Output, Sentence> {
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(command, 0);
     command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut run = || -> io::Result<Output> {
         let child = command.spawn()?;
-        let id = pass_on_to(&child);
+        let id = pass_on_to_group(&child);
         let output = child.wait_with_output();
         stop_passing_on(id);
         output
@@ -95,15 +97,18 @@ mod unix {
     use std::time::{Duration, Instant};
     use std::{io, thread};
 
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM};
     use signal_hook::flag;
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::signal_name;
 
+    /// The signals that ask for the end.
+    const ENDS: [i32; 4] = [SIGINT, SIGTERM, SIGHUP, SIGQUIT];
+
     /// How long after the first signal another one is a second one.
     const SECOND_AFTER: Duration = Duration::from_secs(1);
 
-    /// The children that run.
+    /// The children that run; the negative ones are groups of them.
     static CHILDREN: Mutex<Vec<libc::pid_t>> = Mutex::new(Vec::new());
     /// The last signal; 0 for none. It is known at once, before a child that got it has ended.
     static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
@@ -114,10 +119,10 @@ mod unix {
 
     /// From now on signals do not end this process.
     pub(crate) fn take_up() -> io::Result<()> {
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
+        for signal in ENDS {
             flag::register_usize(signal, Arc::clone(&LAST), signal as usize)?;
         }
-        let signals = Signals::new([SIGINT, SIGTERM, SIGHUP])?;
+        let signals = Signals::new(ENDS)?;
         thread::Builder::new().name("signals".into()).spawn(move || pass_on(signals))?;
         Ok(())
     }
@@ -157,19 +162,27 @@ mod unix {
     }
 
     /// Passes signals on to this process, also one that has come already. Returns a name for it.
-    pub(crate) fn pass_on_to(process: &Child) -> u32 {
+    pub(crate) fn pass_on_to(process: &Child) -> i32 {
+        pass_on_from_now(process.id() as libc::pid_t)
+    }
+
+    /// The same for all processes of a group, which is named by its first one.
+    pub(crate) fn pass_on_to_group(first: &Child) -> i32 {
+        pass_on_from_now(-(first.id() as libc::pid_t))
+    }
+
+    fn pass_on_from_now(id: libc::pid_t) -> i32 {
         let mut children = children();
-        let id = process.id() as libc::pid_t;
         children.push(id);
         let before = LAST.load(Ordering::SeqCst) as i32;
         if before != 0 {
             send(id, before);
         }
-        process.id()
+        id
     }
 
-    pub(crate) fn stop_passing_on(process: u32) {
-        children().retain(|child| *child != process as libc::pid_t);
+    pub(crate) fn stop_passing_on(id: i32) {
+        children().retain(|child| *child != id);
     }
 
     /// How a program has ended with this exit status.
@@ -180,12 +193,6 @@ mod unix {
     /// A crash is a signal, and has no exit status.
     pub(crate) fn is_crash(_: i32) -> bool {
         false
-    }
-
-    /// Whether something has ended a process at which it could do nothing. At the others the library ends the
-    /// transfers first.
-    pub(crate) fn is_sudden(status: ExitStatus) -> bool {
-        status.signal().is_some_and(|signal| ![SIGINT, SIGTERM, SIGHUP].contains(&signal))
     }
 
     /// The signal that has ended a process.
@@ -230,11 +237,15 @@ mod windows {
         CAME.load(Ordering::SeqCst).then_some("Ctrl-C")
     }
 
-    pub(crate) fn pass_on_to(process: &Child) -> u32 {
-        process.id()
+    pub(crate) fn pass_on_to(_: &Child) -> i32 {
+        0
     }
 
-    pub(crate) fn stop_passing_on(_: u32) {}
+    pub(crate) fn pass_on_to_group(_: &Child) -> i32 {
+        0
+    }
+
+    pub(crate) fn stop_passing_on(_: i32) {}
 
     /// How a program has ended with this exit status.
     pub(crate) fn words_of(code: i32) -> String {
@@ -242,10 +253,6 @@ mod windows {
             Some(name) => format!("was ended by {name}"),
             None => format!("has ended with the exit status {code}"),
         }
-    }
-
-    pub(crate) fn is_sudden(status: ExitStatus) -> bool {
-        status.code().is_none_or(is_crash)
     }
 
     pub(crate) fn is_crash(code: i32) -> bool {

@@ -1,8 +1,7 @@
 //! Compiles sources, several at the same time, as far as the cache does not have them.
 
 use std::collections::BTreeSet;
-use std::env;
-use std::ffi::OsStr;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -32,7 +31,6 @@ pub(crate) struct Plan {
     pub(crate) kind: Option<Kind>,
     headers: Headers,
     copies: Copies,
-    own: OwnFiles,
 }
 
 impl Plan {
@@ -51,7 +49,7 @@ impl Plan {
         let kind = Kind::of(names.iter().map(String::as_str), texts);
         let headers = Headers::write(kind.unwrap_or(Kind::Downloaded), build)?;
         let copies = Copies::write(&own, &headers, &build.join("own"), &compilers.have_header())?;
-        Ok(Self { build: build.to_owned(), kind, headers, copies, own })
+        Ok(Self { build: build.to_owned(), kind, headers, copies })
     }
 
     /// Whether `char` has no sign, as on the controllers.
@@ -125,39 +123,70 @@ struct Unit<'a> {
     cache: &'a Cache,
 }
 
+/// A source after the preprocessor.
+struct Text {
+    text: Vec<u8>,
+    key: Key,
+    /// Whether the preprocessor has said nothing.
+    is_silent: bool,
+}
+
 impl Unit<'_> {
+    /// Compiles the source, or rather the text that its key is of, so that both belong together whatever changes
+    /// meanwhile.
     fn compile(&self, object: &Path) -> Result<(), Sentence> {
-        let key = self.key()?;
-        if let Some(messages) = key.and_then(|key| self.cache.take(key, object)) {
+        let Some(text) = self.text()? else { return self.compile_source(object).map(drop) };
+        if let Some(messages) = self.cache.take(text.key, object) {
             pass_on(&messages);
             return Ok(());
         }
-        let mut command = self.command();
-        command.arg("-c").arg("-o").arg(object);
-        let output = signals::output_of(&mut command)?;
-        pass_on(&output.stderr);
+        let place = object.with_extension("i");
+        fs::write(&place, &text.text)?;
+        let mut command = self.compiler.compile_text(&place, object);
+        let output = signals::output_of(command.args(self.more_options()))?;
         if !output.status.success() {
-            let advice = packages::advice_for_header(&String::from_utf8_lossy(&output.stderr));
-            return Err(format!("{} does not compile{advice}", self.path().display()).into());
+            return self.compile_source(object).map(drop);
         }
-        // A file that changes meanwhile may have been compiled before or after.
-        if let Some(key) = key.filter(|key| self.key().is_ok_and(|now| now == Some(*key))) {
-            self.cache.add(key, object, &output.stderr);
+        // Only from the source itself come messages that show its lines as they are written.
+        let messages = match text.is_silent && output.stderr.is_empty() {
+            true => Vec::new(),
+            false => self.compile_source(&object.with_extension("aside.o"))?,
+        };
+        let assembler = fs::read(object.with_extension("s"));
+        if assembler.is_ok_and(|text| !key::reads_files(&text)) {
+            self.cache.add(text.key, object, &messages);
         }
         Ok(())
+    }
+
+    /// Compiles the source as it is now, and returns what the compiler says.
+    fn compile_source(&self, object: &Path) -> Result<Vec<u8>, Sentence> {
+        let output = signals::output_of(self.command().arg("-c").arg("-o").arg(object))?;
+        pass_on(&output.stderr);
+        if output.status.success() {
+            return Ok(output.stderr);
+        }
+        let advice = packages::advice_for_header(&String::from_utf8_lossy(&output.stderr));
+        Err(format!("{} does not compile{advice}", self.path().display()).into())
     }
 
     fn path(&self) -> &Path {
         &self.source.path
     }
 
+    fn more_options(&self) -> &'static [&'static str] {
+        if self.plan.has_unsigned_char() {
+            &["-funsigned-char"]
+        } else {
+            &[]
+        }
+    }
+
     /// The command without what is to be done.
     fn command(&self) -> Command {
         let headers = &self.plan.headers;
         let mut command = self.compiler.compile(&headers.folders);
-        if self.plan.has_unsigned_char() {
-            command.arg("-funsigned-char");
-        }
+        command.args(self.more_options());
         if let Some(windows) = &headers.windows {
             command.arg("-I").arg(windows);
         }
@@ -171,24 +200,22 @@ impl Unit<'_> {
         command
     }
 
-    /// The key of what the compiler makes of the source now; `None` when that can't be known.
-    fn key(&self) -> Result<Option<Key>, Sentence> {
+    /// What the preprocessor makes of the source; `None` when what is compiled from it is not kept.
+    fn text(&self) -> Result<Option<Text>, Sentence> {
         let Some(compiler) = self.compiler.identity.as_ref().filter(|_| self.cache.is_there())
         else {
             return Ok(None);
         };
-        let mut command = self.command();
-        // gcc then names the precompiled headers that it takes in place of others.
-        let output = signals::output_of(command.args(["-E", "-fpch-preprocess"]))?;
+        let output = signals::output_of(self.command().arg("-E"))?;
         if !output.status.success() {
             return Ok(None);
         }
-        let folder = env::current_dir().unwrap_or_default();
-        // Warnings may depend on comments, and show lines as they are written.
-        let written = self.plan.own.files.get(self.path()).map_or(&[][..], |file| &file.text);
-        let command = self.command();
-        let words = command.get_args().map(OsStr::as_encoded_bytes);
-        let others = [compiler.as_bytes(), folder.as_os_str().as_encoded_bytes(), written];
-        Ok(key::of(&output.stdout, others.into_iter().chain(words), &self.plan.build))
+        let [text, said] =
+            [output.stdout, output.stderr].map(|it| key::with_fixed_name(&it, &self.plan.build));
+        let written = key::files_of(&text);
+        let options = self.more_options().concat();
+        let others = [compiler.as_bytes(), options.as_bytes(), &said, &written];
+        let key = key::of(&text, &others);
+        Ok(key.map(|key| Text { text, key, is_silent: said.is_empty() }))
     }
 }

@@ -59,14 +59,16 @@ fn a_handler_may_stop_the_motors_and_end_the_program() {
     }
 }
 
-/// The program may then hang, as the C library does not allow this, but not with its motor on.
+/// The C library allows no such call there, but this library's memory is its own.
 #[test]
-fn the_motor_stops_also_when_exit_hangs_in_the_allocator() {
+fn a_handler_may_do_so_when_it_has_interrupted_malloc() {
     for program in programs() {
-        for number in 0..4 {
-            let (txt, mut running) = interrupted(program, "exit while allocating", number * 70);
-            wait_duty(&txt, 0, 0);
-            running.kill();
+        for number in 0..8 {
+            let how = ["stop while allocating", "exit while allocating"][number as usize % 2];
+            let (txt, running) = interrupted(program, how, number * 70);
+            let ended = running.end();
+            assert_eq!(ended.code, Some(3), "{how}: {}", ended.err);
+            wait_stopped(&txt);
         }
     }
 }

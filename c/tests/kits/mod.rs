@@ -2,6 +2,7 @@
 //! a simulated TXT. Without a C++ compiler this is reported, and nothing is tested.
 #![cfg(unix)]
 
+mod ends;
 mod ex2;
 mod handlers;
 mod headers;

@@ -24,6 +24,15 @@ struct Case {
 /// Returns what the header `h.h` says.
 const BY_HEADER: &str = "#include \"h.h\"\nint main(void) { return V; }\n";
 const BY_DEFINITION: &str = "int main(void) { return V; }\n";
+/// Returns what the assembler is told, which counts only there.
+const BY_ASSEMBLER: &str = "__asm__(\".data\\n.globl d\\nd: .byte V\\n.text\\n\");\n\
+    extern const char d;\nint main(void) { return d; }\n";
+/// Returns what is in the file `data`.
+const INCBIN: &str = "__asm__(\".globl d\\nd: .incbin \\\"data\\\"\\n\");\nextern const char d[];\nint main(void) { return d[0] - '0'; }\n";
+/// Returns what is in the file `data`, by a directive in the name of a section.
+const SECTION: &str =
+    "__attribute__((section(\".data\\n.globl d\\nd: .inc\" \"bin \\\"data\\\"\\n.section .x\")))\n\
+    int x = 1;\nextern const char d;\nint main(void) { return d - '0'; }\n";
 const ONE: &str = "#define V 1\n";
 const TWO: &str = "#define V 2\n";
 
@@ -62,10 +71,18 @@ const CASES: &[Case] = &[
     },
     Case {
         name: "a file that the assembler reads",
-        source: "__asm__(\".globl d\\nd: .incbin \\\"data\\\"\\n\");\nextern const char d[];\nint main(void) { return d[0] - '0'; }\n",
+        source: INCBIN,
         before: &[("data", "1")],
         after: &[("data", "2")],
         line: &[],
+        is_kept: false,
+    },
+    Case {
+        name: "a file that the assembler in clang reads",
+        source: INCBIN,
+        before: &[("data", "1")],
+        after: &[("data", "2")],
+        line: &["CC=clang"],
         is_kept: false,
     },
     Case {
@@ -128,37 +145,130 @@ const CASES: &[Case] = &[
         // What it adds shows in no preprocessor's text.
         name: "another compiler with the same name and version",
         source: "int main(void) { char c = -1; return c < 0 ? 1 : 2; }\n",
-        before: &[("gcc", "compiled with -fsigned-char")],
-        after: &[("gcc", "compiled with -funsigned-char")],
+        before: &[("gcc", "calls cc -fsigned-char")],
+        after: &[("gcc", "calls cc -funsigned-char")],
         line: &["CC=./gcc"],
         is_kept: true,
     },
+    Case {
+        name: "a file that the assembler reads for the name of a section",
+        source: SECTION,
+        before: &[("data", "1")],
+        after: &[("data", "2")],
+        line: &["CC=gcc"],
+        is_kept: false,
+    },
+    Case {
+        name: "a specs file in the compiler's own folder",
+        source: "int main(void) { char c = -1; return c < 0 ? 1 : 2; }\n",
+        before: &[("bin/gcc", "gcc itself")],
+        after: &[("lib/gcc/OWN/specs", "*cc1_options:\n+ -funsigned-char\n\n")],
+        line: &["CC=bin/gcc"],
+        is_kept: true,
+    },
+    Case {
+        name: "another assembler in the compiler's own folder",
+        source: BY_ASSEMBLER,
+        before: &[
+            ("bin/gcc", "gcc itself"),
+            ("lib/gcc/OWN/as", "calls /usr/bin/as --defsym=V=1"),
+        ],
+        after: &[("lib/gcc/OWN/as", "calls /usr/bin/as --defsym=V=2")],
+        line: &["CC=bin/gcc"],
+        is_kept: true,
+    },
+    Case {
+        name: "another assembler behind one that can't be run",
+        source: BY_ASSEMBLER,
+        before: &[("p1/as", "no program"), ("p2/as", "calls /usr/bin/as --defsym=V=1")],
+        after: &[("p2/as", "calls /usr/bin/as --defsym=V=2")],
+        line: &["CC=gcc", "PATH=p1:p2:/usr/bin:/bin"],
+        is_kept: true,
+    },
+    Case {
+        name: "a script for the assembler",
+        source: BY_ASSEMBLER,
+        before: &[
+            ("p1/as", "#!/bin/sh\nexec /usr/bin/as --defsym V=`cat v` \"$@\"\n"),
+            ("v", "1"),
+        ],
+        after: &[("v", "2")],
+        line: &["CC=gcc", "PATH=p1:/usr/bin:/bin"],
+        is_kept: false,
+    },
 ];
 
-/// A program that calls the compiler with one more option.
-fn compile_compiler(option: &str, to: &Path) {
+/// Writes a program that calls another one with one more option.
+fn write_caller(program: &str, option: &str, to: &Path) {
     let source = format!(
         "#include <unistd.h>\nint main(int n, char **v) {{ char *words[999]; int i;\n\
          for (i = 0; i < n && i < 990; i++) words[i] = v[i];\n\
-         words[0] = \"cc\"; words[i] = \"{option}\"; words[i + 1] = 0; execvp(\"cc\", words); return 9; }}\n"
+         words[0] = \"{program}\"; words[i] = \"{option}\"; words[i + 1] = 0;\n\
+         execvp(words[0], words); return 9; }}\n"
     );
-    let text = to.with_extension("compiler.c");
+    let text = to.with_extension("caller.c");
     fs::write(&text, source).unwrap();
+    compile(&text, to);
+}
+
+fn compile(source: &Path, to: &Path) {
     // One that runs is not written to.
     let _ = fs::remove_file(to);
-    assert!(Command::new("cc").arg("-w").arg(&text).arg("-o").arg(to).status().unwrap().success());
+    assert!(Command::new("cc").arg("-w").arg(source).arg("-o").arg(to).status().unwrap().success());
+}
+
+/// Whether there is a gcc with the GNU assembler.
+fn has_gcc() -> bool {
+    let knows_specs = Command::new("gcc").arg("-dumpspecs").output();
+    knows_specs.is_ok_and(|it| it.status.success()) && Path::new("/usr/bin/as").exists()
+}
+
+/// What gcc says about itself.
+fn of_gcc(question: &str) -> PathBuf {
+    let output = Command::new("gcc").arg(question).output().unwrap();
+    String::from_utf8(output.stdout).unwrap().trim().into()
+}
+
+/// The folder of its own files, below `lib/gcc`.
+fn own_folder() -> PathBuf {
+    of_gcc("-dumpmachine").join(of_gcc("-dumpversion"))
+}
+
+/// Puts a gcc here, which has its own files in `../lib/gcc`.
+fn put_gcc(to: &Path) {
+    let which = Command::new("sh").args(["-c", "command -v gcc"]).output().unwrap();
+    let gcc = String::from_utf8(which.stdout).unwrap();
+    fs::create_dir_all(to.parent().unwrap()).unwrap();
+    fs::copy(gcc.trim(), to).unwrap();
+    let own = to.parent().unwrap().join("../lib/gcc").join(own_folder());
+    fs::create_dir_all(&own).unwrap();
+    for of in ["-print-libgcc-file-name", "-print-prog-name=cc1"] {
+        for file in fs::read_dir(of_gcc(of).parent().unwrap()).unwrap() {
+            let file = file.unwrap();
+            let _ = symlink(file.path(), own.join(file.file_name()));
+        }
+    }
 }
 
 fn put(folder: &Path, files: &[(&str, &str)]) {
     for (name, text) in files {
-        if let Some(option) = text.strip_prefix("compiled with ") {
-            compile_compiler(option, &folder.join(name));
+        let place = match name.strip_prefix("lib/gcc/OWN/") {
+            Some(name) => folder.join("lib/gcc").join(own_folder()).join(name),
+            None => folder.join(name),
+        };
+        fs::create_dir_all(place.parent().unwrap()).unwrap();
+        if let Some(call) = text.strip_prefix("calls ") {
+            let (program, option) = call.split_once(' ').unwrap();
+            write_caller(program, option, &place);
+        } else if *text == "gcc itself" {
+            put_gcc(&place);
         } else if let Some(to) = text.strip_prefix("-> ") {
-            let _ = fs::remove_file(folder.join(name));
-            symlink(to, folder.join(name)).unwrap();
+            let _ = fs::remove_file(&place);
+            symlink(to, place).unwrap();
         } else {
-            write(folder, name, text);
-            fs::set_permissions(folder.join(name), Permissions::from_mode(0o755)).unwrap();
+            fs::write(&place, text).unwrap();
+            let mode = if text.starts_with("#!") { 0o755 } else { 0o644 };
+            fs::set_permissions(place, Permissions::from_mode(mode)).unwrap();
         }
     }
 }
@@ -173,12 +283,14 @@ impl Case {
             let mut command = tx_run(&["a.c", "--world", "none"]);
             command.current_dir(folder.path()).env("XDG_CACHE_HOME", &cache).env("HOME", &cache);
             for word in self.line {
-                match word.split_once('=').filter(|(name, _)| name.starts_with('C')) {
+                match word.split_once('=').filter(|(name, _)| name.starts_with(['C', 'P'])) {
                     Some((name, value)) => command.env(name, value),
                     None => command.arg(word),
                 };
             }
-            Run::start(&mut command).end()
+            let ended = Run::start(&mut command).end();
+            assert!(ended.err.contains("runs on"), "{}: {}", self.name, ended.err);
+            ended
         };
         let kept = || -> Vec<PathBuf> {
             fs::read_dir(cache.join("tx_run")).unwrap().map(|it| it.unwrap().path()).collect()
@@ -199,15 +311,90 @@ fn a_change_that_the_compiler_sees_is_seen() {
     if !has_compiler() {
         return;
     }
-    let has_gcc =
-        Command::new("gcc").arg("-dumpspecs").output().is_ok_and(|it| it.status.success());
-    let cases = CASES.iter().filter(|case| has_gcc || !case.line.contains(&"CC=gcc"));
+    let has_clang = Command::new("clang").arg("--version").output().is_ok();
+    let cases = CASES.iter().filter(|case| match case.line.first() {
+        Some(&("CC=gcc" | "CC=bin/gcc")) => has_gcc(),
+        Some(&"CC=clang") => has_clang,
+        _ => true,
+    });
     let cases: Vec<_> = cases.collect();
     thread::scope(|scope| {
         for part in cases.chunks(cases.len().div_ceil(3)) {
             scope.spawn(move || part.iter().for_each(|case| case.check()));
         }
     });
+}
+
+/// The compiler sees another header than the preprocessor did, which is there again when it is done.
+#[test]
+fn a_header_that_changes_for_a_moment_leaves_nothing_wrong() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "cc.c", CHANGES_HEADER);
+    compile(&path.join("cc.c"), &path.join("cc"));
+    write(path, "a.c", BY_HEADER);
+    write(path, "h.h", ONE);
+    for _ in 0..2 {
+        let mut command = tx_run(&["a.c", "--world", "none"]);
+        command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache")).env("CC", "./cc");
+        let ended = Run::start(&mut command).end();
+        assert_eq!(ended.status, Some(1), "{}", ended.err);
+        assert_eq!(fs::read_to_string(path.join("h.h")).unwrap(), ONE);
+    }
+    assert_eq!(fs::read_dir(path.join("cache/tx_run")).unwrap().count(), 1);
+}
+
+const CHANGES_HEADER: &str = r##"
+#include <stdio.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+static void put(const char *text) {
+    FILE *file = fopen("h.h", "w");
+    fputs(text, file);
+    fclose(file);
+}
+int main(int n, char **v) {
+    int i, compiles = 0, status = 0;
+    for (i = 1; i < n; i++) compiles |= !strcmp(v[i], "-c");
+    if (compiles) put("#define V 2\n");
+    if (fork() == 0) { v[0] = "cc"; execvp("cc", v); _exit(9); }
+    wait(&status);
+    if (compiles) put("#define V 1\n");
+    return status != 0;
+}
+"##;
+
+/// A comment may be for the compiler, and the preprocessor's text has none.
+#[test]
+fn a_comment_in_a_header_counts_for_warnings() {
+    if !has_compiler() || !has_gcc() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path();
+    write(path, "a.c", "int x;\n#include \"h.h\"\nint main(void) { return f(0); }\n");
+    let header = |comment: &str| {
+        let text = format!("static int f(int a) {{\n switch (a) {{\n case 1: x = 1;\n{comment}\n default: x = 0;\n }}\n return x;\n}}\n");
+        write(path, "h.h", &text);
+    };
+    let warns = || {
+        let mut command = tx_run(&["a.c", "--world", "none"]);
+        command.current_dir(path).env("XDG_CACHE_HOME", path.join("cache"));
+        command.env("CC", "gcc").env("CFLAGS", "-Wimplicit-fallthrough");
+        let ended = Run::start(&mut command).end();
+        ended.well();
+        ended.err.contains("fall through")
+    };
+    for comment in ["/* fall through */", "", "/* fall through */"] {
+        header(comment);
+        for _ in 0..2 {
+            assert_eq!(warns(), comment.is_empty());
+        }
+    }
 }
 
 #[test]

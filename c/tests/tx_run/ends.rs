@@ -3,6 +3,7 @@
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::Command;
 use std::sync::{Arc, Mutex};
@@ -10,7 +11,9 @@ use std::sync::{Arc, Mutex};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
-use super::support::{cache, has_compiler, program, run_on, txt, wait_for, wait_until, Ended, Run};
+use super::support::{
+    cache, has_compiler, has_ended, program, run_on, tx_run, txt, wait_for, wait_until, Ended, Run,
+};
 
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
 fn with_a_motor(kind: &str, then: impl FnOnce(&SimulatedTxt, &Run)) -> Ended {
@@ -65,17 +68,35 @@ fn abort_is_named() {
 #[test]
 fn exit_is_named() {
     ends("EXIT", "exit was called in PrgTic");
+    if cfg!(target_env = "gnu") {
+        ends("LEAVE=quick_exit(0)", "exit was called in PrgTic");
+    }
 }
 
 #[test]
-fn an_end_past_the_runtime_is_named() {
+fn an_end_past_the_runtime_is_followed_by_an_exchange_that_stops_everything() {
     if !has_compiler() {
         return;
     }
-    let ended = with_a_motor("QUICK", press);
-    ended.badly("tx_run: ends has ended with the exit status 4");
-    assert_eq!(ended.status, Some(4), "{ended:?}");
-    assert!(ended.err.contains("all outputs are off"), "{ended:?}");
+    for (call, status) in [("_Exit(4)", 4), ("_exit(0)", 0), ("_exit(1)", 1)] {
+        let ended = with_a_motor(&format!("LEAVE={call}"), press);
+        assert_eq!(ended.status, Some(status), "{ended:?}");
+        assert!(ended.err.contains("tx_run has sent it: all outputs are off"), "{ended:?}");
+    }
+}
+
+#[test]
+fn a_program_that_becomes_another_one_is_stopped_while_that_runs() {
+    if !has_compiler() {
+        return;
+    }
+    let kind = r#"LEAVE=execlp("sleep","sleep","1000",(char*)0)"#;
+    let ended = with_a_motor(kind, |txt, run| {
+        press(txt, run);
+        wait_stopped(txt);
+        run.signal(libc::SIGTERM);
+    });
+    ended.badly("tx_run has sent it: all outputs are off");
 }
 
 #[test]
@@ -124,7 +145,7 @@ fn signals_end_the_program() {
         return;
     }
     for (signal, name) in
-        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "SIGHUP")]
+        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGQUIT, "SIGQUIT")]
     {
         let ended = with_a_motor("CODE=0", |_, run| run.signal(signal));
         ended.badly(&format!("ended by {name}; all outputs are off"));
@@ -141,6 +162,23 @@ fn signals_end_the_program() {
         assert!([asked, hangs].iter().any(|word| ended.err.contains(word)), "{}", ended.err);
         assert!(ended.err.contains("all outputs are off"), "{}", ended.err);
     }
+}
+
+/// The terminal sends it to all.
+#[test]
+fn ctrl_z_ends_a_program_that_knows_no_pauses() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    command.arg(program("ends.c")).env("CFLAGS", "-w -DCODE=0").process_group(0);
+    let run = Run::start(&mut command);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
+    run.signal_group(libc::SIGTSTP);
+    wait_stopped(&txt);
+    run.signal_group(libc::SIGCONT);
+    run.end().badly("ended by Ctrl-Z; all outputs are off");
 }
 
 #[cfg(target_os = "linux")]
@@ -199,6 +237,31 @@ fn a_controller_that_can_not_be_stopped_is_told() {
     run.end().badly("tx_run could not either, so motors may go on: ");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_killed_command_has_left_is_removed_by_the_next_one() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let left = || fs::read_dir(folder.path()).unwrap().count();
+    let txt = txt().start().unwrap();
+    let mut command = tx_run(&["--host", &txt.address().to_string()]);
+    let run = Run::start(command.arg(program("pc.c")).env("TMPDIR", folder.path()));
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    let start_next = || {
+        let mut command = tx_run(&["--world", "none"]);
+        Run::start(command.arg(program("strings.c")).env("TMPDIR", folder.path())).end()
+    };
+    start_next();
+    assert_eq!(left(), 1, "one that is used stays");
+    run.signal(libc::SIGKILL);
+    run.end();
+    assert_eq!(left(), 1);
+    start_next();
+    assert_eq!(left(), 0);
+}
+
 /// The last command is the one of a client that has ended well.
 fn wait_stopped(txt: &SimulatedTxt) {
     wait_for(txt, "StopOnline", |machine| {
@@ -212,20 +275,23 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
         return;
     }
     let turns = |machine: &Machine| machine.controllers[0].outputs.duty[0] == 300;
-    for (signal, name) in [(libc::SIGINT, "SIGINT"), (libc::SIGTERM, "SIGTERM")] {
+    for (signal, name) in [(libc::SIGQUIT, "SIGQUIT"), (libc::SIGTERM, "SIGTERM")] {
         let txt = txt().start().unwrap();
         let run = run_on(&txt, "pc.c", "");
         wait_for(&txt, "the motor turns", turns);
         run.signal(signal);
         let ended = run.end();
         ended.badly(&format!("pc was ended by {name}"));
+        assert!(!ended.err.contains("last exchange"), "{}", ended.err);
         wait_stopped(&txt);
     }
     let txt = txt().start().unwrap();
     let run = run_on(&txt, "pc.c", "");
     wait_for(&txt, "the motor turns", turns);
     press(&txt, &run);
-    assert_eq!(run.end().status, Some(3));
+    let ended = run.end();
+    assert_eq!(ended.status, Some(3));
+    assert!(!ended.err.contains("last exchange"), "{}", ended.err);
     wait_stopped(&txt);
 }
 
@@ -267,6 +333,29 @@ fn a_controller_that_goes_away_ends_the_program() {
     wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 512);
     drop(txt);
     run.end().badly("the exchange has ended: ");
+}
+
+#[test]
+fn a_signal_ends_what_a_script_for_the_compiler_has_started() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let (script, number) = (folder.path().join("compiler"), folder.path().join("number"));
+    // Only the question for its version is answered.
+    let text = format!(
+        "#!/bin/sh\n[ \"$1\" = --version ] && exit\nsleep 1000 &\necho $! > '{0}.new'\nmv '{0}.new' '{0}'\nwait\n",
+        number.display()
+    );
+    fs::write(&script, text).unwrap();
+    fs::set_permissions(&script, Permissions::from_mode(0o755)).unwrap();
+    let mut command = tx_run(&["--world", "none"]);
+    let run = Run::start(command.arg(program("motor.c")).env("CC", &script));
+    wait_until("the script runs", || number.exists());
+    run.signal(libc::SIGTERM);
+    run.end().badly("ended by SIGTERM while the program was compiled");
+    let sleeper: libc::pid_t = fs::read_to_string(&number).unwrap().trim().parse().unwrap();
+    wait_until("nothing is left", || has_ended(sleeper));
 }
 
 #[test]

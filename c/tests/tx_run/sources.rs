@@ -237,3 +237,18 @@ fn zig_is_the_compiler_of_those_who_have_no_other() {
     let ended = Run::start(&mut command).end();
     assert_eq!(ended.status, Some(3), "{ended:?}");
 }
+
+#[test]
+fn a_name_that_looks_like_an_option_is_a_name() {
+    if !has_compiler() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "-w.c", "int main(void) { return 0; }\n");
+    // Compilers take `@x.c` for the options in this file.
+    write(folder.path(), "x.c", "int x;\n");
+    write(folder.path(), "@x.c", "int y;\n");
+    for arguments in [&["."][..], &["./-w.c", "@x.c"]] {
+        Run::start(tx_run(arguments).current_dir(folder.path())).end().well();
+    }
+}

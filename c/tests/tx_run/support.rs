@@ -47,6 +47,15 @@ pub(crate) fn wait_until(what: &str, condition: impl Fn() -> bool) {
     }
 }
 
+/// Whether a process has ended, and perhaps nobody has asked for its end.
+pub(crate) fn has_ended(process: i32) -> bool {
+    match fs::read_to_string(format!("/proc/{process}/stat")) {
+        Ok(stat) => stat.contains(") Z "),
+        // SAFETY: a call without pointers, which sends nothing.
+        Err(_) => unsafe { libc::kill(process, 0) != 0 },
+    }
+}
+
 /// Writes a file, and makes the folders for it.
 pub(crate) fn write(folder: &Path, name: &str, text: &str) {
     let path = folder.join(name);
@@ -134,6 +143,12 @@ impl Run {
     pub(crate) fn signal(&self, signal: i32) {
         // SAFETY: a call without pointers, for a child that was not waited for.
         assert_eq!(unsafe { libc::kill(self.child.id() as libc::pid_t, signal) }, 0);
+    }
+
+    /// Sends a signal to the process group of `tx_run`.
+    pub(crate) fn signal_group(&self, signal: i32) {
+        // SAFETY: a call without pointers, for a child that was not waited for.
+        assert_eq!(unsafe { libc::kill(-(self.child.id() as libc::pid_t), signal) }, 0);
     }
 
     /// Sends a signal until `tx_run` has ended.

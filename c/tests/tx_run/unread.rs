@@ -7,7 +7,7 @@ use std::process::{Child, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::support::{has_compiler, program, tx_run, txt, wait_for, wait_until, LIMIT};
+use super::support::{has_compiler, has_ended, program, tx_run, txt, wait_for, wait_until, LIMIT};
 
 /// A pipe: where it is read, and where it is written.
 fn pipe() -> [File; 2] {
@@ -40,15 +40,6 @@ fn wait_until_full(pipe: &File) {
             (before, since) = (now, Instant::now());
         }
         thread::sleep(Duration::from_millis(10));
-    }
-}
-
-/// Whether a process has ended, and perhaps nobody has asked for its end.
-fn has_ended(process: i32) -> bool {
-    match fs::read_to_string(format!("/proc/{process}/stat")) {
-        Ok(stat) => stat.contains(") Z "),
-        // SAFETY: a call without pointers, which sends nothing.
-        Err(_) => unsafe { libc::kill(process, 0) != 0 },
     }
 }
 

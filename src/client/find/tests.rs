@@ -60,6 +60,33 @@ fn auto_is_the_only_controller_that_is_found() {
 }
 
 #[test]
+fn every_way_to_write_an_address_is_understood() {
+    for (given, address) in [
+        ("192.168.7.2", "192.168.7.2:65000"),
+        ("192.168.7.2:4000", "192.168.7.2:4000"),
+        ("localhost:4000", "127.0.0.1:4000"),
+        ("::1", "[::1]:65000"),
+        ("[::1]", "[::1]:65000"),
+        ("[::1]:4000", "[::1]:4000"),
+    ] {
+        assert_eq!(controller_address(given, AMPLE), Ok(address.parse().unwrap()), "{given}");
+    }
+    for given in ["", ":4000", "[::1", "192.168.7.2:", "192.168.7.2:x", "192.168.7.2:0"] {
+        let error = controller_address(given, AMPLE).unwrap_err();
+        assert_eq!(error, Error::BadAddress { given: given.to_owned() });
+    }
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    for auto in ["auto", "AUTO"] {
+        thread::scope(|scope| {
+            scope.spawn(|| answer(&listener, 1));
+            let given = format!("{auto}:{}", address.port());
+            assert_eq!(controller_address(&given, AMPLE), Ok(address));
+        });
+    }
+}
+
+#[test]
 fn auto_without_a_controller_lists_the_addresses_and_what_to_check() {
     // No server gets this port by chance.
     let error = TxtClient::connect("auto:1", PORT, TimeLimits::default()).unwrap_err();

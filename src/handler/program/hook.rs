@@ -53,9 +53,12 @@ impl TransferAreaComHandler {
     /// with this error. Until it returns, [`lock`](TransferArea::lock) waits for it, as for any guard.
     ///
     /// The function may do what any thread of the program may do that has a guard, such as ending the
-    /// transfer, starting the camera, setting another hook, or dropping the handler. Locking the areas and
-    /// waiting panic there, as under any guard. It must not own the handler in an `Arc`, because then neither is ever
-    /// dropped; a `Weak` does. [`std::process::exit`] in it ends the program without the last exchange.
+    /// transfer, setting another hook, or dropping the handler. Locking the areas and
+    /// waiting panic there, as under any guard.
+    ///
+    /// `std::process::exit` in the function ends the program without a last exchange, so motors may go on: return
+    /// [`ControlFlow::Break`], and exit after `end_transfer`. A function that owns its own handler, in an `Arc`,
+    /// keeps it and its transfer for ever: give it a `Weak` or a [`TransferArea`].
     ///
     /// Blocks while an earlier hook runs, for half a second at most; inside a hook it does not block.
     ///

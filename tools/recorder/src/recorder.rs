@@ -25,8 +25,8 @@ const LOOK: Duration = Duration::from_millis(10);
 const FLUSH: Duration = Duration::from_millis(500);
 const STATISTICS: Duration = Duration::from_secs(1);
 
-/// How long the end of a recording may take. A disk that takes nothing for so long stands still.
-const END_LIMIT: Duration = Duration::from_secs(5);
+/// How long the beginning and the end of a recording may take. A disk that takes nothing for so long stands still.
+const DISK_LIMIT: Duration = Duration::from_secs(5);
 
 /// How many pictures wait for the disk, and how many bytes they may have.
 const FRAMES: usize = 32;
@@ -155,11 +155,12 @@ impl FrameSink {
 
 impl Recorder {
     /// Begins to record, into a new file in place of an earlier one. To have all of a transfer, call it before
-    /// `begin_transfer`.
+    /// `begin_transfer`. Blocks until the head of the file is written, for 5 s at most.
     ///
     /// # Errors
     ///
-    /// The file can't be created, the capacity is out of range, or the operating system has no more threads.
+    /// The file can't be created, or takes nothing in these 5 s, as a pipe that nobody reads; the capacity is out of
+    /// range, or the operating system has no more threads.
     pub fn start(
         handler: &TransferAreaComHandler,
         path: impl AsRef<Path>,
@@ -172,52 +173,60 @@ impl Recorder {
         let kinds = EventKind::ALL.iter().copied().filter(|kind| kind.is_of_response());
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
         let events = handler.events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
-        let mut recorder = Self::record(path, Source::Handler { log, events })?;
+        let mut recorder = Self::record(path, Source::Handler { log, events }, DISK_LIMIT)?;
         recorder.transfer = Some(handler.transfer_area());
         Ok(recorder)
     }
 
     /// Begins to record what the program hands in, into a new file in place of an earlier one: for a program that
-    /// has no handler, such as one that looks at the connection of another one.
+    /// has no handler, such as one that looks at the connection of another one. Blocks as [`start`](Self::start).
     ///
     /// # Errors
     ///
-    /// The file can't be created, or the operating system has no more threads.
+    /// The file can't be created, or takes nothing in 5 s, or the operating system has no more threads.
     pub fn fed(path: impl AsRef<Path>, options: Options) -> Result<(Self, Feed), Error> {
         let (feed, entries, lost) = Feed::channel(options.capacity.max(1));
-        let recorder = Self::record(path.as_ref().to_owned(), Source::Feed { entries, lost })?;
+        let source = Source::Feed { entries, lost };
+        let recorder = Self::record(path.as_ref().to_owned(), source, DISK_LIMIT)?;
         Ok((recorder, feed))
     }
 
-    fn record(path: PathBuf, source: Source) -> Result<Self, Error> {
-        let writer = Writer::create(&path).map_err(|error| Error::Write {
-            path: path.clone(),
-            cause: cause(error),
-            cycles: 0,
-        })?;
+    fn record(path: PathBuf, source: Source, limit: Duration) -> Result<Self, Error> {
         let (sender, frames) = bounded(FRAMES);
         let (stop, stopped) = bounded(0);
         let state = Arc::new(State { path: Mutex::new(path.clone()), ..State::default() });
         let now = Instant::now();
-        let worker = Worker {
-            writer,
-            source,
-            frames,
-            stopped,
-            state: Arc::clone(&state),
-            flushed: now,
-            told: now,
-        };
+        let worker =
+            Worker { source, frames, stopped, state: Arc::clone(&state), flushed: now, told: now };
+        let (begin, begun) = bounded(1);
         let (end, ended) = bounded(0);
-        let work = move || {
-            // Dropped at the end, whatever happens.
-            let _end: Sender<()> = end;
-            worker.run();
+        let work = {
+            let path = path.clone();
+            move || {
+                // Dropped at the end, whatever happens.
+                let _end: Sender<()> = end;
+                block_size_signal();
+                match Writer::create(&path) {
+                    Ok(writer) if begin.send(Ok(())).is_ok() => worker.run(writer),
+                    // Nobody waits for it any more.
+                    Ok(_) => {}
+                    Err(error) => drop(begin.send(Err(error))),
+                }
+            }
         };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
             .spawn(work)
             .map_err(not_started)?;
+        let cause = match begun.recv_timeout(limit) {
+            Ok(Ok(())) => None,
+            Ok(Err(error)) => Some(cause(error)),
+            Err(RecvTimeoutError::Timeout) => Some(stands_still("beginning", limit)),
+            Err(RecvTimeoutError::Disconnected) => Some(panicked()),
+        };
+        if let Some(cause) = cause {
+            return Err(Error::Write { path, cause, cycles: 0 });
+        }
         let (stop, thread) = (Some(stop), Some(thread));
         let frames = FrameSink { sender, state: Arc::clone(&state) };
         Ok(Self { path, state, transfer: None, stop, ended, thread, frames })
@@ -279,15 +288,14 @@ impl Recorder {
     fn end(&mut self) {
         self.stop = None;
         let Some(thread) = self.thread.take() else { return };
-        let failure = if self.ended.recv_timeout(END_LIMIT) == Err(RecvTimeoutError::Timeout) {
-            let waited = format!("the disk has not taken the end of it in {END_LIMIT:?}");
-            Some(io::Error::new(io::ErrorKind::TimedOut, waited))
+        let failure = if self.ended.recv_timeout(DISK_LIMIT) == Err(RecvTimeoutError::Timeout) {
+            Some(stands_still("end", DISK_LIMIT))
         } else {
-            thread.join().is_err().then(|| io::Error::other("the recorder panicked"))
+            thread.join().is_err().then(panicked)
         };
         if let Some(error) = failure {
             let mut failure = self.state.failure.lock().unwrap_or_else(PoisonError::into_inner);
-            failure.get_or_insert_with(|| error.into());
+            failure.get_or_insert(error);
         }
     }
 }
@@ -304,6 +312,28 @@ impl Drop for Recorder {
 
 fn not_started(cause: io::Error) -> Error {
     Error::NotStarted { cause: cause.into() }
+}
+
+fn stands_still(what: &str, limit: Duration) -> IoError {
+    let waited = format!("the disk has not taken the {what} of it in {limit:?}");
+    io::Error::new(io::ErrorKind::TimedOut, waited).into()
+}
+
+fn panicked() -> IoError {
+    io::Error::other("the recorder panicked").into()
+}
+
+/// A limit for the size of files makes an error of a write by this thread, not the end of the program.
+fn block_size_signal() {
+    #[cfg(unix)]
+    {
+        use nix::sys::signal::{SigSet, Signal};
+        let mut signals = SigSet::empty();
+        signals.add(Signal::SIGXFSZ);
+        if let Err(error) = signals.thread_block() {
+            log::warn!("a limit for the size of files would end this program: {error}");
+        }
+    }
 }
 
 /// What went wrong, in the words of the operating system if it was that.
@@ -329,7 +359,6 @@ enum Source {
 
 /// The recorder's thread.
 struct Worker {
-    writer: Writer,
     source: Source,
     frames: Receiver<CameraFrame>,
     /// Ends with the recorder.
@@ -341,8 +370,8 @@ struct Worker {
 }
 
 impl Worker {
-    fn run(mut self) {
-        let done = self.record_until_stopped().and_then(|()| self.writer.finish());
+    fn run(mut self, mut writer: Writer) {
+        let done = self.record_until_stopped(&mut writer).and_then(|()| writer.finish());
         if let Err(error) = done {
             let cause = cause(error);
             let path = self.state.path.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -354,71 +383,71 @@ impl Worker {
     /// Records until the recorder or the handler ends, then what has come in until then.
     ///
     /// It looks from time to time and waits for no entry: waking it would cost the transfer more than the entry.
-    fn record_until_stopped(&mut self) -> McapResult<()> {
+    fn record_until_stopped(&mut self, writer: &mut Writer) -> McapResult<()> {
         loop {
             let stopped = self.stopped.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout);
-            let goes_on = self.take_all()?;
+            let goes_on = self.take_all(writer)?;
             if stopped || !goes_on {
                 return Ok(());
             }
             if self.flushed.elapsed() >= FLUSH {
-                self.writer.flush()?;
+                writer.flush()?;
                 self.flushed = Instant::now();
             }
         }
     }
 
     /// Records what has come in until now; returns whether more may come.
-    fn take_all(&mut self) -> McapResult<bool> {
+    fn take_all(&mut self, writer: &mut Writer) -> McapResult<bool> {
         let mut goes_on = true;
         // One more, to see the end.
         for _ in 0..=self.source.waiting() {
             match self.source.next() {
-                Ok(Entry::Logged(entry)) => self.entry(&entry)?,
-                Ok(Entry::Fed(entry)) => self.fed(&entry)?,
+                Ok(Entry::Logged(entry)) => self.entry(writer, &entry)?,
+                Ok(Entry::Fed(entry)) => self.fed(writer, &entry)?,
                 Err(TryRecvError::Empty) => break,
                 Err(TryRecvError::Disconnected) => goes_on = false,
             }
         }
         while let Some(told) = self.source.next_event() {
-            self.writer.event(&told)?;
+            writer.event(&told)?;
         }
         for _ in 0..self.frames.len() {
             if let Ok(frame) = self.frames.try_recv() {
                 self.state.frame_bytes.fetch_sub(frame.data.len(), Ordering::Relaxed);
-                self.frame(&frame)?;
+                self.frame(writer, &frame)?;
             }
         }
         Ok(goes_on)
     }
 
-    fn entry(&mut self, entry: &LogEntry) -> McapResult<()> {
+    fn entry(&mut self, writer: &mut Writer, entry: &LogEntry) -> McapResult<()> {
         match &entry.what {
-            Logged::Cycle(cycle) => self.cycle(cycle, entry.lost)?,
-            Logged::Began(began) => self.writer.began(began)?,
-            Logged::Event(told) => self.writer.state(told)?,
-            Logged::Failed { at, error, .. } => self.writer.failed(*at, error)?,
+            Logged::Cycle(cycle) => self.cycle(writer, cycle, entry.lost)?,
+            Logged::Began(began) => writer.began(began)?,
+            Logged::Event(told) => writer.state(told)?,
+            Logged::Failed { at, error, .. } => writer.failed(*at, error)?,
             other => log::warn!("this recorder is too old for {other:?}, which is not recorded"),
         }
         self.count(matches!(entry.what, Logged::Cycle(_)), entry.lost);
         Ok(())
     }
 
-    fn fed(&mut self, entry: &FedEntry) -> McapResult<()> {
+    fn fed(&mut self, writer: &mut Writer, entry: &FedEntry) -> McapResult<()> {
         match &entry.what {
-            Fed::Cycle(cycle) => self.cycle(cycle, entry.lost)?,
-            Fed::Transfer { at, what } => self.writer.transfer(*at, what)?,
+            Fed::Cycle(cycle) => self.cycle(writer, cycle, entry.lost)?,
+            Fed::Transfer { at, what } => writer.transfer(*at, what)?,
         }
         self.count(matches!(entry.what, Fed::Cycle(_)), entry.lost);
         Ok(())
     }
 
-    fn cycle(&mut self, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
-        self.writer.cycle(cycle, lost)?;
+    fn cycle(&mut self, writer: &mut Writer, cycle: &LoggedCycle, lost: u64) -> McapResult<()> {
+        writer.cycle(cycle, lost)?;
         if self.told.elapsed() >= STATISTICS {
             self.told = Instant::now();
             let lost = self.lost();
-            self.writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
+            writer.statistics(cycle.arrived, &cycle.statistics, lost)?;
         }
         Ok(())
     }
@@ -429,8 +458,8 @@ impl Worker {
         recorded.lost += lost;
     }
 
-    fn frame(&mut self, frame: &CameraFrame) -> McapResult<()> {
-        self.writer.frame(frame)?;
+    fn frame(&self, writer: &mut Writer, frame: &CameraFrame) -> McapResult<()> {
+        writer.frame(frame)?;
         self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner).frames += 1;
         Ok(())
     }
@@ -489,5 +518,18 @@ mod tests {
             sink.record(&frame);
         }
         assert_eq!((waiting.len(), sink.state.recorded().lost_frames), (4, 6));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_takes_nothing_at_the_beginning_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        // Without a reader it can't even be opened.
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        let (_feed, entries, lost) = Feed::channel(1);
+        let source = Source::Feed { entries, lost };
+        let error = Recorder::record(pipe, source, Duration::from_millis(20)).unwrap_err();
+        assert!(error.to_string().contains("has not taken the beginning"), "{error}");
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -375,6 +376,47 @@ fn a_full_disk_is_told_in_a_sentence() {
     assert!(full.starts_with("can't write /dev/full: No space left on device"), "{full}");
     let missing = Recorder::start(&handler, "/no/such/folder/run.mcap", roomy()).unwrap_err();
     assert!(missing.to_string().starts_with("can't write /no/such/folder/run.mcap: "), "{missing}");
+}
+
+/// Set for the process that has the limit: its file, which ends this test there.
+const LIMITED: &str = "RECORD_LIMITED";
+
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux tells the thread that has written")]
+#[test]
+fn a_limit_for_the_size_of_files_ends_the_recording_and_nothing_else() {
+    if let Some(path) = std::env::var_os(LIMITED) {
+        return record_up_to_the_limit(Path::new(&path));
+    }
+    let folder = folder();
+    let path = folder.path().join("run.mcap");
+    let name = "recording::a_limit_for_the_size_of_files_ends_the_recording_and_nothing_else";
+    let output = Command::new("sh")
+        .args(["-c", "ulimit -f 40; exec \"$0\" --nocapture --exact \"$1\""])
+        .arg(std::env::current_exe().unwrap())
+        .arg(name)
+        .env(LIMITED, &path)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{output:?}");
+    assert!(read(&path).unwrap().1, "it is cut off");
+}
+
+/// Drives until nothing more is recorded, and then a cycle more.
+fn record_up_to_the_limit(path: &Path) {
+    let txt = unpaced().start().unwrap();
+    let handler = handler_for(&txt).build().unwrap();
+    let recorder = Recorder::start(&handler, path, roomy()).unwrap();
+    handler.begin_transfer().unwrap();
+    let mut noise = 0_u32;
+    while recorder.error().is_none() {
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let duty = std::array::from_fn(|output| (noise >> (2 * output) & 511) as i16);
+        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
+    }
+    handler.wait_cycle().map(drop).unwrap();
+    handler.end_transfer().unwrap();
+    let error = recorder.finish().unwrap_err().to_string();
+    assert!(error.contains("File too large"), "{error}");
 }
 
 #[test]

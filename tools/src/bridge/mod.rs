@@ -20,8 +20,8 @@ use std::time::Duration;
 
 use anyhow::{bail, ensure, Context};
 use crossbeam_channel::{bounded, select};
+use ft_transfer_area::controller_address;
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
-use ft_transfer_area::{find_controllers, Error};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use self::broker::Broker;
@@ -172,7 +172,7 @@ fn controllers(
     );
     let hosts = match simulated {
         Some(txt) => vec![txt.address().to_string()],
-        None if args.hosts.is_empty() => vec![only_controller()?],
+        None if args.hosts.is_empty() => vec![controller_address("auto", SEARCH)?.to_string()],
         None => args.hosts.clone(),
     };
     ensure!(
@@ -194,14 +194,6 @@ fn controllers(
         );
     }
     Ok(names.into_iter().zip(hosts).collect())
-}
-
-fn only_controller() -> Result<String, Error> {
-    let found = find_controllers(SEARCH)?;
-    match &found[..] {
-        [only] => Ok(only.address.to_string()),
-        _ => Err(Error::SeveralControllers { found }),
-    }
 }
 
 fn login(user: Option<String>) -> anyhow::Result<Option<(String, String)>> {

@@ -46,6 +46,8 @@ async fn receive(open: &OpenPage, mut stream: SplitStream<WebSocket>, answers: A
             Message::Ping(_) | Message::Pong(_) => {}
             Message::Close(_) => return,
         }
+        // A page that sends without end does not make the others silent.
+        tokio::task::yield_now().await;
     }
 }
 

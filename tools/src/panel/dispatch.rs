@@ -8,6 +8,7 @@ use serde_json::{json, Value};
 use super::common::Common;
 use super::control_lock::PageId;
 use super::host::Host;
+use super::order::only_looks;
 use super::problem::Problem;
 use super::reply::{Answers, Reply};
 use super::request::{self, Message, Request, Work, WorldRequest};
@@ -42,6 +43,15 @@ impl Panel {
     pub(crate) fn stop(&self) {
         self.common.control.stop();
         self.stop_hosts();
+    }
+
+    /// The same for a page. The error says that there is nothing to stop from here: another program drives.
+    pub(crate) fn stop_by_page(&self) -> Result<(), Problem> {
+        self.stop();
+        if self.hosts.iter().any(Host::is_driven) {
+            return Ok(());
+        }
+        Err(only_looks())
     }
 
     fn stop_hosts(&self) {
@@ -101,10 +111,7 @@ impl Panel {
                 self.leave(page);
                 Ok(())
             }
-            Request::Stop => {
-                self.stop();
-                Ok(())
-            }
+            Request::Stop => self.stop_by_page(),
             Request::World(request) => self.change_world(page, host, area, &request),
             Request::Work(work) => return self.order(page, host, area, work, reply),
         };

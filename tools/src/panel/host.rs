@@ -11,7 +11,7 @@ use tokio::sync::watch;
 use super::camera::{self, Camera};
 use super::common::{spawn, Common};
 use super::i2c;
-use super::order::{not_connected, not_driven, Order};
+use super::order::{not_connected, only_looks, Order};
 use super::problem::Problem;
 use super::reply::Reply;
 use super::request::{CameraRequest, I2cRequest, Work, WorldRequest};
@@ -186,7 +186,7 @@ impl Host {
 
     /// Hands work on to the thread that does it.
     pub(crate) fn order(&self, lease: u64, area: usize, work: Work, reply: Reply) {
-        let Some(driven) = &self.driven else { return reply.send(Err(not_driven())) };
+        let Some(driven) = &self.driven else { return reply.send(Err(only_looks())) };
         if !driven.running.load(Ordering::Relaxed) {
             return reply.send(Err(not_connected()));
         }
@@ -205,7 +205,7 @@ impl Host {
             return Err(Problem::new("not_simulated", "this controller is not simulated"));
         };
         if !self.hands {
-            return Err(Problem::new("only_looks", "this page only looks"));
+            return Err(only_looks());
         }
         simulated.change(area, request)
     }

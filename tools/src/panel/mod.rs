@@ -39,6 +39,7 @@ use self::world::Simulated;
 use crate::arguments;
 use crate::guardian::Guardian;
 use crate::interrupt::{self, Driving};
+use crate::lines;
 use crate::web::{self, qr, Site};
 
 /// The host that is not an address.
@@ -83,7 +84,8 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let site = Site::listen(SocketAddr::new(args.bind, args.port))?;
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;
-    // No page has driven one yet.
+    // A paused terminal must hold up neither the page nor the end. No page has driven a controller yet.
+    lines::never_wait()?;
     let guardian = guard(&args)?;
     let _driving = Driving::begin();
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));

@@ -27,8 +27,8 @@ pub(super) fn not_connected() -> Problem {
     Problem::new("not_connected", "the controller is not connected at present")
 }
 
-pub(super) fn not_driven() -> Problem {
-    Problem::new("not_driven", "another program drives this controller; this page looks only")
+pub(super) fn only_looks() -> Problem {
+    Problem::new("only_looks", "this page only looks: another program drives this controller")
 }
 
 pub(super) fn stopped() -> Problem {

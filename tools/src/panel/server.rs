@@ -80,6 +80,9 @@ impl Server {
 
 const NO_FILE: Refusal = (StatusCode::NOT_FOUND, "there is nothing here; the panel is at /\n");
 
+const ONLY_LOOKS: Refusal =
+    (StatusCode::CONFLICT, "this page only looks: another program drives, and txt stop stops it\n");
+
 /// Refuses what was sent to another host, and tells the browser what the page may do.
 async fn check(State(server): State<Server>, request: Request, next: Next) -> Response {
     let Some(host) = server.host(request.headers()) else {
@@ -130,8 +133,10 @@ async fn stop(
     headers: HeaderMap,
     Query(asked): Query<Asked>,
 ) -> Result<StatusCode, Refusal> {
-    server.panel(&headers, &asked)?.stop();
-    Ok(StatusCode::NO_CONTENT)
+    match server.panel(&headers, &asked)?.stop_by_page() {
+        Ok(()) => Ok(StatusCode::NO_CONTENT),
+        Err(_) => Err(ONLY_LOOKS),
+    }
 }
 
 /// The camera's pictures, one after the other, as long as the browser takes them.

@@ -44,13 +44,13 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 /// Carries out typed lines. Without a keyboard, or at the end of the input, the program just goes on.
 fn read_lines(txts: &Weak<Vec<(String, SimulatedTxt)>>) {
-    for line in io::stdin().lines() {
-        let (Ok(line), Some(txts)) = (line, txts.upgrade()) else { return };
-        if line.trim().is_empty() {
-            continue;
-        }
-        let done = typed::addressed(&line, &txts)
-            .and_then(|(txt, line)| txt.with_machine(|machine| typed::carry_out(line, machine)));
+    let mut input = io::stdin().lock();
+    while let Some(line) = typed::next_line(&mut input) {
+        let Some(txts) = txts.upgrade() else { return };
+        let done = line.and_then(|line| {
+            let (txt, line) = typed::addressed(&line, &txts)?;
+            txt.with_machine(|machine| typed::carry_out(line, machine))
+        });
         if let Err(sentence) = done {
             eprintln!("{sentence}\n{}", typed::HELP);
         }

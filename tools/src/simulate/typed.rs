@@ -1,5 +1,6 @@
 //! Lines that are typed while the simulated TXT runs.
 
+use std::io::{BufRead, Read};
 use std::str::FromStr;
 
 use ft_transfer_area::transfer_area::{
@@ -28,6 +29,28 @@ TAKE seat                        takes away what is at a place";
 /// The DIP switches of a remote, in the bits that it sends.
 const DIP1: u8 = 4;
 const DIP2: u8 = 8;
+
+/// How many bytes a line may have.
+const LONGEST: usize = 1000;
+
+/// The next line that is not empty; `None` at the end. A longer one is an error, and is left out.
+pub(crate) fn next_line(input: &mut impl BufRead) -> Option<Result<String, String>> {
+    loop {
+        let mut line = Vec::new();
+        let read = input.by_ref().take(LONGEST as u64 + 1).read_until(b'\n', &mut line).ok()?;
+        if read == 0 {
+            return None;
+        }
+        if !line.ends_with(b"\n") && read > LONGEST {
+            input.skip_until(b'\n').ok()?;
+            return Some(Err(format!("a line has at most {LONGEST} characters")));
+        }
+        let line = String::from_utf8_lossy(&line);
+        if !line.trim().is_empty() {
+            return Some(Ok(line.into_owned()));
+        }
+    }
+}
 
 /// The controller that a line is for, and the rest of the line. The name of the controller, if it has one, is the
 /// first word.
@@ -244,4 +267,18 @@ fn numbers<T: FromStr, const N: usize>(target: &str, values: &[&str]) -> Result<
 
 fn unknown(target: &str) -> String {
     format!("there is no {target:?} to set")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_has_a_bound_and_the_next_one_counts() {
+        let long = std::io::repeat(b'x').take(1 << 20);
+        let mut input = std::io::BufReader::new(long.chain(&b"\n\n  \nI1 1\nI2 1"[..]));
+        let lines = std::iter::from_fn(|| next_line(&mut input));
+        let lines: Vec<_> = lines.map(|line| line.map_err(drop)).collect();
+        assert_eq!(lines, [Err(()), Ok("I1 1\n".to_owned()), Ok("I2 1".to_owned())]);
+    }
 }

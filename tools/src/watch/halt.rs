@@ -11,7 +11,7 @@ use mio::net::TcpStream;
 
 use super::driven::{Driven, Responses};
 use super::passage::is_connected;
-use super::tap::{Piece, Tap, What};
+use super::tap::{Piece, Tap, Telling, What};
 use crate::told::{Gone, Line, Side};
 
 /// How long the controller may take for an answer. StopOnline and a board that does not answer take a second each.
@@ -51,7 +51,7 @@ pub(super) struct Halt {
     i2c: Option<TcpStream>,
     /// The connection is still the program's, and what passes on it is told. Afterwards its end was told.
     is_own: bool,
-    missed: bool,
+    telling: Telling,
     responses: Responses,
     zeros: Vec<u8>,
     /// When the present step is given up, and when everything.
@@ -100,7 +100,7 @@ impl Halt {
             controller: controller.filter(|_| driven.is_between_commands()),
             i2c: None,
             is_own: true,
-            missed: false,
+            telling: Telling::default(),
             zeros: driven.zeros(),
             responses: driven.into_responses(),
             answer_until: now + ANSWER,
@@ -271,7 +271,8 @@ impl Halt {
     fn tell_bytes(&mut self, tap: &Tap, side: Side, bytes: &[u8]) {
         if self.is_own {
             let (line, connection) = (Line::Main, self.connection);
-            tap.tell_bytes((line, connection), side, Instant::now(), bytes, &mut self.missed);
+            let told = (&mut self.telling, true);
+            tap.tell_bytes((line, connection), side, Instant::now(), bytes, told);
         }
     }
 }

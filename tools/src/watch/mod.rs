@@ -7,6 +7,7 @@ mod changes;
 mod decode;
 mod driven;
 mod halt;
+mod order;
 mod packet;
 mod passage;
 pub(crate) mod ports;

@@ -4,11 +4,17 @@ use ft_transfer_area::wire::{CommandId, ResponseId, ID_LEN};
 
 /// The bytes of one side that make no whole packet yet.
 #[derive(Default)]
-pub(super) struct Inbox(Vec<u8>);
+pub(super) struct Inbox {
+    bytes: Vec<u8>,
+    /// How many of them were taken out. They are removed together: one by one, small packets would take a time that
+    /// grows with the square of their number.
+    taken: usize,
+}
 
 impl Inbox {
     pub(super) fn add(&mut self, bytes: &[u8]) {
-        self.0.extend_from_slice(bytes);
+        self.bytes.drain(..std::mem::take(&mut self.taken));
+        self.bytes.extend_from_slice(bytes);
     }
 
     /// Takes out the first packet when it is whole. `size` tells how long it is, as far as its start shows it: with
@@ -17,17 +23,20 @@ impl Inbox {
         &mut self,
         size: impl Fn(&[u8]) -> Result<usize, String>,
     ) -> Result<Option<Vec<u8>>, String> {
-        let needed = size(&self.0)?;
-        if self.0.len() < needed || needed == 0 {
+        let rest = &self.bytes[self.taken..];
+        let needed = size(rest)?;
+        if rest.len() < needed || needed == 0 {
             return Ok(None);
         }
-        let rest = self.0.split_off(needed);
-        Ok(Some(std::mem::replace(&mut self.0, rest)))
+        let packet = rest[..needed].to_vec();
+        self.taken += needed;
+        Ok(Some(packet))
     }
 
     /// Takes out all.
     pub(super) fn take(&mut self) -> Vec<u8> {
-        std::mem::take(&mut self.0)
+        self.bytes.drain(..std::mem::take(&mut self.taken));
+        std::mem::take(&mut self.bytes)
     }
 }
 
@@ -75,6 +84,15 @@ mod tests {
             }
             assert_eq!(packets, [&query[..], &exchange, &query]);
         }
+    }
+
+    /// In a time that grows with the square of their number, it would be half a minute.
+    #[test]
+    fn a_million_small_packets_at_once_take_a_moment() {
+        let mut inbox = Inbox::default();
+        inbox.add(&CommandId::QueryStatus.id().to_le_bytes().repeat(1 << 20));
+        let packets = std::iter::from_fn(|| inbox.next(command_size).unwrap());
+        assert_eq!(packets.count(), 1 << 20);
     }
 
     #[test]

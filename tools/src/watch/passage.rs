@@ -10,7 +10,7 @@ use socket2::SockRef;
 
 use super::driven::Driven;
 use super::halt::Halt;
-use super::tap::{Piece, Tap, What};
+use super::tap::{Piece, Tap, Telling, What};
 use crate::told::{Gone, Line, Side};
 
 /// How much is passed on in one direction before the other connections have their turn.
@@ -74,8 +74,7 @@ pub(super) struct Passage {
     down: Flow,
     /// What the program does, if the controller is to be stopped after it.
     driven: Option<Driven>,
-    /// Nothing of it is reported any more, because too much waited to be looked at.
-    missed: bool,
+    telling: Telling,
 }
 
 impl Passage {
@@ -104,7 +103,7 @@ impl Passage {
             up: Flow::default(),
             down: Flow::default(),
             driven: None,
-            missed: false,
+            telling: Telling::default(),
         })
     }
 
@@ -254,7 +253,7 @@ impl Passage {
             side: Side::Program,
             holds_end: !self.down.ended,
             driven: self.driven.as_mut(),
-            missed: &mut self.missed,
+            telling: &mut self.telling,
         };
         pass(&mut self.program, &mut self.controller, &mut self.up, chunk, witness)
     }
@@ -267,7 +266,7 @@ impl Passage {
             side: Side::Controller,
             holds_end: false,
             driven: self.driven.as_mut(),
-            missed: &mut self.missed,
+            telling: &mut self.telling,
         };
         pass(&mut self.controller, &mut self.program, &mut self.down, chunk, witness)
     }
@@ -321,7 +320,7 @@ struct Witness<'a> {
     /// The end of this side is not passed on while a program drives: it is gone then, and something else comes first.
     holds_end: bool,
     driven: Option<&'a mut Driven>,
-    missed: &'a mut bool,
+    telling: &'a mut Telling,
 }
 
 impl Witness<'_> {
@@ -331,8 +330,9 @@ impl Witness<'_> {
             (Side::Controller, Some(driven)) => driven.received(at, bytes),
             (_, None) => {}
         }
+        let drives = self.driven.as_ref().is_some_and(|driven| driven.drives());
         let connection = (self.line, self.connection);
-        self.tap.tell_bytes(connection, self.side, at, bytes, self.missed);
+        self.tap.tell_bytes(connection, self.side, at, bytes, (self.telling, drives));
     }
 
     /// Whether the end of this side is passed on.

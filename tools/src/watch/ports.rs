@@ -1,44 +1,24 @@
 //! The three ports: where programs come in, and where the controller is.
 
 use std::io;
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::time::Duration;
 
 use anyhow::{anyhow, bail, Context};
-use ft_transfer_area::{find_controllers, Error, PORT};
+use ft_transfer_area::controller_address;
 use mio::net::TcpListener;
 
 use crate::told::Line;
 
 /// How often three free ports in a row are tried from a port that the system chooses.
 const ATTEMPTS: usize = 50;
-/// How long a controller may take to answer when it is looked for.
+/// How long the search for a controller may take. A packet that is lost on Wi-Fi is sent again after a second.
 const FIND_LIMIT: Duration = Duration::from_millis(1500);
 
 /// The address of the controller's main port; that of its camera is the next one, and then comes I2C.
 pub(crate) fn controller(host: &str) -> anyhow::Result<SocketAddr> {
-    if host == "auto" {
-        let mut found = find_controllers(FIND_LIMIT)?;
-        return match (found.pop(), found.len()) {
-            (Some(one), 0) => Ok(one.address),
-            (_, more) => bail!("{} controllers have answered; write the address of one", more + 1),
-        };
-    }
-    let address = if let Ok(ip) = host.parse::<IpAddr>() {
-        SocketAddr::new(ip, PORT)
-    } else {
-        let bad = || anyhow!(Error::BadAddress { given: host.to_owned() });
-        let given = if host.contains(':') { host.to_owned() } else { format!("{host}:{PORT}") };
-        if given.starts_with(':') {
-            // Windows takes no name as that of this computer.
-            bail!(bad());
-        }
-        let all = given.to_socket_addrs().with_context(|| format!("{host} has no address"))?;
-        let all: Vec<_> = all.collect();
-        let ipv4 = all.iter().find(|address| address.is_ipv4());
-        ipv4.or(all.first()).copied().ok_or_else(bad)?
-    };
-    if address.port() == 0 || address.port().checked_add(2).is_none() {
+    let address = controller_address(host, FIND_LIMIT)?;
+    if address.port().checked_add(2).is_none() {
         bail!("the port of {host} has to be 1 to 65533: two more follow it");
     }
     Ok(address)
@@ -106,20 +86,29 @@ fn listen_from(port: u16) -> io::Result<[TcpListener; 3]> {
 
 #[cfg(test)]
 mod tests {
+    use ft_transfer_area_simulator::SimulatedTxt;
+
     use super::*;
 
     #[test]
-    fn a_controller_has_an_address_with_or_without_a_port() {
+    fn every_way_to_write_an_address_is_understood_if_two_ports_can_follow() {
         for (given, address) in [
             ("192.168.7.2", "192.168.7.2:65000"),
             ("192.168.7.2:65010", "192.168.7.2:65010"),
+            ("localhost:4000", "127.0.0.1:4000"),
             ("::1", "[::1]:65000"),
+            ("[::1]", "[::1]:65000"),
             ("[::1]:65010", "[::1]:65010"),
         ] {
             assert_eq!(controller(given).unwrap(), address.parse().unwrap(), "{given}");
         }
         for given in ["", "192.168.7.2:", "192.168.7.2:x", "192.168.7.2:65534", "192.168.7.2:0"] {
             assert!(controller(given).is_err(), "{given}");
+        }
+        let txt = SimulatedTxt::builder().start().unwrap();
+        for auto in ["auto", "AUTO"] {
+            let given = format!("{auto}:{}", txt.port());
+            assert_eq!(controller(&given).unwrap(), txt.address());
         }
     }
 

@@ -19,9 +19,11 @@ use mio::net::{TcpListener, TcpStream};
 use mio::{Events, Interest, Poll, Token, Waker};
 
 use super::halt::Halt;
+use super::order::{Order, ORDER_LIMIT};
 use super::passage::{connect, reset, Passage, Stage, Then, CHUNK};
 use super::ports::behind;
 use super::tap::{Piece, Tap, What};
+use crate::lines::Rarely;
 use crate::told::{Gone, Line};
 
 const WAKER: Token = Token(3);
@@ -32,12 +34,11 @@ const FIRST: usize = 4;
 /// pause between two attempts.
 const CAMERA_LIMIT: Duration = Duration::from_secs(5);
 const CAMERA_RETRY: Duration = Duration::from_millis(20);
-/// How long the commands of a program wait for its connection to the camera or to I2C. If that was for nothing, they
-/// wait for none during the pause: a program that connects again and again does not hold up its own stop.
-const ORDER_LIMIT: Duration = Duration::from_millis(50);
-const ORDER_PAUSE: Duration = Duration::from_secs(1);
 /// How many connections to a port there may be. A further one ends the one that was not used for the longest time.
 const MOST: usize = 32;
+/// How many are accepted before the others have their turn: those who come again and again do not hold up the one that
+/// drives.
+const AT_ONCE: usize = 8;
 /// How long to wait when no program can be accepted, as with too many open files.
 const ACCEPT_RETRY: Duration = Duration::from_millis(50);
 
@@ -57,30 +58,9 @@ impl Relay {
         tap: Tap,
         leaves_outputs: bool,
     ) -> anyhow::Result<Self> {
-        let poll = Poll::new()?;
-        let waker = Waker::new(poll.registry(), WAKER)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let mut worker = Worker {
-            listeners,
-            controller,
-            tap,
-            leaves_outputs,
-            poll,
-            passages: BTreeMap::new(),
-            halts: Vec::new(),
-            held: Vec::new(),
-            numbers: 0,
-            chunk: vec![0; CHUNK],
-            busy: false,
-            accept_at: None,
-            has_warned: false,
-            has_warned_of_many: false,
-            waits_from: None,
-            stop: Arc::clone(&stop),
-        };
-        for (index, listener) in worker.listeners.iter_mut().enumerate() {
-            worker.poll.registry().register(listener, Token(index), Interest::READABLE)?;
-        }
+        let mut worker = Worker::new(listeners, controller, tap, leaves_outputs)?;
+        let waker = Waker::new(worker.poll.registry(), WAKER)?;
+        let stop = Arc::clone(&worker.stop);
         let (failed, failure) = bounded(1);
         let work = move || {
             if let Err(error) = worker.run() {
@@ -124,16 +104,45 @@ struct Worker {
     busy: bool,
     /// When to try again to accept programs.
     accept_at: Option<Instant>,
-    /// The log has why no program could be accepted.
-    has_warned: bool,
+    /// Why no program could be accepted.
+    warning: Rarely,
     /// The log has that there are many connections.
     has_warned_of_many: bool,
-    /// From when on commands wait for a connection again.
-    waits_from: Option<Instant>,
+    order: Order,
     stop: Arc<AtomicBool>,
 }
 
 impl Worker {
+    fn new(
+        mut listeners: [TcpListener; 3],
+        controller: SocketAddr,
+        tap: Tap,
+        leaves_outputs: bool,
+    ) -> io::Result<Self> {
+        let poll = Poll::new()?;
+        for (index, listener) in listeners.iter_mut().enumerate() {
+            poll.registry().register(listener, Token(index), Interest::READABLE)?;
+        }
+        Ok(Self {
+            listeners,
+            controller,
+            tap,
+            leaves_outputs,
+            poll,
+            passages: BTreeMap::new(),
+            halts: Vec::new(),
+            held: Vec::new(),
+            numbers: 0,
+            chunk: vec![0; CHUNK],
+            busy: false,
+            accept_at: None,
+            warning: Rarely::default(),
+            has_warned_of_many: false,
+            order: Order::default(),
+            stop: Arc::default(),
+        })
+    }
+
     fn run(&mut self) -> io::Result<()> {
         let mut events = Events::with_capacity(256);
         while !self.stop.load(Ordering::Relaxed) {
@@ -226,23 +235,22 @@ impl Worker {
         }
     }
 
-    /// Accepts all programs that wait.
+    /// Accepts programs that wait.
     fn accept(&mut self, line: Line) {
-        loop {
+        for _ in 0..AT_ONCE {
             let accepted = self.listeners[line.index()].accept();
             let (program, from) = match accepted {
                 Ok(accepted) => accepted,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,
                 Err(error) => {
-                    if !std::mem::replace(&mut self.has_warned, true) {
+                    if self.warning.is_due() {
                         log::warn!("a program can't be accepted: {error}");
                     }
                     self.accept_at = Some(Instant::now() + ACCEPT_RETRY);
                     return;
                 }
             };
-            self.has_warned = false;
             // What was closed before is closed at the controller first.
             self.pass(|other| line == Line::Main || other == line);
             if line == Line::Main && !self.halts.iter().all(Halt::waits) {
@@ -254,6 +262,8 @@ impl Worker {
                 self.admit(line, program, from);
             }
         }
+        // More may wait.
+        self.accept_at = Some(Instant::now());
     }
 
     /// Begins to connect to the controller for a program.
@@ -422,21 +432,9 @@ impl Worker {
 
     /// Whether commands wait for a connection to the camera or to I2C that is being made.
     fn is_one_coming(&mut self) -> bool {
-        let now = Instant::now();
-        let mut is_coming = false;
-        for passage in self.passages.values() {
-            let is_first = passage.stage == Stage::Connecting(passage.begun);
-            let until = passage.begun + ORDER_LIMIT;
-            if passage.line == Line::Main || !is_first {
-                continue;
-            }
-            if now < until {
-                is_coming = true;
-            } else {
-                self.waits_from = self.waits_from.max(Some(until + ORDER_PAUSE));
-            }
-        }
-        is_coming && self.waits_from.is_none_or(|from| from <= now)
+        let is_first = |one: &&Passage| one.stage == Stage::Connecting(one.begun);
+        let coming = self.passages.values().filter(|one| one.line != Line::Main).filter(is_first);
+        self.order.waits(coming.map(|one| one.begun), Instant::now())
     }
 
     /// Passes on what is there, on these connections.
@@ -484,4 +482,29 @@ impl Worker {
 fn tokens(number: u64) -> [Token; 2] {
     let first = FIRST + 2 * number as usize;
     [Token(first), Token(first + 1)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ports::listen;
+    use super::super::tap::tap;
+    use super::*;
+
+    #[test]
+    fn a_few_programs_are_accepted_at_once_and_all_in_the_end() {
+        let controller = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let main = SocketAddr::new([127, 0, 0, 1].into(), controller.local_addr().unwrap().port());
+        let (tap, _pieces) = tap();
+        let listeners = listen(0).unwrap();
+        let camera = listeners[1].local_addr().unwrap();
+        let mut worker = Worker::new(listeners, main, tap, false).unwrap();
+        let come = |_| std::net::TcpStream::connect(camera).unwrap();
+        let _programs: Vec<_> = (0..2 * AT_ONCE + 1).map(come).collect();
+        for accepted in [AT_ONCE, 2 * AT_ONCE, 2 * AT_ONCE + 1] {
+            worker.accept_at = None;
+            worker.accept(Line::Camera);
+            assert_eq!(worker.numbers, accepted as u64);
+            assert_eq!(worker.accept_at.is_some(), accepted % AT_ONCE == 0, "more may wait");
+        }
+    }
 }

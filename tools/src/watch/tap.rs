@@ -12,6 +12,11 @@ use crate::told::{Gone, Line, Side};
 const ROOM: usize = 32 << 20;
 /// How much of it is only for what happens to connections.
 const KEPT: usize = 2 << 20;
+/// How much of it is for what passes on connections that do not drive, so that nobody beside the program that drives
+/// takes its room, or the time to look at it. Pictures of 10 s need less.
+const OTHERS: usize = 8 << 20;
+/// The first bytes of each connection have all the room: they may be those with which it begins to drive.
+const BEGINNING: usize = 1 << 10;
 
 /// Something that has passed, or has happened to a connection.
 #[derive(Debug)]
@@ -51,6 +56,14 @@ pub(super) struct Tap {
     lost: Cell<bool>,
 }
 
+/// How much of a connection was told.
+#[derive(Default)]
+pub(super) struct Telling {
+    bytes: usize,
+    /// There was no room, and nothing more is told.
+    missed: bool,
+}
+
 /// The end of those who look.
 pub(super) struct Pieces(Take<Piece>);
 
@@ -71,26 +84,27 @@ impl Tap {
         }
     }
 
-    /// Tells what a side of this connection has sent. `missed` is whether there was no room, and then nothing more is
-    /// told.
+    /// Tells what a side of this connection has sent. One that drives has more room.
     pub(super) fn tell_bytes(
         &self,
         (line, connection): (Line, u64),
         side: Side,
         at: Instant,
         bytes: &[u8],
-        missed: &mut bool,
+        (telling, drives): (&mut Telling, bool),
     ) {
-        if *missed {
+        if telling.missed {
             return;
         }
         let what = match side {
             Side::Program => What::FromProgram(bytes.to_vec()),
             Side::Controller => What::FromController(bytes.to_vec()),
         };
-        *missed =
-            !self.pieces.put_below(Piece { line, connection, at, what }, bytes.len(), ROOM - KEPT);
-        if *missed {
+        telling.bytes = telling.bytes.saturating_add(bytes.len());
+        let room = if drives || telling.bytes <= BEGINNING { ROOM - KEPT } else { OTHERS };
+        let piece = Piece { line, connection, at, what };
+        telling.missed = !self.pieces.put_below(piece, bytes.len(), room);
+        if telling.missed {
             self.tell(Piece { line, connection, at, what: What::Missed });
         }
     }
@@ -111,18 +125,30 @@ mod tests {
         Piece { line: Line::Main, connection: 1, at: Instant::now(), what }
     }
 
+    /// Tells of so many bytes; returns whether there was room.
+    fn tell(tap: &Tap, size: usize, drives: bool) -> bool {
+        let mut telling = Telling::default();
+        let bytes = vec![0; size];
+        let told = (&mut telling, drives);
+        tap.tell_bytes((Line::Main, 1), Side::Program, Instant::now(), &bytes, told);
+        !telling.missed
+    }
+
     #[test]
     fn bytes_without_room_are_missed_and_what_was_looked_at_makes_room() {
         let (tap, pieces) = tap();
-        let tell = |missed: &mut bool| {
-            let bytes = vec![0; ROOM / 2];
-            tap.tell_bytes((Line::Main, 1), Side::Program, Instant::now(), &bytes, missed);
-            *missed
-        };
-        assert!(!tell(&mut false) && tell(&mut false));
+        assert!(tell(&tap, ROOM / 2, true) && !tell(&tap, ROOM / 2, true));
         assert!(matches!(pieces.next().unwrap().what, What::FromProgram(_)));
         assert!(matches!(pieces.next().unwrap().what, What::Missed));
-        assert!(!tell(&mut false));
+        assert!(tell(&tap, ROOM / 2, true));
+    }
+
+    #[test]
+    fn others_take_no_room_of_the_one_that_drives_or_begins() {
+        let (tap, _pieces) = tap();
+        assert!(!(0..ROOM / 4096).all(|_| tell(&tap, 4096, false)), "they have a bound");
+        assert!(tell(&tap, 100, false), "a beginning");
+        assert!(tell(&tap, ROOM / 2, true));
     }
 
     #[test]

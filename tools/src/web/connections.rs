@@ -16,6 +16,8 @@ use tokio::task::JoinHandle;
 use tokio::time;
 use tokio_io_timeout::TimeoutStream;
 
+use crate::lines::Rarely;
+
 /// How long the head of a request may take, and how long a connection may be idle.
 const HEAD_LIMIT: Duration = Duration::from_secs(3);
 /// How long a browser may take nothing of what is sent to it.
@@ -49,12 +51,15 @@ pub(crate) fn listen(address: SocketAddr) -> io::Result<TcpListener> {
 /// Serves whoever connects, forever.
 pub(crate) async fn serve(listener: TcpListener, router: Router) {
     let mut passing: VecDeque<Passing> = VecDeque::new();
+    let mut warning = Rarely::default();
     loop {
         let stream = match listener.accept().await {
             Ok((stream, _)) => stream,
             Err(error) => {
                 // Too many files may be open for a while.
-                log::warn!("a connection can't be accepted: {error}");
+                if warning.is_due() {
+                    log::warn!("a connection can't be accepted: {error}");
+                }
                 time::sleep(Duration::from_millis(50)).await;
                 continue;
             }

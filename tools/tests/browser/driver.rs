@@ -11,6 +11,7 @@ use fantoccini::wd::{Capabilities, WebDriverCompatibleCommand};
 use fantoccini::{Client, ClientBuilder};
 use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{json, Value};
+use tempfile::TempDir;
 
 use crate::running::Running;
 
@@ -72,17 +73,23 @@ pub(crate) fn browse<F: Future<Output = Result<()>>>(test: impl FnOnce(Client) -
 struct Driver {
     _running: Running,
     port: u16,
+    /// Where both leave their temporary files, removed after them.
+    _folder: TempDir,
 }
 
 impl Driver {
     fn start(program: &Path) -> Result<Self> {
-        let running = Running::start(Command::new(program).arg("--port=0").stderr(Stdio::null()));
+        let folder = tempfile::tempdir()?;
+        let mut command = Command::new(program);
+        // The variables of Unix and Windows.
+        command.envs(["TMPDIR", "TMP", "TEMP"].map(|name| (name, folder.path())));
+        let running = Running::start(command.arg("--port=0").stderr(Stdio::null()));
         let port = loop {
             if let Some((_, port)) = running.line().split_once("started successfully on port ") {
                 break port.trim().trim_end_matches('.').parse()?;
             }
         };
-        Ok(Self { _running: running, port })
+        Ok(Self { _running: running, port, _folder: folder })
     }
 
     async fn client(&self, browser: &Path) -> Result<Client> {

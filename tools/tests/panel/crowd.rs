@@ -64,6 +64,26 @@ fn too_many_pages_are_refused() {
 }
 
 #[test]
+fn pages_that_send_without_end_do_not_make_the_driver_silent() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut drives = panel.driver();
+    let number = drives.number;
+    thread::scope(|scope| {
+        let mut pages: Vec<_> = (0..8).map(|_| panel.page()).collect();
+        for page in &mut pages {
+            page.fall_silent();
+            scope.spawn(page.flood());
+        }
+        // As long as a silent page may drive, and again.
+        let begin = drives.state(0, |_| true)["at"].as_u64().unwrap();
+        let later = |state: &serde_json::Value| state["at"].as_u64().unwrap() > begin + 2500;
+        let end = drives.state(0, |state| later(state) || state["driver"] != number);
+        assert_eq!(end["driver"], number, "{}", end["freed"]);
+    });
+}
+
+#[test]
 fn a_driver_that_never_reads_is_dropped_and_its_motors_stop() {
     let txt = SimulatedTxt::builder().extensions(8).start().unwrap();
     let panel = Panel::of(&[&txt]);

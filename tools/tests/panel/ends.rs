@@ -41,11 +41,63 @@ fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
     }
 }
 
+/// The guardian of this process: the number of one that it has started, with this argument.
+#[cfg(target_os = "linux")]
+fn guardian(of: u32) -> Option<String> {
+    let threads = std::fs::read_dir(format!("/proc/{of}/task")).unwrap();
+    let children = |thread: std::io::Result<std::fs::DirEntry>| {
+        // A thread may have ended meanwhile.
+        std::fs::read_to_string(thread.unwrap().path().join("children")).unwrap_or_default()
+    };
+    let children: String = threads.map(children).collect();
+    let guards = |child: &&str| {
+        let words = std::fs::read_to_string(format!("/proc/{child}/cmdline")).unwrap_or_default();
+        words.split('\0').any(|word| word == "--guard")
+    };
+    children.split_whitespace().find(guards).map(str::to_owned)
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn another_guardian_takes_the_place_of_one_that_is_killed() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let panel = Panel::of(&[&txt]);
+    let mut page = panel.driver();
+    let id = panel.running.id();
+    let wait_for = |other_than: &Option<String>| {
+        let begin = std::time::Instant::now();
+        loop {
+            let found = guardian(id);
+            if found.is_some() && found != *other_than {
+                return found;
+            }
+            assert!(begin.elapsed() < LIMIT, "there is none");
+            std::thread::yield_now();
+        }
+    };
+    let first = wait_for(&None);
+    let kill = ["-KILL", first.as_deref().unwrap()];
+    assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
+    wait_for(&first);
+    page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    panel.running.signal("KILL");
+    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+}
+
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
 #[test]
 fn a_controller_that_is_away_at_the_end_is_stopped_when_it_is_back() {
     let txt = SimulatedTxt::builder().start().unwrap();
-    let panel = Panel::of(&[&txt]);
+    let mut command = command(&[&txt.address().to_string()]);
+    // Nobody reads what it says.
+    #[cfg(target_os = "linux")]
+    let _full = {
+        let (folder, (path, full)) = crate::ending::full_pipe();
+        command.stderr(std::fs::File::options().write(true).open(path).unwrap());
+        (folder, full)
+    };
+    let panel = Panel::by(&mut command);
     let mut page = panel.driver();
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));

@@ -10,7 +10,7 @@ mod ends;
 mod http;
 mod opening;
 pub(crate) mod page;
-mod program;
+pub(crate) mod program;
 mod services;
 mod shown;
 mod world;

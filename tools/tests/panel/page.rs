@@ -48,12 +48,18 @@ impl Write for Wire {
     }
 }
 
-/// Sends `alive` again and again until the page is dropped.
-fn keep_alive(mut stream: TcpStream, writing: &Mutex<()>, lively: &Arc<AtomicBool>) {
+/// The message `alive`.
+fn alive() -> Vec<u8> {
     let text = b"{\"do\":\"alive\"}";
     // A text of this length, masked by zeros.
     let mut frame = vec![0x81, 0x80 | text.len() as u8, 0, 0, 0, 0];
     frame.extend_from_slice(text);
+    frame
+}
+
+/// Sends `alive` again and again until the page is dropped.
+fn keep_alive(mut stream: TcpStream, writing: &Mutex<()>, lively: &Arc<AtomicBool>) {
+    let frame = alive();
     while Arc::strong_count(lively) > 1 {
         thread::sleep(ALIVE_PERIOD);
         let _whole = writing.lock();
@@ -190,6 +196,13 @@ impl Page {
                 Err(_) => return,
             }
         }
+    }
+
+    /// Says that it is there without end, until the other end closes the connection or this is dropped.
+    pub(crate) fn flood(&self) -> impl FnOnce() + Send {
+        let mut stream = self.socket.get_ref().stream.try_clone().unwrap();
+        let frames = alive().repeat(10_000);
+        move || while stream.write_all(&frames).is_ok() {}
     }
 
     /// Ends the connection as a browser does that is closed, or without a word.

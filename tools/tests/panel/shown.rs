@@ -6,11 +6,13 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::TransferAreaComHandler;
 use serde_json::{json, Value};
 
+use super::http::post_stop;
 use super::page::{is_running, Page};
+use super::program::Panel;
 use crate::running::Running;
 
 /// A simulated TXT with this world, its page, and the address of its main port.
-fn simulate(world: &str) -> (Running, Page, String) {
+fn simulate(world: &str) -> (Panel, Page, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
     command.args(["simulate", "--port", "0", "--world", world, "--show", "--no-browser"]);
     let running = Running::start(command.stdin(Stdio::null()));
@@ -18,7 +20,9 @@ fn simulate(world: &str) -> (Running, Page, String) {
     let [_camera, _i2c, url] = [(); 3].map(|()| running.line());
     let page = url.strip_prefix("page http://").and_then(|rest| rest.split_once("/?token="));
     let (page, token) = page.unwrap_or_else(|| panic!("{url:?} is not the address of a page"));
-    (running, Page::open(page, token), address)
+    let panel = Panel { running, address: page.to_owned(), token: token.to_owned() };
+    let page = panel.page();
+    (panel, page, address)
 }
 
 fn slide(state: &Value) -> f64 {
@@ -27,7 +31,7 @@ fn slide(state: &Value) -> f64 {
 
 #[test]
 fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
-    let (_running, mut page, address) = simulate("slide");
+    let (_panel, mut page, address) = simulate("slide");
     let begin = page.state(0, |_| true);
     assert_eq!((is_running(&begin), slide(&begin)), (false, 0.5));
 
@@ -46,17 +50,18 @@ fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
 
 #[test]
 fn the_page_drives_nothing() {
-    let (_running, mut page, address) = simulate("slide");
+    let (panel, mut page, address) = simulate("slide");
     let handler = TransferAreaComHandler::builder(&*address).build().unwrap();
     handler.begin_transfer().unwrap();
     page.state(0, is_running);
     let motor = json!({"do": "motor", "motor": 0, "duty": 512});
     page.done(json!({"do": "drive"}));
-    assert_eq!(page.refused(motor), "not_driven");
+    assert_eq!(page.refused(motor), "only_looks");
     handler.lock()[LOCAL_IO].output.duty[6] = 512;
     page.state(0, |state| state["areas"][0]["motors"][3]["duty"][0] == 512);
-    // Neither its stop nor its end stops the program's motors.
-    page.done(json!({"do": "stop"}));
+    // Neither its stop nor its end stops the program's motors, and the stop says so.
+    assert_eq!(page.refused(json!({"do": "stop"})), "only_looks");
+    assert_eq!(post_stop(&panel, &panel.token, ""), 409);
     page.close(true);
     for _ in 0..5 {
         assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[6], 512);
@@ -65,7 +70,7 @@ fn the_page_drives_nothing() {
 
 #[test]
 fn workpieces_are_shown_put_and_taken_away() {
-    let (_running, mut page, address) = simulate("sorting_line");
+    let (_panel, mut page, address) = simulate("sorting_line");
     let floor = |state: &Value| state["world"]["floor"].clone();
     let begin = floor(&page.state(0, |_| true));
     assert_eq!(begin["belts"][0]["motor"], "M1");

@@ -35,6 +35,11 @@ impl Running {
         self.lines.recv_timeout(LIMIT).expect("the program prints a line")
     }
 
+    #[cfg(target_os = "linux")]
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
     /// Sends it a signal, such as INT.
     pub(crate) fn signal(&self, signal: &str) {
         let (signal, id) = (format!("-{signal}"), self.child.id().to_string());

@@ -8,7 +8,9 @@ use std::time::Duration;
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
 use ft_transfer_area::tx::{Direction, Input, Motor};
 use ft_transfer_area::wire::CommandId;
-use ft_transfer_area::{CameraOptions, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::{
+    CameraOptions, FishX1Transfer, I2cClient, TimeLimits, TransferAreaComHandler,
+};
 use ft_transfer_area_recorder::{Options, Recorded, Recorder, Recording, Transfer};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{CameraConnection, SimulatedTxt};
@@ -169,8 +171,8 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     // It drives nothing.
     page.done(serde_json::json!({"do": "drive"}));
     let motor = serde_json::json!({"do": "motor", "motor": 0, "duty": 512});
-    assert_eq!(page.refused(motor), "not_driven");
-    page.done(serde_json::json!({"do": "stop"}));
+    assert_eq!(page.refused(motor), "only_looks");
+    assert_eq!(page.refused(serde_json::json!({"do": "stop"})), "only_looks");
     assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[2], 400);
 
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
@@ -190,6 +192,21 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     let state = page.state(0, |state| !state["watched"]["i2c"].is_null());
     let expected = serde_json::json!({"device": 0x18, "written": [7], "read": [99]});
     assert_eq!(state["watched"]["i2c"], expected);
+    handler.end_transfer().unwrap();
+}
+
+#[test]
+fn a_client_of_its_own_for_i2c_connects_two_ports_behind_the_main_port() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[7] = 99);
+    let watch = Watch::start(txt.address(), &["--no-page"]);
+    let handler = watch.handler().build().unwrap();
+    handler.begin_transfer().unwrap();
+    let host = format!("127.0.0.1:{}", watch.port + 2);
+    let mut i2c = I2cClient::connect(&host, 65_002, TimeLimits::default()).unwrap();
+    let mut read = [0];
+    i2c.read(0x18, 7, &mut read).unwrap();
+    assert_eq!(read, [99]);
     handler.end_transfer().unwrap();
 }
 

@@ -32,6 +32,9 @@ static void turn(int duty)
 
 static void stop()
 {
+    char text[100];
+    GetRoboTxDevName(device, TA_LOCAL, text, sizeof text);
+    ftxGetLibErrorString(0, 1, text, sizeof text);
     ftxStopTransferArea(device);
     ftxCloseDevice(device);
     ftxCloseLib();
@@ -78,9 +81,9 @@ static void on_end(int)
 
 int main(int, char **words)
 {
-    bool allocates = !strcmp(words[1], "exit while allocating");
+    bool allocates = strstr(words[1], "while allocating");
     exits = strcmp(words[1], "stop") != 0;
-    stops = !allocates;
+    stops = strcmp(words[1], "exit while allocating") != 0;
     signal(SIGALRM, on_alarm);
     signal(SIGINT, on_end);
     if (!start()) {

@@ -1,5 +1,6 @@
 /* Turns M1 until I1 is pressed, and then ends in one of many ways. */
 #include <stdlib.h>
+#include <unistd.h>
 #include "ROBO_TX_PRG.h"
 
 static volatile int zero;
@@ -48,8 +49,8 @@ int PrgTic(TA *p_ta_array, int ta_count)
 #if defined(AFTER_CRASH) || defined(AFTER_HANG)
     return 0;
 #endif
-#ifdef QUICK
-    _Exit(4);
+#ifdef LEAVE
+    LEAVE;
 #endif
 #ifdef POINTER
     *(volatile int *)8 = 1;

@@ -1,0 +1,259 @@
+//! How programs end that were started by hand, without `tx_run`.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::Child;
+use std::ptr;
+use std::sync::OnceLock;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use ft_transfer_area_simulator::SimulatedTxt;
+
+use super::support::{
+    command, compile, set_input, simulated, wait_duty, wait_stopped, wait_until, Running, DEADLINE,
+};
+
+fn program() -> Option<&'static PathBuf> {
+    static PROGRAM: OnceLock<Option<PathBuf>> = OnceLock::new();
+    let source = include_str!("programs/ends.cpp");
+    PROGRAM.get_or_init(|| compile("", "c++11", source, "ends")).as_ref()
+}
+
+/// Starts the program with what it should do, and waits until its motor turns.
+fn started(txt: &SimulatedTxt, how: &str) -> Option<Running> {
+    let mut running = Running::with(program()?, txt, &[how]);
+    running.expect("turns");
+    wait_duty(txt, 0, 512);
+    Some(running)
+}
+
+/// Waits for something that no machine tells.
+#[track_caller]
+fn wait(what: &str, mut condition: impl FnMut() -> bool) {
+    let begun = Instant::now();
+    while !condition() {
+        assert!(begun.elapsed() < DEADLINE, "never: {what}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn whatever_signal_ends_a_program_its_motors_stop_first() {
+    for signal in [libc::SIGQUIT, libc::SIGPIPE, libc::SIGALRM, libc::SIGUSR1, libc::SIGXCPU] {
+        let txt = simulated().start().unwrap();
+        let Some(running) = started(&txt, "return") else { return };
+        running.signal(signal);
+        let ended = running.end();
+        assert_eq!((ended.code, ended.signal), (None, Some(signal)), "{}", ended.err);
+        wait_stopped(&txt);
+    }
+}
+
+#[test]
+fn a_crash_stops_the_motors_first() {
+    for (how, signals) in [
+        ("pointer", &[libc::SIGSEGV][..]),
+        ("abort", &[libc::SIGABRT]),
+        ("stack", &[libc::SIGSEGV, libc::SIGBUS]),
+        ("heap", &[libc::SIGABRT, libc::SIGSEGV]),
+    ] {
+        let txt = simulated().start().unwrap();
+        let Some(running) = started(&txt, how) else { return };
+        set_input(&txt, 0, 1);
+        let ended = running.end();
+        assert!(ended.signal.is_some_and(|it| signals.contains(&it)), "{how}: {}", ended.err);
+        wait_stopped(&txt);
+    }
+}
+
+#[cfg(target_env = "gnu")]
+#[test]
+fn quick_exit_stops_the_motors() {
+    let txt = simulated().start().unwrap();
+    let Some(running) = started(&txt, "quick_exit") else { return };
+    set_input(&txt, 0, 1);
+    assert_eq!(running.end().code, Some(3));
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_callback_may_end_the_program_and_its_thread_may_not_be_ended() {
+    for (how, code, signal) in [
+        ("exit in a callback", Some(5), None),
+        ("pthread_exit in a callback", None, Some(libc::SIGABRT)),
+    ] {
+        let txt = simulated().start().unwrap();
+        let Some(running) = started(&txt, how) else { return };
+        let ended = running.end();
+        assert_eq!((ended.code, ended.signal), (code, signal), "{how}: {}", ended.err);
+        wait_stopped(&txt);
+    }
+}
+
+/// The state of a process, as `ps` names it.
+#[cfg(target_os = "linux")]
+fn state_of(process: u32) -> char {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap();
+    stat.rsplit_once(") ").and_then(|(_, rest)| rest.chars().next()).unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_is_suspended_with_its_motors_off_and_may_begin_again() {
+    for signal in [libc::SIGTSTP, libc::SIGTTIN] {
+        let txt = simulated().start().unwrap();
+        let Some(mut running) = started(&txt, "again") else { return };
+        running.signal(signal);
+        wait_stopped(&txt);
+        wait("it is suspended", || state_of(running.id()) == 'T');
+        running.signal(libc::SIGCONT);
+        running.expect("turns again");
+        wait_duty(&txt, 0, 512);
+        set_input(&txt, 0, 1);
+        running.end().well();
+        wait_stopped(&txt);
+    }
+}
+
+#[test]
+fn a_program_that_takes_a_signal_itself_gets_it() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "takes") else { return };
+    running.signal(libc::SIGINT);
+    running.expect("taken");
+    set_input(&txt, 0, 1);
+    assert_eq!(running.end().code, Some(3));
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_thread_that_is_cancelled_in_a_call_ends_alone() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "cancel") else { return };
+    running.expect("cancelled");
+    set_input(&txt, 0, 1);
+    running.end().well();
+    wait_stopped(&txt);
+}
+
+#[test]
+fn what_a_program_prints_without_an_output_does_not_go_to_the_controller() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut child = command(program, &txt.address().to_string()).arg("closed").spawn().unwrap();
+    wait_duty(&txt, 0, 512);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_until(&txt, "more exchanges", |machine| machine.exchanges() > before + 20);
+    set_input(&txt, 0, 1);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_program_that_takes_ctrl_c_itself_gets_it_after_kbhit() {
+    let Some(program) = program() else { return };
+    let txt = simulated().start().unwrap();
+    let mut running = AtTerminal::start(program, &txt, "keys and takes");
+    running.expect("turns");
+    running.keyboard.write_all(b"\x03").unwrap();
+    running.expect("taken");
+    set_input(&txt, 0, 1);
+    wait("it has ended", || running.child.try_wait().unwrap().is_some());
+    wait_stopped(&txt);
+}
+
+/// A program at a terminal.
+struct AtTerminal {
+    child: Child,
+    /// Where somebody sits.
+    keyboard: File,
+    /// Where the program is.
+    terminal: File,
+}
+
+impl AtTerminal {
+    fn start(program: &Path, txt: &SimulatedTxt, how: &str) -> Self {
+        let (mut outer, mut inner) = (0, 0);
+        // SAFETY: the places for the two ends are this function's.
+        let opened = unsafe {
+            libc::openpty(&mut outer, &mut inner, ptr::null_mut(), ptr::null_mut(), ptr::null_mut())
+        };
+        assert_eq!(opened, 0);
+        // SAFETY: nobody else has them.
+        let [keyboard, terminal] = [outer, inner].map(|end| unsafe {
+            libc::fcntl(end, libc::F_SETFD, libc::FD_CLOEXEC);
+            File::from(OwnedFd::from_raw_fd(end))
+        });
+        let mut command = command(program, &txt.address().to_string());
+        let ends = [(); 3].map(|()| terminal.try_clone().unwrap());
+        let [input, output, errors] = ends;
+        command.arg(how).stdin(input).stdout(output).stderr(errors);
+        // SAFETY: two system calls without pointers.
+        unsafe {
+            command.pre_exec(|| {
+                libc::setsid();
+                libc::ioctl(libc::STDIN_FILENO, libc::TIOCSCTTY as _, 0);
+                Ok(())
+            });
+        }
+        Self { child: command.spawn().unwrap(), keyboard, terminal }
+    }
+
+    /// Waits until the program has printed this.
+    fn expect(&mut self, text: &str) {
+        let mut seen = Vec::new();
+        let mut byte = [0];
+        while !String::from_utf8_lossy(&seen).contains(text) {
+            assert!(self.is_readable(), "never: {text:?}");
+            self.keyboard.read_exact(&mut byte).unwrap();
+            seen.push(byte[0]);
+        }
+    }
+
+    /// Waits until there is something to read.
+    fn is_readable(&self) -> bool {
+        let fd = self.keyboard.as_raw_fd();
+        let mut keyboard = libc::pollfd { fd, events: libc::POLLIN, revents: 0 };
+        // SAFETY: the place is this function's.
+        unsafe { libc::poll(&mut keyboard, 1, DEADLINE.as_millis() as libc::c_int) == 1 }
+    }
+
+    /// Whether keys are shown and wait for the end of their line.
+    fn has_lines(&self) -> bool {
+        // SAFETY: all bits 0 are such a struct, and it is there.
+        let settings = unsafe {
+            let mut settings: libc::termios = std::mem::zeroed();
+            assert_eq!(libc::tcgetattr(self.terminal.as_raw_fd(), &mut settings), 0);
+            settings
+        };
+        settings.c_lflag & (libc::ICANON | libc::ECHO) == libc::ICANON | libc::ECHO
+    }
+}
+
+impl Drop for AtTerminal {
+    fn drop(&mut self) {
+        // Nothing is left behind by a test that has failed.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn ctrl_c_stops_the_motors_and_gives_the_terminal_back_after_kbhit() {
+    let Some(program) = program() else { return };
+    for (how, word) in [("keys", "turns"), ("keys later", "keys")] {
+        let txt = simulated().start().unwrap();
+        let mut running = AtTerminal::start(program, &txt, how);
+        running.expect(word);
+        wait_duty(&txt, 0, 512);
+        assert!(!running.has_lines(), "{how}");
+        running.keyboard.write_all(b"\x03").unwrap();
+        wait("it has ended", || running.child.try_wait().unwrap().is_some());
+        wait_stopped(&txt);
+        assert!(running.has_lines(), "{how}");
+    }
+}
