@@ -14,9 +14,9 @@ use log::{Level, LevelFilter, Log, Metadata, Record};
 const VARIABLE: &str = "FT_TXT_LOG";
 
 /// Who warns a Rust program that it keeps the areas locked, which this package does for a program in C.
-const HELD_LONG: &str = "ft_transfer_area::handler::transfer::long_guard";
+const HELD_LONG: &str = "ft_transfer_area::handler::long_guard";
 /// Who warns of the watchdog, which a program in C does not set.
-const NOT_ANSWERED: &str = "ft_transfer_area::handler::transfer::calls";
+const NOT_ANSWERED: &str = "ft_transfer_area::handler::transfer::side";
 const OUTPUTS_ARE_OFF: &str =
     "ft-transfer-area: all outputs are off, because for half a second the program did not \
      return from a callback, or this computer was too busy";
