@@ -52,9 +52,9 @@ fn close(txt: &TransferAreaComHandler) -> Result<(), Error> {
     // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I4))
     // C:         Sleep(10);
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 0, Direction::Halt);
-    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 512, Direction::Ccw)?;
-    plugged_in(txt.wait_until(pressed(Input::I4), LIMIT))?;
-    txt.lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)
+    txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 512, Direction::Ccw)?;
+    plugged_in(txt.areas().wait_until(pressed(Input::I4), LIMIT))?;
+    txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)
     // C: }
 }
 
@@ -86,15 +86,15 @@ fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
     // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I3))
     // C:         Sleep(10);
     println!("Press I3 to open the gate.");
-    txt.wait_until(pressed(Input::I3), FOREVER)?;
+    txt.areas().wait_until(pressed(Input::I3), FOREVER)?;
 
     // C:
     // C:     printf("It opens.\n");
     // C:     txt->SetSound(ShmIfId_TXT::LOCAL_IO, 3, 1);
     // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M3, 512, Direction::CW, 200);
     println!("It opens.");
-    txt.lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
-    txt.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, 512, Direction::Cw, &[], 200)?;
+    txt.areas().lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
+    txt.areas().lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, 512, Direction::Cw, &[], 200)?;
 
     // C:     bool lit = false;
     // C:     while (!txt->IsMotorExReady(ShmIfId_TXT::LOCAL_IO, Motor::M3)) {
@@ -103,9 +103,9 @@ fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
     // C:         Sleep(200);
     // C:     }
     let (mut lit, begin) = (false, Instant::now());
-    while !txt.wait_cycle()?[LOCAL_IO].is_motor_ex_ready(Motor::M3) {
+    while !txt.areas().wait_cycle()?[LOCAL_IO].is_motor_ex_ready(Motor::M3) {
         lit = !lit;
-        txt.lock()[LOCAL_IO].set_out_pwm_values(Output::O7, if lit { 512 } else { 0 })?;
+        txt.areas().lock()[LOCAL_IO].set_out_pwm_values(Output::O7, if lit { 512 } else { 0 })?;
         thread::sleep(Duration::from_millis(200));
         if begin.elapsed() > LIMIT {
             plugged_in(Err(Error::WaitTimedOut { limit: LIMIT }))?;
@@ -114,29 +114,29 @@ fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
 
     // C:     printf("It is open after %d pulses.\n",
     // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C3));
-    let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
+    let pulses = txt.areas().lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
     println!("It is open after {pulses} pulses.");
 
     // C:     while (!txt->IsSoundReady(ShmIfId_TXT::LOCAL_IO))
     // C:         Sleep(10);
-    txt.wait_sound(LOCAL_IO, LIMIT)?;
+    txt.areas().wait_sound(LOCAL_IO, LIMIT)?;
 
     // C:
     // C:     txt->StopMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M3);
     // C:     txt->StartCounterReset(ShmIfId_TXT::LOCAL_IO, Counter::C3);
     // C:     while (!txt->IsCntResetReady(ShmIfId_TXT::LOCAL_IO, Counter::C3))
     // C:         Sleep(10);
-    txt.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
-    txt.lock()[LOCAL_IO].start_counter_reset(Counter::C3);
-    txt.wait_counter_reset(LOCAL_IO, Counter::C3, LIMIT)?;
+    txt.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
+    txt.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C3);
+    txt.areas().wait_counter_reset(LOCAL_IO, Counter::C3, LIMIT)?;
 
     // C:     close(txt);
     // C:     txt->SetOutPwmValues(ShmIfId_TXT::LOCAL_IO, Output::O7, 0);
     // C:     printf("It is closed after %d pulses.\n",
     // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C3));
     close(txt)?;
-    txt.lock()[LOCAL_IO].set_out_pwm_values(Output::O7, 0)?;
-    let pulses = txt.lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
+    txt.areas().lock()[LOCAL_IO].set_out_pwm_values(Output::O7, 0)?;
+    let pulses = txt.areas().lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
     println!("It is closed after {pulses} pulses.");
     Ok(())
     // C: }
@@ -154,9 +154,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I4, InputMode::MODE_R, true);
     // C:     txt->SetFtMotorConfig(ShmIfId_TXT::LOCAL_IO, Motor::M4, false);
-    txt.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Resistance, true);
-    txt.lock()[LOCAL_IO].set_ft_uni_config(Input::I4, InputMode::Resistance, true);
-    txt.lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
+    txt.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Resistance, true);
+    txt.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I4, InputMode::Resistance, true);
+    txt.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
 
     // C:     if (txt->ftxStartTransferArea() != FtErrors::FTLIB_ERR_SUCCESS) {
     // C:         printf("There is no TXT.\n");

@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let frames = handler.start_camera(CameraOptions::default().with_size(WIDTH, HEIGHT))?;
     println!("The camera is started; its first frame takes a second or two.");
 
-    let (start, cycles) = (Instant::now(), handler.statistics().cycles);
+    let (start, cycles) = (Instant::now(), handler.areas().statistics().cycles);
     let mut last: Option<Instant> = None;
     for (number, frame) in frames.iter().take(FRAMES).enumerate() {
         let age = frame.arrived.elapsed();
@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         last = Some(frame.arrived);
     }
-    let cycles = handler.statistics().cycles - cycles;
+    let cycles = handler.areas().statistics().cycles - cycles;
     let seconds = start.elapsed().as_secs_f64();
     // The reason why the frames have ended, unless all have come or it was Ctrl-C.
     let ended_by = handler.camera_error();

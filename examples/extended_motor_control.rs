@@ -59,32 +59,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn drive(handler: &TransferAreaComHandler) -> Result<(), Error> {
     println!("M1 turns for {PULSES} pulses.");
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
-    let areas = handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
+    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
+    let areas = handler.areas().wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
     print_counters("arrived", &areas[LOCAL_IO]);
     drop(areas);
 
     // A distance begins with a reset of its counters, but the old counts stay until the first response.
     // So reset them before.
-    handler.lock()[LOCAL_IO].start_counter_reset(C1);
-    handler.lock()[LOCAL_IO].start_counter_reset(C2);
-    handler.wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
-    let areas = handler.wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
+    handler.areas().lock()[LOCAL_IO].start_counter_reset(C1);
+    handler.areas().lock()[LOCAL_IO].start_counter_reset(C2);
+    handler.areas().wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
+    let areas = handler.areas().wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
     print_counters("counters reset", &areas[LOCAL_IO]);
     drop(areas);
 
     println!("M1 and M2 turn together for {PULSES} pulses, M2 the other way round.");
     let slaves = [(M2, Ccw)];
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &slaves, PULSES.into())?;
+    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(
+        M1,
+        DUTY_MAX,
+        Cw,
+        &slaves,
+        PULSES.into(),
+    )?;
     for quarter in 1..4 {
         let enough =
             |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4;
-        let areas = handler.wait_until(enough, LIMIT)?;
+        let areas = handler.areas().wait_until(enough, LIMIT)?;
         print_counters("on the way", &areas[LOCAL_IO]);
     }
     // Each motor of the group reports by itself when it has arrived.
-    handler.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
-    let areas = handler.wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
+    handler.areas().wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
+    let areas = handler.areas().wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
     print_counters("arrived", &areas[LOCAL_IO]);
     drop(areas);
 
@@ -92,18 +98,18 @@ fn drive(handler: &TransferAreaComHandler) -> Result<(), Error> {
     turn_half_a_second(handler)?;
 
     println!("They leave the extended mode, and turn at plain speed.");
-    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(M1)?;
-    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(M2)?;
+    handler.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(M1)?;
+    handler.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(M2)?;
     turn_half_a_second(handler)
 }
 
 /// Turns both motors at plain speed for 50 cycles, half a second.
 fn turn_half_a_second(handler: &TransferAreaComHandler) -> Result<(), Error> {
-    set_both(&mut handler.lock()[LOCAL_IO], DUTY_MAX)?;
+    set_both(&mut handler.areas().lock()[LOCAL_IO], DUTY_MAX)?;
     for _ in 0..50 {
-        handler.wait_cycle()?;
+        handler.areas().wait_cycle()?;
     }
-    let mut areas = handler.wait_cycle()?;
+    let mut areas = handler.areas().wait_cycle()?;
     set_both(&mut areas[LOCAL_IO], 0)?;
     print_counters("after half a second", &areas[LOCAL_IO]);
     Ok(())

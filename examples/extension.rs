@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The master and one extension. All motors stop when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address).areas(2);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
-    handler.lock().iter_mut().for_each(configure);
+    handler.areas().lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
@@ -49,7 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles = if simulated.is_some() { 600 } else { u64::MAX };
     for _ in 0..cycles {
         // Ctrl-C or an error ends the loop.
-        let Ok(mut areas) = handler.wait_cycle() else { break };
+        let Ok(mut areas) = handler.areas().wait_cycle() else { break };
         let is_there = areas[LOCAL_IO].slaves_alive() > 0;
         if is_there && matches!(shown, Some((false, ..))) {
             // It may have been switched off, and have lost its configuration.

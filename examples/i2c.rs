@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let on_ctrl_c = Arc::clone(&handler);
     ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
-    drop(handler.wait_cycle()?); // the exchange has begun
+    drop(handler.areas().wait_cycle()?); // the exchange has begun
     let mut i2c = handler.i2c()?;
 
     // Check that it is the right device, and set it up. A missing device is an error.
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("Acceleration in three directions, and temperature. Turn the sensor.");
     let lines = if simulated.is_some() { 20 } else { u64::MAX };
     for _ in 0..lines {
-        if !handler.is_running() {
+        if !handler.areas().is_running() {
             break;
         }
         let ([x, y, z], temperature) = measure(&mut i2c)?;

@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles = if simulated.is_some() { 500 } else { u64::MAX };
     for _ in 0..cycles {
         // Ctrl-C or an error ends the loop.
-        let Ok(mut areas) = handler.wait_cycle() else { break };
+        let Ok(mut areas) = handler.areas().wait_cycle() else { break };
         let area = &mut areas[LOCAL_IO];
         if area.get_joystick_but_swi(REMOTE, JoystickSwitch::On) {
             driving = true;

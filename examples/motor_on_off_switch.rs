@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // below hangs for a second.
     let builder = TransferAreaComHandler::builder(address).areas(2);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
-    for area in handler.lock().iter_mut() {
+    for area in handler.areas().lock().iter_mut() {
         area.set_ft_uni_config(Input::I2, InputMode::Ultrasonic, false);
     }
     handler.begin_transfer()?;
@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles = if simulated.is_some() { 1000 } else { u64::MAX };
     for cycle in 0..cycles {
         // The inputs of the next exchange, one every 10 ms. Ctrl-C or an error ends the loop.
-        let Ok(mut areas) = handler.wait_cycle() else { break };
+        let Ok(mut areas) = handler.areas().wait_cycle() else { break };
 
         // For the other direction, set duty[1] instead of duty[0].
         for area in areas.iter_mut() {
@@ -92,7 +92,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // This returns the error, if one has ended the transfer.
     handler.end_transfer()?;
-    let statistics = handler.statistics();
+    let statistics = handler.areas().statistics();
     println!(
         "The motors are stopped. {} exchanges of {:.1} to {:.1} ms were done; {} were answered too late for the \
          next one.",

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The motor stops when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
-    let events = handler.events(&[EventKind::InputChanged], 100)?;
+    let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
     // There are only events for changes, but the slide may already be at its end.
-    let is_at_end = handler.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I5)?;
+    let is_at_end = handler.areas().wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I5)?;
     drive(&handler, if is_at_end { Direction::Ccw } else { Direction::Cw })?;
     println!("The slide moves. Press I3 to end it.");
 
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (mut count, mut since) = (0, Instant::now());
     // Sometimes nothing happens for a long time, so this tells the watchdog that the program is alive.
     // It fails when the transfer has ended.
-    while handler.feed_watchdog().is_ok() {
+    while handler.areas().feed_watchdog().is_ok() {
         match events.recv_timeout(Duration::from_millis(100)).map(|told| told.event) {
             Ok(Event::InputChanged { input: Input::I4, pressed: true, .. }) => {
                 println!("I4, the start, after {} pulses.", pulses(&handler));
@@ -82,14 +82,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Moves the slide, and counts its pulses from here. The next request has this answer to an event.
 fn drive(handler: &TransferAreaComHandler, direction: Direction) -> Result<(), Error> {
-    let area = &mut handler.lock()[LOCAL_IO];
+    let area = &mut handler.areas().lock()[LOCAL_IO];
     area.set_out_motor_values(Motor::M3, DUTY_MAX, direction)?;
     area.start_counter_reset(Counter::C3);
     Ok(())
 }
 
 fn pulses(handler: &TransferAreaComHandler) -> u16 {
-    handler.lock()[LOCAL_IO].get_in_cnt_count(Counter::C3)
+    handler.areas().lock()[LOCAL_IO].get_in_cnt_count(Counter::C3)
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.

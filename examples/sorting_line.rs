@@ -116,7 +116,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let builder = TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(2));
     let handler = builder.build()?;
     {
-        let area = &mut handler.lock()[LOCAL_IO];
+        let area = &mut handler.areas().lock()[LOCAL_IO];
         for input in [Input::I1, Input::I3, Input::I6, Input::I7, Input::I8] {
             area.set_ft_uni_config(input, InputMode::Resistance, true);
         }
@@ -135,7 +135,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut state = State::Waits;
     let mut sorted = 0;
     while !stopped.load(Ordering::Relaxed) && (simulated.is_none() || sorted < 3) {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let now = areas.arrived();
         let before = state;
         state = before.answer(&mut areas[LOCAL_IO], now)?;

@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let handler =
         TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(1)).build()?;
     {
-        let area = &mut handler.lock()[LOCAL_IO];
+        let area = &mut handler.areas().lock()[LOCAL_IO];
         area.set_ft_uni_config(Input::I3, InputMode::Resistance, true);
         // The terminals of M4 are two single outputs.
         area.set_ft_motor_config(Motor::M4, false);
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut sound = "";
     let mut shown = None;
     while !stopped.load(Ordering::Relaxed) {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
         if area.get_in_io_value_binary(Input::I3)? {
             println!("I3 is pressed.");

@@ -417,7 +417,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let builder = TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(2));
     let handler = builder.build()?;
     for input in Input::ALL {
-        handler.lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
+        handler.areas().lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
     }
     handler.begin_transfer()?;
 
@@ -426,10 +426,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let on_ctrl_c = Arc::clone(&stopped);
     ctrlc::set_handler(move || on_ctrl_c.store(true, Ordering::Relaxed))?;
 
-    let mut warehouse = Warehouse::new(orders, &mut handler.lock()[LOCAL_IO])?;
+    let mut warehouse = Warehouse::new(orders, &mut handler.areas().lock()[LOCAL_IO])?;
     while warehouse.mode != Mode::Done && !stopped.load(Ordering::Relaxed) {
         // The guard is dropped at the end of the statement, so printing keeps no outputs waiting.
-        warehouse.tick(&mut handler.wait_cycle()?[LOCAL_IO])?;
+        warehouse.tick(&mut handler.areas().wait_cycle()?[LOCAL_IO])?;
         warehouse.said.drain(..).for_each(|line| println!("{line}"));
     }
     // The last exchange stops the motors. An error that has ended the transfer is returned.

@@ -71,7 +71,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Ok(()) => lost = None,
             Err(error @ Error::ConnectionLost { .. }) => {
                 println!("Lost: {error}.");
-                print_outputs(&handler.lock()[LOCAL_IO]);
+                print_outputs(&handler.areas().lock()[LOCAL_IO]);
                 lost = Some(Instant::now());
             }
             // The connection is fine, and the motor is stopped.
@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Err(_) => break,
         }
     }
-    let gaps = handler.statistics().gaps;
+    let gaps = handler.areas().statistics().gaps;
     handler.end_transfer()?;
     println!("Connections that were lost and re-established: {gaps}.");
     Ok(())
@@ -93,11 +93,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Finds the start, and then moves back and forth until something is wrong.
 fn work(handler: &TransferAreaComHandler) -> Result<(), Error> {
     println!("M3 looks for the start.");
-    handler.lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
-    handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M3, DUTY_MAX, Direction::Ccw)?;
+    handler.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
+    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, DUTY_MAX, Direction::Ccw)?;
     let is_at_start =
         |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_io_value_binary(Input::I4) == Ok(true);
-    let mut areas = handler.wait_until(is_at_start, WAY_LIMIT)?;
+    let mut areas = handler.areas().wait_until(is_at_start, WAY_LIMIT)?;
     areas[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)?;
     drop(areas);
 
@@ -114,16 +114,22 @@ fn drive(handler: &TransferAreaComHandler, direction: Direction, pulses: u16) ->
     let way = if direction == Direction::Cw { "there" } else { "back" };
     println!("M3 runs {pulses} pulses {way}.");
     let distance = pulses.into();
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, DUTY_MAX, direction, &[], distance)?;
+    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(
+        Motor::M3,
+        DUTY_MAX,
+        direction,
+        &[],
+        distance,
+    )?;
     // An interrupted movement is never reported as finished: this returns the error instead.
-    let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M3, WAY_LIMIT)?;
+    let areas = handler.areas().wait_motor_ex(LOCAL_IO, Motor::M3, WAY_LIMIT)?;
     println!("  done after {} pulses.", areas[LOCAL_IO].get_in_cnt_count(Counter::C3));
     Ok(())
 }
 
 /// Waits for a new connection, at most as long as the handler tries.
 fn wait_for_connection(handler: &TransferAreaComHandler, since: Instant) -> Result<(), Error> {
-    let area = handler.wait_cycle()?[LOCAL_IO];
+    let area = handler.areas().wait_cycle()?[LOCAL_IO];
     println!("The connection is restored after {:.1} s.", since.elapsed().as_secs_f64());
     print_outputs(&area);
     Ok(())

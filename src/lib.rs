@@ -11,7 +11,7 @@
 //!     let handler = TransferAreaComHandler::builder(host).port(port).build()?;
 //!     handler.begin_transfer()?;
 //!     for _ in 0..100 {
-//!         let mut areas = handler.wait_cycle()?; // the inputs of the newest exchange
+//!         let mut areas = handler.areas().wait_cycle()?; // the inputs of the newest exchange
 //!         let pressed = areas[LOCAL_IO].input.uni[0] != 0; // I1
 //!         areas[LOCAL_IO].output.duty[0] = if pressed { 512 } else { 0 }; // M1
 //!     } // the guard is dropped: the outputs go out with the next exchange
@@ -31,9 +31,9 @@
 //! **A guard is a picture of one moment.** `areas` above is a [guard](TransferAreaGuard): its inputs are those
 //! of one response and do not change while it is kept, and what is written is sent when it is dropped. So get
 //! a new guard in each round of a loop. This loop never ends:
-//! `let areas = handler.wait_cycle()?; while areas[LOCAL_IO].input.uni[0] == 0 {}`. A guard that is kept for a
+//! `let areas = handler.areas().wait_cycle()?; while areas[LOCAL_IO].input.uni[0] == 0 {}`. A guard that is kept for a
 //! second is reported with the name of its thread: by the logger, or without one on the standard error. To
-//! wait for something, use [`wait_until`](TransferArea::wait_until).
+//! wait for something, use [`wait_until`](TransferAreas::wait_until).
 //!
 //! </div>
 //!
@@ -43,12 +43,12 @@
 //! |---|---|
 //! | control a machine, or port a program that polls the transfer area | [`TransferAreaComHandler`] |
 //! | port the calls of the TX library or of FtTxtLib | [`tx`] |
-//! | wait for a motor, an input or any other condition | [`TransferArea::wait_until`] and the other waits |
-//! | be notified of changes, as by FtTxtLib's callbacks | [`TransferArea::events`] |
-//! | record every cycle | [`TransferArea::cycle_log`] |
-//! | be notified when a motor is blocked | [`TransferArea::set_stall_limit`] |
+//! | wait for a motor, an input or any other condition | [`TransferAreas::wait_until`] and the other waits |
+//! | be notified of changes, as by FtTxtLib's callbacks | [`TransferAreas::events`] |
+//! | record every cycle | [`TransferAreas::cycle_log`] |
+//! | be notified when a motor is blocked | [`TransferAreas::set_stall_limit`] |
 //! | measure the time between two responses, and count missed ones | [`TransferAreaGuard::arrived`] and [`cycle`](TransferAreaGuard::cycle) |
-//! | control several controllers | [a thread for each](TransferArea#two-controllers) |
+//! | control several controllers | [a thread for each](TransferAreas#two-controllers) |
 //! | stop the motors when the program hangs | [`TransferAreaComHandlerBuilder::watchdog`] |
 //! | continue after a lost connection, as on a slow Wi-Fi | [`TransferAreaComHandlerBuilder::reconnect`] and [`TimeLimits`] |
 //! | have a function called in each cycle, as on the controller | [`TransferAreaComHandler::set_cycle_hook`] |
@@ -80,14 +80,14 @@
 //! Whatever ends a transfer, a last exchange stops its motors if the connection still works. If it does not, or
 //! when the program is killed, motors may go on until the next transfer begins: the maker's firmware does not
 //! stop them (4.7.0, measured under emulation), and whether its I/O board does is not known. A panic ends the
-//! transfer [where it can be seen](TransferArea#when-a-thread-panics). A [cycle
+//! transfer [where it can be seen](TransferAreas#when-a-thread-panics). A [cycle
 //! hook](TransferAreaComHandler::set_cycle_hook) that keeps the areas for half a second stops the motors; for a program
 //! that hangs elsewhere there is the [watchdog](TransferAreaComHandlerBuilder::watchdog), which is off by default.
 //!
 //! The end of a transfer, a lost connection and the watchdog set all outputs in the areas to 0. What
 //! was written before moves no motor afterwards, and a command that was cut off or refused is never reported
 //! as done.
-//! Outputs [count again](TransferArea#when-outputs-count) when the program knows what happened.
+//! Outputs [count again](TransferAreas#when-outputs-count) when the program knows what happened.
 //!
 //! [`guide::reliability`] says what happens when something breaks; [`guide::reliability_matrix`] lists each fault.
 //!
@@ -145,8 +145,8 @@ pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
 pub use found::{ConnectionKind, FoundController, TriedAddress};
 pub use handler::{
-    CycleLog, Events, TransferArea, TransferAreaComHandler, TransferAreaComHandlerBuilder,
-    TransferAreaGuard,
+    CycleLog, Events, TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferAreaGuard,
+    TransferAreas,
 };
 pub use i2c::I2cClient;
 pub use statistics::Statistics;

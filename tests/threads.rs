@@ -23,7 +23,7 @@ fn no_thread_is_left_after_an_end_or_a_failure() {
             TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
         let result = handler
             .begin_transfer()
-            .and_then(|()| (0..20).try_for_each(|_| handler.wait_cycle().map(drop)));
+            .and_then(|()| (0..20).try_for_each(|_| handler.areas().wait_cycle().map(drop)));
         failures += usize::from(result.is_err());
         assert_eq!(handler.end_transfer(), result);
     }

@@ -186,7 +186,7 @@ impl Waiting {
 impl Client for Waiting {
     fn cycles(&mut self, count: u32) -> Result<()> {
         for number in 0..count {
-            self.load.change(&mut self.handler.wait_cycle()?, number);
+            self.load.change(&mut self.handler.areas().wait_cycle()?, number);
         }
         Ok(())
     }

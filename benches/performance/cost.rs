@@ -73,7 +73,7 @@ impl Memory {
             let builder = TransferAreaComHandler::builder("127.0.0.1").port(self.port);
             let handler = builder.areas(self.areas).build()?;
             handler.begin_transfer()?;
-            drop(handler.wait_cycle()?);
+            drop(handler.areas().wait_cycle()?);
             Ok(handler)
         };
         // The first one also takes what all of them share.

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, Result};
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::report::{Report, Table};
@@ -107,16 +107,16 @@ fn beside(crowd: &Crowd, responses: usize) -> Result<Seen> {
     let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build()?;
     handler.begin_transfer()?;
     // Before the others begin.
-    answer(&handler, handler.statistics().cycles + 1)?;
-    let first = handler.statistics().cycles;
+    answer(&handler, handler.areas().statistics().cycles + 1)?;
+    let first = handler.areas().statistics().cycles;
     let end = first + responses as u64;
     let over = AtomicBool::new(false);
     let (got, locks) = thread::scope(|scope| {
         for _ in 0..crowd.count {
-            let area = handler.transfer_area();
+            let area = handler.areas().clone();
             scope.spawn(|| lock_all_the_time(area, crowd.work, &over));
         }
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         let locks = scope.spawn(|| lock_now_and_then(area, &over));
         let got = answer(&handler, end);
         // Also after an error: the scope waits for all threads.
@@ -124,7 +124,7 @@ fn beside(crowd: &Crowd, responses: usize) -> Result<Seen> {
         let locks = locks.join().map_err(|_| anyhow!("the thread that locks has panicked"))?;
         Ok::<_, anyhow::Error>((got?, locks))
     })?;
-    let late = handler.statistics().late_reactions;
+    let late = handler.areas().statistics().late_reactions;
     handler.end_transfer()?;
     drop(txt);
     // The first request follows no response, and the one after the last response may stop the motors.
@@ -135,15 +135,15 @@ fn beside(crowd: &Crowd, responses: usize) -> Result<Seen> {
 /// Answers responses until there were this many; returns how many it got.
 fn answer(handler: &TransferAreaComHandler, end: u64) -> Result<usize, Error> {
     let mut got = 0;
-    while handler.statistics().cycles < end {
-        let mut areas = handler.wait_cycle()?;
+    while handler.areas().statistics().cycles < end {
+        let mut areas = handler.areas().wait_cycle()?;
         areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
         got += 1;
     }
     Ok(got)
 }
 
-fn lock_all_the_time(area: TransferArea, work: Duration, over: &AtomicBool) {
+fn lock_all_the_time(area: TransferAreas, work: Duration, over: &AtomicBool) {
     while !over.load(Ordering::Relaxed) {
         let _areas = area.lock();
         let begin = Instant::now();
@@ -154,7 +154,7 @@ fn lock_all_the_time(area: TransferArea, work: Duration, over: &AtomicBool) {
 }
 
 /// How long another thread waits for the areas, in µs.
-fn lock_now_and_then(area: TransferArea, over: &AtomicBool) -> Vec<f64> {
+fn lock_now_and_then(area: TransferAreas, over: &AtomicBool) -> Vec<f64> {
     let mut took = Vec::new();
     loop {
         let begin = Instant::now();

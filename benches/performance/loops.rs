@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::reaction::load;
@@ -16,7 +16,7 @@ use crate::stats::Sorted;
 const MACHINES: [(bool, &str); 2] = [(false, "idle"), (true, "busy")];
 
 /// A loop's body, for two controllers.
-type Turn = fn(&[TransferArea; 2]) -> Result<(), Error>;
+type Turn = fn(&[TransferAreas; 2]) -> Result<(), Error>;
 
 const LOOPS: [(&str, Turn); 2] = [
     ("waits for each controller, and holds both guards", |[one, other]| {
@@ -85,7 +85,7 @@ fn two_controllers(turn: Turn, cycles: u64) -> Result<[Reactions; 2]> {
     };
     // Their clocks differ, so each comes before and after the other in turn.
     let controllers = [start(10_000)?, start(9_900)?];
-    let areas = controllers.each_ref().map(|(_, handler)| handler.transfer_area());
+    let areas = controllers.each_ref().map(|(_, handler)| handler.areas().clone());
     while areas[0].statistics().cycles < cycles {
         turn(&areas)?;
     }
@@ -104,7 +104,7 @@ fn lock_step(cycles: usize) -> Result<f64> {
     handler.begin_transfer()?;
     let begin = Instant::now();
     for _ in 0..cycles {
-        handler.wait_cycle()?[LOCAL_IO].output.duty[0] ^= 1;
+        handler.areas().wait_cycle()?[LOCAL_IO].output.duty[0] ^= 1;
     }
     let rate = cycles as f64 / begin.elapsed().as_secs_f64();
     handler.end_transfer()?;

@@ -30,7 +30,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
     }
     let handler = TransferAreaComHandler::builder("127.0.0.1").build()?;
     works.push(Work::new("lock and drop, without a transfer", move || {
-        black_box(handler.lock()[LOCAL_IO].input.uni[0])
+        black_box(handler.areas().lock()[LOCAL_IO].input.uni[0])
     }));
     for (width, height) in SIZES {
         add_picture(&mut works, Format::new(Motif::TestCard, width, height))?;

@@ -64,7 +64,7 @@ impl Format {
             .camera_port(txt.camera_port())
             .build()?;
         handler.begin_transfer()?;
-        handler.wait_cycle()?;
+        handler.areas().wait_cycle()?;
         let options = CameraOptions::default().with_size(self.width, self.height);
         let frames = handler.start_camera(options)?;
         frames.recv().context("the simulated camera sends no frame")

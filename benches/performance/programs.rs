@@ -73,20 +73,20 @@ impl Program {
     fn handler(&self) -> Result<Cost> {
         let handler = TransferAreaComHandler::builder("127.0.0.1").port(self.port).build()?;
         handler.begin_transfer()?;
-        drop(handler.wait_cycle()?);
-        let (begin, first) = (Usage::now()?, handler.statistics().cycles);
+        drop(handler.areas().wait_cycle()?);
+        let (begin, first) = (Usage::now()?, handler.areas().statistics().cycles);
         self.answer(&handler)?;
-        let cost = begin.per_cycle(handler.statistics().cycles - first)?;
+        let cost = begin.per_cycle(handler.areas().statistics().cycles - first)?;
         handler.end_transfer()?;
         Ok(cost)
     }
 
     fn answer(&self, handler: &TransferAreaComHandler) -> Result<()> {
-        let goes_on = || handler.statistics().cycles < self.cycles;
+        let goes_on = || handler.areas().statistics().cycles < self.cycles;
         match self.way {
             Way::Direct | Way::Waiting => {
                 while goes_on() {
-                    copy_input(&mut handler.wait_cycle()?);
+                    copy_input(&mut handler.areas().wait_cycle()?);
                 }
             }
             Way::Hooked => {
@@ -103,16 +103,16 @@ impl Program {
                 handler.clear_cycle_hook();
             }
             Way::Events => {
-                let events = handler.events(&[EventKind::InputChanged], 1000)?;
+                let events = handler.areas().events(&[EventKind::InputChanged], 1000)?;
                 while goes_on() {
                     events.recv()?;
-                    copy_input(&mut handler.lock());
+                    copy_input(&mut handler.areas().lock());
                 }
                 ensure!(events.lost() == 0, "events were lost");
             }
             Way::Polling => {
                 while goes_on() {
-                    copy_input(&mut handler.lock());
+                    copy_input(&mut handler.areas().lock());
                     thread::sleep(Duration::from_millis(1));
                 }
             }

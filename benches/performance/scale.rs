@@ -101,7 +101,7 @@ fn answer(
     let mut periods = Vec::with_capacity(4000);
     let mut last: Option<Instant> = None;
     while !over.load(Ordering::Relaxed) {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
         let arrived = areas.arrived();
         drop(areas);

@@ -7,8 +7,8 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
-    Error, FirmwareVersion, FishX1Transfer, TransferArea, TransferAreaComHandler,
-    TransferAreaGuard, TransferMode,
+    Error, FirmwareVersion, FishX1Transfer, TransferAreaComHandler, TransferAreaGuard,
+    TransferAreas, TransferMode,
 };
 use parking_lot::Mutex;
 
@@ -172,7 +172,7 @@ impl<A: Area> ProgramSession<A> {
         self.shared.set_status(STATUS_SYNC);
         let handler = &self.shared.handler;
         // The controller has the program's configurations from the first response on.
-        self.shared.mirror.lock().put_out_configs(&mut handler.lock());
+        self.shared.mirror.lock().put_out_configs(&mut handler.areas().lock());
         let begun = handler.begin_transfer().and_then(|()| {
             *self.shared.online.lock() = Some(Online::begin(&self.shared.host));
             self.begin()?;
@@ -194,7 +194,7 @@ impl<A: Area> ProgramSession<A> {
         let name = self.shared.handler.device_name().unwrap_or_default();
         let firmware = self.shared.handler.version().unwrap_or(FirmwareVersion::OLDEST_SUPPORTED);
         self.introduce(&name, firmware);
-        let mut areas = self.shared.handler.wait_cycle()?;
+        let mut areas = self.shared.handler.areas().wait_cycle()?;
         self.shared.mirror.lock().begin(&areas);
         self.shared.take_in(&areas);
         self.shared.put_out(&mut areas);
@@ -282,7 +282,7 @@ impl<A: Area> Drop for ProgramSession<A> {
 
 impl<A: Area> SessionParts<A> {
     fn run(&self) {
-        let area = self.handler.transfer_area();
+        let area = self.handler.areas().clone();
         let ended = loop {
             match self.cycle(&area) {
                 Ok(ControlFlow::Continue(())) => {}
@@ -324,7 +324,7 @@ impl<A: Area> SessionParts<A> {
         self.status.store(status, Ordering::Release);
     }
 
-    fn cycle(&self, area: &TransferArea) -> Result<ControlFlow<()>, Error> {
+    fn cycle(&self, area: &TransferAreas) -> Result<ControlFlow<()>, Error> {
         let mut areas = self.wait_cycle(area)?;
         if self.asked_to_end.load(Ordering::Acquire) {
             return Ok(ControlFlow::Break(()));
@@ -346,7 +346,7 @@ impl<A: Area> SessionParts<A> {
 
     /// Waits for a response. If no call of the program kept this thread from going on, its computer was too busy:
     /// then the program knows nothing of the outputs that were off, and wants them on again.
-    fn wait_cycle<'a>(&self, area: &'a TransferArea) -> Result<TransferAreaGuard<'a>, Error> {
+    fn wait_cycle<'a>(&self, area: &'a TransferAreas) -> Result<TransferAreaGuard<'a>, Error> {
         match area.wait_cycle() {
             Err(Error::WatchdogExpired { limit }) if !self.took_long.load(Ordering::Relaxed) => {
                 log::warn!(

@@ -69,7 +69,7 @@ pub enum Event {
         command_id: u16,
     },
     /// A motor should turn, and its counter has not changed for the [limit that the program has
-    /// set](crate::TransferArea::set_stall_limit) for it: it is blocked, or its encoder or its cable is not
+    /// set](crate::TransferAreas::set_stall_limit) for it: it is blocked, or its encoder or its cable is not
     /// connected.
     ///
     /// Once for each standstill. A new one begins after a pulse, or when the motor is started again, in the

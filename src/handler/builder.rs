@@ -147,9 +147,9 @@ impl TransferAreaComHandlerBuilder {
     ///
     /// /// Turns M1 for 100 ms; returns how many pulses C1 has counted.
     /// fn turn(handler: &TransferAreaComHandler) -> Result<i16, Error> {
-    ///     let begin = handler.lock().arrived();
+    ///     let begin = handler.areas().lock().arrived();
     ///     loop {
-    ///         let mut areas = handler.wait_cycle()?;
+    ///         let mut areas = handler.areas().wait_cycle()?;
     ///         if areas.arrived() - begin > Duration::from_millis(100) {
     ///             return Ok(areas[LOCAL_IO].input.counter[0]);
     ///         }
@@ -180,8 +180,8 @@ impl TransferAreaComHandlerBuilder {
     /// because a correct program may sleep while a motor runs.
     ///
     /// A sign of life of any thread counts: a guard that is dropped, also one from a wait or from a check of
-    /// the condition of [`wait_until`](crate::TransferArea::wait_until), or that of a cycle hook that returns,
-    /// and [`feed_watchdog`](crate::TransferArea::feed_watchdog). A response that comes in late counts for the
+    /// the condition of [`wait_until`](crate::TransferAreas::wait_until), or that of a cycle hook that returns,
+    /// and [`feed_watchdog`](crate::TransferAreas::feed_watchdog). A response that comes in late counts for the
     /// threads that have waited for it, but not while another thread has the areas. So the watchdog detects a
     /// program that hangs: in a loop without a guard, with a guard that it never drops, in a hook, waiting for
     /// a lock that no thread unlocks, or because the thread that did the work has ended.
@@ -210,7 +210,7 @@ impl TransferAreaComHandlerBuilder {
     ///     let handler = builder.watchdog(Duration::from_millis(500)).build()?;
     ///     handler.begin_transfer()?;
     ///     loop {
-    ///         match handler.wait_cycle() {
+    ///         match handler.areas().wait_cycle() {
     ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
     ///             // All motors are stopped; this program just goes on.
     ///             Err(error @ Error::WatchdogExpired { .. }) => eprintln!("{error}"),
@@ -251,7 +251,7 @@ impl TransferAreaComHandlerBuilder {
     ///     let handler = builder.reconnect(Duration::from_secs(60)).build()?;
     ///     handler.begin_transfer()?;
     ///     loop {
-    ///         match handler.wait_cycle() {
+    ///         match handler.areas().wait_cycle() {
     ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
     ///             // A machine that needs its positions would find them again here.
     ///             Err(error @ Error::ConnectionLost { .. }) => eprintln!("{error}"),

@@ -58,7 +58,7 @@ impl TransferAreaComHandler {
     #[doc(alias = "StartCamera")]
     pub fn start_camera(&self, options: CameraOptions) -> Result<Receiver<CameraFrame>, Error> {
         let command = options.command()?;
-        let shared = self.area().shared();
+        let shared = self.areas().shared();
         shared.state().transfer.check_running()?;
         let mut camera = self.camera.lock();
         if camera.as_ref().is_some_and(|stream| !stream.is_finished()) {
@@ -97,7 +97,7 @@ impl TransferAreaComHandler {
         if let Some(stream) = stream {
             stream.stop();
         }
-        let shared = self.area().shared();
+        let shared = self.areas().shared();
         let is_started = shared.state().camera.is_started();
         if is_started {
             shared.run_command(CameraCommand::Stop)?;
@@ -109,13 +109,13 @@ impl TransferAreaComHandler {
     /// or ended with the transfer. A controller that disappears ends both, in any order. Does not block, even
     /// while another thread starts or stops the camera.
     pub fn camera_error(&self) -> Option<Error> {
-        self.area().shared().state().camera.stream().and_then(|stream| stream.error())
+        self.areas().shared().state().camera.stream().and_then(|stream| stream.error())
     }
 
     /// Statistics of the camera's stream, the current or the last one. Does not block, even while another
     /// thread starts or stops the camera.
     pub fn camera_statistics(&self) -> CameraStatistics {
-        let stream = self.area().shared().state().camera.stream();
+        let stream = self.areas().shared().state().camera.stream();
         stream.map(|stream| stream.statistics()).unwrap_or_default()
     }
 }

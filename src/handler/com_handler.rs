@@ -1,6 +1,5 @@
 //! The handler: a background thread exchanges the transfer area with the controller.
 
-use std::ops::Deref;
 use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,7 +10,7 @@ use crate::camera::CameraStream;
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
 use crate::handler::parts::phase::Stop;
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::handler::settings::Settings;
 use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
@@ -32,8 +31,8 @@ const FLUSH: Duration = Duration::from_millis(100);
 /// Between [`begin_transfer`](Self::begin_transfer) and [`end_transfer`](Self::end_transfer) a
 /// background thread exchanges the areas' outputs for inputs as fast as the controller answers,
 /// about 100 times a second. The program reads and writes the areas under a
-/// [`lock`](TransferArea::lock), or once per response by [`wait_cycle`](TransferArea::wait_cycle). It can
-/// also wait [for a condition](TransferArea::wait_until), receive [events](TransferArea::events), and have a
+/// [`lock`](TransferAreas::lock), or once per response by [`wait_cycle`](TransferAreas::wait_cycle). It can
+/// also wait [for a condition](TransferAreas::wait_until), receive [events](TransferAreas::events), and have a
 /// [function called](Self::set_cycle_hook) in each cycle.
 ///
 /// - What is written under one lock goes out in one request.
@@ -44,7 +43,7 @@ const FLUSH: Duration = Duration::from_millis(100);
 ///   out before the next exchange.
 /// - Only responses without any error reach the areas.
 /// - A last exchange stops all motors when the transfer is ended, the handler is dropped, an error occurs, or
-///   a thread that uses the area panics [where it can be seen](TransferArea#when-a-thread-panics). If the
+///   a thread that uses the area panics [where it can be seen](TransferAreas#when-a-thread-panics). If the
 ///   connection does not work any more, they may go on until the next transfer begins: the maker's firmware
 ///   4.7.0 does not stop them (measured under emulation), and whether its I/O board does is not known.
 ///   Afterwards the areas' outputs are as in that exchange.
@@ -58,11 +57,11 @@ const FLUSH: Duration = Duration::from_millis(100);
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let handler = TransferAreaComHandler::builder("192.168.7.2").areas(2).build()?;
-/// handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
-/// handler.lock()[LOCAL_IO].raise_config_id();
+/// handler.areas().lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
+/// handler.areas().lock()[LOCAL_IO].raise_config_id();
 /// handler.begin_transfer()?;
-/// while handler.lock()[LOCAL_IO].timer.timer_10ms < 1000 {
-///     let mut areas = handler.wait_cycle()?;
+/// while handler.areas().lock()[LOCAL_IO].timer.timer_10ms < 1000 {
+///     let mut areas = handler.areas().wait_cycle()?;
 ///     let pressed = areas[LOCAL_IO].input.uni[0] != 0;
 ///     areas[LOCAL_IO].output.duty[0] = if pressed { 512 } else { 0 };
 /// }
@@ -76,7 +75,7 @@ const FLUSH: Duration = Duration::from_millis(100);
 #[derive(Debug)]
 pub struct TransferAreaComHandler {
     settings: Settings,
-    area: TransferArea,
+    area: TransferAreas,
     thread: ThreadSlot,
     /// Locked for as long as a command for the camera takes, also across a gap.
     pub(crate) camera: Mutex<Option<CameraStream>>,
@@ -89,7 +88,7 @@ impl TransferAreaComHandler {
         let shared = Shared::new(settings.areas, watchdog, settings.lock_step);
         Self {
             settings,
-            area: TransferArea::new(Arc::new(shared)),
+            area: TransferAreas::new(Arc::new(shared)),
             thread: ThreadSlot::default(),
             camera: Mutex::default(),
         }
@@ -97,10 +96,6 @@ impl TransferAreaComHandler {
 
     pub(crate) fn settings(&self) -> &Settings {
         &self.settings
-    }
-
-    pub(crate) fn area(&self) -> &TransferArea {
-        &self.area
     }
 
     /// Connects, checks the firmware, begins online mode, hands over the configuration of all
@@ -113,7 +108,7 @@ impl TransferAreaComHandler {
     ///
     /// The areas go out with the first exchange. Outputs, also the motors' duties, count if they were
     /// written before the first transfer or [after the end of the last one was
-    /// known](TransferArea#when-outputs-count). A configuration always counts. The ids of commands continue,
+    /// known](TransferAreas#when-outputs-count). A configuration always counts. The ids of commands continue,
     /// so a controller that has forgotten them resets counters once more; commands that were not finished at
     /// the end of a transfer are never reported as done.
     ///
@@ -128,7 +123,7 @@ impl TransferAreaComHandler {
     /// fn control(handler: &TransferAreaComHandler) -> Result<(), Error> {
     ///     handler.begin_transfer()?;
     ///     loop {
-    ///         match handler.wait_cycle() {
+    ///         match handler.areas().wait_cycle() {
     ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
     ///             Err(_) => handler.begin_transfer()?,
     ///         }
@@ -227,9 +222,10 @@ impl TransferAreaComHandler {
         }
     }
 
-    /// A handle to the areas for another thread. Cheap to clone.
-    pub fn transfer_area(&self) -> TransferArea {
-        self.area.clone()
+    /// The areas, which this handler exchanges. A clone is a handle for another thread.
+    #[doc(alias = "GetTransferAreasArrayAddr")]
+    pub fn areas(&self) -> &TransferAreas {
+        &self.area
     }
 
     /// The firmware version of the controller that was last connected.
@@ -249,15 +245,6 @@ impl TransferAreaComHandler {
 
     pub(crate) fn controller(&self) -> Option<Controller> {
         self.area.shared().state().controller()
-    }
-}
-
-/// A handler is also its own handle to the areas: `handler.wait_cycle()` is [`TransferArea::wait_cycle`].
-impl Deref for TransferAreaComHandler {
-    type Target = TransferArea;
-
-    fn deref(&self) -> &TransferArea {
-        &self.area
     }
 }
 

@@ -18,5 +18,5 @@ mod transfer;
 pub use builder::TransferAreaComHandlerBuilder;
 pub use com_handler::TransferAreaComHandler;
 pub use events::{CycleLog, Events};
-pub use program::area::TransferArea;
+pub use program::area::TransferAreas;
 pub use program::guard::TransferAreaGuard;

@@ -10,7 +10,7 @@ impl FishX1Transfer {
     /// Raises the [`config_id`](crate::transfer_area::State::config_id), so that the configuration
     /// goes out before the next exchange. The input's value, measured with the old configuration,
     /// becomes 0 until a response brings a new one. The response of the exchange under way may still
-    /// have an old value; after [`update_config`](crate::TransferArea::update_config) there
+    /// have an old value; after [`update_config`](crate::TransferAreas::update_config) there
     /// is none.
     ///
     /// ```

@@ -118,8 +118,8 @@ fn run_program(pause: Duration) -> Vec<String> {
     let handler = builder.areas(2).lock_step().build().unwrap();
     handler.begin_transfer().unwrap();
     let mut seen = Vec::new();
-    while handler.lock()[LOCAL_IO].timer.timer_1s < 6 {
-        let mut areas = handler.wait_cycle().unwrap();
+    while handler.areas().lock()[LOCAL_IO].timer.timer_1s < 6 {
+        let mut areas = handler.areas().wait_cycle().unwrap();
         for area in areas.iter_mut() {
             area.output.duty[0] = 512 * area.input.uni[0];
         }

@@ -30,7 +30,7 @@ fn this_crates_client_reads_both() {
         let handler =
             TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
         handler.begin_transfer().unwrap();
-        let master: FishX1Transfer = handler.wait_cycle().unwrap()[0];
+        let master: FishX1Transfer = handler.areas().wait_cycle().unwrap()[0];
         assert_eq!(master.txt_inputs2.mic_lin, loudness);
         handler.end_transfer().unwrap();
     }

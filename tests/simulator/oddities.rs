@@ -210,7 +210,7 @@ fn this_crates_client_is_not_odd() {
         for _ in 0..2 {
             handler.begin_transfer().unwrap();
             for cycle in 0..20 {
-                let mut areas = handler.wait_cycle().unwrap();
+                let mut areas = handler.areas().wait_cycle().unwrap();
                 areas[0].output.duty[cycle % 8] = 512;
                 areas[0].output.duty[(cycle % 8) ^ 1] = 0;
                 areas[1].raise_config_id();
@@ -245,7 +245,7 @@ fn assert_farewell_is_not_odd(kind: FaultKind, response: u64) {
     let txt = unpaced().extensions(1).on_exchange(flicker).fault(fault).start().unwrap();
     let handler = hasty_handler(&txt);
     handler.begin_transfer().unwrap();
-    while handler.wait_cycle().is_ok() {}
+    while handler.areas().wait_cycle().is_ok() {}
     assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
     assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
     let said = txt.with_machine(|machine| machine.commands().next_back());

@@ -33,7 +33,7 @@ fn wait_until(
     mut condition: impl FnMut(&FishX1Transfer) -> bool,
 ) {
     for _ in 0..10_000 {
-        if condition(&handler.wait_cycle_for(LIMIT).unwrap()[LOCAL_IO]) {
+        if condition(&handler.areas().wait_cycle_for(LIMIT).unwrap()[LOCAL_IO]) {
             return;
         }
     }
@@ -48,25 +48,25 @@ fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
         .reaction_window(Duration::ZERO)
         .build()
         .unwrap();
-    handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.areas().lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
     handler.begin_transfer().unwrap();
     wait_until(&handler, |area| area.input.uni[..5] == [0, 0, 0, 15, 0]);
 
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
     wait_until(&handler, |area| area.input.uni[1] == 1);
-    handler.lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&[0, 0]);
+    handler.areas().lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&[0, 0]);
     assert!(txt.with_machine(|machine| slide(machine)) >= 990.0);
-    assert_eq!(handler.lock()[LOCAL_IO].input.uni[3], 25);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].input.uni[3], 25);
 
     {
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         let area = &mut areas[LOCAL_IO];
         area.output.duty[1] = 512;
         area.output.distance[0] = 600;
         area.raise_motor_ex_cmd_id(Motor::M1);
     }
     wait_until(&handler, |area| area.input.motor_ex_reached[0] == 1);
-    let counter = handler.lock()[LOCAL_IO].input.counter[0];
+    let counter = handler.areas().lock()[LOCAL_IO].input.counter[0];
     assert!((600..=603).contains(&counter), "{counter}");
     let position = txt.with_machine(|machine| slide(machine));
     assert!((380.0..=410.0).contains(&position), "{position}");

@@ -43,19 +43,19 @@ fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
 fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
     let limits = TimeLimits::default().with_read(Duration::from_secs(20));
     let handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
-    let before = handler.lock()[LOCAL_IO];
+    let before = handler.areas().lock()[LOCAL_IO];
     let error = match handler.begin_transfer() {
         Ok(()) => {
-            let mut responses = (0..1000).map(|_| handler.wait_cycle().map(drop));
+            let mut responses = (0..1000).map(|_| handler.areas().wait_cycle().map(drop));
             responses.find_map(Result::err).expect("the transfer has failed")
         }
         Err(error) => error,
     };
-    assert_eq!(handler.wait_cycle().unwrap_err(), error, "the error stays");
-    assert_eq!(handler.update_config(), Err(error.clone()), "the error stays");
+    assert_eq!(handler.areas().wait_cycle().unwrap_err(), error, "the error stays");
+    assert_eq!(handler.areas().update_config(), Err(error.clone()), "the error stays");
     assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
-    assert_eq!(handler.error(), Some(error.clone()), "the error stays");
-    let mut after = handler.lock()[LOCAL_IO];
+    assert_eq!(handler.areas().error(), Some(error.clone()), "the error stays");
+    let mut after = handler.areas().lock()[LOCAL_IO];
     assert!(after.input.uni.iter().all(|&value| value != 9999), "a bad response came through");
     // The end of a transfer switches the motors off; all else is as it was.
     if after.input.uni == [1; 8] {
@@ -218,7 +218,7 @@ fn bytes_that_arrive_one_at_a_time_are_no_error() {
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..10 {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         assert_eq!(areas[LOCAL_IO].input.uni, [1, 22, 333, 4444, 5, 6, 7, 8]);
     }
     handler.end_transfer().unwrap();
@@ -257,7 +257,7 @@ fn no_areas_or_more_than_9() {
     }
     for areas in 1..=9 {
         let handler = TransferAreaComHandler::builder("127.0.0.1").areas(areas).build().unwrap();
-        assert_eq!(handler.lock().len(), areas);
+        assert_eq!(handler.areas().lock().len(), areas);
     }
 }
 
@@ -267,17 +267,17 @@ fn beginning_twice_leaves_the_transfer_alone() {
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.begin_transfer(), Err(Error::AlreadyStarted));
-    handler.wait_cycle().unwrap();
-    assert_eq!(handler.error(), None);
+    handler.areas().wait_cycle().unwrap();
+    assert_eq!(handler.areas().error(), None);
     handler.end_transfer().unwrap();
 }
 
 #[test]
 fn waiting_and_updating_before_the_beginning() {
     let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
-    assert_eq!(handler.wait_cycle().unwrap_err(), Error::NotStarted);
-    assert_eq!(handler.wait_cycle_for(Duration::ZERO).unwrap_err(), Error::NotStarted);
-    assert_eq!(handler.update_config(), Err(Error::NotStarted));
+    assert_eq!(handler.areas().wait_cycle().unwrap_err(), Error::NotStarted);
+    assert_eq!(handler.areas().wait_cycle_for(Duration::ZERO).unwrap_err(), Error::NotStarted);
+    assert_eq!(handler.areas().update_config(), Err(Error::NotStarted));
     assert_eq!(handler.end_transfer(), Ok(()));
-    assert_eq!(handler.lock()[..], [FishX1Transfer::default()]);
+    assert_eq!(handler.areas().lock()[..], [FishX1Transfer::default()]);
 }

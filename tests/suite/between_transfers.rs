@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO};
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
@@ -23,13 +23,13 @@ fn first_duty(handler: &TransferAreaComHandler, record: &Record) -> i16 {
     let begin = record.outputs().len();
     handler.begin_transfer().unwrap();
     for _ in 0..3 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
     handler.end_transfer().unwrap();
     record.outputs()[begin].duty[0]
 }
 
-fn set_duty(area: &TransferArea, duty: i16) {
+fn set_duty(area: &TransferAreas, duty: i16) {
     area.lock()[LOCAL_IO].output.duty[0] = duty;
 }
 
@@ -37,7 +37,7 @@ fn set_duty(area: &TransferArea, duty: i16) {
 fn what_is_written_before_the_first_transfer_goes_out() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
-    set_duty(&handler.transfer_area(), 111);
+    set_duty(&handler.areas().clone(), 111);
     assert_eq!(first_duty(&handler, &record), 111);
 }
 
@@ -45,7 +45,7 @@ fn what_is_written_before_the_first_transfer_goes_out() {
 fn outputs_of_a_poller_that_does_not_know_of_the_end_are_dropped() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
-    let poller = handler.transfer_area();
+    let poller = handler.areas().clone();
     first_duty(&handler, &record);
     set_duty(&poller, 512);
     assert_eq!(poller.lock()[LOCAL_IO].output.duty[0], 0, "and the area shows it");
@@ -57,8 +57,8 @@ fn outputs_of_a_poller_that_does_not_know_of_the_end_are_dropped() {
 fn outputs_of_a_program_that_knows_of_the_end_go_out() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
-    type Ask = fn(&TransferArea) -> bool;
+    let area = handler.areas().clone();
+    type Ask = fn(&TransferAreas) -> bool;
     let asks: [Ask; 4] = [
         |area| area.wait_cycle().is_err(),
         |area| !area.is_running(),
@@ -72,7 +72,7 @@ fn outputs_of_a_program_that_knows_of_the_end_go_out() {
         assert_eq!(first_duty(&handler, &record), 222);
     }
     // The handle that ends it knows of the end, too.
-    handler.lock()[LOCAL_IO].output.duty[0] = 333;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 333;
     assert_eq!(first_duty(&handler, &record), 333);
 }
 
@@ -81,7 +81,7 @@ fn a_guard_that_is_held_over_the_end_and_the_next_beginning_moves_nothing() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let mut areas = area.lock();
     areas[LOCAL_IO].output.duty[0] = 512;
     handler.end_transfer().unwrap();
@@ -97,7 +97,7 @@ fn a_guard_that_is_held_over_the_end_and_the_next_beginning_moves_nothing() {
 fn a_configuration_always_counts() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     first_duty(&handler, &record);
     area.lock()[LOCAL_IO].config.uni[0].mode = 3;
     first_duty(&handler, &record);
@@ -108,7 +108,7 @@ fn a_configuration_always_counts() {
 fn timers_and_inputs_do_not_change_after_the_end() {
     let (txt, record) = recorded();
     let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     first_duty(&handler, &record);
     let timer = area.lock()[LOCAL_IO].timer;
     thread::sleep(Duration::from_millis(20));
@@ -118,7 +118,7 @@ fn timers_and_inputs_do_not_change_after_the_end() {
 /// Begins a transfer and starts a distance and a sound that take long.
 fn order(txt: &SimulatedTxt, handler: &TransferAreaComHandler) {
     handler.begin_transfer().unwrap();
-    let mut areas = handler.wait_cycle().unwrap();
+    let mut areas = handler.areas().wait_cycle().unwrap();
     let area = &mut areas[LOCAL_IO];
     area.start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 900).unwrap();
     area.set_sound(Sound::Bell, 100).unwrap();
@@ -134,7 +134,7 @@ fn commands_that_the_end_has_stopped_never_read_as_done() {
     handler.end_transfer().unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..20 {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         let area = &areas[LOCAL_IO];
         assert!(!area.is_motor_ex_ready(Motor::M1), "at {} pulses", area.input.counter[0]);
         assert!(!area.is_sound_ready());
@@ -142,11 +142,11 @@ fn commands_that_the_end_has_stopped_never_read_as_done() {
         assert!(area.is_motor_ex_ready(Motor::M3), "it never had a command");
     }
     let limit = Duration::from_millis(20);
-    let waited = handler.wait_motor_ex(LOCAL_IO, Motor::M1, limit).map(drop);
+    let waited = handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, limit).map(drop);
     assert_eq!(waited, Err(Error::WaitTimedOut { limit }));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.sound_index), 0);
     // New commands are done again.
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 30).unwrap();
     areas[LOCAL_IO].set_sound(Sound::Bell, 1).unwrap();
     areas[LOCAL_IO].start_counter_reset(Counter::C2);
@@ -157,7 +157,7 @@ fn commands_that_the_end_has_stopped_never_read_as_done() {
             && area.is_sound_ready()
             && area.is_cnt_reset_ready(Counter::C2)
     };
-    drop(handler.wait_until(done, DEADLINE).unwrap());
+    drop(handler.areas().wait_until(done, DEADLINE).unwrap());
     handler.end_transfer().unwrap();
     check_client(&txt);
 }
@@ -169,7 +169,7 @@ fn a_panic_under_a_guard_while_the_transfer_begins_is_not_forgotten() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     thread::scope(|scope| {
         let begins = scope.spawn(|| handler.begin_transfer());
         let (client, _) = listener.accept().unwrap();
@@ -193,8 +193,12 @@ fn a_panic_under_a_guard_while_the_transfer_begins_is_not_forgotten() {
     });
     wait_until(&txt, "the end", |machine| !machine.connected());
     assert_eq!(txt.with_machine(|machine| machine.exchanges()), 0);
-    assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 0, "what was half written is undone");
-    assert!(!handler.is_running());
+    assert_eq!(
+        handler.areas().lock()[LOCAL_IO].output.duty[0],
+        0,
+        "what was half written is undone"
+    );
+    assert!(!handler.areas().is_running());
 }
 
 #[test]

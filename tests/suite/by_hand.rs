@@ -53,17 +53,17 @@ fn three_hundred_configurations_in_a_row_reach_the_controller() {
     handler.begin_transfer().unwrap();
     for number in 0..300_u16 {
         let [low, high] = number.to_le_bytes();
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[LOCAL_IO].config.uni[0].mode = low;
         areas[LOCAL_IO].config.uni[1].mode = high;
         areas[LOCAL_IO].raise_config_id();
         drop(areas);
-        handler.update_config().unwrap();
+        handler.areas().update_config().unwrap();
         let uni = txt.with_machine(|machine| machine.controllers[0].config.uni);
         assert_eq!([uni[0].mode, uni[1].mode], [low, high]);
     }
     // The ids go from 1 to 255, and then begin with 1 again, without 0.
-    assert_eq!(handler.lock()[LOCAL_IO].state.config_id, 46);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].state.config_id, 46);
     handler.end_transfer().unwrap();
     check_client(&txt);
 }

@@ -34,7 +34,7 @@ fn wait_for_frames(handler: &TransferAreaComHandler, count: u64) -> CameraStatis
             return statistics;
         }
         assert_eq!(handler.camera_error(), None);
-        drop(handler.wait_cycle_for(DEADLINE).unwrap());
+        drop(handler.areas().wait_cycle_for(DEADLINE).unwrap());
     }
 }
 
@@ -58,7 +58,7 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
             power_line_frequency: 60
         })
     );
-    let cycles = handler.statistics().cycles;
+    let cycles = handler.areas().statistics().cycles;
     let mut last: Option<CameraFrame> = None;
     for _ in 0..20 {
         let frame = receive(&frames);
@@ -72,7 +72,7 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
         }
         last = Some(frame);
     }
-    assert!(handler.statistics().cycles > cycles + 20, "the exchange stopped");
+    assert!(handler.areas().statistics().cycles > cycles + 20, "the exchange stopped");
     handler.stop_camera().unwrap();
     handler.end_transfer().unwrap();
 }
@@ -148,7 +148,7 @@ fn stopping_ends_the_channel_and_the_camera_starts_again() {
         assert_eq!(txt.with_machine(|machine| machine.camera()), None);
     }
     handler.stop_camera().unwrap();
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
 }
 
 /// The firmware's camera looks with each picture whether it should stop.
@@ -172,7 +172,7 @@ fn the_camera_stops_with_the_transfer() {
     let (txt, handler) = begin(unpaced());
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
-    handler.lock()[LOCAL_IO].output.duty[0] = 1;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 1;
     handler.end_transfer().unwrap();
     check_end(&frames);
     assert_eq!(txt.with_machine(|machine| machine.camera()), None);
@@ -206,7 +206,7 @@ fn the_camera_stops_when_the_program_panics() {
     let (_txt, handler) = begin(unpaced());
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     receive(&frames);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let panicked = std::thread::spawn(move || {
         let _area = area.lock();
         panic!("a program with a mistake");
@@ -236,7 +236,7 @@ fn the_camera_stops_when_the_controller_goes_away() {
     receive(&frames);
     drop(txt);
     check_end(&frames);
-    while handler.wait_cycle().is_ok() {}
+    while handler.areas().wait_cycle().is_ok() {}
     handler.end_transfer().unwrap_err();
 }
 
@@ -279,7 +279,7 @@ fn its_state_can_be_read_while_a_start_waits_for_the_end_of_a_gap() {
         machine.set_absent(true);
         machine.disturb(FaultKind::Close { after: 0 });
     });
-    while handler.wait_cycle().is_ok() {}
+    while handler.areas().wait_cycle().is_ok() {}
     let (begins, begun) = mpsc::channel();
     thread::scope(|scope| {
         let start = scope.spawn(|| {

@@ -72,7 +72,7 @@ fn stream_at(port: u16, frame_limit: Duration) -> (usize, Option<Error>) {
     assert_eq!(end, RecvTimeoutError::Disconnected);
     let error = handler.camera_error();
     // The transfer goes on, and the camera can be started again.
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     drop(handler.start_camera(options).unwrap());
     handler.end_transfer().unwrap();
     (count, error)

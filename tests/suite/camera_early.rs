@@ -50,10 +50,10 @@ fn after_a_gap_frames_come_from_servers_that_look_once_and_from_those_that_refus
         handler.begin_transfer().unwrap();
         let frames = handler.start_camera(options()).unwrap();
         frames.recv_timeout(DEADLINE).expect("a frame before the gap");
-        while handler.statistics().gaps == 0 {
-            let _ = handler.wait_cycle();
+        while handler.areas().statistics().gaps == 0 {
+            let _ = handler.areas().wait_cycle();
         }
-        while handler.wait_cycle().is_err() {}
+        while handler.areas().wait_cycle().is_err() {}
         let before = handler.camera_statistics().frames;
         while handler.camera_statistics().frames == before {
             assert_eq!(handler.camera_error(), None, "{connection:?}");

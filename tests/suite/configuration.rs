@@ -13,7 +13,7 @@ use crate::support::{handler_for, strict, wait_until};
 fn all_areas_are_configured_before_the_first_exchange() {
     let txt = strict().extensions(1).start().unwrap();
     let handler = handler_for(&txt).areas(2).build().unwrap();
-    handler.lock()[REMOTE_IO_1].config.motor = [0; 4];
+    handler.areas().lock()[REMOTE_IO_1].config.motor = [0; 4];
     handler.begin_transfer().unwrap();
     txt.with_machine(|machine| {
         use CommandId::{QueryStatus, StartOnline, UpdateConfig};
@@ -22,8 +22,8 @@ fn all_areas_are_configured_before_the_first_exchange() {
         assert_eq!(machine.controllers[0].config.motor, [1; 4]);
         assert_eq!(machine.controllers[1].config.motor, [0; 4]);
     });
-    handler.wait_cycle().unwrap();
-    assert_eq!(handler.statistics().config_updates, 2);
+    handler.areas().wait_cycle().unwrap();
+    assert_eq!(handler.areas().statistics().config_updates, 2);
 }
 
 #[test]
@@ -41,7 +41,7 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
     for number in 2..50 {
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[LOCAL_IO].config.uni[0].mode = number;
         areas[LOCAL_IO].raise_config_id();
         areas[LOCAL_IO].output.duty[0] = number.into();
@@ -54,8 +54,8 @@ fn a_new_config_id_goes_out_before_the_outputs_written_with_it() {
         assert_eq!(*duty, i16::from(*mode), "the outputs came before the configuration");
     }
     // The response to the exchange that the machine has just seen may not have come in yet.
-    handler.update_config().unwrap();
-    assert_eq!(handler.statistics().config_updates, 49);
+    handler.areas().update_config().unwrap();
+    assert_eq!(handler.areas().statistics().config_updates, 49);
     handler.end_transfer().unwrap();
 }
 
@@ -65,11 +65,11 @@ fn update_config_returns_when_the_controller_has_the_configuration() {
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
     for id in 2..50 {
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[LOCAL_IO].config.uni[0].mode = id % 4;
         areas[LOCAL_IO].state.config_id = id;
         drop(areas);
-        handler.update_config().unwrap();
+        handler.areas().update_config().unwrap();
         let (sent, mode) = txt.with_machine(|machine| {
             let controller = &machine.controllers[0];
             (controller.config_id, controller.config.uni[0].mode)
@@ -77,7 +77,7 @@ fn update_config_returns_when_the_controller_has_the_configuration() {
         assert_eq!((sent, mode), (i16::from(id), id % 4));
     }
     handler.end_transfer().unwrap();
-    assert_eq!(handler.update_config(), Err(Error::NotStarted));
+    assert_eq!(handler.areas().update_config(), Err(Error::NotStarted));
 }
 
 #[test]
@@ -85,8 +85,8 @@ fn a_config_without_a_new_id_is_not_sent() {
     let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].config.motor = [0; 4];
-    handler.update_config().unwrap();
+    handler.areas().lock()[LOCAL_IO].config.motor = [0; 4];
+    handler.areas().update_config().unwrap();
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.motor), [1; 4]);
-    assert_eq!(handler.statistics().config_updates, 1);
+    assert_eq!(handler.areas().statistics().config_updates, 1);
 }

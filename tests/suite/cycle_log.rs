@@ -62,18 +62,18 @@ fn counting(extensions: usize) -> (SimulatedTxt, Arc<Mutex<Vec<ExchangeData>>>) 
 fn every_cycle_has_the_outputs_of_its_request_and_the_inputs_of_its_response() {
     let (txt, outputs) = counting(1);
     let handler = handler_for(&txt).areas(2).build().unwrap();
-    let log = handler.cycle_log(ROOM).unwrap();
-    handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
+    let log = handler.areas().cycle_log(ROOM).unwrap();
+    handler.areas().lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
     handler.begin_transfer().unwrap();
     for _ in 0..100 {
-        let mut areas = handler.wait_cycle().unwrap();
+        let mut areas = handler.areas().wait_cycle().unwrap();
         let seen = areas[LOCAL_IO].input.uni[0];
         areas[LOCAL_IO].output.duty[1] = seen;
         areas[REMOTE_IO_1].output.duty[0] = 7;
         areas[LOCAL_IO].raise_sound_cmd_id();
     }
     handler.end_transfer().unwrap();
-    let total = handler.statistics().cycles;
+    let total = handler.areas().statistics().cycles;
     drop(handler);
     let entries = all(log);
     assert_eq!(others(&entries), ["TX2013 begins", "ends"]);
@@ -100,10 +100,10 @@ fn every_cycle_has_the_outputs_of_its_request_and_the_inputs_of_its_response() {
 fn a_log_that_is_full_loses_entries_counts_them_and_delays_nothing() {
     let (txt, _) = counting(0);
     let handler = handler_for(&txt).build().unwrap();
-    let log = handler.cycle_log(3).unwrap();
+    let log = handler.areas().cycle_log(3).unwrap();
     handler.begin_transfer().unwrap();
     while log.lost() < 50 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
     handler.end_transfer().unwrap();
     drop(handler);
@@ -123,7 +123,7 @@ fn gaps_and_failures_are_logged_with_their_errors() {
     let gap = Fault::at_exchange(20, FaultKind::Close { after: 0 });
     let txt = unpaced().fault(gap).start().unwrap();
     let handler = handler_for(&txt).reconnect(DEADLINE).build().unwrap();
-    let log = handler.cycle_log(ROOM).unwrap();
+    let log = handler.areas().cycle_log(ROOM).unwrap();
     handler.begin_transfer().unwrap();
     wait_until(&txt, "a second connection", |machine| machine.exchanges() > 40);
     handler.end_transfer().unwrap();
@@ -144,18 +144,18 @@ fn a_log_that_comes_later_begins_with_the_transfer_that_runs() {
     let (txt, _) = counting(0);
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap();
-    let before = handler.statistics().cycles;
-    let log = handler.cycle_log(ROOM).unwrap();
+    handler.areas().wait_cycle().unwrap();
+    let before = handler.areas().statistics().cycles;
+    let log = handler.areas().cycle_log(ROOM).unwrap();
     let first = log.recv_timeout(DEADLINE).unwrap();
     assert!(matches!(&first.what, Logged::Began(began) if began.areas == 1), "{first:?}");
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     let Logged::Cycle(cycle) = log.recv_timeout(DEADLINE).unwrap().what else {
         panic!("cycles follow")
     };
     assert!(cycle.number > before);
     // Another one that is dropped takes nothing from the first.
-    drop(handler.cycle_log(1).unwrap());
+    drop(handler.areas().cycle_log(1).unwrap());
     handler.end_transfer().unwrap();
     drop(handler);
     assert_eq!(others(&all(log)), ["ends"]);
@@ -165,11 +165,11 @@ fn a_log_that_comes_later_begins_with_the_transfer_that_runs() {
 fn in_lock_step_each_cycle_is_there_when_a_wait_for_it_ends() {
     let txt = unpaced().lock_step().start().unwrap();
     let handler = handler_for(&txt).lock_step().build().unwrap();
-    let log = handler.cycle_log(ROOM).unwrap();
+    let log = handler.areas().cycle_log(ROOM).unwrap();
     handler.begin_transfer().unwrap();
     assert!(matches!(log.try_recv().unwrap().what, Logged::Began(_)));
     for number in 1..100 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
         let entry = log.try_recv().unwrap();
         assert!(matches!(entry.what, Logged::Cycle(cycle) if cycle.number == number));
         assert!(matches!(log.try_recv(), Err(TryRecvError::Empty)));
@@ -180,9 +180,9 @@ fn in_lock_step_each_cycle_is_there_when_a_wait_for_it_ends() {
 fn a_log_has_a_capacity_in_range_and_ends_with_its_handler() {
     let handler = ft_transfer_area::TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
     for capacity in [0, CycleLog::MAX_CAPACITY + 1] {
-        assert!(matches!(handler.cycle_log(capacity), Err(Error::OutOfRange { .. })));
+        assert!(matches!(handler.areas().cycle_log(capacity), Err(Error::OutOfRange { .. })));
     }
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     drop(handler);
     let late = area.cycle_log(1).unwrap();
     let ended = late.recv_timeout(DEADLINE);

@@ -24,7 +24,7 @@ fn numbering() -> SimulatedTxt {
 
 fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     let handler = handler_for(txt).build().unwrap();
-    handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
+    handler.areas().lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
     handler
 }
 
@@ -33,23 +33,28 @@ fn a_guard_knows_the_number_and_the_time_of_the_response_in_its_areas() {
     let txt = numbering();
     let before = Instant::now();
     let handler = handler(&txt);
-    assert_eq!(handler.lock().cycle(), 0);
+    assert_eq!(handler.areas().lock().cycle(), 0);
     handler.begin_transfer().unwrap();
-    let mut last = handler.lock().arrived();
+    let mut last = handler.areas().lock().arrived();
     assert!(last >= before && last <= Instant::now());
     for _ in 0..100 {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         assert_eq!(areas.cycle(), areas[LOCAL_IO].input.uni[1] as u64);
         assert!(areas.arrived() > last && areas.arrived() <= Instant::now());
         last = areas.arrived();
     }
-    let areas = handler.wait_until(|areas| areas[LOCAL_IO].input.uni[0] == 1, DEADLINE).unwrap();
+    let areas =
+        handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[0] == 1, DEADLINE).unwrap();
     assert_eq!(areas.cycle() % 10, 0);
     drop(areas);
     handler.end_transfer().unwrap();
-    assert_eq!(handler.lock().cycle(), handler.statistics().cycles, "the last exchange's");
+    assert_eq!(
+        handler.areas().lock().cycle(),
+        handler.areas().statistics().cycles,
+        "the last exchange's"
+    );
     handler.begin_transfer().unwrap();
-    let areas = handler.wait_cycle().unwrap();
+    let areas = handler.areas().wait_cycle().unwrap();
     assert!(areas.cycle() < 100, "it starts from 0 in each transfer");
 }
 
@@ -59,14 +64,14 @@ fn the_time_between_two_responses_is_known_to_a_program_that_is_late() {
     let handler = handler(&txt);
     handler.begin_transfer().unwrap();
     let (cycle, arrived) = {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         (areas.cycle(), areas.arrived())
     };
     std::thread::sleep(Duration::from_millis(60));
-    let areas = handler.wait_cycle().unwrap();
+    let areas = handler.areas().wait_cycle().unwrap();
     let missed = (areas.cycle() - cycle) as u32;
     assert!(missed >= 2, "there were responses meanwhile");
-    let statistics = handler.statistics();
+    let statistics = handler.areas().statistics();
     let dt = areas.arrived() - arrived;
     assert!(dt >= statistics.shortest_cycle * missed && dt <= statistics.longest_cycle * missed);
 }
@@ -76,19 +81,19 @@ fn an_event_knows_the_number_and_the_time_of_the_response_that_told_it() {
     let txt = numbering();
     let handler = handler(&txt);
     let kinds = [EventKind::InputChanged, EventKind::TransferEnded];
-    let events = handler.events(&kinds, 10_000).unwrap();
+    let events = handler.areas().events(&kinds, 10_000).unwrap();
     handler.begin_transfer().unwrap();
     let mut arrivals = Vec::new();
     while arrivals.len() < 50 {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         arrivals.push((areas.cycle(), areas.arrived()));
     }
     handler.end_transfer().unwrap();
-    let cycles = handler.statistics().cycles;
+    let cycles = handler.areas().statistics().cycles;
     let mut told: Vec<_> = events.receiver().try_iter().collect();
     let end = told.pop().unwrap();
     assert_eq!(end.cycle, cycles);
-    assert!(end.arrived >= handler.lock().arrived());
+    assert!(end.arrived >= handler.areas().lock().arrived());
     assert!(told.len() >= 8, "{told:?}");
     for event in told {
         assert!(matches!(event.cycle % 10, 0 | 1), "{event:?}");

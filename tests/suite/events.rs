@@ -21,7 +21,7 @@ fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
 fn pass(handler: &TransferAreaComHandler) {
     // The response under way may be older than the change.
     for _ in 0..2 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
 }
 
@@ -58,7 +58,7 @@ fn every_change_of_a_digital_input_is_told_once_and_in_order() {
     };
     press(LOCAL_IO, 0, 1);
     let handler = handler(&txt);
-    let events = handler.events(&[EventKind::InputChanged], ROOM).unwrap();
+    let events = handler.areas().events(&[EventKind::InputChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
     for _ in 0..50 {
@@ -81,20 +81,20 @@ fn an_input_is_digital_when_the_controller_has_that_configuration() {
     let txt = unpaced().start().unwrap();
     let set = |value| txt.with_machine(|machine| machine.controllers[0].uni = [value; 8]);
     let handler = handler(&txt);
-    handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
-    let events = handler.events(EventKind::ALL, ROOM).unwrap();
+    handler.areas().lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
+    let events = handler.areas().events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
     // I2 is configured as analog, but the configuration is not sent yet.
-    handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
+    handler.areas().lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
     set(1);
     let others = |pressed| Input::ALL[1..].iter().map(move |&input| changed(0, input, pressed));
     for expected in others(true) {
         assert_eq!(next(&events), expected);
     }
     // The value by the new configuration comes in with the first response after it.
-    handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, true);
-    handler.update_config().unwrap();
+    handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, true);
+    handler.areas().update_config().unwrap();
     set(0);
     assert_eq!(next(&events), changed(0, Input::I1, false));
     for expected in others(false).skip(1) {
@@ -112,12 +112,12 @@ fn a_value_by_a_new_configuration_is_no_change() {
     });
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(EventKind::ALL, ROOM).unwrap();
+    let events = handler.areas().events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     for round in 0..20 {
         let digital = round % 2 != 0;
-        handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, digital);
-        handler.update_config().unwrap();
+        handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, digital);
+        handler.areas().update_config().unwrap();
     }
     assert_eq!(end(&handler, &events), [ENDED]);
 }
@@ -127,9 +127,9 @@ fn a_command_is_told_to_be_done_once() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = handler(&txt);
     let kinds = [EventKind::MotorReached, EventKind::CounterReset];
-    let events = handler.events(&kinds, ROOM).unwrap();
+    let events = handler.areas().events(&kinds, ROOM).unwrap();
     // These go out with the first exchange.
-    handler.lock()[LOCAL_IO].start_counter_reset(Counter::C4);
+    handler.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C4);
     handler.begin_transfer().unwrap();
     let reset = |area: usize, counter: Counter, id: u16| {
         format!("CounterReset {{ area: {area}, counter: {counter:?}, command_id: {id} }}")
@@ -139,7 +139,7 @@ fn a_command_is_told_to_be_done_once() {
     let (cw, ccw) = (Direction::Cw, Direction::Ccw);
     for area in [LOCAL_IO, REMOTE_IO_1] {
         for round in 1..=30 {
-            let mut areas = handler.lock();
+            let mut areas = handler.areas().lock();
             let slaves = [(Motor::M4, ccw)];
             areas[area].start_motor_ex_cmd(Motor::M1, 512, cw, &slaves, 2 + round).unwrap();
             let ids = areas[area].output.motor_ex_cmd_id;
@@ -153,9 +153,9 @@ fn a_command_is_told_to_be_done_once() {
                 assert_eq!(next(&events), expected);
             }
             // To leave the mode is a command too, but no motor arrives.
-            handler.lock()[area].stop_all_motor_ex_cmd();
-            handler.wait_motor_ex(area, Motor::M1, DEADLINE).unwrap();
-            handler.lock()[area].start_counter_reset(Counter::C2);
+            handler.areas().lock()[area].stop_all_motor_ex_cmd();
+            handler.areas().wait_motor_ex(area, Motor::M1, DEADLINE).unwrap();
+            handler.areas().lock()[area].start_counter_reset(Counter::C2);
             assert_eq!(next(&events), reset(area, Counter::C2, round as u16));
         }
     }
@@ -169,7 +169,7 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
     let set = |counter| txt.with_machine(|machine| machine.controllers[0].counter = counter);
     set([4, 0, 0, 0]);
     let handler = handler(&txt);
-    let events = handler.events(&[EventKind::CounterChanged], ROOM).unwrap();
+    let events = handler.areas().events(&[EventKind::CounterChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
     let told = |counter: Counter, count: u16| {
@@ -178,7 +178,7 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
     set([5, 0, 0, -32_768]);
     assert_eq!(next(&events), told(Counter::C1, 5));
     assert_eq!(next(&events), told(Counter::C4, 32_768));
-    handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
+    handler.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C1);
     assert_eq!(next(&events), told(Counter::C1, 0));
     assert_eq!(end(&handler, &events), [ENDED]);
 }
@@ -187,7 +187,7 @@ fn counters_are_told_by_each_response_in_which_they_differ() {
 fn a_joystick_is_told_when_it_moves() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&[EventKind::JoystickMoved], ROOM).unwrap();
+    let events = handler.areas().events(&[EventKind::JoystickMoved], ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
     txt.with_machine(|machine| {
@@ -212,7 +212,7 @@ fn events_tell_when_extensions_come_and_go_and_their_inputs_stay() {
     let txt = unpaced().extensions(2).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1);
     let handler = handler(&txt);
-    let events = handler.events(EventKind::ALL, ROOM).unwrap();
+    let events = handler.areas().events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     pass(&handler);
     for _ in 0..20 {
@@ -238,7 +238,7 @@ fn events_tell_when_extensions_come_and_go_and_their_inputs_stay() {
 fn a_transfers_first_response_is_compared_with_none() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(EventKind::ALL, ROOM).unwrap();
+    let events = handler.areas().events(EventKind::ALL, ROOM).unwrap();
     for round in 0..10 {
         txt.with_machine(|machine| {
             machine.alive[0] = round % 2 != 0;
@@ -263,7 +263,7 @@ fn a_listener_in_the_middle_of_a_transfer_gets_the_changes_from_then_on() {
     for value in [1, 0, 1, 0, 1] {
         press(value);
         pass(&handler);
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         let events = area.events(&[EventKind::InputChanged], ROOM).unwrap();
         press(1 - value);
         assert_eq!(next(&events), changed(LOCAL_IO, Input::I5, value == 0));
@@ -288,14 +288,14 @@ fn a_listener_finds_the_inputs_in_the_areas_and_its_answer_goes_out_in_the_very_
     });
     let txt = txt.start().unwrap();
     let handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
-    handler.lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
-    let events = handler.events(&[EventKind::InputChanged], ROOM).unwrap();
+    handler.areas().lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Voltage);
+    let events = handler.areas().events(&[EventKind::InputChanged], ROOM).unwrap();
     handler.begin_transfer().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     drop(area.wait_cycle().unwrap());
     for number in 2..CHANGES as i16 {
         assert_eq!(next(&events), changed(LOCAL_IO, Input::I1, number % 2 != 0));
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         assert_eq!(areas[LOCAL_IO].input.uni[1], number);
         areas[LOCAL_IO].output.duty[0] = number;
         drop(areas);
@@ -316,8 +316,8 @@ fn a_slow_listener_keeps_the_oldest_events_and_a_count_of_the_others() {
     });
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let slow = handler.events(EventKind::ALL, 3).unwrap();
-    let quick = handler.events(EventKind::ALL, ROOM).unwrap();
+    let slow = handler.areas().events(EventKind::ALL, 3).unwrap();
+    let quick = handler.areas().events(EventKind::ALL, ROOM).unwrap();
     handler.begin_transfer().unwrap();
     // The exchange does not wait for the listener.
     wait_until(&txt, "exchanges", |machine| machine.exchanges() > 200);
@@ -335,10 +335,10 @@ fn a_loop_over_events_ends_with_the_transfer_and_the_next_one_has_another() {
     let txt =
         unpaced().fault(Fault::at_response(20, FaultKind::Close { after: 0 })).start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&[EventKind::JoystickMoved], 10).unwrap();
+    let events = handler.areas().events(&[EventKind::JoystickMoved], 10).unwrap();
     handler.begin_transfer().unwrap();
     let told: Vec<String> = (&events).map(|told| text(&told)).collect();
-    assert_eq!(told, [format!("TransferEnded {{ error: {:?} }}", handler.error())]);
+    assert_eq!(told, [format!("TransferEnded {{ error: {:?} }}", handler.areas().error())]);
     handler.begin_transfer().unwrap();
     handler.end_transfer().unwrap();
     let told: Vec<String> = (&events).map(|told| text(&told)).collect();
@@ -350,10 +350,10 @@ fn the_end_of_each_transfer_is_told_with_its_error() {
     let fault = Fault::at_response(20, FaultKind::WrongCrc);
     let txt = unpaced().fault(fault).start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
+    let events = handler.areas().events(&[EventKind::TransferEnded], 10).unwrap();
     handler.begin_transfer().unwrap();
-    while handler.wait_cycle().is_ok() {}
-    let error = handler.error();
+    while handler.areas().wait_cycle().is_ok() {}
+    let error = handler.areas().error();
     assert!(matches!(error, Some(Error::WrongCrc { .. })));
     assert_eq!(next(&events), format!("TransferEnded {{ error: {error:?} }}"));
     handler.begin_transfer().unwrap();
@@ -369,7 +369,7 @@ fn the_end_of_each_transfer_is_told_with_its_error() {
 fn the_channel_ends_with_the_handler_while_other_handles_exist() {
     let txt = unpaced().start().unwrap();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let events = area.events(EventKind::ALL, 10).unwrap();
     let looped = area.events(EventKind::ALL, 10).unwrap();
     handler.begin_transfer().unwrap();
@@ -385,7 +385,7 @@ fn the_channel_ends_with_the_handler_while_other_handles_exist() {
 fn a_listener_that_has_stopped_gets_nothing_and_delays_nothing() {
     let txt = unpaced().start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(EventKind::ALL, 1).unwrap();
+    let events = handler.areas().events(EventKind::ALL, 1).unwrap();
     let receiver = events.receiver().clone();
     handler.begin_transfer().unwrap();
     drop(events);
@@ -403,10 +403,10 @@ fn an_impossible_capacity_is_out_of_range() {
     let most = Events::MAX_CAPACITY;
     let highest = i64::try_from(usize::MAX).unwrap_or(i64::MAX);
     for (capacity, given) in [(0, 0), (most + 1, most as i64 + 1), (usize::MAX, highest)] {
-        let error = handler.events(EventKind::ALL, capacity).unwrap_err();
+        let error = handler.areas().events(EventKind::ALL, capacity).unwrap_err();
         let (what, least, most) = ("capacity for events", 1, most as i64);
         assert_eq!(error, Error::OutOfRange { what, given, least, most });
     }
-    handler.events(&[], 1).unwrap();
-    handler.events(EventKind::ALL, most).unwrap();
+    handler.areas().events(&[], 1).unwrap();
+    handler.areas().events(EventKind::ALL, most).unwrap();
 }

@@ -123,15 +123,15 @@ fn a_running_transfer_is_not_disturbed() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
     for _ in 0..10 {
         let address = address(&txt);
         let tried = tried(&[&*address], SILENT);
         assert!(tried[0].outcome.contains("another program may be using it"), "{}", tried[0]);
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
     txt.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty[0], 512));
-    assert_eq!(handler.statistics().gaps, 0);
+    assert_eq!(handler.areas().statistics().gaps, 0);
     handler.end_transfer().unwrap();
     check_client(&txt);
     assert_eq!(find_controllers_at(&[address(&txt)], DEADLINE).unwrap().len(), 1);
@@ -167,9 +167,9 @@ fn auto_is_the_controller_that_is_found_and_stays_the_same_one() {
     let builder = builder.i2c_port(txt.i2c_port()).reconnect(Duration::from_secs(30));
     let handler = builder.build().unwrap();
     handler.begin_transfer().unwrap();
-    while handler.wait_cycle().is_ok() {}
-    drop(handler.wait_cycle().unwrap());
-    assert_eq!(handler.statistics().gaps, 1);
+    while handler.areas().wait_cycle().is_ok() {}
+    drop(handler.areas().wait_cycle().unwrap());
+    assert_eq!(handler.areas().statistics().gaps, 1);
     // One for the search, one for the transfer, and one to reconnect without another search.
     txt.with_machine(|machine| assert_eq!(machine.connections(), 3));
     // Another search would find nothing, because the controller serves the transfer.

@@ -92,11 +92,11 @@ fn it_answers_each_response_in_the_very_next_request_beside_threads_that_wait() 
     for _ in 0..3 {
         handler.begin_transfer().unwrap();
         for _ in 0..CHANGES {
-            drop(handler.wait_cycle().unwrap());
+            drop(handler.areas().wait_cycle().unwrap());
         }
         handler.end_transfer().unwrap();
         // It is not called for the last response, which comes when the motors are stopped.
-        let statistics = handler.statistics();
+        let statistics = handler.areas().statistics();
         let uncalled = statistics.cycles - calls.swap(0, Ordering::Relaxed);
         assert!((1..=2).contains(&uncalled), "{uncalled}");
         assert_eq!((statistics.missed_responses, statistics.late_reactions), (0, 0));
@@ -123,7 +123,7 @@ fn threads_that_wait_read_what_it_wrote_and_may_change_it() {
         .unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..CHANGES {
-        let mut areas = handler.wait_cycle().unwrap();
+        let mut areas = handler.areas().wait_cycle().unwrap();
         let asked = areas[LOCAL_IO].input.uni[0];
         assert_eq!(areas[LOCAL_IO].output.duty[..3], [-1, 0, asked]);
         areas[LOCAL_IO].output.duty[0] = asked;
@@ -141,13 +141,13 @@ fn programs_that_poll_keep_their_window() {
     let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(answer(2)).unwrap();
     handler.begin_transfer().unwrap();
-    let window = handler.transfer_area();
+    let window = handler.areas().clone();
     let mut asked = 0;
     for _ in 0..CHANGES {
         let last = asked;
         while asked == last {
             // The hook is called even when the areas are locked often.
-            let mut areas = handler.lock();
+            let mut areas = handler.areas().lock();
             asked = areas[LOCAL_IO].input.uni[0];
             areas[LOCAL_IO].output.duty[0] = asked;
         }
@@ -155,7 +155,7 @@ fn programs_that_poll_keep_their_window() {
         drop(window.wait_cycle().unwrap());
     }
     wait_until(&txt, "the last answer", |machine| machine.exchanges() > CHANGES as u64);
-    assert_eq!(handler.statistics().late_reactions, 0);
+    assert_eq!(handler.areas().statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
     for (asked, answer) in &answers.lock().unwrap()[1..=CHANGES] {
         assert_eq!(*answer, [*asked; 2], "an input was not answered in the next request");
@@ -168,7 +168,7 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
     let noted = record.clone();
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
     let handler = build(&txt, DEADLINE);
-    let events = handler.events(&[EventKind::TransferEnded], 10).unwrap();
+    let events = handler.areas().events(&[EventKind::TransferEnded], 10).unwrap();
     let mut calls = 0;
     handler
         .set_cycle_hook(move |areas| {
@@ -184,12 +184,12 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
         .unwrap();
     for round in 1..=3 {
         handler.begin_transfer().unwrap();
-        while handler.wait_cycle().is_ok() {}
+        while handler.areas().wait_cycle().is_ok() {}
         let ended = events.recv_timeout(DEADLINE).unwrap().event;
         assert!(matches!(ended, Event::TransferEnded { error: None, .. }));
-        assert_eq!(handler.error(), None);
-        assert_eq!(handler.wait_cycle().unwrap_err(), Error::NotStarted);
-        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+        assert_eq!(handler.areas().error(), None);
+        assert_eq!(handler.areas().wait_cycle().unwrap_err(), Error::NotStarted);
+        assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
         assert_eq!(handler.end_transfer(), Ok(()));
         // The last exchange comes after the twentieth response.
         assert_eq!(record.outputs().len(), round * 21);
@@ -207,7 +207,7 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     let txt = unpaced().on_exchange(move |machine| noted.note(machine)).start().unwrap();
     // So long that no guard makes the hook miss its turn, however late its thread runs on.
     let handler = handler_for(&txt).reaction_window(DEADLINE).watchdog(DEADLINE).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let mut calls = 0;
     handler
         .set_cycle_hook(move |areas| {
@@ -226,7 +226,7 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     handler.begin_transfer().unwrap();
     // Other threads lock the areas while it ends.
     while area.wait_cycle().is_ok() {}
-    assert_eq!(handler.error(), Some(Error::ProgramPanicked));
+    assert_eq!(handler.areas().error(), Some(Error::ProgramPanicked));
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     assert_eq!(record.outputs().len(), 21);
     assert!(record.outputs().iter().all(|outputs| outputs.duty[0] != 99));
@@ -238,7 +238,7 @@ fn its_panic_stops_the_motors_and_nothing_half_written_goes_out() {
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     handler.clear_cycle_hook();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 100;
+    handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 100;
     wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[0] == 100);
     handler.end_transfer().unwrap();
 }
@@ -252,7 +252,7 @@ fn calls_are_left_out_while_another_thread_has_a_guard() {
         handler.set_cycle_hook(count(&calls)).unwrap();
         handler.begin_transfer().unwrap();
         wait_for_calls(&calls, 3);
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[LOCAL_IO].output.duty[4] = 44;
         let before = calls.load(Ordering::Relaxed);
         let begin = txt.with_machine(|machine| machine.exchanges());
@@ -271,7 +271,7 @@ fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
     let (txt, answers) = examiner();
     let handler = build(&txt, DEADLINE);
     handler.set_cycle_hook(answer(2)).unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let areas = area.lock();
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the first exchange", |machine| machine.exchanges() == 1);
@@ -281,7 +281,7 @@ fn it_waits_within_the_window_for_a_guard_to_be_dropped() {
     drop(area.wait_cycle().unwrap());
     wait_until(&txt, "the second exchange", |machine| machine.exchanges() == 2);
     assert_eq!(answers.lock().unwrap()[1], (1, [0, 1]));
-    assert_eq!(handler.statistics().late_reactions, 0);
+    assert_eq!(handler.areas().statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
 }
 
@@ -290,7 +290,7 @@ fn ending_the_transfer_does_not_wait_for_a_guard_because_of_it() {
     let (txt, _) = examiner();
     let handler = build(&txt, 2 * DEADLINE);
     handler.set_cycle_hook(answer(0)).unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let areas = area.lock();
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the first exchange", |machine| machine.exchanges() == 1);
@@ -310,7 +310,7 @@ fn it_can_be_set_replaced_and_cleared_at_any_time() {
     handler.set_cycle_hook(count(&first)).unwrap();
     wait_for_calls(&first, 5);
     // Under a guard, too.
-    let areas = handler.lock();
+    let areas = handler.areas().lock();
     handler.set_cycle_hook(count(&second)).unwrap();
     drop(areas);
     let called = first.load(Ordering::Relaxed);
@@ -321,7 +321,7 @@ fn it_can_be_set_replaced_and_cleared_at_any_time() {
     let called = second.load(Ordering::Relaxed);
     assert_eq!(Arc::strong_count(&second), 1);
     for _ in 0..5 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
     assert_eq!(second.load(Ordering::Relaxed), called);
     handler.end_transfer().unwrap();
@@ -332,7 +332,7 @@ fn what_it_owns_is_dropped_with_the_handler() {
     let (txt, _) = examiner();
     let handler = build(&txt, Duration::ZERO);
     let calls = Arc::new(AtomicU64::new(0));
-    let (area, mut counted) = (handler.transfer_area(), count(&calls));
+    let (area, mut counted) = (handler.areas().clone(), count(&calls));
     handler
         .set_cycle_hook(move |areas| {
             let areas = areas.unwrap();
@@ -343,7 +343,7 @@ fn what_it_owns_is_dropped_with_the_handler() {
         .unwrap();
     handler.begin_transfer().unwrap();
     wait_for_calls(&calls, 5);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     drop(handler);
     assert_eq!(Arc::strong_count(&calls), 1);
     assert!(area.wait_cycle().is_err());
@@ -370,21 +370,21 @@ fn one_that_does_not_return_stops_the_motors_and_goes_on_when_it_does() {
         Continue(())
     });
     set.unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
-    let events = handler.events(&[EventKind::WatchdogExpired], 9).unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
+    let events = handler.areas().events(&[EventKind::WatchdogExpired], 9).unwrap();
     handler.begin_transfer().unwrap();
     wait_for_call(&calls, 1);
     let error = Error::WatchdogExpired { limit: Duration::from_millis(500) };
     // It keeps nobody that waits for a response, replaces it or ends the transfer.
     let waits = loop {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             break error;
         }
     };
     assert_eq!(waits, error);
     events.recv_timeout(DEADLINE).unwrap();
     wait_until(&txt, "a stop", |machine| machine.controllers[0].outputs.duty == [0; 8]);
-    assert_eq!(handler.feed_watchdog(), Ok(()), "the transfer goes on");
+    assert_eq!(handler.areas().feed_watchdog(), Ok(()), "the transfer goes on");
     assert_eq!(calls.load(Ordering::Relaxed), 1);
     drop(go_on);
     assert_eq!(told.recv_timeout(DEADLINE), Ok(error));
@@ -415,7 +415,7 @@ fn one_that_hangs_keeps_neither_the_end_nor_another_hook_for_long() {
     assert!(begin.elapsed() < DEADLINE / 3, "it waits for a hook that hangs");
     drop(go_on);
     handler.begin_transfer().unwrap();
-    (0..5).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    (0..5).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
     assert_eq!(calls.load(Ordering::Relaxed), 1);
     handler.end_transfer().unwrap();
 }
@@ -427,7 +427,7 @@ fn it_may_end_the_transfer_and_drop_the_handler() {
         let handler = Arc::new(Mutex::new(Some(build(&txt, Duration::ZERO))));
         let inside = Arc::clone(&handler);
         let own = handler.lock().unwrap().take().unwrap();
-        let area = own.transfer_area();
+        let area = own.areas().clone();
         own.set_cycle_hook(move |_| {
             let mut handler = inside.lock().unwrap();
             if let Some(handler) = handler.as_ref() {
@@ -503,7 +503,7 @@ fn a_panic_in_the_drop_of_its_captured_values_stops_the_motors() {
         .unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             break error;
         }
     };

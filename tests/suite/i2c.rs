@@ -100,7 +100,7 @@ fn registers_are_read_and_written_while_a_transfer_runs() {
     i2c.write_read(DEVICE, &[0x11, 5], &mut values[..1]).unwrap();
     assert_eq!(values, [2, 8, 9]);
     i2c.write_read(DEVICE, &[0x11], &mut []).unwrap();
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     handler.i2c().unwrap().read(DEVICE, 0x11, &mut values[..1]).unwrap();
     assert_eq!(values, [5, 8, 9]);
     assert_eq!(i2c_connections(&txt), 1);

@@ -23,7 +23,7 @@ fn a_controller_that_ends_at_start_online_is_tried_again() {
     let txt = ending_at_start_online(3);
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     handler.end_transfer().unwrap();
     check_client(&txt);
 }
@@ -35,7 +35,7 @@ fn a_controller_that_always_ends_at_start_online_is_an_error_within_the_limit_fo
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     let closed = Error::ConnectionClosed { command: "StartOnline", received: 0 };
     assert_eq!(handler.begin_transfer(), Err(closed.clone()));
-    assert_eq!(handler.error(), Some(closed));
+    assert_eq!(handler.areas().error(), Some(closed));
 }
 
 #[test]
@@ -61,20 +61,20 @@ fn a_transfer_has_a_device_name_a_version_and_statistics() {
     assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 7, 0)));
     assert_eq!(handler.device_name().as_deref(), Some("TXT on the desk"));
     for _ in 0..10 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
-    let statistics = handler.statistics();
+    let statistics = handler.areas().statistics();
     assert!(statistics.cycles >= 10);
     assert!(statistics.shortest_cycle > Duration::ZERO);
     assert!(statistics.shortest_cycle <= statistics.last_cycle);
     assert!(statistics.last_cycle <= statistics.longest_cycle);
     handler.end_transfer().unwrap();
-    let ended = handler.statistics();
+    let ended = handler.areas().statistics();
     assert!(ended.cycles > statistics.cycles, "figures stay after the end");
     thread::sleep(Duration::from_millis(20));
     handler.begin_transfer().unwrap();
-    let first = handler.wait_cycle().unwrap();
-    let statistics = handler.statistics();
+    let first = handler.areas().wait_cycle().unwrap();
+    let statistics = handler.areas().statistics();
     // Under a guard at most two more responses come in.
     assert!(statistics.cycles < ended.cycles, "figures begin again");
     drop(first);
@@ -84,18 +84,18 @@ fn a_transfer_has_a_device_name_a_version_and_statistics() {
 fn a_handler_tells_whether_its_transfer_runs() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    assert!(!handler.is_running());
+    assert!(!handler.areas().is_running());
     handler.begin_transfer().unwrap();
-    assert!(handler.is_running());
+    assert!(handler.areas().is_running());
     handler.end_transfer().unwrap();
-    assert!(!handler.is_running());
+    assert!(!handler.areas().is_running());
     handler.begin_transfer().unwrap();
-    assert!(handler.is_running());
+    assert!(handler.areas().is_running());
     drop(txt);
-    while handler.wait_cycle().is_ok() {}
-    assert!(!handler.is_running(), "an error ended it");
+    while handler.areas().wait_cycle().is_ok() {}
+    assert!(!handler.areas().is_running(), "an error ended it");
     assert!(handler.begin_transfer().is_err());
-    assert!(!handler.is_running(), "it could not begin again");
+    assert!(!handler.areas().is_running(), "it could not begin again");
 }
 
 #[test]
@@ -109,10 +109,10 @@ fn inputs_of_all_extensions_reach_their_areas() {
         }
     });
     let handler = handler_for(&txt).areas(3).build().unwrap();
-    handler.lock()[REMOTE_IO_2].output.duty[3] = 9;
+    handler.areas().lock()[REMOTE_IO_2].output.duty[3] = 9;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the duty of extension 2", |m| m.controllers[2].outputs.duty[3] == 9);
-    let areas = handler.wait_cycle().unwrap();
+    let areas = handler.areas().wait_cycle().unwrap();
     for (index, area) in areas.iter().enumerate() {
         assert_eq!(area.input.uni[7], 100 + index as i16);
         assert_eq!(area.txt_inputs.ir_input[2].joy_left_x, -3 - index as i16);
@@ -128,10 +128,10 @@ fn extensions_without_areas_are_ignored() {
     let txt = unpaced().extensions(8).start().unwrap();
     txt.with_machine(|machine| machine.controllers[1].uni[0] = 1234);
     let handler = handler_for(&txt).areas(2).build().unwrap();
-    handler.lock()[REMOTE_IO_1].output.duty[6] = 8;
+    handler.areas().lock()[REMOTE_IO_1].output.duty[6] = 8;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "the duty of extension 1", |m| m.controllers[1].outputs.duty[6] == 8);
-    let areas = handler.wait_cycle().unwrap();
+    let areas = handler.areas().wait_cycle().unwrap();
     assert_eq!(areas[REMOTE_IO_1].input.uni[0], 1234);
     assert_eq!(areas[LOCAL_IO].state.io_slave_alive, [1; 8]);
     drop(areas);
@@ -152,16 +152,16 @@ fn extensions_come_and_go() {
                 controller.uni = [round * 10 + index as i16; 8];
             }
         });
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         for (index, area) in areas.iter_mut().enumerate() {
             area.output.duty = [0, round, 0, 0, 0, 0, index as i16, 0];
         }
         drop(areas);
         // The outputs for an extension that has just come go out in the next exchange.
         for _ in 0..4 {
-            handler.wait_cycle().unwrap();
+            handler.areas().wait_cycle().unwrap();
         }
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         let controllers = txt.with_machine(|machine| machine.controllers.clone());
         for index in 0..4 {
             if index > 0 {
@@ -188,10 +188,13 @@ fn firmware_before_4_2_4_and_the_simple_mode_work_as_well() {
         let txt = unpaced().firmware(firmware).start().unwrap();
         txt.with_machine(|machine| machine.controllers[0].uni = [1, 2, 3, 4, 5, 6, 7, 8]);
         let handler = handler_for(&txt).mode(mode).build().unwrap();
-        handler.lock()[LOCAL_IO].output.duty[7] = 512;
+        handler.areas().lock()[LOCAL_IO].output.duty[7] = 512;
         handler.begin_transfer().unwrap();
         wait_until(&txt, "a duty", |machine| machine.controllers[0].outputs.duty[7] == 512);
-        assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].input.uni, [1, 2, 3, 4, 5, 6, 7, 8]);
+        assert_eq!(
+            handler.areas().wait_cycle().unwrap()[LOCAL_IO].input.uni,
+            [1, 2, 3, 4, 5, 6, 7, 8]
+        );
         handler.end_transfer().unwrap();
     }
 }
@@ -207,7 +210,7 @@ fn the_checksum_shows_how_many_words_a_response_has() {
         let handler = handler_for(&txt).areas(2).build().unwrap();
         handler.begin_transfer().unwrap();
         for _ in 0..5 {
-            assert_eq!(handler.wait_cycle().unwrap()[REMOTE_IO_1].input.uni[0], 77);
+            assert_eq!(handler.areas().wait_cycle().unwrap()[REMOTE_IO_1].input.uni[0], 77);
         }
         handler.end_transfer().unwrap();
     }
@@ -217,20 +220,20 @@ fn the_checksum_shows_how_many_words_a_response_has() {
 fn the_timers_count_from_the_beginning_and_catch_up_after_a_pause() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    assert_eq!(handler.lock()[LOCAL_IO].timer.timer_1ms, 0);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].timer.timer_1ms, 0);
     let before = Instant::now();
     handler.begin_transfer().unwrap();
     let begun = Instant::now();
     thread::sleep(Duration::from_millis(30));
     let least = begun.elapsed().as_millis();
-    let timer = handler.lock()[LOCAL_IO].timer;
+    let timer = handler.areas().lock()[LOCAL_IO].timer;
     let most = before.elapsed().as_millis();
     assert!((least..=most).contains(&timer.timer_1ms.into()), "{least} {timer:?} {most}");
     assert_eq!(timer.timer_10ms, timer.timer_1ms / 10);
     handler.end_transfer().unwrap();
     let before_again = Instant::now();
     handler.begin_transfer().unwrap();
-    let timer = handler.lock()[LOCAL_IO].timer;
+    let timer = handler.areas().lock()[LOCAL_IO].timer;
     let most = before_again.elapsed().as_millis();
     assert!(u128::from(timer.timer_1ms) <= most, "the timers begin again");
 }
@@ -240,16 +243,16 @@ fn finished_commands_set_their_flags_and_the_program_clears_them() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    let mut areas = handler.wait_cycle().unwrap();
+    let mut areas = handler.areas().wait_cycle().unwrap();
     areas[LOCAL_IO].start_counter_reset(Counter::C3);
     areas[LOCAL_IO].output.duty[0] = 512;
     areas[LOCAL_IO].output.distance[0] = 20;
     areas[LOCAL_IO].raise_motor_ex_cmd_id(Motor::M1);
     drop(areas);
-    let mut reached = handler.wait_cycle().unwrap();
+    let mut reached = handler.areas().wait_cycle().unwrap();
     while reached[LOCAL_IO].input.motor_ex_reached[0] == 0 {
         drop(reached);
-        reached = handler.wait_cycle_for(DEADLINE).unwrap();
+        reached = handler.areas().wait_cycle_for(DEADLINE).unwrap();
     }
     let input = &mut reached[LOCAL_IO].input;
     assert!(input.counter[0] >= 20, "reached too early: {}", input.counter[0]);
@@ -260,7 +263,7 @@ fn finished_commands_set_their_flags_and_the_program_clears_them() {
     input.motor_ex_reached = [0; 4];
     drop(reached);
     for _ in 0..3 {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         assert_eq!(areas[LOCAL_IO].input.cnt_resetted, [0; 4]);
         assert_eq!(areas[LOCAL_IO].input.motor_ex_reached, [0; 4]);
     }
@@ -271,12 +274,12 @@ fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
     let txt = SimulatedTxt::builder().pace(Duration::from_millis(200)).start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     let limit = Duration::from_millis(1);
     let mut timed_out = false;
     // A busy machine may let a whole cycle pass before the waiting begins.
     while !timed_out {
-        timed_out = match handler.wait_cycle_for(limit) {
+        timed_out = match handler.areas().wait_cycle_for(limit) {
             Ok(_) => false,
             Err(error) => {
                 assert_eq!(error, Error::WaitTimedOut { limit });
@@ -284,7 +287,7 @@ fn waiting_has_a_limit_and_the_transfer_goes_on_after_it() {
             }
         };
     }
-    handler.wait_cycle_for(Duration::MAX).unwrap();
+    handler.areas().wait_cycle_for(Duration::MAX).unwrap();
     handler.end_transfer().unwrap();
 }
 
@@ -296,11 +299,11 @@ fn a_thread_that_no_longer_waits_delays_nothing() {
     handler.begin_transfer().unwrap();
     let mut given_up = 0;
     while given_up < 3 {
-        handler.wait_cycle().unwrap();
-        given_up += u32::from(handler.wait_cycle_for(Duration::from_millis(1)).is_err());
+        handler.areas().wait_cycle().unwrap();
+        given_up += u32::from(handler.areas().wait_cycle_for(Duration::from_millis(1)).is_err());
     }
     // If one of them were still expected, its window would have lasted to the end.
-    assert_eq!(handler.statistics().late_reactions, 0);
+    assert_eq!(handler.areas().statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
 }
 
@@ -308,16 +311,16 @@ fn a_thread_that_no_longer_waits_delays_nothing() {
 fn beginning_and_ending_do_not_wait_for_a_guard() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let mut areas = area.lock();
     handler.begin_transfer().unwrap();
     areas[LOCAL_IO].output.duty[0] = 100;
     handler.end_transfer().unwrap();
     drop(areas);
     // The guard is older than the stop of the motors, and its outputs must not undo the stop.
-    assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 0);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty[0], 0);
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
 }
 
@@ -326,7 +329,7 @@ fn a_thread_that_waits_gets_the_end() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let waiting = thread::spawn(move || loop {
         if let Err(error) = area.wait_cycle() {
             return error;
@@ -348,7 +351,7 @@ fn a_controller_that_says_nothing_ends_every_wait_in_time() {
     let error = handler.begin_transfer().unwrap_err();
     let expected = Error::NoAnswer { command: "QueryStatus", limit: limits.read, received: 0 };
     assert_eq!(error, expected);
-    assert_eq!(handler.wait_cycle().unwrap_err(), expected);
+    assert_eq!(handler.areas().wait_cycle().unwrap_err(), expected);
 }
 
 #[test]
@@ -359,14 +362,14 @@ fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             break error;
         }
     };
     let expected = Error::NoAnswer { command: "ExchangeDataCmpr", limit: limits.read, received: 0 };
     assert_eq!(error, expected);
-    assert_eq!(handler.wait_cycle_for(DEADLINE).unwrap_err(), expected);
-    assert_eq!(handler.error(), Some(expected.clone()));
+    assert_eq!(handler.areas().wait_cycle_for(DEADLINE).unwrap_err(), expected);
+    assert_eq!(handler.areas().error(), Some(expected.clone()));
     assert_eq!(handler.end_transfer(), Err(expected));
 }
 
@@ -380,11 +383,11 @@ fn a_transfer_begins_again_after_its_end_and_after_an_error() {
     let mut failures = 0;
     for round in 0..5 {
         handler.begin_transfer().unwrap();
-        assert_eq!(handler.error(), None);
-        handler.lock()[LOCAL_IO].output.duty[4] = 100 + round;
-        let result = (0..60).try_for_each(|_| handler.wait_cycle().map(drop));
+        assert_eq!(handler.areas().error(), None);
+        handler.areas().lock()[LOCAL_IO].output.duty[4] = 100 + round;
+        let result = (0..60).try_for_each(|_| handler.areas().wait_cycle().map(drop));
         failures += usize::from(result.is_err());
-        assert_eq!(handler.lock()[REMOTE_IO_1].input.uni, [1, 0, 333, 4, 0, 0, 0, 9]);
+        assert_eq!(handler.areas().lock()[REMOTE_IO_1].input.uni, [1, 0, 333, 4, 0, 0, 0, 9]);
         assert_eq!(handler.end_transfer(), result);
     }
     assert_eq!(failures, 1, "the fault occurs once");
@@ -403,7 +406,7 @@ fn every_thread_that_ends_the_transfer_returns_when_it_has_ended() {
         for _ in 0..3 {
             scope.spawn(|| {
                 let result = handler.end_transfer();
-                assert!(!handler.is_running(), "its motors may still be on");
+                assert!(!handler.areas().is_running(), "its motors may still be on");
                 assert!(matches!(result, Err(Error::NoAnswer { .. })), "{result:?}");
             });
         }

@@ -121,30 +121,32 @@ type Wait = (&'static str, fn(&TransferAreaComHandler) -> bool);
 fn the_longest_time_makes_a_wait_last_until_it_has_what_it_waits_for() {
     const EVER: Duration = Duration::MAX;
     let waits: [Wait; 8] = [
-        ("wait_cycle_for", |handler| handler.wait_cycle_for(EVER).is_ok()),
+        ("wait_cycle_for", |handler| handler.areas().wait_cycle_for(EVER).is_ok()),
         ("wait_until", |handler| {
-            let begin = handler.statistics().cycles;
-            let later = |_: &[FishX1Transfer]| handler.statistics().cycles > begin + 2;
-            handler.wait_until(later, EVER).is_ok()
+            let begin = handler.areas().statistics().cycles;
+            let later = |_: &[FishX1Transfer]| handler.areas().statistics().cycles > begin + 2;
+            handler.areas().wait_until(later, EVER).is_ok()
         }),
         ("wait_counter_reset", |handler| {
-            handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
-            handler.wait_counter_reset(LOCAL_IO, Counter::C1, EVER).is_ok()
+            handler.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C1);
+            handler.areas().wait_counter_reset(LOCAL_IO, Counter::C1, EVER).is_ok()
         }),
-        ("wait_motor_ex", |handler| handler.wait_motor_ex(LOCAL_IO, Motor::M1, EVER).is_ok()),
-        ("wait_sound", |handler| handler.wait_sound(LOCAL_IO, EVER).is_ok()),
+        ("wait_motor_ex", |handler| {
+            handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, EVER).is_ok()
+        }),
+        ("wait_sound", |handler| handler.areas().wait_sound(LOCAL_IO, EVER).is_ok()),
         ("wait_input_change", |handler| {
-            handler.wait_input_change(LOCAL_IO, Input::I1, EVER).is_ok()
+            handler.areas().wait_input_change(LOCAL_IO, Input::I1, EVER).is_ok()
         }),
         ("Events::recv_timeout", |handler| {
-            handler.set_stall_limit(LOCAL_IO, Motor::M1, Some(EVER)).unwrap();
-            handler.set_stall_limit(LOCAL_IO, Motor::M2, Some(Duration::ZERO)).unwrap();
+            handler.areas().set_stall_limit(LOCAL_IO, Motor::M1, Some(EVER)).unwrap();
+            handler.areas().set_stall_limit(LOCAL_IO, Motor::M2, Some(Duration::ZERO)).unwrap();
             let kinds = [EventKind::InputChanged, EventKind::MotorStalled];
-            let events = handler.events(&kinds, 10).unwrap();
+            let events = handler.areas().events(&kinds, 10).unwrap();
             events.recv_timeout(EVER).is_ok()
         }),
         ("CycleLog::recv_timeout", |handler| {
-            handler.cycle_log(10).unwrap().recv_timeout(EVER).is_ok()
+            handler.areas().cycle_log(10).unwrap().recv_timeout(EVER).is_ok()
         }),
     ];
     for lock_step in [false, true] {
@@ -164,8 +166,8 @@ fn the_longest_time_makes_a_wait_last_until_it_has_what_it_waits_for() {
         assert!(txt.wait_until(EVER, |machine| machine.exchanges() > 0));
         // A lost connection is re-established.
         txt.with_machine(|machine| machine.disturb(FaultKind::Close { after: 0 }));
-        while handler.wait_cycle().is_ok() {}
-        assert!(handler.wait_cycle_for(EVER).is_ok());
+        while handler.areas().wait_cycle().is_ok() {}
+        assert!(handler.areas().wait_cycle_for(EVER).is_ok());
         handler.end_transfer().unwrap();
     }
 }

@@ -11,7 +11,7 @@ use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Direction, Input, Motor};
 use ft_transfer_area::wire::CommandId;
 use ft_transfer_area::{
-    CameraOptions, Error, Event, EventKind, TransferArea, TransferAreaComHandler,
+    CameraOptions, Error, Event, EventKind, TransferAreaComHandler, TransferAreas,
 };
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
@@ -52,7 +52,7 @@ fn slide() -> World {
 
 /// All that a program can see: the response, its time, all inputs, outputs and timers.
 fn seen(handler: &TransferAreaComHandler, begin: Instant, trace: &mut Vec<String>) {
-    let areas = handler.lock();
+    let areas = handler.areas().lock();
     let master = &areas[LOCAL_IO];
     trace.push(format!(
         "{} {:?} {:?} {:?} {:?}",
@@ -81,16 +81,16 @@ fn run() -> (Vec<String>, Vec<String>) {
             ControlFlow::Continue(())
         })
         .unwrap();
-    let events = handler.events(EventKind::ALL, 10_000).unwrap();
+    let events = handler.areas().events(EventKind::ALL, 10_000).unwrap();
     handler.begin_transfer().unwrap();
-    let begin = handler.lock().arrived();
+    let begin = handler.areas().lock().arrived();
     seen(&handler, begin, &mut trace);
     let mut last = begin;
     for (duty, end) in [(512, 1), (-300, 0), (400, 1)] {
         let pins = if duty > 0 { [duty, 0] } else { [0, -duty] };
-        handler.lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&pins);
+        handler.areas().lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&pins);
         for _ in 0..1000 {
-            let areas = handler.wait_cycle().unwrap();
+            let areas = handler.areas().wait_cycle().unwrap();
             let dt = areas.arrived() - last;
             last = areas.arrived();
             let is_there = areas[LOCAL_IO].input.uni[end] != 0;
@@ -102,16 +102,18 @@ fn run() -> (Vec<String>, Vec<String>) {
             }
         }
     }
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Ccw, &[], 20).unwrap();
-    drop(handler.wait_motor_ex(LOCAL_IO, Motor::M1, Duration::from_secs(3)).unwrap());
+    handler.areas().lock()[LOCAL_IO]
+        .start_motor_ex_cmd(Motor::M1, 512, Direction::Ccw, &[], 20)
+        .unwrap();
+    drop(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, Duration::from_secs(3)).unwrap());
     seen(&handler, begin, &mut trace);
-    let never = handler.wait_input_change(LOCAL_IO, Input::I7, Duration::from_millis(500));
+    let never = handler.areas().wait_input_change(LOCAL_IO, Input::I7, Duration::from_millis(500));
     trace.push(format!("{never:?}"));
     drop(never);
     seen(&handler, begin, &mut trace);
-    trace.push(format!("{:?}", handler.statistics()));
+    trace.push(format!("{:?}", handler.areas().statistics()));
     handler.end_transfer().unwrap();
-    trace.push(format!("{:?}", handler.statistics()));
+    trace.push(format!("{:?}", handler.areas().statistics()));
     for told in events.receiver().try_iter() {
         trace.push(format!("{} {:?} {:?}", told.cycle, told.arrived - begin, told.event));
     }
@@ -149,16 +151,16 @@ fn time_moves_only_while_the_program_waits() {
     for cycle in 0..20 {
         thread::sleep(Duration::from_millis(2));
         for _ in 0..100 {
-            assert_eq!(handler.lock().cycle(), cycle);
+            assert_eq!(handler.areas().lock().cycle(), cycle);
         }
         assert_eq!(exchanges(), cycle);
-        assert_eq!(handler.lock()[LOCAL_IO].timer.timer_1ms, 10 * cycle as u16);
-        let areas = handler.wait_cycle().unwrap();
+        assert_eq!(handler.areas().lock()[LOCAL_IO].timer.timer_1ms, 10 * cycle as u16);
+        let areas = handler.areas().wait_cycle().unwrap();
         assert_eq!(areas.cycle(), cycle + 1);
         thread::sleep(Duration::from_millis(2));
         assert_eq!(exchanges(), cycle + 1, "time moved while a guard was held");
     }
-    let statistics = handler.statistics();
+    let statistics = handler.areas().statistics();
     assert_eq!((statistics.late_reactions, statistics.longest_cycle), (0, CYCLE));
     handler.end_transfer().unwrap();
 }
@@ -173,9 +175,9 @@ fn a_request_has_all_that_was_written_before_the_wait() {
     for number in 1..=100 {
         // Written in several pieces, for the first request of the transfer too.
         for pin in 0..8 {
-            handler.lock()[LOCAL_IO].output.duty[pin] = number;
+            handler.areas().lock()[LOCAL_IO].output.duty[pin] = number;
         }
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
         assert_eq!(record.last().duty, [number; 8]);
         assert_eq!(record.outputs().len(), number as usize);
     }
@@ -190,24 +192,24 @@ fn limits_count_the_machines_time() {
     handler.begin_transfer().unwrap();
     let hour = Duration::from_secs(3600);
     for (limit, cycles) in [(Duration::ZERO, 0), (CYCLE / 2, 1), (CYCLE, 1), (10 * CYCLE, 10)] {
-        drop(handler.wait_cycle().unwrap());
-        let before = handler.lock().cycle();
-        let error = handler.wait_until(|_| false, limit).unwrap_err();
+        drop(handler.areas().wait_cycle().unwrap());
+        let before = handler.areas().lock().cycle();
+        let error = handler.areas().wait_until(|_| false, limit).unwrap_err();
         assert_eq!(error, Error::WaitTimedOut { limit });
-        assert_eq!(handler.lock().cycle() - before, cycles, "{limit:?}");
+        assert_eq!(handler.areas().lock().cycle() - before, cycles, "{limit:?}");
     }
     // A limit shorter than a cycle ends before the response, which the next wait gets.
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     let limit = CYCLE / 2;
-    let error = handler.wait_cycle_for(limit).unwrap_err();
+    let error = handler.areas().wait_cycle_for(limit).unwrap_err();
     assert_eq!(error, Error::WaitTimedOut { limit });
-    let cycle = handler.lock().cycle();
-    assert_eq!(handler.wait_cycle_for(limit).unwrap().cycle(), cycle);
-    assert_eq!(handler.wait_cycle_for(CYCLE).unwrap().cycle(), cycle + 1);
+    let cycle = handler.areas().lock().cycle();
+    assert_eq!(handler.areas().wait_cycle_for(limit).unwrap().cycle(), cycle);
+    assert_eq!(handler.areas().wait_cycle_for(CYCLE).unwrap().cycle(), cycle + 1);
     // An hour of machine time does not take an hour.
-    let begin = handler.lock().arrived();
+    let begin = handler.areas().lock().arrived();
     let minute = |areas: &[ft_transfer_area::FishX1Transfer]| areas[LOCAL_IO].timer.timer_1s >= 60;
-    let areas = handler.wait_until(minute, hour).unwrap();
+    let areas = handler.areas().wait_until(minute, hour).unwrap();
     assert!(areas.arrived() - begin > Duration::from_secs(59));
     drop(areas);
     handler.end_transfer().unwrap();
@@ -220,11 +222,11 @@ fn a_wait_for_events_moves_the_time_and_gets_them_in_their_cycle() {
     });
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let mut events = handler.events(&[EventKind::InputChanged], 10).unwrap();
+    let mut events = handler.areas().events(&[EventKind::InputChanged], 10).unwrap();
     handler.begin_transfer().unwrap();
     let cycles: Vec<u64> = events.by_ref().take(20).map(|told| told.cycle).collect();
     assert!(cycles.windows(2).all(|pair| pair[1] - pair[0] == 7), "{cycles:?}");
-    assert_eq!(handler.lock().cycle(), cycles[19], "time moved on after the event");
+    assert_eq!(handler.areas().lock().cycle(), cycles[19], "time moved on after the event");
     assert_eq!(events.recv_timeout(3 * CYCLE), Err(RecvTimeoutError::Timeout));
     let told = events.recv_timeout(Duration::from_secs(3600)).unwrap();
     assert!(matches!(told.event, Event::InputChanged { area: LOCAL_IO, .. }));
@@ -238,7 +240,7 @@ fn a_wait_for_events_before_the_transfer_begins_moves_its_time_too() {
     });
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let events = handler.events(&[EventKind::InputChanged], 10).unwrap();
+    let events = handler.areas().events(&[EventKind::InputChanged], 10).unwrap();
     thread::scope(|scope| {
         let listens = scope.spawn(|| events.recv());
         handler.begin_transfer().unwrap();
@@ -249,14 +251,14 @@ fn a_wait_for_events_before_the_transfer_begins_moves_its_time_too() {
 }
 
 /// Ends a transfer in lock-step while a thread waits for responses; returns the thread's error.
-fn with_waiting_thread(end: impl FnOnce(&TransferAreaComHandler, &TransferArea)) -> Error {
+fn with_waiting_thread(end: impl FnOnce(&TransferAreaComHandler, &TransferAreas)) -> Error {
     let txt = machine().start().unwrap();
     let handler = handler(&txt);
     handler.begin_transfer().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let (sender, receiver) = mpsc::channel();
     thread::scope(|scope| {
-        let theirs = handler.transfer_area();
+        let theirs = handler.areas().clone();
         scope.spawn(move || loop {
             match theirs.wait_cycle() {
                 Ok(areas) if areas.cycle() == 5 => sender.send(Ok(())).unwrap(),
@@ -278,7 +280,7 @@ fn a_waiting_thread_gets_the_end_immediately() {
         let guard = area.lock();
         thread::scope(|scope| {
             scope.spawn(|| handler.end_transfer().unwrap());
-            while handler.is_running() {
+            while handler.areas().is_running() {
                 thread::yield_now();
             }
         });
@@ -302,7 +304,7 @@ fn a_transfer_that_never_waited_ends_and_its_handler_can_be_dropped() {
     let handler = handler(&txt);
     for _ in 0..3 {
         handler.begin_transfer().unwrap();
-        handler.lock()[LOCAL_IO].output.duty[0] = 512;
+        handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
         handler.end_transfer().unwrap();
     }
     assert_eq!(txt.with_machine(|machine| machine.exchanges()), 3, "the last exchanges");
@@ -317,11 +319,11 @@ fn the_camera_can_be_started_without_moving_the_time() {
     let handler = handler_for(&txt).camera_port(txt.camera_port()).lock_step().build().unwrap();
     handler.begin_transfer().unwrap();
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
-    assert_eq!(handler.lock().cycle(), 0);
+    assert_eq!(handler.areas().lock().cycle(), 0);
     frames.recv_timeout(DEADLINE).unwrap();
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     handler.stop_camera().unwrap();
-    assert_eq!(handler.lock().cycle(), 1);
+    assert_eq!(handler.areas().lock().cycle(), 1);
     handler.end_transfer().unwrap();
 }
 
@@ -330,8 +332,8 @@ fn a_stop_does_not_wait_for_the_pause_before_the_camera() {
     let txt = machine().start().unwrap();
     let handler = handler(&txt);
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
-    drop(handler.wait_cycle().unwrap());
+    handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    drop(handler.areas().wait_cycle().unwrap());
     thread::scope(|scope| {
         scope.spawn(|| handler.start_camera(CameraOptions::default()).map(drop));
         let is_stopped = |machine: &Machine| {
@@ -357,13 +359,13 @@ fn a_gap_is_the_same_in_each_run() {
         let txt = machine().fault(fault).on_exchange(move |machine| noted.note(machine));
         let txt = txt.start().unwrap();
         let handler = handler_for(&txt).lock_step().reconnect(DEADLINE).build().unwrap();
-        let events = handler.events(EventKind::ALL, 100).unwrap();
+        let events = handler.areas().events(EventKind::ALL, 100).unwrap();
         handler.begin_transfer().unwrap();
-        let begin = handler.lock().arrived();
+        let begin = handler.areas().lock().arrived();
         let mut trace = Vec::new();
         for number in 1..60 {
-            handler.lock()[LOCAL_IO].output.duty[0] = number;
-            match handler.wait_cycle() {
+            handler.areas().lock()[LOCAL_IO].output.duty[0] = number;
+            match handler.areas().wait_cycle() {
                 Ok(areas) => trace.push(format!("{} {:?}", areas.cycle(), areas.arrived() - begin)),
                 Err(error) => trace.push(format!("{error:?}")),
             }

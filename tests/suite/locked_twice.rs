@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 
 use crate::support::{check_client, handler_for, strict, wait_until, DEADLINE};
 
@@ -21,7 +21,7 @@ fn text(panic: &(dyn Any + Send)) -> &str {
 fn check(lock_twice: impl Fn(&TransferAreaComHandler)) {
     let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "a motor", |machine| machine.controllers[0].outputs.duty[0] == 512);
     let panic = catch_unwind(AssertUnwindSafe(|| lock_twice(&handler))).unwrap_err();
@@ -44,7 +44,7 @@ fn the_panic_names_the_line_of_the_program() {
         });
         print(info);
     }));
-    let calls: [fn(&TransferArea); 5] = [
+    let calls: [fn(&TransferAreas); 5] = [
         |area| drop(area.lock()),
         |area| drop(area.wait_cycle()),
         |area| drop(area.wait_cycle_for(Duration::ZERO)),
@@ -55,7 +55,7 @@ fn the_panic_names_the_line_of_the_program() {
         let txt = strict().start().unwrap();
         let handler = handler_for(&txt).build().unwrap();
         handler.begin_transfer().unwrap();
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         let _held = area.lock();
         catch_unwind(AssertUnwindSafe(|| call(&area))).unwrap_err();
     }
@@ -67,8 +67,8 @@ fn the_panic_names_the_line_of_the_program() {
 
 #[test]
 fn in_a_match_on_a_value_of_the_area() {
-    check(|handler| match handler.lock()[LOCAL_IO].input.uni[0] {
-        0 => handler.lock()[LOCAL_IO].output.duty[0] = 0,
+    check(|handler| match handler.areas().lock()[LOCAL_IO].input.uni[0] {
+        0 => handler.areas().lock()[LOCAL_IO].output.duty[0] = 0,
         _ => unreachable!("I1 is not pressed"),
     });
 }
@@ -76,39 +76,43 @@ fn in_a_match_on_a_value_of_the_area() {
 #[test]
 fn in_one_statement() {
     check(|handler| {
-        println!("{} {}", handler.lock()[0].input.uni[0], handler.lock()[0].input.uni[1]);
+        println!(
+            "{} {}",
+            handler.areas().lock()[0].input.uni[0],
+            handler.areas().lock()[0].input.uni[1]
+        );
     });
 }
 
 #[test]
 fn by_every_call_that_waits() {
     check(|handler| {
-        let _areas = handler.lock();
-        let _ = handler.wait_cycle();
+        let _areas = handler.areas().lock();
+        let _ = handler.areas().wait_cycle();
     });
     check(|handler| {
-        let _areas = handler.wait_cycle().unwrap();
-        let _ = handler.transfer_area().wait_cycle_for(DEADLINE);
+        let _areas = handler.areas().wait_cycle().unwrap();
+        let _ = handler.areas().clone().wait_cycle_for(DEADLINE);
     });
     check(|handler| {
-        let _areas = handler.lock();
-        let _ = handler.wait_until(|_| true, DEADLINE);
+        let _areas = handler.areas().lock();
+        let _ = handler.areas().wait_until(|_| true, DEADLINE);
     });
     check(|handler| {
-        let _areas = handler.lock();
-        let _ = handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE);
+        let _areas = handler.areas().lock();
+        let _ = handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE);
     });
     check(|handler| {
-        let _areas = handler.lock();
-        let _ = handler.wait_input_change(LOCAL_IO, Input::I1, DEADLINE);
+        let _areas = handler.areas().lock();
+        let _ = handler.areas().wait_input_change(LOCAL_IO, Input::I1, DEADLINE);
     });
     check(|handler| {
-        let _areas = handler.lock();
-        let _ = handler.update_config();
+        let _areas = handler.areas().lock();
+        let _ = handler.areas().update_config();
     });
     check(|handler| {
-        let condition = |_: &[_]| handler.lock().is_empty();
-        let _ = handler.wait_until(condition, DEADLINE);
+        let condition = |_: &[_]| handler.areas().lock().is_empty();
+        let _ = handler.areas().wait_until(condition, DEADLINE);
     });
 }
 
@@ -116,7 +120,7 @@ fn by_every_call_that_waits() {
 fn in_a_hook() {
     let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler
         .set_cycle_hook(move |_| {
             drop(area.lock());
@@ -124,7 +128,7 @@ fn in_a_hook() {
         })
         .unwrap();
     handler.begin_transfer().unwrap();
-    while handler.wait_cycle().is_ok() {}
+    while handler.areas().wait_cycle().is_ok() {}
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     wait_until(&txt, "the end", |machine| !machine.connected());
 }
@@ -133,13 +137,13 @@ fn in_a_hook() {
 fn not_when_another_thread_has_the_areas_or_the_guard_is_dropped() {
     let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    let areas = handler.lock();
+    let areas = handler.areas().lock();
     std::thread::scope(|scope| {
-        let waiting = scope.spawn(|| drop(handler.lock()));
+        let waiting = scope.spawn(|| drop(handler.areas().lock()));
         std::thread::sleep(Duration::from_millis(10));
         drop(areas);
         waiting.join().unwrap();
     });
-    drop(handler.lock());
-    drop(handler.lock());
+    drop(handler.areas().lock());
+    drop(handler.areas().lock());
 }

@@ -34,7 +34,7 @@ impl Running {
         // For a controller that falls silent; long enough for a busy machine.
         let limits = TimeLimits::default().with_read(Duration::from_secs(1));
         let handler = handler_for(&txt).time_limits(limits).build().unwrap();
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         let output = &mut areas[LOCAL_IO].output;
         output.duty = [512, 0, 0, 300, 0, 0, 100, 0];
         output.distance = [30_000, 0, 0, 0];
@@ -65,7 +65,7 @@ fn end_transfer_stops_the_motors_and_the_area_says_so() {
     let Running { txt, record, handler } = Running::start(None);
     handler.end_transfer().unwrap();
     Running::check_stopped(&txt, &record);
-    let output = handler.lock()[LOCAL_IO].output;
+    let output = handler.areas().lock()[LOCAL_IO].output;
     assert_eq!(output.duty, [0; 8]);
     assert_eq!(output.motor_ex_cmd_id, [6, 7, 8, 9]);
     assert_eq!((output.distance, output.master), ([0; 4], [0; 4]));
@@ -75,11 +75,11 @@ fn end_transfer_stops_the_motors_and_the_area_says_so() {
 fn end_transfer_stops_the_motors_of_extensions_too() {
     let txt = strict().extensions(1).start().unwrap();
     let handler = handler_for(&txt).areas(2).build().unwrap();
-    handler.lock()[1].output.duty[0] = 200;
+    handler.areas().lock()[1].output.duty[0] = 200;
     handler.begin_transfer().unwrap();
     wait_until(&txt, "a duty", |machine| machine.controllers[1].outputs.duty[0] == 200);
     handler.end_transfer().unwrap();
-    assert_eq!(handler.lock()[1].output.duty[0], 0);
+    assert_eq!(handler.areas().lock()[1].output.duty[0], 0);
     assert_eq!(txt.with_machine(|machine| machine.controllers[1].outputs.duty[0]), 0);
 }
 
@@ -93,7 +93,7 @@ fn dropping_the_handler_stops_the_motors() {
 #[test]
 fn a_panic_in_the_thread_that_owns_the_handler_stops_the_motors() {
     let Running { txt, record, handler } = Running::start(None);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let panicked = thread::spawn(move || {
         let _handler = handler;
         panic!("a program with a mistake");
@@ -107,7 +107,7 @@ fn a_panic_in_the_thread_that_owns_the_handler_stops_the_motors() {
 fn a_panic_under_a_guard_stops_the_motors_and_nothing_half_written_goes_out() {
     let Running { txt, record, handler } = Running::start(None);
     let panicked = catch_unwind(AssertUnwindSafe(|| {
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[LOCAL_IO].output.distance[0] = 1;
         panic!("before the command id is written");
     }));
@@ -120,15 +120,15 @@ fn a_panic_under_a_guard_stops_the_motors_and_nothing_half_written_goes_out() {
 #[test]
 fn a_panic_in_another_thread_with_a_handle_stops_the_motors() {
     let Running { txt, record, handler } = Running::start(None);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let panicked = thread::spawn(move || {
         let _area = area;
         panic!("in the thread that controls the motors");
     });
     panicked.join().unwrap_err();
     Running::check_stopped(&txt, &record);
-    while handler.wait_cycle().is_ok() {}
-    assert_eq!(handler.error(), Some(Error::ProgramPanicked));
+    while handler.areas().wait_cycle().is_ok() {}
+    assert_eq!(handler.areas().error(), Some(Error::ProgramPanicked));
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_destructor_may_use_the_area_while_its_thread_unwinds() {
     struct Brake<'a>(&'a TransferAreaComHandler);
     impl Drop for Brake<'_> {
         fn drop(&mut self) {
-            self.0.lock()[LOCAL_IO].output.duty = [1, 0, 0, 0, 0, 0, 0, 0];
+            self.0.areas().lock()[LOCAL_IO].output.duty = [1, 0, 0, 0, 0, 0, 0, 0];
         }
     }
     let Running { txt, handler, .. } = Running::start(None);
@@ -146,7 +146,7 @@ fn a_destructor_may_use_the_area_while_its_thread_unwinds() {
     }));
     panicked.unwrap_err();
     wait_until(&txt, "the brake's duty", |machine| machine.controllers[0].outputs.duty[0] == 1);
-    assert!(handler.error().is_none());
+    assert!(handler.areas().error().is_none());
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn a_response_that_is_wrong_stops_the_motors() {
                 wait_until(&txt, "a lost client", |machine| !machine.connected());
                 Running::check_stopped(&txt, &record);
                 handler.end_transfer().unwrap_err();
-                assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+                assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
             });
         }
     });
@@ -182,5 +182,5 @@ fn a_connection_that_the_controller_closes_leaves_the_motors_to_the_board() {
     let outputs = txt.with_machine(|machine| machine.controllers[0].outputs);
     assert_eq!(outputs.duty, [512, 0, 0, 300, 0, 0, 100, 0], "no exchange can be sent");
     assert!(matches!(handler.end_transfer(), Err(Error::ConnectionClosed { .. })));
-    assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
 }

@@ -27,7 +27,7 @@ fn distance_and_command_id_written_under_one_lock_are_never_seen_apart() {
     while seen.len() < EXCHANGES || different(&seen) < DIFFERENT {
         for _ in 0..1000 {
             number = number.wrapping_add(1);
-            let mut areas = handler.lock();
+            let mut areas = handler.areas().lock();
             let output = &mut areas[LOCAL_IO].output;
             output.distance = [number; 4];
             // Enough time for a request to leave in between, if it could.
@@ -35,7 +35,7 @@ fn distance_and_command_id_written_under_one_lock_are_never_seen_apart() {
             thread::yield_now();
             output.motor_ex_cmd_id = [number; 4];
         }
-        assert_eq!(handler.error(), None);
+        assert_eq!(handler.areas().error(), None);
         seen = record.outputs();
     }
     for outputs in &seen {
@@ -56,7 +56,7 @@ fn writes_under_a_guard_stay_back_until_it_is_dropped_while_the_exchange_goes_on
     let txt = strict().start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     areas[LOCAL_IO].output.duty[0] = 77;
     let begin = txt.with_machine(|machine| machine.exchanges());
     wait_until(&txt, "further exchanges", |machine| machine.exchanges() > begin + 10);

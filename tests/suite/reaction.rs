@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler, TransferAreaGuard};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreaGuard, TransferAreas};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt, SimulatedTxtBuilder};
 
 use crate::support::{handler_for, unpaced, wait_until, DEADLINE};
@@ -53,7 +53,7 @@ impl Examiner {
 }
 
 /// Waits for a response and answers one of its inputs by one output.
-fn answer_once(area: &TransferArea, index: usize) -> Result<i16, Error> {
+fn answer_once(area: &TransferAreas, index: usize) -> Result<i16, Error> {
     let mut areas = area.wait_cycle()?;
     let asked = areas[LOCAL_IO].input.uni[index];
     areas[LOCAL_IO].output.duty[2 * index] = asked;
@@ -61,7 +61,7 @@ fn answer_once(area: &TransferArea, index: usize) -> Result<i16, Error> {
 }
 
 /// Answers all changes of the first input, and waits until the last answer is out.
-fn answer_all(examiner: &Examiner, area: &TransferArea) {
+fn answer_all(examiner: &Examiner, area: &TransferAreas) {
     for _ in 0..CHANGES {
         answer_once(area, 0).unwrap();
     }
@@ -73,8 +73,8 @@ fn a_waiting_program_answers_every_input_change_in_the_very_next_request() {
     let examiner = Examiner::start(SimulatedTxt::builder().idle_limit(2 * DEADLINE));
     let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
-    answer_all(&examiner, &handler.transfer_area());
-    assert_eq!(handler.statistics().late_reactions, 0);
+    answer_all(&examiner, &handler.areas().clone());
+    assert_eq!(handler.areas().statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
     examiner.check();
 }
@@ -90,7 +90,7 @@ fn the_request_waits_for_all_threads_that_waited_for_the_response() {
     // The inputs that each thread got. A thread that is too late for a response gets the next one.
     let asked: Vec<Vec<i16>> = thread::scope(|scope| {
         let threads = [0, 1].map(|index| {
-            let (area, stop) = (handler.transfer_area(), &stop);
+            let (area, stop) = (handler.areas().clone(), &stop);
             scope.spawn(move || {
                 let mut asked = Vec::new();
                 while !stop.load(Ordering::Relaxed) {
@@ -126,7 +126,7 @@ fn a_polling_program_answers_every_input_change_in_the_very_next_request() {
     let examiner = Examiner::start(unpaced());
     let handler = handler_for(&examiner.txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
-    let window = handler.transfer_area();
+    let window = handler.areas().clone();
     let mut asked = 0;
     for _ in 0..CHANGES {
         asked = poll_until_asked(&handler, asked);
@@ -159,7 +159,7 @@ fn a_window_ends_by_itself_when_no_thread_waits() {
 /// Polls until another input than the last one is there, and answers it.
 fn poll_until_asked(handler: &TransferAreaComHandler, last: i16) -> i16 {
     loop {
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         let asked = areas[LOCAL_IO].input.uni[0];
         areas[LOCAL_IO].output.duty[0] = asked;
         drop(areas);
@@ -177,7 +177,7 @@ fn a_program_that_comes_late_joins_the_window_while_it_is_open() {
     handler.begin_transfer().unwrap();
     // No thread waits for the first response, so its window stays open for its whole time.
     wait_until(&examiner.txt, "the first response", |machine| machine.exchanges() == 1);
-    answer_all(&examiner, &handler.transfer_area());
+    answer_all(&examiner, &handler.areas().clone());
     handler.end_transfer().unwrap();
     examiner.check();
 }
@@ -187,7 +187,7 @@ fn without_a_window_requests_leave_immediately() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
-    let areas = handler.wait_cycle().unwrap();
+    let areas = handler.areas().wait_cycle().unwrap();
     let begin = txt.with_machine(|machine| machine.exchanges());
     wait_until(&txt, "exchanges under a held guard", |machine| machine.exchanges() > begin + 5);
     drop(areas);
@@ -206,7 +206,7 @@ fn check_late<'a>(
     wait_until(txt, "two more exchanges", |machine| machine.exchanges() >= begin + 2);
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
     drop(areas);
-    assert!(handler.statistics().late_reactions >= 1);
+    assert!(handler.areas().statistics().late_reactions >= 1);
     wait_until(txt, "the late duty", |machine| machine.controllers[0].outputs.duty[0] == 300);
 }
 
@@ -221,9 +221,9 @@ fn a_guard_held_longer_than_the_window_is_counted_and_its_outputs_follow_later()
         wait_until(&txt, "a response", |machine| machine.exchanges() > begin + 1);
         check_late(&handler, &txt, |handler| {
             if waiting {
-                handler.wait_cycle().unwrap()
+                handler.areas().wait_cycle().unwrap()
             } else {
-                handler.lock()
+                handler.areas().lock()
             }
         });
         handler.end_transfer().unwrap();
@@ -235,11 +235,11 @@ fn a_guard_that_is_held_over_many_windows_is_late_once() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
-    let areas = handler.wait_cycle().unwrap();
+    let areas = handler.areas().wait_cycle().unwrap();
     let begin = txt.with_machine(|machine| machine.exchanges());
     wait_until(&txt, "more exchanges", |machine| machine.exchanges() > begin + 5);
     drop(areas);
-    assert_eq!(handler.statistics().late_reactions, 1);
+    assert_eq!(handler.areas().statistics().late_reactions, 1);
     handler.end_transfer().unwrap();
 }
 
@@ -252,17 +252,17 @@ fn a_waiting_program_answers_in_the_next_request_while_other_threads_lock_all_th
         let stop = AtomicBool::new(false);
         thread::scope(|scope| {
             for _ in 0..lockers {
-                let (area, stop) = (handler.transfer_area(), &stop);
+                let (area, stop) = (handler.areas().clone(), &stop);
                 scope.spawn(move || {
                     while !stop.load(Ordering::Relaxed) {
                         drop(area.lock());
                     }
                 });
             }
-            answer_all(&examiner, &handler.transfer_area());
+            answer_all(&examiner, &handler.areas().clone());
             stop.store(true, Ordering::Relaxed);
         });
-        assert_eq!(handler.statistics().late_reactions, 0);
+        assert_eq!(handler.areas().statistics().late_reactions, 0);
         handler.end_transfer().unwrap();
         examiner.check();
     }
@@ -274,7 +274,7 @@ fn late_answers_can_be_counted_from_outside() {
     let examiner = Examiner::start(unpaced());
     let handler = handler_for(&examiner.txt).reaction_window(Duration::ZERO).build().unwrap();
     handler.begin_transfer().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     // The first answer is late for certain: its request has left before.
     let mut areas = area.wait_cycle().unwrap();
     let mut asked = vec![areas[LOCAL_IO].input.uni[0]];
@@ -286,7 +286,7 @@ fn late_answers_can_be_counted_from_outside() {
     for _ in 1..CHANGES {
         asked.push(answer_once(&area, 0).unwrap());
     }
-    let late = handler.statistics().late_reactions;
+    let late = handler.areas().statistics().late_reactions;
     // Two more responses, so that the last answer has left.
     let seen = examiner.txt.with_machine(|machine| machine.exchanges());
     wait_until(&examiner.txt, "the last answer", |machine| machine.exchanges() > seen + 2);
@@ -315,7 +315,7 @@ fn a_watchdog_that_is_fed_does_not_end_the_window() {
         wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
         let fed = (0..4).all(|_| {
             thread::sleep(limit / 3);
-            handler.feed_watchdog().is_ok()
+            handler.areas().feed_watchdog().is_ok()
         });
         let exchanges = txt.with_machine(|machine| machine.exchanges());
         handler.end_transfer().unwrap();

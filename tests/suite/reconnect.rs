@@ -6,8 +6,8 @@ use std::time::Duration;
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
 use ft_transfer_area::{
-    CameraOptions, Error, Event, EventKind, FirmwareVersion, TimeLimits, TransferArea,
-    TransferAreaComHandler,
+    CameraOptions, Error, Event, EventKind, FirmwareVersion, TimeLimits, TransferAreaComHandler,
+    TransferAreas,
 };
 use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
 
@@ -29,7 +29,7 @@ fn struck_by(kind: FaultKind) -> SimulatedTxtBuilder {
 }
 
 /// Waits until the next error.
-fn next_error(area: &TransferArea) -> Error {
+fn next_error(area: &TransferAreas) -> Error {
     loop {
         if let Err(error) = area.wait_cycle() {
             return error;
@@ -60,8 +60,8 @@ fn every_loss_of_a_connection_is_repaired_and_told_once() {
             scope.spawn(move || {
                 let txt = struck_by(kind).start().unwrap();
                 let handler = handler(&txt);
-                let (first, second) = (handler.transfer_area(), handler.transfer_area());
-                handler.lock()[LOCAL_IO].output.duty[0] = 512;
+                let (first, second) = (handler.areas().clone(), handler.areas().clone());
+                handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
                 handler.begin_transfer().unwrap();
                 assert_lost(&next_error(&first));
                 // The handle works on, and gets no second error.
@@ -70,9 +70,9 @@ fn every_loss_of_a_connection_is_repaired_and_told_once() {
                 }
                 assert_lost(&second.wait_cycle().map(drop).unwrap_err());
                 drop(second.wait_cycle().expect("told twice"));
-                assert_eq!((handler.error(), handler.statistics().gaps), (None, 1));
+                assert_eq!((handler.areas().error(), handler.areas().statistics().gaps), (None, 1));
                 assert_eq!(txt.with_machine(|machine| machine.connections()), 2, "{kind:?}");
-                assert_lost(&handler.feed_watchdog().unwrap_err());
+                assert_lost(&handler.areas().feed_watchdog().unwrap_err());
                 handler.end_transfer().unwrap();
                 check_client(&txt);
             });
@@ -87,9 +87,9 @@ fn outputs_from_before_the_gap_move_nothing_and_outputs_from_after_it_do() {
     let txt = struck_by(FaultKind::Close { after: 5 }).on_exchange(move |m| noted.note(m));
     let txt = txt.start().unwrap();
     let handler = handler(&txt);
-    let (area, unaware) = (handler.transfer_area(), handler.transfer_area());
-    let events = handler.events(&[EventKind::ConnectionLost], 9).unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    let (area, unaware) = (handler.areas().clone(), handler.areas().clone());
+    let events = handler.areas().events(&[EventKind::ConnectionLost], 9).unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
     // A program that polls, and does not know of the gap while it lasts.
     let (locked, is_locked) = std::sync::mpsc::channel();
     thread::scope(|scope| {
@@ -122,7 +122,7 @@ fn outputs_of_a_program_that_knows_of_the_gap_go_out_with_the_first_request() {
     let start = || SimulatedTxt::builder().pace(Duration::ZERO).port(first_port);
     let txt = start().start().unwrap();
     let handler = handler(&txt);
-    let (area, unaware) = (handler.transfer_area(), handler.transfer_area());
+    let (area, unaware) = (handler.areas().clone(), handler.areas().clone());
     handler.begin_transfer().unwrap();
     drop(area.wait_cycle().unwrap());
     drop(txt);
@@ -146,7 +146,7 @@ fn outputs_of_a_program_that_knows_of_the_gap_go_out_with_the_first_request() {
 fn configurations_and_the_extensions_are_there_again() {
     let txt = struck_by(FaultKind::WrongCrc).extensions(1).start().unwrap();
     let handler = handler_for(&txt).areas(2).reconnect(DEADLINE).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     let mut areas = area.lock();
     areas[REMOTE_IO_1].config.uni[2].mode = 3;
@@ -158,7 +158,7 @@ fn configurations_and_the_extensions_are_there_again() {
     area.lock()[REMOTE_IO_1].output.duty[0] = 99;
     wait_until(&txt, "a duty", |machine| machine.controllers[1].outputs.duty[0] == 99);
     // Two configurations for the first connection, one that changed, two for the second.
-    assert_eq!(handler.statistics().config_updates, 5);
+    assert_eq!(handler.areas().statistics().config_updates, 5);
     handler.end_transfer().unwrap();
     check_client(&txt);
 }
@@ -167,9 +167,9 @@ fn configurations_and_the_extensions_are_there_again() {
 fn a_command_that_the_gap_has_stopped_never_reads_as_done() {
     let txt = struck_by(FaultKind::Close { after: 5 }).start().unwrap();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let kinds = [EventKind::MotorReached, EventKind::CounterReset];
-    let events = handler.events(&kinds, 100).unwrap();
+    let events = handler.areas().events(&kinds, 100).unwrap();
     handler.begin_transfer().unwrap();
     let mut areas = area.wait_cycle().unwrap();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 60_000).unwrap();
@@ -207,14 +207,14 @@ fn listeners_get_the_gap_and_its_end() {
     let handler = handler(&txt);
     let kinds =
         [EventKind::ConnectionLost, EventKind::ConnectionRestored, EventKind::TransferEnded];
-    let events = handler.events(&kinds, 10).unwrap();
+    let events = handler.areas().events(&kinds, 10).unwrap();
     handler.begin_transfer().unwrap();
     let lost = events.recv_timeout(DEADLINE).unwrap().event;
     let closed = Error::ConnectionClosed { command: "ExchangeDataCmpr", received: 0 };
     assert!(matches!(lost, Event::ConnectionLost { error, .. } if error == closed));
     let restored = events.recv_timeout(DEADLINE).unwrap().event;
     assert!(matches!(restored, Event::ConnectionRestored { after, .. } if !after.is_zero()));
-    assert_lost(&next_error(&handler.transfer_area()));
+    assert_lost(&next_error(&handler.areas().clone()));
     handler.end_transfer().unwrap();
     let ended = events.recv_timeout(DEADLINE).unwrap().event;
     assert!(matches!(ended, Event::TransferEnded { error: None, .. }));
@@ -226,9 +226,9 @@ fn it_gives_up_at_the_limit() {
     let limit = Duration::from_millis(300);
     let handler = handler_for(&txt).reconnect(limit).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
     drop(txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     assert_lost(&next_error(&area));
     let error = next_error(&area);
     assert!(
@@ -236,7 +236,7 @@ fn it_gives_up_at_the_limit() {
         "{error}"
     );
     assert_eq!(handler.end_transfer(), Err(error));
-    assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 0);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty[0], 0);
 }
 
 #[test]
@@ -244,7 +244,7 @@ fn it_gives_up_immediately_when_the_firmware_is_too_old_now() {
     let first_port = unused_ports();
     let txt = unpaced().port(first_port).start().unwrap();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     drop(txt);
     assert_lost(&next_error(&area));
@@ -259,7 +259,7 @@ fn another_controller_may_answer_and_shows_its_name() {
     let first_port = unused_ports();
     let txt = unpaced().port(first_port).device_name("the first").start().unwrap();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.device_name().as_deref(), Some("the first"));
     drop(txt);
@@ -279,21 +279,21 @@ fn the_program_can_end_it_in_the_middle_of_a_gap() {
     let handler = handler(&txt);
     handler.begin_transfer().unwrap();
     drop(txt);
-    assert_lost(&next_error(&handler.transfer_area()));
+    assert_lost(&next_error(&handler.areas().clone()));
     assert_eq!(handler.end_transfer(), Ok(()));
-    assert!(!handler.is_running());
-    assert_eq!(handler.wait_cycle().map(drop), Err(Error::NotStarted));
+    assert!(!handler.areas().is_running());
+    assert_eq!(handler.areas().wait_cycle().map(drop), Err(Error::NotStarted));
 }
 
 #[test]
 fn a_panic_in_the_middle_of_a_gap_ends_the_transfer() {
     let txt = unpaced().start().unwrap();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     drop(txt);
     assert_lost(&next_error(&area));
-    let other = handler.transfer_area();
+    let other = handler.areas().clone();
     let panics = thread::spawn(move || {
         let _areas = other.lock();
         panic!("in the middle of a gap");
@@ -308,7 +308,7 @@ fn the_camera_starts_again_and_its_channel_goes_on() {
     let start = || unpaced().port(first_port).camera_start_up(Duration::ZERO).start().unwrap();
     let txt = start();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     let options = CameraOptions::default().with_size(32, 16);
     let frames = handler.start_camera(options).unwrap();
@@ -347,7 +347,7 @@ fn a_connection_that_fails_in_its_first_exchange_is_closed_and_told() {
     let limits = TimeLimits::default().with_read(Duration::from_secs(2));
     let builder = handler_for(&txt).time_limits(limits).reconnect(DEADLINE / 3);
     let handler = builder.build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     assert_lost(&next_error(&area));
     area.lock()[LOCAL_IO].output.duty[0] = 512;
@@ -358,7 +358,7 @@ fn a_connection_that_fails_in_its_first_exchange_is_closed_and_told() {
     drop(area.wait_cycle().unwrap());
     assert_eq!(txt.with_machine(|machine| machine.connections()), 3);
     assert!(record.outputs()[before..].iter().all(|outputs| outputs.duty[0] == 0));
-    assert_eq!(handler.statistics().gaps, 2);
+    assert_eq!(handler.areas().statistics().gaps, 2);
     handler.end_transfer().unwrap();
 }
 
@@ -371,7 +371,7 @@ fn nothing_begins_to_move_when_the_transfer_ends_while_it_connects() {
         [NONE, PAUSE].into_iter().fold(txt, |txt, kind| txt.fault(Fault::at_response(0, kind)));
     let txt = txt.on_exchange(move |machine| noted.note(machine)).start().unwrap();
     let handler = handler(&txt);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
     assert_lost(&next_error(&area));
     area.lock()[LOCAL_IO].output.duty[0] = 512;

@@ -30,17 +30,17 @@ fn a_motor_that_is_blocked_is_told_once_by_the_machines_time_and_a_free_one_neve
     let world = World::from_toml(SLIDE).unwrap();
     let txt = SimulatedTxt::builder().world(world).lock_step().start().unwrap();
     let handler = handler_for(&txt).lock_step().build().unwrap();
-    handler.set_stall_limit(LOCAL_IO, Motor::M1, Some(LIMIT)).unwrap();
+    handler.areas().set_stall_limit(LOCAL_IO, Motor::M1, Some(LIMIT)).unwrap();
     // M2 has no encoder, and the events of M2 are not asked for.
-    handler.lock()[LOCAL_IO].output.duty[2] = 512;
-    let events = handler.events(&[EventKind::MotorStalled], 10).unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[2] = 512;
+    let events = handler.areas().events(&[EventKind::MotorStalled], 10).unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(events.recv_timeout(LONG), Err(RecvTimeoutError::Timeout), "it has no duty");
     for duty in [[512, 0], [0, 512]] {
-        handler.lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&duty);
-        let (mut last_pulse, mut count) = (handler.lock().arrived(), i16::MIN);
+        handler.areas().lock()[LOCAL_IO].output.duty[..2].copy_from_slice(&duty);
+        let (mut last_pulse, mut count) = (handler.areas().lock().arrived(), i16::MIN);
         let told = loop {
-            let areas = handler.wait_cycle().unwrap();
+            let areas = handler.areas().wait_cycle().unwrap();
             if areas[LOCAL_IO].input.counter[0] != count {
                 (last_pulse, count) = (areas.arrived(), areas[LOCAL_IO].input.counter[0]);
             }
@@ -56,10 +56,10 @@ fn a_motor_that_is_blocked_is_told_once_by_the_machines_time_and_a_free_one_neve
         assert_eq!(events.recv_timeout(LONG), Err(RecvTimeoutError::Timeout), "told twice");
     }
     // A distance that ends before the end of the slide.
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 20).unwrap();
     drop(areas);
-    drop(handler.wait_motor_ex(LOCAL_IO, Motor::M1, LONG).unwrap());
+    drop(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LONG).unwrap());
     assert_eq!(events.recv_timeout(LONG), Err(RecvTimeoutError::Timeout), "it has arrived");
     handler.end_transfer().unwrap();
 }
@@ -67,6 +67,6 @@ fn a_motor_that_is_blocked_is_told_once_by_the_machines_time_and_a_free_one_neve
 #[test]
 fn an_area_that_does_not_exist_has_no_motors() {
     let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
-    let error = handler.set_stall_limit(1, Motor::M1, Some(LIMIT)).unwrap_err();
+    let error = handler.areas().set_stall_limit(1, Motor::M1, Some(LIMIT)).unwrap_err();
     assert!(matches!(error, Error::OutOfRange { given: 1, .. }), "{error}");
 }

@@ -35,7 +35,7 @@ fn a_slow_hook_is_told_that_the_watchdog_has_stopped_the_outputs_each_time() {
     let (txt, record) = recorded();
     let builder = handler_for(&txt).watchdog(LIMIT);
     let handler = builder.build().unwrap();
-    let events = handler.events(&[EventKind::WatchdogExpired], 9).unwrap();
+    let events = handler.areas().events(&[EventKind::WatchdogExpired], 9).unwrap();
     let (calls, called) = mpsc::channel();
     let (slow, is_slow) = mpsc::channel::<()>();
     let set = handler.set_cycle_hook(move |areas| {
@@ -85,7 +85,7 @@ fn the_end_does_not_wait_for_a_hook_that_hangs() {
         Continue(())
     });
     set.unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 300;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 300;
     handler.begin_transfer().unwrap();
     is_hung.recv_timeout(DEADLINE).unwrap();
     // The limit of the hook is so long that waiting for it would be noticed.
@@ -97,7 +97,7 @@ fn the_end_does_not_wait_for_a_hook_that_hangs() {
         drop(go_on);
     });
     // What it wrote goes nowhere.
-    assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+    assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn a_hook_learns_of_a_gap_and_is_called_for_the_first_response_after_it() {
     handler.begin_transfer().unwrap();
     let mut gaps = 0;
     for _ in 0..40 {
-        match handler.wait_cycle() {
+        match handler.areas().wait_cycle() {
             Ok(_) => {}
             Err(Error::ConnectionLost { .. }) => gaps += 1,
             Err(error) => panic!("{error}"),
@@ -149,8 +149,8 @@ fn commands_that_a_gap_refuses_are_never_reported_as_done() {
     let txt = unpaced().fault(Fault::at_exchange(20, CLOSE)).start().unwrap();
     let handler = handler_for(&txt).reconnect(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle().unwrap());
-    let mut areas = handler.lock();
+    drop(handler.areas().wait_cycle().unwrap());
+    let mut areas = handler.areas().lock();
     let master = &mut areas[LOCAL_IO];
     master.start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 3000).unwrap();
     master.start_counter_reset(Counter::C4);
@@ -159,19 +159,19 @@ fn commands_that_a_gap_refuses_are_never_reported_as_done() {
     // The connection is lost and re-established while the guard is held.
     wait_until(&txt, "a gap", |machine| machine.exchanges() > 30);
     drop(areas);
-    assert!(matches!(handler.feed_watchdog(), Err(Error::ConnectionLost { .. })));
+    assert!(matches!(handler.areas().feed_watchdog(), Err(Error::ConnectionLost { .. })));
     let never = Err(Error::WaitTimedOut { limit: LIMIT });
-    assert_eq!(handler.wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT).map(drop), never);
-    assert_eq!(handler.wait_counter_reset(LOCAL_IO, Counter::C4, LIMIT).map(drop), never);
-    assert_eq!(handler.wait_sound(LOCAL_IO, LIMIT).map(drop), never);
+    assert_eq!(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT).map(drop), never);
+    assert_eq!(handler.areas().wait_counter_reset(LOCAL_IO, Counter::C4, LIMIT).map(drop), never);
+    assert_eq!(handler.areas().wait_sound(LOCAL_IO, LIMIT).map(drop), never);
     // New ones are.
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     let master = &mut areas[LOCAL_IO];
     master.start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 20).unwrap();
     master.start_counter_reset(Counter::C4);
     drop(areas);
-    drop(handler.wait_counter_reset(LOCAL_IO, Counter::C4, DEADLINE).unwrap());
-    drop(handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE).unwrap());
+    drop(handler.areas().wait_counter_reset(LOCAL_IO, Counter::C4, DEADLINE).unwrap());
+    drop(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE).unwrap());
     handler.end_transfer().unwrap();
 }
 
@@ -184,21 +184,21 @@ fn in_lock_step_a_connection_that_is_lost_again_after_its_first_exchange_is_anot
         let txt = txt.fault(Fault::at_response(15, CLOSE)).start().unwrap();
         let builder = handler_for(&txt).camera_port(txt.camera_port()).lock_step();
         let handler = builder.reconnect(DEADLINE).build().unwrap();
-        let events = handler.events(EventKind::ALL, 1000).unwrap();
+        let events = handler.areas().events(EventKind::ALL, 1000).unwrap();
         handler.begin_transfer().unwrap();
         let frames = handler.start_camera(CameraOptions::default()).unwrap();
         if with_hook {
             handler.set_cycle_hook(|_| Continue(())).unwrap();
         }
         let mut gaps = 0;
-        while handler.statistics().cycles < 20 {
-            match handler.wait_cycle_for(DEADLINE) {
+        while handler.areas().statistics().cycles < 20 {
+            match handler.areas().wait_cycle_for(DEADLINE) {
                 Ok(_) => {}
                 Err(Error::ConnectionLost { .. }) => gaps += 1,
                 Err(error) => panic!("{error}"),
             }
         }
-        assert_eq!((gaps, handler.statistics().gaps), (2, 2));
+        assert_eq!((gaps, handler.areas().statistics().gaps), (2, 2));
         handler.end_transfer().unwrap();
         drop((frames, events));
     }
@@ -221,15 +221,15 @@ fn in_lock_step_the_camera_can_be_started_and_stopped_under_a_guard_and_in_a_hoo
     });
     set.unwrap();
     handler.begin_transfer().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let waits = thread::spawn(move || while area.wait_cycle().is_ok() {});
     wait_until(&txt, "the hook's camera", |machine| machine.exchanges() > 10);
     for _ in 0..5 {
-        let areas = handler.lock();
+        let areas = handler.areas().lock();
         drop(handler.start_camera(CameraOptions::default()).unwrap());
         handler.stop_camera().unwrap();
         drop(areas);
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
     }
     handler.end_transfer().unwrap();
     waits.join().unwrap();
@@ -239,12 +239,12 @@ fn in_lock_step_the_camera_can_be_started_and_stopped_under_a_guard_and_in_a_hoo
 fn a_program_that_polls_too_late_can_read_how_many_responses_it_has_missed() {
     let txt = unpaced().start().unwrap();
     let late = |handler: &TransferAreaComHandler| {
-        let before = handler.statistics().missed_responses;
-        let areas = handler.lock();
+        let before = handler.areas().statistics().missed_responses;
+        let areas = handler.areas().lock();
         let begin = txt.with_machine(|machine| machine.exchanges());
         wait_until(&txt, "requests", |machine| machine.exchanges() > begin + 10);
         drop(areas);
-        handler.statistics().missed_responses - before
+        handler.areas().statistics().missed_responses - before
     };
     let handler = handler_for(&txt).reaction_window(Duration::from_millis(2)).build().unwrap();
     handler.begin_transfer().unwrap();
@@ -254,9 +254,9 @@ fn a_program_that_polls_too_late_can_read_how_many_responses_it_has_missed() {
     let handler = handler_for(&txt).reaction_window(DEADLINE).build().unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..20 {
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
     }
-    assert_eq!(handler.statistics().missed_responses, 0);
+    assert_eq!(handler.areas().statistics().missed_responses, 0);
     handler.end_transfer().unwrap();
 }
 
@@ -297,12 +297,12 @@ fn a_hook_that_panics_ends_only_its_own_transfer() {
     for _ in 0..100 {
         panics.store(true, Ordering::Relaxed);
         handler.begin_transfer().unwrap();
-        while handler.wait_cycle().is_ok() {}
+        while handler.areas().wait_cycle().is_ok() {}
         assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
         // At once, while the hook's thread still unwinds.
         handler.begin_transfer().unwrap();
         for _ in 0..5 {
-            drop(handler.wait_cycle().unwrap());
+            drop(handler.areas().wait_cycle().unwrap());
         }
         handler.end_transfer().unwrap();
     }

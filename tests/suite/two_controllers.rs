@@ -21,7 +21,7 @@ fn numbering(record: &Record) -> SimulatedTxt {
 /// A handler whose requests wait for the answers of all threads that got the response.
 fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     let handler = handler_for(txt).reaction_window(DEADLINE).build().unwrap();
-    handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
+    handler.areas().lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
     handler
 }
 
@@ -45,7 +45,7 @@ fn each_response_is_answered_in_the_next_request_with_the_other_controllers_inpu
     handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
     thread::scope(|scope| {
         for (this, other) in [(0, 1), (1, 0)] {
-            let (own, other) = (handlers[this].transfer_area(), handlers[other].transfer_area());
+            let (own, other) = (handlers[this].areas().clone(), handlers[other].areas().clone());
             scope.spawn(move || {
                 let mut newest = 0;
                 for _ in 0..300 {
@@ -59,7 +59,7 @@ fn each_response_is_answered_in_the_next_request_with_the_other_controllers_inpu
         }
     });
     for (handler, record) in handlers.iter().zip(&records) {
-        assert_eq!(handler.statistics().late_reactions, 0);
+        assert_eq!(handler.areas().statistics().late_reactions, 0);
         handler.end_transfer().unwrap();
         assert_answered(record, "a response");
     }
@@ -72,7 +72,7 @@ fn in_lock_step_two_controllers_take_turns_in_each_run() {
     handlers.iter().for_each(|handler| handler.begin_transfer().unwrap());
     for cycle in 1..100 {
         for handler in &handlers {
-            assert_eq!(handler.wait_cycle().unwrap().cycle(), cycle);
+            assert_eq!(handler.areas().wait_cycle().unwrap().cycle(), cycle);
         }
     }
     handlers.iter().for_each(|handler| handler.end_transfer().unwrap());

@@ -68,7 +68,7 @@ fn until(
     mut condition: impl FnMut(&mut FishX1Transfer) -> bool,
 ) {
     for _ in 0..CYCLES {
-        if condition(&mut handler.wait_cycle().unwrap()[LOCAL_IO]) {
+        if condition(&mut handler.areas().wait_cycle().unwrap()[LOCAL_IO]) {
             return;
         }
     }
@@ -77,7 +77,7 @@ fn until(
 
 /// Makes a call on the master's area.
 fn call<R>(handler: &TransferAreaComHandler, f: impl FnOnce(&mut FishX1Transfer) -> R) -> R {
-    f(&mut handler.lock()[LOCAL_IO])
+    f(&mut handler.areas().lock()[LOCAL_IO])
 }
 
 fn count(handler: &TransferAreaComHandler, motor: Motor) -> u16 {
@@ -110,7 +110,7 @@ fn an_input_reports_in_its_new_mode_after_a_configuration() {
             area.set_ft_uni_config(input, mode, false);
             assert_eq!(area.get_in_io_value(input), value(0, false), "nothing stale");
         });
-        handler.update_config().unwrap();
+        handler.areas().update_config().unwrap();
         assert_eq!(
             call(&handler, |area| area.get_in_io_value(input)),
             expected,
@@ -124,7 +124,7 @@ fn an_input_reports_in_its_new_mode_after_a_configuration() {
     until(&handler, "the button", |area| area.get_in_io_value_binary(Input::I1).unwrap());
     call(&handler, |area| area.set_ft_cnt_config(Counter::C3, CounterMode::Inverted));
     call(&handler, |area| area.set_ft_motor_config(M4, false));
-    handler.update_config().unwrap();
+    handler.areas().update_config().unwrap();
     txt.with_machine(|machine| {
         let config = &machine.controllers[0].config;
         assert_eq!((config.cnt[2].mode, config.motor), (0, [1, 1, 1, 0]));
@@ -270,7 +270,7 @@ fn a_motor_that_has_arrived_turns_freely_only_after_leaving_the_mode() {
     let held = count(&handler, M1);
     call(&handler, |area| area.set_out_motor_values(M1, 512, Cw)).unwrap();
     for _ in 0..100 {
-        handler.wait_cycle().unwrap();
+        handler.areas().wait_cycle().unwrap();
     }
     assert_eq!(count(&handler, M1), held, "it is held at its distance");
 
@@ -309,13 +309,13 @@ fn a_counter_is_reset_and_reports_it() {
 fn a_sound_is_ready_when_it_has_been_played_as_often_as_asked() {
     let (txt, handler) = begin(world());
     call(&handler, |area| area.set_sound(Sound::Bell, 2)).unwrap();
-    let before = handler.statistics().cycles;
+    let before = handler.areas().statistics().cycles;
     until(&handler, "the end of the sound", |area| area.is_sound_ready());
-    let cycles = handler.statistics().cycles - before;
+    let cycles = handler.areas().statistics().cycles - before;
     assert!(cycles >= 200, "two seconds are 200 cycles, not {cycles}");
     call(&handler, |area| area.set_sound(Sound::Alarm, 9)).unwrap();
     for _ in 0..500 {
-        assert!(!handler.wait_cycle().unwrap()[LOCAL_IO].is_sound_ready());
+        assert!(!handler.areas().wait_cycle().unwrap()[LOCAL_IO].is_sound_ready());
     }
     call(&handler, |area| area.set_sound(SILENCE, 1)).unwrap();
     until(&handler, "silence", |area| area.is_sound_ready());

@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{FishX1Transfer, LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Sound, SILENCE};
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
@@ -48,7 +48,7 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
             checked.push(areas[LOCAL_IO].input.uni[0]);
             areas[LOCAL_IO].input.uni[0] >= asked
         };
-        let mut areas = handler.wait_until(condition, DEADLINE).unwrap();
+        let mut areas = handler.areas().wait_until(condition, DEADLINE).unwrap();
         assert_eq!(areas[LOCAL_IO].input.uni[0], asked);
         areas[LOCAL_IO].output.duty[0] = asked;
     }
@@ -56,7 +56,7 @@ fn each_response_is_checked_and_the_answer_goes_out_in_the_very_next_request() {
     checked.dedup();
     assert_eq!(checked, (1..=490).collect::<Vec<i16>>());
     wait_until(&txt, "the last answer", |machine| machine.exchanges() > 490);
-    assert_eq!(handler.statistics().late_reactions, 0);
+    assert_eq!(handler.areas().statistics().late_reactions, 0);
     handler.end_transfer().unwrap();
     let answers = answers.lock().unwrap();
     for asked in (10..500).step_by(10) {
@@ -71,15 +71,16 @@ fn a_condition_that_holds_already_ends_the_wait_immediately_and_is_answered() {
     let handler = begin(&txt, 2 * DEADLINE);
     // No thread waits for the first response, so its window stays open for its whole time.
     wait_until(&txt, "the first response", |machine| machine.exchanges() == 1);
-    let mut areas = handler.wait_until(|_| true, DEADLINE).unwrap();
+    let mut areas = handler.areas().wait_until(|_| true, DEADLINE).unwrap();
     assert_eq!(areas[LOCAL_IO].input.uni[0], 1);
     areas[LOCAL_IO].output.duty[0] = 77;
     drop(areas);
     wait_until(&txt, "the answer", |machine| machine.exchanges() == 2);
     assert_eq!(answers.lock().unwrap()[..], [0, 77]);
-    let found = handler.wait_until(|_| true, Duration::ZERO).unwrap()[LOCAL_IO].input.uni[0];
+    let found =
+        handler.areas().wait_until(|_| true, Duration::ZERO).unwrap()[LOCAL_IO].input.uni[0];
     // The handle has returned that response, so a wait for a cycle gets a newer one.
-    assert!(handler.wait_cycle().unwrap()[LOCAL_IO].input.uni[0] > found);
+    assert!(handler.areas().wait_cycle().unwrap()[LOCAL_IO].input.uni[0] > found);
     handler.end_transfer().unwrap();
 }
 
@@ -89,21 +90,21 @@ fn a_condition_that_never_holds_ends_at_the_limit_and_changes_nothing() {
     for pace in [Duration::ZERO, 4 * SHORT] {
         let txt = SimulatedTxt::builder().pace(pace).start().unwrap();
         let handler = begin(&txt, Duration::ZERO);
-        handler.lock()[LOCAL_IO].output.duty[3] = 33;
-        handler.wait_cycle().unwrap();
+        handler.areas().lock()[LOCAL_IO].output.duty[3] = 33;
+        handler.areas().wait_cycle().unwrap();
         let written = |area: &FishX1Transfer| (area.config, area.output, area.txt_outputs);
-        let before = written(&handler.lock()[LOCAL_IO]);
+        let before = written(&handler.areas().lock()[LOCAL_IO]);
         let mut checks = 0;
         let never = |_: &[FishX1Transfer]| {
             checks += 1;
             thread::sleep(Duration::from_millis(1));
             false
         };
-        let error = handler.wait_until(never, SHORT).unwrap_err();
+        let error = handler.areas().wait_until(never, SHORT).unwrap_err();
         assert_eq!(error, Error::WaitTimedOut { limit: SHORT });
         assert!(checks > 0);
-        assert_eq!(written(&handler.lock()[LOCAL_IO]), before);
-        handler.wait_cycle().unwrap();
+        assert_eq!(written(&handler.areas().lock()[LOCAL_IO]), before);
+        handler.areas().wait_cycle().unwrap();
         handler.end_transfer().unwrap();
     }
 }
@@ -112,17 +113,17 @@ fn a_condition_that_never_holds_ends_at_the_limit_and_changes_nothing() {
 fn a_limit_of_zero_checks_once_and_the_longest_limit_waits_for_ever() {
     let (txt, _) = counting();
     let handler = begin(&txt, Duration::ZERO);
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     let limit = Duration::ZERO;
-    let error = handler.wait_until(|_| false, limit).unwrap_err();
+    let error = handler.areas().wait_until(|_| false, limit).unwrap_err();
     assert_eq!(error, Error::WaitTimedOut { limit });
-    let begin = handler.statistics().cycles as i16;
+    let begin = handler.areas().statistics().cycles as i16;
     let later = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[0] > begin + 5;
-    handler.wait_until(later, Duration::MAX).unwrap();
+    handler.areas().wait_until(later, Duration::MAX).unwrap();
 }
 
 /// Checks the error of each kind of wait.
-fn check_errors(area: &TransferArea, expected: &Error) {
+fn check_errors(area: &TransferAreas, expected: &Error) {
     let errors = [
         area.wait_until(|_| true, DEADLINE).map(drop),
         area.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE).map(drop),
@@ -137,11 +138,11 @@ fn check_errors(area: &TransferArea, expected: &Error) {
 fn without_a_transfer_there_is_nothing_to_wait_for() {
     let txt = unpaced().fault(Fault::at_response(50, FaultKind::WrongCrc)).start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     check_errors(&area, &Error::NotStarted);
     handler.begin_transfer().unwrap();
     // The first error comes during the wait, the later ones before it.
-    let error = handler.wait_until(|_| false, DEADLINE).unwrap_err();
+    let error = handler.areas().wait_until(|_| false, DEADLINE).unwrap_err();
     assert!(matches!(error, Error::WrongCrc { .. }), "{error:?}");
     check_errors(&area, &error);
     handler.begin_transfer().unwrap();
@@ -153,7 +154,7 @@ fn without_a_transfer_there_is_nothing_to_wait_for() {
 fn a_transfer_that_is_ended_ends_the_wait() {
     let (txt, _) = counting();
     let handler = begin(&txt, DEADLINE);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let waiting = thread::spawn(move || area.wait_until(|_| false, Duration::MAX).map(drop));
     wait_until(&txt, "checks", |machine| machine.exchanges() > 5);
     handler.end_transfer().unwrap();
@@ -168,10 +169,10 @@ fn an_area_that_does_not_exist_is_out_of_range() {
     for (area, given) in [(2, 2), (9, 9), (usize::MAX, highest)] {
         let expected = Error::OutOfRange { what: "area's index", given, least: 0, most: 1 };
         let errors = [
-            handler.wait_motor_ex(area, Motor::M1, DEADLINE).map(drop),
-            handler.wait_counter_reset(area, Counter::C1, DEADLINE).map(drop),
-            handler.wait_sound(area, DEADLINE).map(drop),
-            handler.wait_input_change(area, Input::I1, DEADLINE).map(drop),
+            handler.areas().wait_motor_ex(area, Motor::M1, DEADLINE).map(drop),
+            handler.areas().wait_counter_reset(area, Counter::C1, DEADLINE).map(drop),
+            handler.areas().wait_sound(area, DEADLINE).map(drop),
+            handler.areas().wait_input_change(area, Input::I1, DEADLINE).map(drop),
         ];
         assert_eq!(errors, [(); 4].map(|()| Err(expected.clone())));
     }
@@ -197,7 +198,7 @@ fn inputs_of_an_earlier_transfer_are_not_looked_at() {
             checks += 1;
             true
         };
-        let error = handler.wait_until(check, SHORT).unwrap_err();
+        let error = handler.areas().wait_until(check, SHORT).unwrap_err();
         assert_eq!((error, checks), (Error::WaitTimedOut { limit: SHORT }, 0), "{begun_before}");
         // The inputs before the first response do not count as values that change.
         thread::scope(|scope| {
@@ -205,7 +206,8 @@ fn inputs_of_an_earlier_transfer_are_not_looked_at() {
                 thread::sleep(SHORT / 2);
                 held.store(false, Ordering::Relaxed);
             });
-            let error = handler.wait_input_change(LOCAL_IO, Input::I1, 4 * SHORT).unwrap_err();
+            let error =
+                handler.areas().wait_input_change(LOCAL_IO, Input::I1, 4 * SHORT).unwrap_err();
             assert_eq!(error, Error::WaitTimedOut { limit: 4 * SHORT });
         });
         handler.end_transfer().unwrap();
@@ -216,12 +218,13 @@ fn inputs_of_an_earlier_transfer_are_not_looked_at() {
 fn a_condition_that_panics_stops_the_motors() {
     let (txt, _) = counting();
     let handler = begin(&txt, DEADLINE);
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
     let mistake = |areas: &[FishX1Transfer]| {
         assert!(areas[LOCAL_IO].input.uni[0] < 5, "a condition with a mistake");
         false
     };
-    catch_unwind(AssertUnwindSafe(|| handler.wait_until(mistake, DEADLINE).map(drop))).unwrap_err();
+    catch_unwind(AssertUnwindSafe(|| handler.areas().wait_until(mistake, DEADLINE).map(drop)))
+        .unwrap_err();
     assert_eq!(handler.end_transfer(), Err(Error::ProgramPanicked));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
 }
@@ -231,24 +234,26 @@ fn a_wait_for_a_motors_distance_never_ends_early() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = begin(&txt, DEADLINE);
     // Outputs of an extension go out after a response has included it.
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     for area in [LOCAL_IO, REMOTE_IO_1] {
         // A motor without a command is ready.
-        drop(handler.wait_motor_ex(area, Motor::M2, DEADLINE).unwrap());
+        drop(handler.areas().wait_motor_ex(area, Motor::M2, DEADLINE).unwrap());
         for pulses in 1..40 {
             let slave = [(Motor::M3, Direction::Ccw)];
-            handler.lock()[area]
+            handler.areas().lock()[area]
                 .start_motor_ex_cmd(Motor::M2, 512, Direction::Cw, &slave, pulses)
                 .unwrap();
             for motor in [Motor::M2, Motor::M3] {
-                let areas = handler.wait_motor_ex(area, motor, DEADLINE).unwrap();
+                let areas = handler.areas().wait_motor_ex(area, motor, DEADLINE).unwrap();
                 assert_eq!(u32::from(areas[area].get_in_cnt_count(motor.counter())), pulses);
             }
         }
     }
     // Nothing turns it, so it does not arrive.
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M2, 0, Direction::Halt, &[], 1).unwrap();
-    let error = handler.wait_motor_ex(LOCAL_IO, Motor::M2, SHORT).unwrap_err();
+    handler.areas().lock()[LOCAL_IO]
+        .start_motor_ex_cmd(Motor::M2, 0, Direction::Halt, &[], 1)
+        .unwrap();
+    let error = handler.areas().wait_motor_ex(LOCAL_IO, Motor::M2, SHORT).unwrap_err();
     assert_eq!(error, Error::WaitTimedOut { limit: SHORT });
     handler.end_transfer().unwrap();
     check_client(&txt);
@@ -258,15 +263,15 @@ fn a_wait_for_a_motors_distance_never_ends_early() {
 fn a_wait_ends_with_a_counters_reset() {
     let txt = unpaced().extensions(1).start().unwrap();
     let handler = begin(&txt, DEADLINE);
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     for area in [LOCAL_IO, REMOTE_IO_1] {
         for count in 1..20 {
             txt.with_machine(|machine| machine.controllers[area].counter[3] = count);
             let counted = |areas: &[FishX1Transfer]| areas[area].input.counter[3] == count;
-            let mut areas = handler.wait_until(counted, DEADLINE).unwrap();
+            let mut areas = handler.areas().wait_until(counted, DEADLINE).unwrap();
             areas[area].start_counter_reset(Counter::C4);
             drop(areas);
-            let areas = handler.wait_counter_reset(area, Counter::C4, DEADLINE).unwrap();
+            let areas = handler.areas().wait_counter_reset(area, Counter::C4, DEADLINE).unwrap();
             assert_eq!(areas[area].input.counter[3], 0);
         }
     }
@@ -277,17 +282,17 @@ fn a_wait_ends_with_a_counters_reset() {
 fn a_wait_ends_with_a_sound() {
     let txt = unpaced().start().unwrap();
     let handler = begin(&txt, DEADLINE);
-    handler.lock()[LOCAL_IO].set_sound(Sound::Bell, 2).unwrap();
-    drop(handler.wait_sound(LOCAL_IO, DEADLINE).unwrap());
+    handler.areas().lock()[LOCAL_IO].set_sound(Sound::Bell, 2).unwrap();
+    drop(handler.areas().wait_sound(LOCAL_IO, DEADLINE).unwrap());
     // Two seconds of machine time.
     assert!(txt.with_machine(|machine| machine.exchanges()) >= 200);
-    handler.lock()[LOCAL_IO].set_sound(Sound::Bell, 0).unwrap();
-    drop(handler.wait_sound(LOCAL_IO, DEADLINE).unwrap());
+    handler.areas().lock()[LOCAL_IO].set_sound(Sound::Bell, 0).unwrap();
+    drop(handler.areas().wait_sound(LOCAL_IO, DEADLINE).unwrap());
     // Repeat 0 plays it once.
     assert!(txt.with_machine(|machine| machine.exchanges()) >= 300);
     // Silence has nothing to end, so its id never comes back; nobody waits for that.
-    handler.lock()[LOCAL_IO].set_sound(SILENCE, 1).unwrap();
-    drop(handler.wait_sound(LOCAL_IO, DEADLINE).unwrap());
+    handler.areas().lock()[LOCAL_IO].set_sound(SILENCE, 1).unwrap();
+    drop(handler.areas().wait_sound(LOCAL_IO, DEADLINE).unwrap());
 }
 
 #[test]
@@ -302,12 +307,12 @@ fn a_wait_ends_with_an_inputs_next_value() {
     for (area, input, sign) in [(LOCAL_IO, Input::I3, 1), (REMOTE_IO_1, Input::I8, -1)] {
         let value = |areas: &[FishX1Transfer]| areas[area].input.uni[input.index()];
         for _ in 0..10 {
-            let before = value(&handler.wait_cycle().unwrap());
-            let after = value(&handler.wait_input_change(area, input, DEADLINE).unwrap());
+            let before = value(&handler.areas().wait_cycle().unwrap());
+            let after = value(&handler.areas().wait_input_change(area, input, DEADLINE).unwrap());
             // A change may have come in between the two calls.
             assert!([sign, 2 * sign].contains(&(after - before)), "{before} {after}");
         }
     }
-    let error = handler.wait_input_change(LOCAL_IO, Input::I1, SHORT).unwrap_err();
+    let error = handler.areas().wait_input_change(LOCAL_IO, Input::I1, SHORT).unwrap_err();
     assert_eq!(error, Error::WaitTimedOut { limit: SHORT });
 }

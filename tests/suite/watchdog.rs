@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::tx::{Direction, Motor};
-use ft_transfer_area::{Error, Event, EventKind, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::SimulatedTxt;
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, Record, DEADLINE};
@@ -41,7 +41,7 @@ impl Watched {
         let txt = txt.start().unwrap();
         let handler = handler_for(&txt).areas(2).watchdog(LIMIT).build().unwrap();
         prepare(&handler);
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 60_000).unwrap();
         areas[REMOTE_IO_1].output.duty[7] = 512;
         drop(areas);
@@ -78,14 +78,14 @@ impl Watched {
 }
 
 /// The error of the program's next wait, if any.
-fn next_error(area: &TransferArea) -> Option<Error> {
+fn next_error(area: &TransferAreas) -> Option<Error> {
     area.wait_cycle_for(DEADLINE).err()
 }
 
 #[test]
 fn motors_of_a_program_that_does_nothing_are_stopped_and_it_is_told_once() {
     let watched = Watched::start();
-    let area = watched.handler.transfer_area();
+    let area = watched.handler.areas().clone();
     watched.wait_until_stopped();
     watched.check_still_stopped();
     assert_eq!(next_error(&area), Some(EXPIRED));
@@ -93,9 +93,9 @@ fn motors_of_a_program_that_does_nothing_are_stopped_and_it_is_told_once() {
     area.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 300;
     watched.check_runs_with(300);
     // Another handle is notified, too; the motors run on.
-    assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
-    assert_eq!(watched.handler.feed_watchdog(), Ok(()));
-    assert_eq!(watched.handler.error(), None);
+    assert_eq!(watched.handler.areas().feed_watchdog(), Err(EXPIRED));
+    assert_eq!(watched.handler.areas().feed_watchdog(), Ok(()));
+    assert_eq!(watched.handler.areas().error(), None);
     watched.handler.end_transfer().unwrap();
     check_client(&watched.txt);
 }
@@ -103,12 +103,12 @@ fn motors_of_a_program_that_does_nothing_are_stopped_and_it_is_told_once() {
 #[test]
 fn a_guard_that_is_held_for_ever_does_not_keep_the_motors_running() {
     let watched = Watched::start();
-    let mut areas = watched.handler.lock();
+    let mut areas = watched.handler.areas().lock();
     areas[LOCAL_IO].output.duty[0] = 77;
     watched.wait_until_stopped();
     drop(areas);
     watched.check_still_stopped();
-    assert_eq!(watched.handler.lock()[LOCAL_IO].output.duty[0], 0, "the area shows it");
+    assert_eq!(watched.handler.areas().lock()[LOCAL_IO].output.duty[0], 0, "the area shows it");
     watched.handler.end_transfer().unwrap();
 }
 
@@ -118,13 +118,13 @@ fn a_program_that_polls_without_checking_does_not_switch_them_on_again() {
     watched.wait_until_stopped();
     let begin = watched.record.outputs().len();
     while watched.record.outputs().len() < begin + 20 {
-        watched.handler.lock()[LOCAL_IO].output.duty[0] = 400;
+        watched.handler.areas().lock()[LOCAL_IO].output.duty[0] = 400;
         thread::yield_now();
     }
     assert!(watched.record.outputs()[begin..].iter().all(|outputs| outputs.duty == [0; 8]));
     // It checks for errors, and goes on.
-    assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
-    watched.handler.lock()[LOCAL_IO].output.duty[0] = 400;
+    assert_eq!(watched.handler.areas().feed_watchdog(), Err(EXPIRED));
+    watched.handler.areas().lock()[LOCAL_IO].output.duty[0] = 400;
     watched.check_runs_with(400);
     watched.handler.end_transfer().unwrap();
 }
@@ -153,7 +153,7 @@ fn two_threads_that_wait_for_each_other_do_not_keep_the_motors_running() {
     let (to_first, from_second) = mpsc::channel::<()>();
     let (to_second, from_first) = mpsc::channel::<()>();
     let (go_on, gate) = (to_first.clone(), to_second.clone());
-    let area = watched.handler.transfer_area();
+    let area = watched.handler.areas().clone();
     thread::scope(|scope| {
         scope.spawn(move || {
             let _areas = area.lock();
@@ -178,13 +178,13 @@ fn motors_of_a_program_whose_thread_is_gone_are_stopped() {
     let shared = std::sync::Arc::clone(&handler);
     // A panic between two guards can't be noticed when the handler is shared.
     let panicked = thread::spawn(move || {
-        shared.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+        shared.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
         panic!("in the thread that controls the motors");
     });
     panicked.join().unwrap_err();
     let watched = Watched { handler: std::sync::Arc::into_inner(handler).unwrap(), ..watched };
     watched.wait_until_stopped();
-    assert_eq!(watched.handler.error(), None);
+    assert_eq!(watched.handler.areas().error(), None);
     watched.handler.end_transfer().unwrap();
 }
 
@@ -192,22 +192,22 @@ fn motors_of_a_program_whose_thread_is_gone_are_stopped() {
 fn listeners_get_an_event_and_a_distance_under_way_is_never_reached() {
     let watched = Watched::start();
     let events = [EventKind::WatchdogExpired, EventKind::MotorReached];
-    let events = watched.handler.events(&events, 100).unwrap();
+    let events = watched.handler.areas().events(&events, 100).unwrap();
     watched.wait_until_stopped();
     let expired = events.recv_timeout(DEADLINE).unwrap().event;
     assert!(matches!(expired, Event::WatchdogExpired { limit: LIMIT, .. }));
-    assert_eq!(watched.handler.feed_watchdog(), Err(EXPIRED));
+    assert_eq!(watched.handler.areas().feed_watchdog(), Err(EXPIRED));
     for _ in 0..10 {
-        let areas = watched.handler.wait_cycle().unwrap();
+        let areas = watched.handler.areas().wait_cycle().unwrap();
         assert!(!areas[LOCAL_IO].is_motor_ex_ready(Motor::M1), "it was cut off");
         assert_eq!(areas[LOCAL_IO].input.motor_ex_reached[0], 0);
     }
     assert!(events.receiver().is_empty());
     // A new distance is reached.
-    let mut areas = watched.handler.lock();
+    let mut areas = watched.handler.areas().lock();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, 512, Direction::Cw, &[], 20).unwrap();
     drop(areas);
-    drop(watched.handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE).unwrap());
+    drop(watched.handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE).unwrap());
     watched.handler.end_transfer().unwrap();
 }
 
@@ -218,20 +218,20 @@ fn a_program_that_waits_polls_feeds_or_has_a_hook_is_left_alone() {
     let handler = handler_for(&txt).watchdog(limit).build().unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..20 {
-        handler.wait_cycle().unwrap();
-        drop(handler.lock());
-        handler.feed_watchdog().unwrap();
+        handler.areas().wait_cycle().unwrap();
+        drop(handler.areas().lock());
+        handler.areas().feed_watchdog().unwrap();
     }
     handler.end_transfer().unwrap();
     // Without one, a program may sleep while its motor runs.
     let handler = handler_for(&txt).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 100;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 100;
     handler.begin_transfer().unwrap();
     thread::sleep(Duration::from_millis(50));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 100);
-    assert_eq!(handler.feed_watchdog(), Ok(()));
+    assert_eq!(handler.areas().feed_watchdog(), Ok(()));
     handler.end_transfer().unwrap();
-    assert_eq!(handler.feed_watchdog(), Err(Error::NotStarted));
+    assert_eq!(handler.areas().feed_watchdog(), Err(Error::NotStarted));
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn it_begins_again_with_each_transfer() {
     watched.wait_until_stopped();
     watched.handler.end_transfer().unwrap();
     watched.handler.begin_transfer().unwrap();
-    let mut areas = watched.handler.wait_cycle().expect("of another transfer");
+    let mut areas = watched.handler.areas().wait_cycle().expect("of another transfer");
     areas[LOCAL_IO].output.duty[0] = 200;
     drop(areas);
     watched.check_runs_with(200);
@@ -257,7 +257,7 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
     let handler = handler_for(&waits).watchdog(LIMIT).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     for _ in 0..20 {
-        let _areas = handler.wait_cycle().expect("it has waited all the time");
+        let _areas = handler.areas().wait_cycle().expect("it has waited all the time");
         thread::sleep(Duration::from_millis(10));
     }
     handler.end_transfer().unwrap();
@@ -276,7 +276,7 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
             }
         })
         .unwrap();
-    let events = handler.events(&[EventKind::WatchdogExpired, EventKind::TransferEnded], 9);
+    let events = handler.areas().events(&[EventKind::WatchdogExpired, EventKind::TransferEnded], 9);
     handler.begin_transfer().unwrap();
     let event = events.unwrap().recv_timeout(DEADLINE).unwrap().event;
     assert!(matches!(event, Event::TransferEnded { error: None, .. }));
@@ -295,7 +295,7 @@ fn the_exchange_goes_on_beside_a_hook_that_hangs() {
             ControlFlow::Continue(())
         })
         .unwrap();
-    let events = handler.events(&[EventKind::WatchdogExpired], 9).unwrap();
+    let events = handler.areas().events(&[EventKind::WatchdogExpired], 9).unwrap();
     handler.begin_transfer().unwrap();
     events.recv_timeout(DEADLINE).unwrap();
     let before = txt.with_machine(|machine| machine.exchanges());
@@ -337,6 +337,6 @@ fn panic_unread(address: &str) {
     });
     is_locked.recv().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[0] = 512;
     panic!("nobody reads this");
 }

@@ -70,7 +70,7 @@ fn stop(host: String, limit: Duration) -> anyhow::Result<()> {
     let stop = || -> anyhow::Result<String> {
         let handler = TransferAreaComHandler::builder(&*host).areas(MAX_AREAS).build()?;
         handler.begin_transfer()?;
-        drop(handler.wait_cycle()?);
+        drop(handler.areas().wait_cycle()?);
         handler.end_transfer()?;
         Ok(handler.device_name().unwrap_or_default())
     };

@@ -52,7 +52,7 @@ fn each_pupil_has_a_controller_and_the_page_for_all_only_looks() {
     let handler = TransferAreaComHandler::builder(&**program).build().unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.device_name().as_deref(), Some("TXT 2"));
-    handler.lock()[LOCAL_IO].output.duty[0] = 300;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 300;
     // The pupil's page has one controller.
     let state = own.state(0, is_running);
     assert_eq!(state["link"]["name"], "TXT 2");
@@ -65,7 +65,7 @@ fn each_pupil_has_a_controller_and_the_page_for_all_only_looks() {
     assert_eq!(own.refused(press(1)), "no_host");
     assert_eq!(all.refused(press(1)), "only_looks");
     own.done(press(0));
-    drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT).unwrap());
+    drop(handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT).unwrap());
     // The button of another pupil is not pressed.
     let others = all.state(0, |_| true);
     assert_eq!(others["world"]["boards"][0]["inputs"][2]["value"], 0.0);

@@ -39,8 +39,8 @@ fn record(path: &str, plan: &Plan) {
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     for _ in 0..plan.before {
         handler.begin_transfer().unwrap();
-        handler.lock()[LOCAL_IO].raise_motor_ex_cmd_id(Motor::M2);
-        handler.wait_cycle().map(drop).unwrap();
+        handler.areas().lock()[LOCAL_IO].raise_motor_ex_cmd_id(Motor::M2);
+        handler.areas().wait_cycle().map(drop).unwrap();
         handler.end_transfer().unwrap();
     }
     let options = Options::default().with_capacity(6_000);
@@ -48,7 +48,7 @@ fn record(path: &str, plan: &Plan) {
     handler.begin_transfer().unwrap();
     for cycle in 1..=plan.cycles {
         // A gap stops the motors.
-        let Ok(mut areas) = handler.wait_cycle() else { continue };
+        let Ok(mut areas) = handler.areas().wait_cycle() else { continue };
         let area = &mut areas[LOCAL_IO];
         area.output.duty[0] = if cycle + 1 < LATER { 512 } else { plan.duty };
         if cycle == 10 {
@@ -176,15 +176,15 @@ fn cycles_that_one_has_lost_are_left_out() {
     let some = Recorder::start(&handler, &other, Options::default().with_capacity(1)).unwrap();
     handler.begin_transfer().unwrap();
     for number in 0..3_000 {
-        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[2] = number % 512;
+        handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[2] = number % 512;
     }
     // A cycle tells what is lost before it, so the last ones must not be.
     let begin = Instant::now();
     loop {
-        handler.wait_cycle().map(drop).unwrap();
+        handler.areas().wait_cycle().map(drop).unwrap();
         std::thread::sleep(Duration::from_millis(20));
         let recorded = some.recorded();
-        if recorded.cycles + recorded.lost == handler.statistics().cycles {
+        if recorded.cycles + recorded.lost == handler.areas().statistics().cycles {
             break;
         }
         assert!(begin.elapsed() < DEADLINE, "the last cycle is never recorded");

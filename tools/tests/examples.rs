@@ -320,7 +320,7 @@ fn recording() -> TempDir {
     let options = Options::default().with_capacity(6_000);
     let recorder = Recorder::start(&handler, folder.path().join("run.mcap"), options).unwrap();
     handler.begin_transfer().unwrap();
-    (0..1_100).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    (0..1_100).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
     handler.end_transfer().unwrap();
     recorder.finish().unwrap();
     folder

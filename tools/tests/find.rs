@@ -77,7 +77,7 @@ fn a_controller_on_which_somebody_is_online_is_listed_and_not_disturbed() {
     let [free_at, used_at] = [&free, &used].map(|txt| txt.address().to_string());
     let handler = TransferAreaComHandler::builder(&used_at).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().unwrap()[0].output.duty[0] = 512;
+    handler.areas().wait_cycle().unwrap()[0].output.duty[0] = 512;
     let output = find(&[], &[&used_at, &free_at]);
     assert!(output.status.success());
     let row = columns(text(&output.stdout), &used_at);
@@ -90,9 +90,9 @@ fn a_controller_on_which_somebody_is_online_is_listed_and_not_disturbed() {
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(json(&output)["controllers"], Value::Array(vec![]));
     assert_eq!(json(&output)["others"][0]["perhaps_in_use"], Value::Bool(true));
-    handler.wait_cycle().unwrap();
+    handler.areas().wait_cycle().unwrap();
     used.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty[0], 512));
-    assert_eq!(handler.statistics().gaps, 0);
+    assert_eq!(handler.areas().statistics().gaps, 0);
     handler.end_transfer().unwrap();
 }
 

@@ -39,16 +39,16 @@ fn record() -> PathBuf {
     let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(2);
     let handler = builder.time_limits(limits).reconnect(DEADLINE).build().unwrap();
     let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
-    handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[0].raise_config_id();
+    handler.areas().lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.areas().lock()[0].raise_config_id();
     handler.begin_transfer().unwrap();
-    handler.lock()[0].output.duty[0] = 512;
-    while handler.wait_cycle().is_ok() {}
+    handler.areas().lock()[0].output.duty[0] = 512;
+    while handler.areas().wait_cycle().is_ok() {}
     // The gap stops the motors, and each handle gets one error for it.
-    handler.wait_cycle().unwrap()[0].output.duty[1] = 512;
-    handler.lock()[0].output.distance[0] = 50;
-    handler.lock()[0].raise_motor_ex_cmd_id(Motor::M1);
-    while handler.wait_cycle().unwrap()[0].input.motor_ex_reached[0] == 0 {}
+    handler.areas().wait_cycle().unwrap()[0].output.duty[1] = 512;
+    handler.areas().lock()[0].output.distance[0] = 50;
+    handler.areas().lock()[0].raise_motor_ex_cmd_id(Motor::M1);
+    while handler.areas().wait_cycle().unwrap()[0].input.motor_ex_reached[0] == 0 {}
     handler.end_transfer().unwrap();
     recorder.finish().unwrap();
     path

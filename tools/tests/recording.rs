@@ -129,7 +129,7 @@ fn with_force_the_old_file_is_there_until_a_watched_program_drives() {
         if drives {
             let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
             handler.begin_transfer().unwrap();
-            drop(handler.wait_cycle_for(DEADLINE).unwrap());
+            drop(handler.areas().wait_cycle_for(DEADLINE).unwrap());
             handler.end_transfer().unwrap();
         }
         watch.signal("INT");
@@ -193,7 +193,7 @@ fn names_in_a_recording_are_no_commands_for_the_terminal() {
     let handler = TransferAreaComHandler::builder(txt.address().to_string()).build().unwrap();
     let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().map(drop).unwrap();
+    handler.areas().wait_cycle().map(drop).unwrap();
     handler.end_transfer().unwrap();
     recorder.finish().unwrap();
     let info = said(&run(&["info", &path]));

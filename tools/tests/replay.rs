@@ -33,20 +33,20 @@ fn control(handler: &TransferAreaComHandler, duty: i16) -> Result<Decisions, Err
         decisions.push((area.timer.timer_10ms, format!("{what} at {count}")));
     };
     let at_end = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[1] != 0;
-    handler.lock()[LOCAL_IO].output.duty[0] = duty;
-    let mut areas = handler.wait_until(at_end, DEADLINE)?;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = duty;
+    let mut areas = handler.areas().wait_until(at_end, DEADLINE)?;
     areas[LOCAL_IO].output.duty[0] = 0;
     areas[LOCAL_IO].start_counter_reset(Counter::C1);
     decide(&areas[LOCAL_IO], "end");
     drop(areas);
-    let areas = handler.wait_counter_reset(LOCAL_IO, Counter::C1, DEADLINE)?;
+    let areas = handler.areas().wait_counter_reset(LOCAL_IO, Counter::C1, DEADLINE)?;
     decide(&areas[LOCAL_IO], "reset");
     drop(areas);
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     let area = &mut areas[LOCAL_IO];
     area.start_motor_ex_cmd(Motor::M1, duty, Direction::Ccw, &[], 200)?;
     drop(areas);
-    let areas = handler.wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE)?;
+    let areas = handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, DEADLINE)?;
     decide(&areas[LOCAL_IO], "back");
     Ok(decisions)
 }
@@ -175,8 +175,8 @@ fn a_program_that_leaves_sooner_or_later_is_told_so() {
     let later = handler(replay.port);
     later.begin_transfer().unwrap();
     control(&later, DUTY_MAX).unwrap();
-    later.wait_cycle().map(drop).unwrap();
-    later.wait_cycle().map(drop).unwrap();
+    later.areas().wait_cycle().map(drop).unwrap();
+    later.areas().wait_cycle().map(drop).unwrap();
     later.end_transfer().unwrap();
     let (well, said) = replay.end();
     assert!(!well && said.contains("first differed in cycle"), "{said}");
@@ -278,7 +278,7 @@ fn a_replay_has_the_pace_of_its_recording() {
     let begin = Instant::now();
     assert_eq!(program(&handler, DUTY_MAX), recorded[0]);
     // The recorded clock moved by 10 ms with each cycle.
-    let cycles = handler.statistics().cycles as u32;
+    let cycles = handler.areas().statistics().cycles as u32;
     assert!(begin.elapsed() >= Duration::from_millis(10) * (cycles - 1));
     drop(handler);
     assert!(replay.end().0);
@@ -304,7 +304,7 @@ fn recorded_pictures_come_again() {
         while recorder.recorded().frames <= index as u64 {
             assert!(begin.elapsed() < DEADLINE, "the picture is not recorded");
         }
-        (0..20).for_each(|_| drop(recorded.wait_cycle().unwrap()));
+        (0..20).for_each(|_| drop(recorded.areas().wait_cycle().unwrap()));
     }
     recorded.end_transfer().unwrap();
     recorder.finish().unwrap();
@@ -317,7 +317,7 @@ fn recorded_pictures_come_again() {
     let picture = || frames.recv_timeout(DEADLINE).unwrap().jpeg().unwrap().into_owned();
     assert!(picture() == PICTURES[0], "before the first cycle the first picture");
     // In a cycle after the one in which the second one came.
-    (0..40).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    (0..40).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
     let begin = Instant::now();
     loop {
         let picture = picture();

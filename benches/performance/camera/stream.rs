@@ -263,7 +263,7 @@ fn idle_load(controller: &Controller, camera_port: u16, time: Duration) -> Resul
     let (begin, before) = (Instant::now(), Usage::now()?.time());
     thread::sleep(time);
     let share = share_since(begin, before)?;
-    ensure!(handler.statistics().cycles > 0, "the exchange does not go on");
+    ensure!(handler.areas().statistics().cycles > 0, "the exchange does not go on");
     Ok(share)
 }
 

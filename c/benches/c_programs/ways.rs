@@ -136,7 +136,7 @@ fn in_rust(host: &str, work: fn(&TransferAreaComHandler, u64) -> Result<(), Erro
 fn waiting(host: &str) -> Used {
     in_rust(host, |handler, cycles| {
         for _ in 0..cycles {
-            let mut areas = handler.wait_cycle()?;
+            let mut areas = handler.areas().wait_cycle()?;
             areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
         }
         Ok(())
@@ -145,8 +145,8 @@ fn waiting(host: &str) -> Used {
 
 fn locking(host: &str) -> Used {
     in_rust(host, |handler, cycles| {
-        while handler.statistics().cycles < cycles {
-            let mut areas = handler.lock();
+        while handler.areas().statistics().cycles < cycles {
+            let mut areas = handler.areas().lock();
             areas[LOCAL_IO].output.duty[0] = areas[LOCAL_IO].input.uni[0];
             drop(areas);
             thread::sleep(Duration::from_millis(1));

@@ -213,7 +213,7 @@ impl Ex2 {
         let mut picture = self.picture.lock();
         picture.next(&frames).ok_or_else(|| {
             let handler = session.handler();
-            handler.camera_error().or_else(|| handler.error()).unwrap_or(Error::NotStarted)
+            handler.camera_error().or_else(|| handler.areas().error()).unwrap_or(Error::NotStarted)
         })
     }
 }

@@ -145,11 +145,11 @@ impl Device {
 
     /// The statistics of the transfer since its begin, and what of it was reset.
     pub(super) fn statistics(&self) -> (Statistics, Statistics) {
-        (self.session.handler().statistics(), *self.forgotten.lock())
+        (self.session.handler().areas().statistics(), *self.forgotten.lock())
     }
 
     pub(super) fn reset_statistics(&self) {
-        *self.forgotten.lock() = self.session.handler().statistics();
+        *self.forgotten.lock() = self.session.handler().areas().statistics();
     }
 
     /// Ends the transfer, with all outputs off, and all else that belongs to the device. Returns whether it

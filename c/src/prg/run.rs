@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
-    Error, FirmwareVersion, TransferArea, TransferAreaComHandler, TransferMode,
+    Error, FirmwareVersion, TransferAreaComHandler, TransferAreas, TransferMode,
 };
 
 use parking_lot::Mutex;
@@ -74,7 +74,7 @@ fn connect(host: &str) -> Result<Arc<TransferAreaComHandler>, Error> {
 
 /// A program that runs.
 struct Program {
-    area: TransferArea,
+    area: TransferAreas,
     mirror: Mirror<Ta>,
     system: Arc<System>,
     watch: Watch,
@@ -108,7 +108,7 @@ impl Program {
         signals::take_up()?;
         let mirror = Mirror::new(array, DEV_MODE_LOCAL);
         mirror.introduce(&name, handler.version().unwrap_or(FirmwareVersion::OLDEST_SUPPORTED));
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         let pace = Pace::new(Instant::now());
         let shown = Default::default();
         let mut program = Self { area, mirror, system, watch, tic, pace, shown };

@@ -7,6 +7,6 @@ use ft_transfer_area::{Error, TransferAreaComHandler};
 pub(crate) fn stop(host: &str) -> Result<(), Error> {
     let handler = TransferAreaComHandler::builder(host).areas(MAX_AREAS).build()?;
     handler.begin_transfer()?;
-    drop(handler.wait_cycle()?);
+    drop(handler.areas().wait_cycle()?);
     handler.end_transfer()
 }

@@ -11,10 +11,10 @@ fn main() -> Result<(), Error> {
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
     // O7 and O8 are two single outputs, no motor M4.
-    handler.lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
     handler.begin_transfer()?;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
         let pressed = area.get_in_io_value_binary(Input::I1)?;
         area.set_out_pwm_values(Output::O8, if pressed { DUTY_MAX } else { 0 })?;

@@ -11,12 +11,12 @@ fn main() -> Result<(), Error> {
     let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
-    handler.lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
     handler.begin_transfer()?;
     loop {
         for duty in [DUTY_MAX, 0] {
             // The guard ends with this line, so the lamp changes before the program sleeps.
-            handler.wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, duty)?;
+            handler.areas().wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, duty)?;
             sleep(Duration::from_millis(500));
         }
     }

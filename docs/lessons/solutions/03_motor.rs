@@ -12,7 +12,7 @@ fn main() -> Result<(), Error> {
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
     handler.begin_transfer()?;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
         let i1 = area.get_in_io_value_binary(Input::I1)?;
         let i2 = area.get_in_io_value_binary(Input::I2)?;

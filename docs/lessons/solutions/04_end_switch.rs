@@ -23,7 +23,7 @@ fn main() -> Result<(), Error> {
 /// Waits until this button or switch is pressed.
 fn wait_for(handler: &TransferAreaComHandler, input: Input) -> Result<(), Error> {
     loop {
-        if handler.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(input)? {
+        if handler.areas().wait_cycle()?[LOCAL_IO].get_in_io_value_binary(input)? {
             return Ok(());
         }
     }
@@ -31,7 +31,7 @@ fn wait_for(handler: &TransferAreaComHandler, input: Input) -> Result<(), Error>
 
 /// Moves the slide until this switch is pressed.
 fn go(handler: &TransferAreaComHandler, direction: Direction, until: Input) -> Result<(), Error> {
-    handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
+    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
     wait_for(handler, until)?;
-    handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)
+    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)
 }

@@ -18,16 +18,16 @@ fn main() -> Result<(), Error> {
     let released = |areas: &[FishX1Transfer]| !pressed(areas);
     let arrived = |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(Counter::C1) >= 100;
     loop {
-        handler.wait_until(pressed, Duration::MAX)?;
-        handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
-        handler.wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
+        handler.areas().wait_until(pressed, Duration::MAX)?;
+        handler.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C1);
+        handler.areas().wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
         turn(&handler, Direction::Cw)?;
-        handler.wait_until(arrived, LIMIT)?;
+        handler.areas().wait_until(arrived, LIMIT)?;
         turn(&handler, Direction::Halt)?;
-        handler.wait_until(released, Duration::MAX)?;
+        handler.areas().wait_until(released, Duration::MAX)?;
     }
 }
 
 fn turn(handler: &TransferAreaComHandler, direction: Direction) -> Result<(), Error> {
-    handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
+    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
 }

@@ -21,8 +21,14 @@ fn main() -> Result<(), Error> {
 /// Drives 500 pulses and waits until both wheels have arrived. The controller keeps M2 beside M1.
 fn drive(handler: &TransferAreaComHandler, direction: Direction) -> Result<(), Error> {
     let slaves = [(Motor::M2, direction)];
-    handler.lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M1, DUTY_MAX, direction, &slaves, 500)?;
-    handler.wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT)?;
-    handler.wait_motor_ex(LOCAL_IO, Motor::M2, LIMIT)?;
+    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(
+        Motor::M1,
+        DUTY_MAX,
+        direction,
+        &slaves,
+        500,
+    )?;
+    handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT)?;
+    handler.areas().wait_motor_ex(LOCAL_IO, Motor::M2, LIMIT)?;
     Ok(())
 }

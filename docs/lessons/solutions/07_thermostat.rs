@@ -14,10 +14,10 @@ fn main() -> Result<(), Error> {
     let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
-    handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I1, InputMode::Resistance, false);
     handler.begin_transfer()?;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
         let ohms = area.get_in_io_value_analogue(Input::I1)?;
         if ohms < WARM {

@@ -46,12 +46,12 @@ fn main() -> Result<(), Error> {
     let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
-    handler.lock()[LOCAL_IO].set_ft_motor_config(Motor::M1, false);
-    handler.lock()[LOCAL_IO].set_ft_motor_config(Motor::M2, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M1, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M2, false);
     handler.begin_transfer()?;
     let mut state = State::Green;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let now = areas.arrived();
         let area = &mut areas[LOCAL_IO];
         state = state.next(area.get_in_io_value_binary(Input::I1)?, now);

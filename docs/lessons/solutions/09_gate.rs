@@ -67,12 +67,12 @@ fn main() -> Result<(), Error> {
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
     for input in [Input::I1, Input::I2, Input::I3, Input::I4, Input::I5] {
-        handler.lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
+        handler.areas().lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
     }
     handler.begin_transfer()?;
     let mut state = State::Stopped;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let now = areas.arrived();
         let area = &mut areas[LOCAL_IO];
         state = state.next(&Inputs::read(area)?, now);

@@ -63,7 +63,7 @@ fn main() -> Result<(), Error> {
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
     {
-        let area = &mut handler.lock()[LOCAL_IO];
+        let area = &mut handler.areas().lock()[LOCAL_IO];
         for input in [Input::I1, Input::I3, Input::I6, Input::I7] {
             area.set_ft_uni_config(input, InputMode::Resistance, true);
         }
@@ -74,7 +74,7 @@ fn main() -> Result<(), Error> {
     handler.begin_transfer()?;
     let mut state = State::Waits;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
         state = state.next(area)?;
         state.show(area)?;

@@ -236,8 +236,8 @@ impl Machine {
     /// let txt = builder.start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
     /// handler.begin_transfer()?;
-    /// handler.wait_cycle()?[0].output.duty[0] = 512;
-    /// while handler.wait_cycle().is_ok() {}
+    /// handler.areas().wait_cycle()?[0].output.duty[0] = 512;
+    /// while handler.areas().wait_cycle().is_ok() {}
     /// assert!(handler.end_transfer().is_err());
     /// # Ok(())
     /// # }

@@ -13,13 +13,13 @@ use crate::handler::sync::PanicCheck;
 use crate::pause::within_clock;
 
 /// Events of the kinds that were subscribed to, in the order in which they happened; made by
-/// [`TransferArea::events`](crate::TransferArea::events).
+/// [`TransferAreas::events`](crate::TransferAreas::events).
 ///
 /// It is an iterator, by value and by reference: each step blocks until there is an event, and a `for` loop
 /// ends after [`Event::TransferEnded`](crate::Event::TransferEnded), or when the handler was dropped. The
 /// subscription stays for the next transfer, and so does [`recv`](Self::recv).
 /// Dropping this unsubscribes; when a panic drops it, the transfer [ends with all motors
-/// stopped](crate::TransferArea#when-a-thread-panics).
+/// stopped](crate::TransferAreas#when-a-thread-panics).
 ///
 /// ```
 /// use std::thread;
@@ -28,7 +28,7 @@ use crate::pause::within_clock;
 /// use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
 ///
 /// fn print_switches(handler: &TransferAreaComHandler) -> Result<(), Error> {
-///     let events = handler.events(&[EventKind::InputChanged], 100)?;
+///     let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
 ///     thread::spawn(move || {
 ///         for told in &events {
 ///             match told.event {

@@ -11,11 +11,11 @@ use super::listeners::Listeners;
 use super::log::Subscription;
 use crate::error::Error;
 use crate::events::LogEntry;
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::pause::within_clock;
 
 /// Every cycle of a handler's transfers, on a channel; made by
-/// [`TransferArea::cycle_log`](crate::TransferArea::cycle_log).
+/// [`TransferAreas::cycle_log`](crate::TransferAreas::cycle_log).
 ///
 /// It is an iterator: each step blocks until there is an entry, and it ends when the handler was dropped. A log
 /// only looks: it neither keeps the motors on nor stops them, and dropping it changes nothing for the transfer.
@@ -117,7 +117,7 @@ impl Drop for CycleLog {
     }
 }
 
-impl TransferArea {
+impl TransferAreas {
     /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
     /// gaps and ends of transfers. The channel holds up to `capacity` cycles, 1..=[`CycleLog::MAX_CAPACITY`],
     /// each of about 4 kB; a few other entries have more room.
@@ -135,9 +135,9 @@ impl TransferArea {
     /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
     /// let txt = SimulatedTxt::builder().start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
-    /// let log = handler.cycle_log(500)?; // five seconds
+    /// let log = handler.areas().cycle_log(500)?; // five seconds
     /// handler.begin_transfer()?;
-    /// handler.wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
+    /// handler.areas().wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
     /// handler.end_transfer()?;
     /// drop(handler);
     ///

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use super::controller::Controller;
 use super::{check, handler, program, NO_END};
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::handler::settings::Settings;
 use crate::handler::sync::pass;
 use crate::terminals::Motor;
@@ -17,7 +17,7 @@ const LIMIT: Duration = Duration::from_millis(100);
 
 /// Orders command after command, each with a number of its own, whatever happens to the transfer. What is reported as done
 /// must have come to the controller.
-fn order(area: &TransferArea, controller: &Controller, longer: Duration) {
+fn order(area: &TransferAreas, controller: &Controller, longer: Duration) {
     let check = |areas: &[FishX1Transfer], number: u16| {
         let area = &areas[LOCAL_IO];
         let driven = !area.is_motor_ex_ready(Motor::M1) || controller.has_driven(number);

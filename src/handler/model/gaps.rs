@@ -10,7 +10,7 @@ use crate::handler::parts::phase::Stop;
 use crate::handler::program::known::Known;
 use crate::handler::shared::Shared;
 use crate::handler::transfer::side::Side;
-use crate::handler::TransferArea;
+use crate::handler::TransferAreas;
 
 const ORDERS: usize = 700;
 
@@ -23,7 +23,7 @@ fn deliver(side: Side<'_>) {
 /// listener in lock-step, its window does not open then.
 fn lost_at_once(lock_step: bool) {
     let shared = Arc::new(Shared::running(None, lock_step));
-    let area = TransferArea::new(Arc::clone(&shared));
+    let area = TransferAreas::new(Arc::clone(&shared));
     let _listener = area.events(EventKind::ALL, 100).unwrap();
     let waits = [0, 1].map(|_| {
         let area = area.clone();

@@ -50,7 +50,7 @@ fn replaced_and_cleared(lock_step: bool) {
     waits.join().unwrap();
     assert_eq!(first.load(Ordering::SeqCst), of_first, "called after it was replaced");
     assert_eq!(second.load(Ordering::SeqCst), of_second, "called after it was cleared");
-    assert!(!handler.area().shared().state().has_hook_before(u64::MAX));
+    assert!(!handler.areas().shared().state().has_hook_before(u64::MAX));
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn ends_the_transfer(by_call: bool, lock_step: bool) {
     for transfer in 1..=2 {
         handler.begin_transfer().unwrap();
         let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
-        wait_to_the_end(handler.area(), |_| ());
+        wait_to_the_end(handler.areas(), |_| ());
         waits.join().unwrap();
         assert_eq!(handler.end_transfer(), Ok(()));
         assert_eq!(calls.lock().unwrap().len(), 2 * transfer);

@@ -28,7 +28,7 @@ use self::controller::{Controller, Request};
 use crate::error::Error;
 use crate::exchange::TransferMode;
 use crate::handler::com_handler::TransferAreaComHandler;
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::handler::program::guard::TransferAreaGuard;
 use crate::handler::settings::Settings;
 
@@ -88,15 +88,15 @@ fn handler(set: impl FnOnce(&mut Settings)) -> (Arc<TransferAreaComHandler>, Arc
 /// A thread of the program with a handle of its own.
 fn program<T: Send + 'static>(
     handler: &TransferAreaComHandler,
-    work: impl FnOnce(TransferArea) -> T + Send + 'static,
+    work: impl FnOnce(TransferAreas) -> T + Send + 'static,
 ) -> JoinHandle<T> {
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     thread::spawn(move || work(area))
 }
 
 /// Waits for responses until the transfer ends; returns the errors before that.
 fn wait_to_the_end(
-    area: &TransferArea,
+    area: &TransferAreas,
     mut answer: impl FnMut(&mut TransferAreaGuard<'_>),
 ) -> Vec<Error> {
     let mut told = Vec::new();

@@ -27,9 +27,9 @@ fn after_an_end_no_request_of_its_transfer_follows() {
                         Err(Error::AlreadyStarted | Error::NotStarted) => {}
                         Err(error) => panic!("{error}"),
                     }
-                    let number = handler.area().shared().state().transfer.number();
+                    let number = handler.areas().shared().state().transfer.number();
                     assert_eq!(handler.end_transfer(), Ok(()));
-                    let state = handler.area().shared().state();
+                    let state = handler.areas().shared().state();
                     let transfer = &state.transfer;
                     let is_over = !transfer.is_beginning() && !transfer.is_running();
                     assert!(is_over || transfer.number() > number, "it is still there");

@@ -8,7 +8,7 @@ use shuttle::thread;
 
 use super::{check, duties, handler, program, wait_to_the_end};
 use crate::error::Error;
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::handler::program::known::Known;
 use crate::handler::sync::{now, pass};
 
@@ -17,14 +17,14 @@ const ORDERS: usize = 700;
 const LIMIT: Duration = Duration::from_millis(100);
 
 /// How many there were.
-fn interruptions(area: &TransferArea) -> u64 {
+fn interruptions(area: &TransferAreas) -> u64 {
     let mut known = Known::default();
     area.shared().state().learn_all(&mut known);
     known.interruptions
 }
 
 /// Asks until nothing is left to be told; returns how often the watchdog was.
-fn told(area: &TransferArea) -> usize {
+fn told(area: &TransferAreas) -> usize {
     let mut count = 0;
     loop {
         match area.feed_watchdog() {
@@ -41,7 +41,7 @@ fn it_stops_the_motors_while_a_guard_is_held_and_threads_wait_and_what_the_guard
         let (handler, controller) = handler(|settings| settings.watchdog = Some(LIMIT));
         handler.begin_transfer().unwrap();
         let waits = [0, 1].map(|_| program(&handler, |area| wait_to_the_end(&area, |_| ())));
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         while !duties(&controller.requests()).contains(&512) {
             let _ = area.feed_watchdog();
             area.lock()[0].output.duty[0] = 512;
@@ -49,7 +49,7 @@ fn it_stops_the_motors_while_a_guard_is_held_and_threads_wait_and_what_the_guard
         }
         let mut areas = area.lock();
         areas[0].output.duty[0] = 300;
-        let expired = || interruptions(handler.area());
+        let expired = || interruptions(handler.areas());
         let before = expired();
         pass(LIMIT);
         let over = now();
@@ -84,8 +84,8 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
             }
             (area, count)
         });
-        let (aware, unaware) = (handler.transfer_area(), handler.transfer_area());
-        let expired = || interruptions(handler.area()) as usize;
+        let (aware, unaware) = (handler.areas().clone(), handler.areas().clone());
+        let expired = || interruptions(handler.areas()) as usize;
         pass(LIMIT);
         let before = expired();
         let count = told(&aware);
@@ -110,8 +110,8 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
     check(ORDERS, || {
         let (handler, controller) = handler(|settings| settings.watchdog = Some(LIMIT));
         handler.begin_transfer().unwrap();
-        let others = handler.transfer_area();
-        let has_expired = || handler.area().shared().state().watchdog_has_expired();
+        let others = handler.areas().clone();
+        let has_expired = || handler.areas().shared().state().watchdog_has_expired();
         pass(LIMIT);
         while !has_expired() {
             thread::yield_now();
@@ -123,12 +123,12 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
         });
         writes.join().unwrap();
         assert!(!duties(&controller.requests()).contains(&512), "it was not told");
-        let expired = handler.area().feed_watchdog();
+        let expired = handler.areas().feed_watchdog();
         assert_eq!(expired, Err(Error::WatchdogExpired { limit: LIMIT }));
         // Now the exchange goes on, and the others write again, until it expires again.
         while !duties(&controller.requests()).contains(&512) {
             others.lock()[0].output.duty[0] = 512;
-            let _ = handler.area().feed_watchdog();
+            let _ = handler.areas().feed_watchdog();
             thread::yield_now();
         }
         handler.end_transfer().unwrap();

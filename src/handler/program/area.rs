@@ -29,7 +29,7 @@ use crate::terminals::Motor;
 /// [`Error::ProgramPanicked`], because no other thread does the work of that thread, and what it wrote
 /// under a guard that it held is undone. **A panic can't be seen** when a thread only shares a handle or
 /// the handler with others, by reference or in an `Arc`, and panics while it holds no guard. So give each
-/// thread a handle of its own (`handler.transfer_area()`, or a clone), and use the
+/// thread a handle of its own (`handler.areas().clone()`, or a clone), and use the
 /// [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) for the rest.
 ///
 /// # Two controllers
@@ -60,19 +60,19 @@ use crate::terminals::Motor;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let handler = TransferAreaComHandler::builder("192.168.7.2").build()?;
-/// let area = handler.transfer_area();
+/// let area = handler.areas().clone();
 /// std::thread::spawn(move || area.lock()[LOCAL_IO].output.duty[0] = 512).join().unwrap();
-/// assert_eq!(handler.lock()[LOCAL_IO].output.duty[0], 512);
+/// assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty[0], 512);
 /// # Ok(())
 /// # }
 /// ```
-pub struct TransferArea {
+pub struct TransferAreas {
     shared: Arc<Shared>,
     known: AtomicKnown,
     panicking: PanicCheck,
 }
 
-impl TransferArea {
+impl TransferAreas {
     pub(crate) fn new(shared: Arc<Shared>) -> Self {
         Self { shared, known: AtomicKnown::default(), panicking: PanicCheck::new() }
     }
@@ -130,7 +130,7 @@ impl TransferArea {
     ///
     /// When this thread already holds a guard, because it would wait for itself forever. This stops the
     /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
-    /// of its block, or of the statement that locks: `match handler.lock()[0].input.uni[0] { … }` and
+    /// of its block, or of the statement that locks: `match handler.areas().lock()[0].input.uni[0] { … }` and
     /// `println!` hold it until their end.
     #[doc(alias = "GetTransferAreasArrayAddr")]
     #[doc(alias = "GetKeLibTransferAreaMainAddress")]
@@ -263,26 +263,26 @@ impl TransferArea {
 }
 
 /// The clone knows what this handle knows.
-impl Clone for TransferArea {
+impl Clone for TransferAreas {
     fn clone(&self) -> Self {
         let known = self.known.clone();
         Self { shared: Arc::clone(&self.shared), known, panicking: PanicCheck::new() }
     }
 }
 
-impl fmt::Debug for TransferArea {
+impl fmt::Debug for TransferAreas {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("TransferArea").field("statistics", &self.statistics()).finish()
+        f.debug_struct("TransferAreas").field("statistics", &self.statistics()).finish()
     }
 }
 
-impl Drop for TransferArea {
+impl Drop for TransferAreas {
     fn drop(&mut self) {
         self.stop_on_panic();
     }
 }
 
-impl TransferArea {
+impl TransferAreas {
     /// Subscribes to events of these kinds, on a channel that holds up to `capacity` of them,
     /// 1..=[`Events::MAX_CAPACITY`]. This replaces FtTxtLib's callbacks; see [`Event`](crate::Event).
     ///
@@ -326,10 +326,10 @@ impl TransferArea {
     ///
     /// use ft_transfer_area::transfer_area::LOCAL_IO;
     /// use ft_transfer_area::tx::Motor;
-    /// use ft_transfer_area::{Error, Event, EventKind, TransferArea};
+    /// use ft_transfer_area::{Error, Event, EventKind, TransferAreas};
     ///
     /// /// Drives M1 against its stop, which has no switch; returns whether it got there in time.
-    /// fn drive_to_stop(area: &TransferArea) -> Result<bool, Error> {
+    /// fn drive_to_stop(area: &TransferAreas) -> Result<bool, Error> {
     ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Some(Duration::from_millis(300)))?;
     ///     let events = area.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
     ///     area.lock()[LOCAL_IO].output.duty[0] = 200;
@@ -361,7 +361,7 @@ mod tests {
     #[test]
     fn a_wait_that_ends_late_does_not_make_a_newer_response_new_again() {
         let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         area.note_returned(2);
         // Of another thread that shares the handle.
         area.note_returned(1);

@@ -20,7 +20,7 @@ use crate::transfer_area::FishX1Transfer;
 ///
 /// Outputs that were written do not count when the outputs were stopped meanwhile, by the end of the
 /// transfer, a lost connection or the watchdog, or when they were stopped before and the handle does [not
-/// know of that yet](crate::TransferArea#when-outputs-count). Then they read 0 at the next lock.
+/// know of that yet](crate::TransferAreas#when-outputs-count). Then they read 0 at the next lock.
 ///
 /// An index beyond the number of areas that the handler was
 /// [built](crate::TransferAreaComHandlerBuilder::areas) with panics; `get` returns `None` for it.
@@ -45,10 +45,10 @@ impl<'a> TransferAreaGuard<'a> {
     ///
     /// ```
     /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferArea};
+    /// use ft_transfer_area::{Error, TransferAreas};
     ///
     /// /// Holds the distance that a sensor at I1 measures, by an integrating controller for M1.
-    /// fn hold_distance(area: &TransferArea, wanted: f64) -> Result<(), Error> {
+    /// fn hold_distance(area: &TransferAreas, wanted: f64) -> Result<(), Error> {
     ///     let areas = area.wait_cycle()?;
     ///     let (mut cycle, mut arrived) = (areas.cycle(), areas.arrived());
     ///     drop(areas);
@@ -163,7 +163,8 @@ mod tests {
     /// The panic of a program that does this with the guard of a handler with two areas.
     fn panic_of(program: impl FnOnce(&mut super::TransferAreaGuard)) -> String {
         let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
-        let panic = catch_unwind(AssertUnwindSafe(|| program(&mut handler.lock()))).unwrap_err();
+        let panic =
+            catch_unwind(AssertUnwindSafe(|| program(&mut handler.areas().lock()))).unwrap_err();
         *panic.downcast::<String>().unwrap()
     }
 
@@ -182,7 +183,7 @@ mod tests {
     #[test]
     fn indices_and_ranges_within_the_areas_are_those_of_a_slice() {
         let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         areas[REMOTE_IO_1].output.duty[0] = 7;
         assert_eq!((areas[LOCAL_IO].state.id, areas[1..][0].output.duty[0]), (0, 7));
         assert_eq!((areas[..].len(), areas.get(2)), (2, None));

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::handler::com_handler::TransferAreaComHandler;
 use crate::handler::parts::phase::Stop;
 use crate::handler::parts::tickets::TicketId;
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::handler::program::guard::TransferAreaGuard;
 use crate::handler::shared::Shared;
 use crate::handler::state::{HookStep, Lease, State};
@@ -25,7 +25,7 @@ impl TransferAreaComHandler {
     /// Calls a function in each cycle, between receiving inputs and sending outputs: the
     /// controller's `SetTransferAreaCompleteCallback`.
     ///
-    /// This starts a thread that calls the function with what [`wait_cycle`](TransferArea::wait_cycle) returns:
+    /// This starts a thread that calls the function with what [`wait_cycle`](TransferAreas::wait_cycle) returns:
     ///
     /// - for each response the areas, locked, with the inputs that have just come in. What the function
     ///   writes goes out in the very next request, if it returns within the [reaction
@@ -50,7 +50,7 @@ impl TransferAreaComHandler {
     /// second, or the limit of the [watchdog](crate::TransferAreaComHandlerBuilder::watchdog) if there is one, is
     /// treated like a watchdog that expires: all motors stop, waits of all threads return
     /// [`Error::WatchdogExpired`], and when the function returns, what it wrote does not count and it is called
-    /// with this error. Until it returns, [`lock`](TransferArea::lock) waits for it, as for any guard.
+    /// with this error. Until it returns, [`lock`](TransferAreas::lock) waits for it, as for any guard.
     ///
     /// The function may do what any thread of the program may do that has a guard, such as ending the
     /// transfer, setting another hook, or dropping the handler. Locking the areas and
@@ -58,7 +58,7 @@ impl TransferAreaComHandler {
     ///
     /// `std::process::exit` in the function ends the program without a last exchange, so motors may go on: return
     /// [`ControlFlow::Break`], and exit after `end_transfer`. A function that owns its own handler, in an `Arc`,
-    /// keeps it and its transfer for ever: give it a `Weak` or a [`TransferArea`].
+    /// keeps it and its transfer for ever: give it a `Weak` or a [`TransferAreas`].
     ///
     /// Blocks while an earlier hook runs, for half a second at most; inside a hook it does not block.
     ///
@@ -80,7 +80,7 @@ impl TransferAreaComHandler {
     ///         ControlFlow::Continue(())
     ///     })?;
     ///     handler.begin_transfer()?;
-    ///     while handler.wait_cycle().is_ok() {}
+    ///     while handler.areas().wait_cycle().is_ok() {}
     ///     handler.end_transfer()
     /// }
     /// ```
@@ -96,10 +96,10 @@ impl TransferAreaComHandler {
         &self,
         hook: impl FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> + Send + 'static,
     ) -> Result<(), Error> {
-        let shared = self.area().shared();
+        let shared = self.areas().shared();
         let Some(ticket) = shared.replace_hook(true) else { return Ok(()) };
         // Without a thread it is dropped here, and the ticket with it.
-        let thread = HookThread { area: self.area().clone(), ticket };
+        let thread = HookThread { area: self.areas().clone(), ticket };
         spawn("cycle-hook", move || thread.run(hook)).map(drop).map_err(Error::not_started)
     }
 
@@ -109,13 +109,13 @@ impl TransferAreaComHandler {
     /// it does not block. After this has returned, the function is not called again; one that hangs may still be
     /// running.
     pub fn clear_cycle_hook(&self) {
-        self.area().shared().replace_hook(false);
+        self.areas().shared().replace_hook(false);
     }
 }
 
 /// The thread that calls the program's function.
 struct HookThread {
-    area: TransferArea,
+    area: TransferAreas,
     ticket: TicketId,
 }
 

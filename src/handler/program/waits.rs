@@ -3,13 +3,13 @@
 use std::time::Duration;
 
 use crate::error::Error;
-use crate::handler::program::area::TransferArea;
+use crate::handler::program::area::TransferAreas;
 use crate::handler::program::guard::TransferAreaGuard;
 use crate::handler::program::known::Known;
 use crate::terminals::{Counter, Input, Motor};
 use crate::transfer_area::FishX1Transfer;
 
-impl TransferArea {
+impl TransferAreas {
     /// Waits until a condition holds and returns the areas locked, as they were found then.
     ///
     /// The condition is checked immediately, and then once for each response, as in a loop around
@@ -26,10 +26,10 @@ impl TransferArea {
     /// use std::time::Duration;
     ///
     /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, FishX1Transfer, TransferArea};
+    /// use ft_transfer_area::{Error, FishX1Transfer, TransferAreas};
     ///
     /// /// Turns M1 until the end switch at I1 is pressed.
-    /// fn go_home(area: &TransferArea) -> Result<(), Error> {
+    /// fn go_home(area: &TransferAreas) -> Result<(), Error> {
     ///     area.lock()[LOCAL_IO].output.duty[0] = 300;
     ///     let pressed = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[0] != 0;
     ///     let mut areas = area.wait_until(pressed, Duration::from_secs(5))?;
@@ -172,18 +172,18 @@ mod tests {
     use crate::handler::transfer::side::Side;
 
     /// Areas of a transfer that is running.
-    fn begun() -> TransferArea {
-        TransferArea::new(Arc::new(Shared::running(None, false)))
+    fn begun() -> TransferAreas {
+        TransferAreas::new(Arc::new(Shared::running(None, false)))
     }
 
     /// A response comes in; its window stays open.
-    fn respond(area: &TransferArea) {
+    fn respond(area: &TransferAreas) {
         let nothing = &mut Inputs::default();
         Side(area.shared()).deliver(&Inputs::default(), 0, nothing, &mut Inputs::default());
     }
 
     /// The response that a wait for one `after` another finds immediately.
-    fn wait_for(area: &TransferArea, after: u64) -> Option<TransferAreaGuard<'_>> {
+    fn wait_for(area: &TransferAreas, after: u64) -> Option<TransferAreaGuard<'_>> {
         let wait = |known: &mut Known| area.shared().wait_cycle(known, after, Some(Instant::now()));
         area.learn(wait).unwrap().map(|lease| area.guard(lease))
     }

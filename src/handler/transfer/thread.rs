@@ -146,11 +146,11 @@ mod tests {
     fn a_cycle_with_listeners_and_logs_allocates_nothing() {
         let peer = Peer::start();
         let handler = TransferAreaComHandler::builder("127.0.0.1").areas(2).build().unwrap();
-        let area = handler.transfer_area();
-        let all = handler.events(EventKind::ALL, 10_000).unwrap();
-        let slow = handler.events(EventKind::ALL, 1).unwrap();
-        let log = handler.cycle_log(1000).unwrap();
-        let slow_log = handler.cycle_log(1).unwrap();
+        let area = handler.areas().clone();
+        let all = handler.areas().events(EventKind::ALL, 10_000).unwrap();
+        let slow = handler.areas().events(EventKind::ALL, 1).unwrap();
+        let log = handler.areas().cycle_log(1000).unwrap();
+        let slow_log = handler.areas().cycle_log(1).unwrap();
         area.shared().state().transfer.begin().unwrap();
         area.shared().state().run(0).unwrap();
         let mut work = work(&peer, area.shared(), 2);
@@ -174,7 +174,7 @@ mod tests {
     fn a_cycle_with_a_hook_allocates_nothing() {
         let peer = Peer::start();
         let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         area.shared().state().transfer.begin().unwrap();
         area.shared().state().run(0).unwrap();
         let mut work = work(&peer, area.shared(), 1);

@@ -36,7 +36,7 @@ fn a_factory_says_which_port_belongs_to_which_controller() {
     handler.begin_transfer().unwrap();
     assert_eq!(handler.device_name().as_deref(), Some("robot"));
     let begin = Instant::now();
-    while handler.wait_cycle().unwrap()[0].input.uni[6] != 0 {
+    while handler.areas().wait_cycle().unwrap()[0].input.uni[6] != 0 {
         assert!(begin.elapsed() < DEADLINE, "the line does nothing");
     }
     handler.end_transfer().unwrap();

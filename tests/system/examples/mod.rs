@@ -49,7 +49,7 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
         assert_eq!(handler.device_name().as_deref(), Some("Hugo"));
         assert_eq!(handler.version(), Some(FirmwareVersion::new(4, 1, 6)));
         let begin = Instant::now();
-        while handler.wait_cycle().unwrap()[area].input.uni[0] != value {
+        while handler.areas().wait_cycle().unwrap()[area].input.uni[0] != value {
             assert!(begin.elapsed() < DEADLINE, "{line} does nothing");
         }
         handler.end_transfer().unwrap();
@@ -68,28 +68,28 @@ fn the_simulated_txt_serves_one_client_after_another_until_ctrl_c() {
 fn typed_lines_press_the_buttons_of_a_world() {
     let mut program = Program::start(&UNPACED_SLIDE);
     let handler = program.handler().areas(2).build().unwrap();
-    handler.lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[0].raise_config_id();
+    handler.areas().lock()[0].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.areas().lock()[0].raise_config_id();
     handler.begin_transfer().unwrap();
     // Lines are carried out in their order, so this one is before those that are waited for.
     program.type_line("I8 1");
     for (line, input, value) in [("I3 1", 2, 1), ("I3 0", 2, 0)] {
         program.type_line(line);
         let begin = Instant::now();
-        while handler.wait_cycle().unwrap()[0].input.uni[input] != value {
+        while handler.areas().wait_cycle().unwrap()[0].input.uni[input] != value {
             assert!(begin.elapsed() < DEADLINE, "{line} does nothing");
         }
     }
     // The slide moves away from its sensor until it presses the switch at its end.
-    let distance = handler.wait_cycle().unwrap()[0].input.uni[3];
+    let distance = handler.areas().wait_cycle().unwrap()[0].input.uni[3];
     assert!((5..=25).contains(&distance), "{distance} cm");
-    handler.lock()[0].output.duty[0] = 512;
+    handler.areas().lock()[0].output.duty[0] = 512;
     let begin = Instant::now();
-    let mut areas = handler.wait_cycle().unwrap();
+    let mut areas = handler.areas().wait_cycle().unwrap();
     while areas[0].input.uni[1] != 1 {
         assert!(begin.elapsed() < DEADLINE, "the slide does not arrive");
         drop(areas);
-        areas = handler.wait_cycle().unwrap();
+        areas = handler.areas().wait_cycle().unwrap();
     }
     assert!(areas[0].input.uni[3] > distance);
     drop(areas);
@@ -100,7 +100,7 @@ fn typed_lines_press_the_buttons_of_a_world() {
 /// Waits for cycles until the master's area fulfils the condition.
 fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transfer) -> bool) {
     let begin = Instant::now();
-    while !condition(&handler.wait_cycle().unwrap()[LOCAL_IO]) {
+    while !condition(&handler.areas().wait_cycle().unwrap()[LOCAL_IO]) {
         assert!(begin.elapsed() < DEADLINE, "it does not happen");
     }
 }
@@ -110,22 +110,22 @@ fn wait_until(handler: &TransferAreaComHandler, condition: impl Fn(&FishX1Transf
 fn the_slide_goes_to_its_end_switch_and_back_by_a_distance() {
     let program = Program::start(&UNPACED_SLIDE);
     let handler = program.handler().areas(2).build().unwrap();
-    handler.lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
-    handler.lock()[LOCAL_IO].raise_config_id();
+    handler.areas().lock()[LOCAL_IO].config.uni[3] = UniConfig::analog(InputMode::Ultrasonic);
+    handler.areas().lock()[LOCAL_IO].raise_config_id();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
     wait_until(&handler, |area| area.input.uni[1] == 1);
-    handler.lock()[LOCAL_IO].output.duty[0] = 0;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 0;
     wait_until(&handler, |area| area.input.uni[3] == 25);
     {
-        let area = &mut handler.lock()[LOCAL_IO];
+        let area = &mut handler.areas().lock()[LOCAL_IO];
         area.output.duty[1] = 512;
         area.output.distance[0] = 600;
         area.raise_motor_ex_cmd_id(Motor::M1);
     }
     wait_until(&handler, |area| area.input.motor_ex_reached[0] == 1);
     {
-        let area = handler.lock()[LOCAL_IO];
+        let area = handler.areas().lock()[LOCAL_IO];
         assert!((600..=603).contains(&area.input.counter[0]), "{area}");
         // 1000 pulses are the way from 5 cm to 25 cm.
         assert!((12..=13).contains(&area.input.uni[3]), "{area}");
@@ -177,9 +177,9 @@ fn the_simulated_txt_makes_the_faults_that_are_ordered() {
     let handler = program.handler().areas(2).build().unwrap();
     handler.begin_transfer().unwrap_err();
     handler.begin_transfer().unwrap();
-    while handler.wait_cycle().is_ok() {}
+    while handler.areas().wait_cycle().is_ok() {}
     assert!(matches!(
-        handler.error(),
+        handler.areas().error(),
         Some(ft_transfer_area::Error::ConnectionClosed { received: 3, .. })
     ));
     program.interrupt();

@@ -95,7 +95,7 @@ impl Own {
         self.together(area, |area| set_speed(area, 3, 0));
         self.cycles(SETTLED);
         let before = self.counts(area, &[3])[0];
-        self.handler.lock()[area].start_counter_reset(Counter::C4);
+        self.handler.areas().lock()[area].start_counter_reset(Counter::C4);
         self.until(|areas| areas[area].input.cnt_resetted[3] == 1);
         json!([before, self.counts(area, &[3])[0]])
     }

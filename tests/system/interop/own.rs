@@ -20,7 +20,7 @@ impl Own {
         let areas = exchange.areas();
         let builder = program.handler().areas(areas).mode(exchange.mode());
         let handler = builder.build().unwrap();
-        for area in handler.lock().iter_mut() {
+        for area in handler.areas().lock().iter_mut() {
             area.config.motor = [1; 4];
         }
         handler.begin_transfer().unwrap();
@@ -38,7 +38,7 @@ impl Own {
 
     /// Sets the inputs to these modes, pairs of `mode` and `digital`.
     pub(crate) fn configure(&self, area: usize, inputs: [(u8, u8); 8]) {
-        let mut areas = self.handler.lock();
+        let mut areas = self.handler.areas().lock();
         areas[area].config.uni =
             inputs.map(|(mode, digital)| UniConfig { mode, digital, dummy: [0; 2] });
         areas[area].raise_config_id();
@@ -46,14 +46,14 @@ impl Own {
 
     /// Changes an area's outputs in one exchange, and waits until it is over.
     pub(crate) fn together(&self, area: usize, change: impl FnOnce(&mut FishX1Transfer)) {
-        change(&mut self.handler.lock()[area]);
+        change(&mut self.handler.areas().lock()[area]);
         self.cycles(2);
     }
 
     /// Waits for cycles until the condition holds.
     pub(crate) fn until(&self, mut condition: impl FnMut(&[FishX1Transfer]) -> bool) {
         let begin = Instant::now();
-        while !condition(&self.handler.wait_cycle().unwrap()) {
+        while !condition(&self.handler.areas().wait_cycle().unwrap()) {
             assert!(begin.elapsed() < DEADLINE, "waited too long");
         }
     }
@@ -61,13 +61,13 @@ impl Own {
     /// Waits for `count` exchanges; the second one begins after this call.
     pub(crate) fn cycles(&self, count: usize) {
         for _ in 0..count {
-            self.handler.wait_cycle().unwrap();
+            self.handler.areas().wait_cycle().unwrap();
         }
     }
 
     /// Reads an area.
     pub(crate) fn look<R>(&self, area: usize, f: impl FnOnce(&FishX1Transfer) -> R) -> R {
-        f(&self.handler.lock()[area])
+        f(&self.handler.areas().lock()[area])
     }
 
     /// Reads the master's area, which has the remotes and the sounds.

@@ -20,12 +20,12 @@ fn both_go_online_and_offline_a_hundred_times() {
     // 2200 Ω reads as closed, because a new connection begins with digital inputs.
     assert_eq!(ftrobopy.run(&mut program, "reconnect", Exchange::Compressed), json!([1]));
     let handler = program.handler().areas(2).build().unwrap();
-    for area in handler.lock().iter_mut() {
+    for area in handler.areas().lock().iter_mut() {
         area.config.uni = [UniConfig::digital(InputMode::Resistance); 8];
     }
     for _ in 0..100 {
         handler.begin_transfer().unwrap();
-        assert_eq!(handler.wait_cycle().unwrap()[0].input.uni[2], 1);
+        assert_eq!(handler.areas().wait_cycle().unwrap()[0].input.uni[2], 1);
         handler.end_transfer().unwrap();
     }
     let log = program.interrupt();

@@ -36,7 +36,7 @@ fn kit(areas: &mut [FishX1Transfer], words: &[u16], elapsed: Duration) -> Result
     let version: Option<FirmwareVersion> = handler.version();
 
     // UpdateConfig() → bool
-    handler.update_config()?;
+    handler.areas().update_config()?;
 
     // StartCamera(320, 240, 15, 50, "65001") → bool
     let frames = handler.start_camera(CameraOptions::default())?;
@@ -115,10 +115,10 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
     handler.end_transfer()?;
 
     // ftxIsTransferActiv() → bool
-    let running: bool = handler.is_running();
+    let running: bool = handler.areas().is_running();
 
     // GetTransferAreasArrayAddr() → FISH_X1_TRANSFER*
-    let mut areas: TransferAreaGuard = handler.lock();
+    let mut areas: TransferAreaGuard = handler.areas().lock();
 
     // SetFtUniConfig(LOCAL_IO, I1, MODE_ULTRASONIC, false) → FtErrors
     area.set_ft_uni_config(Input::I1, InputMode::Ultrasonic, false);
@@ -223,19 +223,19 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
 
     // SetFtCbJoyStick(LOCAL_IO, IR_ALL_DATA, x, y) → FtErrors
     // tCbTaJoyStick(handler, area, device, group, x, y)
-    let events = handler.events(&[EventKind::JoystickMoved], 100)?;
+    let events = handler.areas().events(&[EventKind::JoystickMoved], 100)?;
 
     // tCbUniInputDigChanged(handler, area, input, pressed)
-    let events = handler.events(&[EventKind::InputChanged], 100)?;
+    let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
 
     // tCbMotorReached(handler, area, motor, position, messageId)
-    let events = handler.events(&[EventKind::MotorReached], 100)?;
+    let events = handler.areas().events(&[EventKind::MotorReached], 100)?;
 
     // tCbCntResetReady(handler, area, counter, messageId)
-    let events = handler.events(&[EventKind::CounterReset], 100)?;
+    let events = handler.areas().events(&[EventKind::CounterReset], 100)?;
 
     // tCbCount(handler, area, counter, count)
-    let events = handler.events(&[EventKind::CounterChanged], 100)?;
+    let events = handler.areas().events(&[EventKind::CounterChanged], 100)?;
 
     // StartI2C() → bool
     let i2c: I2cClient = handler.i2c()?;
@@ -260,13 +260,13 @@ fn ft_msc_lib(
     handler.end_transfer()?;
 
     // ftxIsTransferActiv(h) → u32
-    let running: bool = handler.is_running();
+    let running: bool = handler.areas().is_running();
 
     // ftxGetLibErrorString(code, 1, text, size) → u32
-    let text: Option<String> = handler.error().map(|error: Error| error.to_string());
+    let text: Option<String> = handler.areas().error().map(|error: Error| error.to_string());
 
     // GetTransferAreasArrayAddr(h) → TA_ARRAY*
-    let mut areas: TransferAreaGuard = handler.lock();
+    let mut areas: TransferAreaGuard = handler.areas().lock();
 
     // SetFtUniConfig(h, TA_LOCAL, 0, MODE_R, true) → u32
     area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);
@@ -323,13 +323,13 @@ fn ft_msc_lib(
     let (count, state): (u16, bool) = area.get_in_counter_value(Counter::C1);
 
     // SetCBCounterResetted(callback)
-    let events = handler.events(&[EventKind::CounterReset], 100)?;
+    let events = handler.areas().events(&[EventKind::CounterReset], 100)?;
 
     // SetCBMotorExReached(callback)
-    let events = handler.events(&[EventKind::MotorReached], 100)?;
+    let events = handler.areas().events(&[EventKind::MotorReached], 100)?;
 
     // SetCBRoboExtState(callback)
-    let events = handler.events(&[EventKind::ExtensionChanged], 100)?;
+    let events = handler.areas().events(&[EventKind::ExtensionChanged], 100)?;
 
     // GetRoboTxSlaveState(h, states) → u32
     let states: [u8; 8] = area.state.io_slave_alive;
@@ -345,7 +345,7 @@ fn ft_msc_lib(
     let version: Option<FirmwareVersion> = handler.version();
 
     // GetTrapStatistic(h, …) → u32
-    let figures: Statistics = handler.statistics();
+    let figures: Statistics = handler.areas().statistics();
 
     let mut i2c = handler.i2c()?;
 
@@ -367,14 +367,14 @@ fn ke_lib(handler: &TransferAreaComHandler, limits: TimeLimits) -> Result<(), Er
     handler.end_transfer()?;
 
     // MotorIOLib_ThreadIsRunning() → bool
-    let running: bool = handler.is_running();
+    let running: bool = handler.areas().is_running();
 
     // SetTransferAreaCompleteCallback(TransferAreaCallbackFunction)
     // TransferAreaCallbackFunction(areas, count) → bool
     handler.set_cycle_hook(|areas| ControlFlow::Continue(()))?;
 
     // GetKeLibTransferAreaMainAddress() → FISH_X1_TRANSFER*
-    let mut areas: TransferAreaGuard = handler.lock();
+    let mut areas: TransferAreaGuard = handler.areas().lock();
 
     // InitI2C() → uint32_t
     let mut i2c = handler.i2c()?;
@@ -390,7 +390,7 @@ fn robo_tx_prg(handler: &TransferAreaComHandler, area: &FishX1Transfer) -> Resul
     let mut i2c = handler.i2c()?;
 
     // PrgTic(p_ta_array, ta_count) → int
-    let mut areas: TransferAreaGuard = handler.wait_cycle()?;
+    let mut areas: TransferAreaGuard = handler.areas().wait_cycle()?;
 
     // I2cRead(0x18, 0x02, 0x85, callback) → BOOL32
     let mut value = [0];

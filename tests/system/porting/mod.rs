@@ -216,7 +216,7 @@ fn row(name: &str, shown: &[String]) -> String {
     format!("| `{name}` | {} |", shown.join(", "))
 }
 
-/// The last name of a path or a call, such as `lock` of `handler.lock()`.
+/// The last name of a path or a call, such as `lock` of `handler.areas().lock()`.
 fn last_name(shown: &str) -> &str {
     let path = shown.split('(').next().unwrap_or(shown);
     path.rsplit(['.', ':']).next().unwrap_or(path)

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use crossbeam_channel::{bounded, Receiver, RecvTimeoutError, Sender, TryRecvError};
 use ft_transfer_area::{
     CameraFrame, CycleLog, EventKind, Events, IoError, LogEntry, Logged, LoggedCycle, TimedEvent,
-    TransferArea, TransferAreaComHandler,
+    TransferAreaComHandler, TransferAreas,
 };
 use mcap::{McapError, McapResult};
 
@@ -89,7 +89,7 @@ pub struct Totals {
 /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
 /// let recorder = Recorder::start(&handler, &path, Options::default())?;
 /// handler.begin_transfer()?;
-/// handler.wait_cycle()?[0].output.duty[0] = 512;
+/// handler.areas().wait_cycle()?[0].output.duty[0] = 512;
 /// handler.end_transfer()?;
 /// let recorded = recorder.finish()?;
 /// assert!(recorded.cycles >= 2);
@@ -102,7 +102,7 @@ pub struct Recorder {
     path: PathBuf,
     state: Arc<State>,
     /// What to end when the program leaves without `finish`.
-    transfer: Option<TransferArea>,
+    transfer: Option<TransferAreas>,
     /// Dropped to end the thread.
     stop: Option<Sender<()>>,
     /// Has an end when the thread has ended.
@@ -168,13 +168,14 @@ impl Recorder {
     ) -> Result<Self, Error> {
         let path = path.as_ref().to_owned();
         let refused = |error: ft_transfer_area::Error| not_started(io::Error::other(error));
-        let log = handler.cycle_log(options.capacity).map_err(refused)?;
+        let log = handler.areas().cycle_log(options.capacity).map_err(refused)?;
         // The log has the others.
         let kinds = EventKind::ALL.iter().copied().filter(|kind| kind.is_of_response());
         let capacity = (4 * options.capacity).min(Events::MAX_CAPACITY);
-        let events = handler.events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
+        let events =
+            handler.areas().events(&kinds.collect::<Vec<_>>(), capacity).map_err(refused)?;
         let mut recorder = Self::record(path, Source::Handler { log, events }, DISK_LIMIT)?;
-        recorder.transfer = Some(handler.transfer_area());
+        recorder.transfer = Some(handler.areas().clone());
         Ok(recorder)
     }
 

@@ -18,7 +18,7 @@ fn topics() -> BTreeMap<String, Vec<String>> {
     let handler = TransferAreaComHandler::builder(txt.address().to_string()).build().unwrap();
     let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
     handler.begin_transfer().unwrap();
-    (0..20).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    (0..20).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
     handler.end_transfer().unwrap();
     let picture = include_bytes!("../../../tests/camera/clean_48x32_420.jpg");
     recorder.frames().record(&CameraFrame::new(picture.to_vec()));

@@ -38,7 +38,7 @@ fn pythons_mcap_reads_all_channels() {
     let options = Options::default().with_capacity(5_000);
     let recorder = Recorder::start(&handler, &path, options).unwrap();
     handler.begin_transfer().unwrap();
-    (0..400).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    (0..400).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
     handler.end_transfer().unwrap();
     let picture = include_bytes!("../../../tests/camera/clean_48x32_420.jpg");
     recorder.frames().record(&CameraFrame::new(picture.to_vec()));

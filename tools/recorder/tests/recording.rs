@@ -67,10 +67,10 @@ fn record(path: &Path, cycles: usize) {
     let txt = txt.start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     let recorder = Recorder::start(&handler, path, roomy()).unwrap();
-    handler.lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
+    handler.areas().lock()[LOCAL_IO].config.uni[0] = UniConfig::analog(InputMode::Voltage);
     handler.begin_transfer().unwrap();
     for _ in 0..cycles {
-        let mut areas = handler.wait_cycle().unwrap();
+        let mut areas = handler.areas().wait_cycle().unwrap();
         areas[LOCAL_IO].output.duty[1] = areas[LOCAL_IO].input.uni[0] + 1;
     }
     handler.end_transfer().unwrap();
@@ -100,10 +100,10 @@ fn every_cycle_comes_back_with_its_outputs_inputs_and_configuration() {
     let txt = txt.start().unwrap();
     let handler = handler_for(&txt).areas(2).build().unwrap();
     let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
-    handler.lock()[REMOTE_IO_1].set_ft_uni_config(Input::I3, InputMode::Ultrasonic, false);
+    handler.areas().lock()[REMOTE_IO_1].set_ft_uni_config(Input::I3, InputMode::Ultrasonic, false);
     handler.begin_transfer().unwrap();
     for cycle in 0..60 {
-        let mut areas = handler.wait_cycle().unwrap();
+        let mut areas = handler.areas().wait_cycle().unwrap();
         areas[LOCAL_IO].output.duty[0] = 5 * cycle;
         areas[LOCAL_IO].output.distance[0] = 1000;
         if cycle % 10 == 0 {
@@ -164,7 +164,7 @@ fn cycles_in_lock_step_keep_their_times() {
     std::thread::sleep(5 * STEP);
     let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
     handler.begin_transfer().unwrap();
-    (0..20).for_each(|_| drop(handler.wait_cycle().unwrap()));
+    (0..20).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));
     handler.end_transfer().unwrap();
     recorder.finish().unwrap();
     let (entries, _) = read(&path).unwrap();
@@ -339,10 +339,10 @@ fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {
         // Something that does not get small.
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let duty = std::array::from_fn(|output| (noise >> (2 * output) & 511) as i16);
-        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
+        handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
     }
     handler.end_transfer().unwrap();
-    let total = handler.statistics().cycles;
+    let total = handler.areas().statistics().cycles;
     // The disk works again.
     let copied = std::thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -411,9 +411,9 @@ fn record_up_to_the_limit(path: &Path) {
     while recorder.error().is_none() {
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let duty = std::array::from_fn(|output| (noise >> (2 * output) & 511) as i16);
-        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
+        handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
     }
-    handler.wait_cycle().map(drop).unwrap();
+    handler.areas().wait_cycle().map(drop).unwrap();
     handler.end_transfer().unwrap();
     let error = recorder.finish().unwrap_err().to_string();
     assert!(error.contains("File too large"), "{error}");
@@ -427,7 +427,7 @@ fn a_recorder_of_a_handler_that_is_gone_has_finished_its_file() {
     let handler = handler_for(&txt).build().unwrap();
     let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
     handler.begin_transfer().unwrap();
-    handler.wait_cycle().map(drop).unwrap();
+    handler.areas().wait_cycle().map(drop).unwrap();
     drop(handler);
     drop(recorder);
     let (entries, cut_off) = read(&path).unwrap();

@@ -57,7 +57,7 @@ impl<'a> Machine<'a> {
         stop: &'a AtomicBool,
         left_on: &'a AtomicBool,
     ) -> anyhow::Result<Self> {
-        let events = handler.events(&TOLD, Events::MAX_CAPACITY)?;
+        let events = handler.areas().events(&TOLD, Events::MAX_CAPACITY)?;
         let relay = Relay::open(setup)?;
         let is_cut = false;
         Ok(Self { handler, events, relay, stop, left_on, is_cut, lost: 0, told_lost: 0 })
@@ -67,7 +67,7 @@ impl<'a> Machine<'a> {
     /// may be on.
     pub(crate) fn run(mut self) -> anyhow::Result<()> {
         let worked = self.work();
-        let ended = match self.handler.is_running() {
+        let ended = match self.handler.areas().is_running() {
             true => self.handler.end_transfer(),
             false => Ok(()),
         };
@@ -108,7 +108,7 @@ impl<'a> Machine<'a> {
         self.relay.read(None)?;
         let mut copy: Vec<FishX1Transfer> = Vec::new();
         while !self.should_stop() {
-            let cycle = match self.handler.wait_cycle_for(LOOK) {
+            let cycle = match self.handler.areas().wait_cycle_for(LOOK) {
                 Ok(mut areas) => {
                     // What came while the controller was away is too late.
                     let open = !self.relay.is(Stage::Gap);

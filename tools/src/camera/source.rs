@@ -64,7 +64,7 @@ impl Source {
     fn why_ended(&self) -> anyhow::Error {
         // A controller that disappears ends camera and transfer in any order, so the transfer gets time to
         // notice: half a second, if its responses go on.
-        if let Some(error) = (0..50).find_map(|_| self.handler.wait_cycle().err()) {
+        if let Some(error) = (0..50).find_map(|_| self.handler.areas().wait_cycle().err()) {
             return anyhow!(error).context("the connection is lost");
         }
         match self.handler.camera_error() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{bounded, Receiver, Sender};
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 use tokio::sync::watch;
 
 use super::camera::{self, Camera};
@@ -108,7 +108,7 @@ impl Host {
             .reconnect(RECONNECT)
             .build()?;
         if let Some(simulated) = &simulated {
-            simulated.configure(&mut handler.lock());
+            simulated.configure(&mut handler.areas().lock());
         }
         let (handler, camera) = (Arc::new(handler), Arc::new(Camera::default()));
         let controller = Controller {
@@ -126,7 +126,7 @@ impl Host {
         let driven = Driven {
             running,
             orders,
-            stopper: start_stopper(handler.transfer_area())?,
+            stopper: start_stopper(handler.areas().clone())?,
             i2c: i2c::start(Arc::clone(&handler), Arc::clone(common))?,
             camera: camera::start(handler, Arc::clone(&camera))?,
         };
@@ -212,7 +212,7 @@ impl Host {
 }
 
 /// A thread that sets all outputs of a controller to 0 when it is told to.
-fn start_stopper(areas: TransferArea) -> Result<Sender<()>, Error> {
+fn start_stopper(areas: TransferAreas) -> Result<Sender<()>, Error> {
     let (stopper, stop) = bounded(1);
     spawn("stopper", move || {
         for () in stop {

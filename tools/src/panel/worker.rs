@@ -69,14 +69,14 @@ impl Worker {
             is_cut: false,
         };
         // A page that comes before the first response sees a whole state, too.
-        worker.tell(&worker.controller.handler.lock());
+        worker.tell(&worker.controller.handler.areas().lock());
         worker
     }
 
     /// Works until the program ends; returns whether the outputs are off then, as far as that is known.
     pub(super) fn run(mut self) -> bool {
         // Other threads have the handler, too, so only a handle of this thread notices its panic.
-        let _handle = self.controller.handler.transfer_area();
+        let _handle = self.controller.handler.areas().clone();
         while !self.controller.common.is_ending() {
             self.histogram = Histogram::default();
             match self.controller.handler.begin_transfer() {
@@ -113,7 +113,7 @@ impl Worker {
     /// Waits for a response, and answers it.
     fn cycle(&mut self) -> Result<(), Error> {
         let handler = Arc::clone(&self.controller.handler);
-        let mut areas = handler.wait_cycle_for(WAIT)?;
+        let mut areas = handler.areas().wait_cycle_for(WAIT)?;
         self.histogram.count(areas.cycle(), areas.arrived());
         if self.phase != Phase::Running {
             (self.phase, self.error) = (Phase::Running, None);
@@ -167,7 +167,7 @@ impl Worker {
         self.is_cut |= self.phase == Phase::Running;
         (self.phase, self.error) = (phase, Some(error.into()));
         self.histogram.interrupt();
-        self.tell(&self.controller.handler.lock());
+        self.tell(&self.controller.handler.areas().lock());
     }
 
     /// What has to be done without a response, too.
@@ -178,7 +178,7 @@ impl Worker {
             }
         }
         if self.is_due() {
-            self.tell(&self.controller.handler.lock());
+            self.tell(&self.controller.handler.areas().lock());
         }
     }
 
@@ -203,7 +203,7 @@ impl Worker {
 
     fn tell(&self, areas: &[FishX1Transfer]) {
         let handler = &self.controller.handler;
-        let statistics = handler.statistics();
+        let statistics = handler.areas().statistics();
         let state = HostState {
             at: self.controller.common.begin.elapsed().as_millis(),
             link: Link {

@@ -123,7 +123,7 @@ fn handler(
         None => TransferAreaComHandler::builder(&*args.host),
     };
     let handler = builder.areas(MAX_AREAS).reconnect(RECONNECT).build()?;
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     for (column, config) in &args.inputs {
         if let Some(input) = column.input() {
             let area = &mut areas[column.area()];
@@ -170,7 +170,7 @@ fn watch(
         if let Some(error) = recorder.error() {
             return Err(error.into());
         }
-        if !handler.is_running() {
+        if !handler.areas().is_running() {
             // Its error is that of the transfer's end.
             return Ok(());
         }

@@ -97,12 +97,12 @@ fn the_page_looks_and_presses_while_a_program_drives() -> Result<()> {
         page.wait_for("#stop[hidden]").await?;
         page.wait_for("[aria-label='M1 forward']:disabled").await?;
 
-        handler.lock()[LOCAL_IO].output.duty[0] = 512;
+        handler.areas().lock()[LOCAL_IO].output.duty[0] = 512;
         page.wait_for(".moving[data-turns=forward]").await?;
         page.press_mouse("[aria-label='Press I3']").await?;
-        drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT)?);
+        drop(handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, LIMIT)?);
         page.release_mouse().await?;
-        drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 0, LIMIT)?);
+        drop(handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 0, LIMIT)?);
         page.ensure_no_console_errors().await
     })
 }

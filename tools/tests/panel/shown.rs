@@ -37,13 +37,18 @@ fn the_page_shows_what_a_program_drives_and_presses_buttons_for_it() {
 
     let handler = TransferAreaComHandler::builder(&*address).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = 300;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = 300;
     let state = page.state(0, |state| is_running(state) && slide(state) > 0.6);
     assert_eq!(state["areas"][0]["motors"][0]["duty"][0], 300);
     assert_eq!(state["driver"], Value::Null);
 
     page.done(json!({"do": "press", "input": 2, "pressed": true}));
-    drop(handler.wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, super::LIMIT).unwrap());
+    drop(
+        handler
+            .areas()
+            .wait_until(|areas| areas[LOCAL_IO].input.uni[2] == 1, super::LIMIT)
+            .unwrap(),
+    );
     handler.end_transfer().unwrap();
     page.state(0, |state| !is_running(state) && state["areas"][0]["motors"][0]["duty"][0] == 0);
 }
@@ -57,14 +62,14 @@ fn the_page_drives_nothing() {
     let motor = json!({"do": "motor", "motor": 0, "duty": 512});
     page.done(json!({"do": "drive"}));
     assert_eq!(page.refused(motor), "only_looks");
-    handler.lock()[LOCAL_IO].output.duty[6] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[6] = 512;
     page.state(0, |state| state["areas"][0]["motors"][3]["duty"][0] == 512);
     // Neither its stop nor its end stops the program's motors, and the stop says so.
     assert_eq!(page.refused(json!({"do": "stop"})), "only_looks");
     assert_eq!(post_stop(&panel, &panel.token, ""), 409);
     page.close(true);
     for _ in 0..5 {
-        assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[6], 512);
+        assert_eq!(handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[6], 512);
     }
 }
 
@@ -89,7 +94,7 @@ fn workpieces_are_shown_put_and_taken_away() {
     );
     let handler = TransferAreaComHandler::builder(&*address).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[1] = 512;
+    handler.areas().lock()[LOCAL_IO].output.duty[1] = 512;
     page.state(0, |state| blue(state)["mm"].as_f64().is_some_and(|mm| mm > put + 10.0));
     handler.end_transfer().unwrap();
 

@@ -72,17 +72,17 @@ fn a_transfer_goes_on_when_the_controller_is_back() {
     let mut page = watch.page();
     let handler = watch.handler().reconnect(LIMIT).build().unwrap();
     handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     page.state(0, |state| state["link"]["phase"] == "running");
     drop(txt);
-    let lost = handler.wait_until(|_| false, LIMIT);
+    let lost = handler.areas().wait_until(|_| false, LIMIT);
     assert!(matches!(lost, Err(Error::ConnectionLost { .. })), "{:?}", lost.err());
     page.state(0, |state| state["link"]["phase"] != "running" && state["link"]["gaps"] == 1);
     let txt = txt_at(port);
     let deadline = Instant::now() + LIMIT;
     while txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]) != 300 {
         assert!(Instant::now() < deadline);
-        if let Ok(mut areas) = handler.wait_cycle_for(Duration::from_millis(100)) {
+        if let Ok(mut areas) = handler.areas().wait_cycle_for(Duration::from_millis(100)) {
             areas[LOCAL_IO].output.duty[0] = 300;
         }
     }

@@ -26,11 +26,11 @@ fn ten_thousand_cycles_pass() {
     let handler = watch.handler().areas(2).build().unwrap();
     handler.begin_transfer().unwrap();
     for number in 0..10_000_u16 {
-        let mut areas = handler.wait_cycle_for(LIMIT).unwrap();
+        let mut areas = handler.areas().wait_cycle_for(LIMIT).unwrap();
         areas[LOCAL_IO].output.duty[0] = (number % 513) as i16;
         areas[1].output.duty[7] = (number % 511) as i16;
     }
-    assert_eq!(handler.statistics().gaps, 0);
+    assert_eq!(handler.areas().statistics().gaps, 0);
     // The page has not lost its way among the words of two controllers.
     let mut page = watch.page();
     page.state(0, |state| {
@@ -105,7 +105,7 @@ fn what_passes_is_recorded_as_by_the_program_itself() {
     let watch = Watch::start(txt.address(), &arguments);
     let handler = watch.handler().lock_step().build().unwrap();
     let recorder = Recorder::start(&handler, &own, Options::default()).unwrap();
-    handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Voltage, false);
     handler.begin_transfer().unwrap();
     drive(&handler);
     handler.end_transfer().unwrap();
@@ -137,12 +137,12 @@ fn what_passes_is_recorded_as_by_the_program_itself() {
 
 /// Moves the slide by a distance, and back until it is at its switch.
 fn drive(handler: &TransferAreaComHandler) {
-    let mut areas = handler.lock();
+    let mut areas = handler.areas().lock();
     areas[LOCAL_IO].start_motor_ex_cmd(Motor::M1, DUTY_MAX, Direction::Cw, &[], 100).unwrap();
     drop(areas);
-    drop(handler.wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT).unwrap());
+    drop(handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT).unwrap());
     for number in 0..60 {
-        handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[1] = number;
+        handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[1] = number;
     }
 }
 
@@ -159,7 +159,7 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
 
     let handler = watch.handler().build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[2] = 400;
+    handler.areas().lock()[LOCAL_IO].output.duty[2] = 400;
     let state = page.state(0, |state| state["areas"][0]["motors"][1]["duty"][0] == 400);
     assert_eq!(state["link"]["phase"], "running");
     assert_eq!(
@@ -173,7 +173,7 @@ fn the_page_shows_inputs_outputs_commands_the_camera_and_i2c() {
     let motor = serde_json::json!({"do": "motor", "motor": 0, "duty": 512});
     assert_eq!(page.refused(motor), "only_looks");
     assert_eq!(page.refused(serde_json::json!({"do": "stop"})), "only_looks");
-    assert_eq!(handler.wait_cycle().unwrap()[LOCAL_IO].output.duty[2], 400);
+    assert_eq!(handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[2], 400);
 
     let frames = handler.start_camera(CameraOptions::default()).unwrap();
     for _ in 0..3 {

@@ -18,7 +18,7 @@ fn each_change_is_a_line_with_the_names_of_the_page() {
     let txt = SimulatedTxt::builder().start().unwrap();
     let watch = Watch::with_lines(txt.address());
     let handler = watch.handler().build().unwrap();
-    handler.lock()[LOCAL_IO].set_ft_uni_config(Input::I2, InputMode::Voltage, false);
+    handler.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I2, InputMode::Voltage, false);
     handler.begin_transfer().unwrap();
     let line = watch.line_where(|line| line["what"] == "controller");
     assert_eq!((&line["name"], &line["firmware"]), (&json!("TX2013"), &json!("4.7.0")));
@@ -33,7 +33,7 @@ fn each_change_is_a_line_with_the_names_of_the_page() {
     txt.with_machine(|machine| machine.controllers[0].uni[1] = 4711);
     let line = watch.line_where(|line| line["input"] == "I2");
     assert_eq!((&line["value"], &line["unit"]), (&json!(4711), &json!("mV")));
-    handler.lock()[LOCAL_IO].output.duty[2] = 77;
+    handler.areas().lock()[LOCAL_IO].output.duty[2] = 77;
     let motor = Motor::M2.to_string();
     let line = watch.line_where(|line| line["motor"] == motor.as_str() && line["duty"][0] == 77);
     assert_eq!((&line["kind"], &line["ready"]), (&json!("motor"), &json!(true)));
@@ -107,7 +107,7 @@ fn a_recording_says_that_an_answer_was_missing_before_the_program_ended() {
     // It waits for two seconds, as programs do by default.
     let handler = watch.handler().build().unwrap();
     handler.begin_transfer().unwrap();
-    while handler.wait_cycle_for(LIMIT).is_ok() {}
+    while handler.areas().wait_cycle_for(LIMIT).is_ok() {}
     drop(handler);
     assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
     watch.running.signal("INT");

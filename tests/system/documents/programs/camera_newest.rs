@@ -19,7 +19,7 @@ fn main() -> Result<(), Error> {
         if let Some(error) = handler.camera_error() {
             return Err(error);
         }
-        handler.wait_cycle()?[LOCAL_IO].output.duty[0] = if bright { 512 } else { 0 };
+        handler.areas().wait_cycle()?[LOCAL_IO].output.duty[0] = if bright { 512 } else { 0 };
     }
     handler.end_transfer()
 }

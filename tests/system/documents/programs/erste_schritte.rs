@@ -14,7 +14,7 @@ fn main() -> Result<(), Error> {
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
     handler.begin_transfer()?;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let area = &mut areas[LOCAL_IO];
         let pressed = area.get_in_io_value_binary(Input::I1)?;
         let direction = if pressed { Direction::Cw } else { Direction::Halt };

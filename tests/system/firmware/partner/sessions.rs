@@ -38,11 +38,11 @@ const ENDS: [(&str, End); 7] = [
         let handler = Arc::new(online());
         let panicking = Arc::clone(&handler);
         let thread = thread::spawn(move || {
-            let _guard = panicking.lock();
+            let _guard = panicking.areas().lock();
             std::panic::resume_unwind(Box::new("as a program's mistake"));
         });
         thread.join().unwrap_err();
-        while handler.wait_cycle().is_ok() {}
+        while handler.areas().wait_cycle().is_ok() {}
     }),
     ("I2C", |_| {
         let handler = online();
@@ -73,7 +73,7 @@ fn handler() -> TransferAreaComHandler {
 fn online() -> TransferAreaComHandler {
     let handler = handler();
     handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     handler
 }
 
@@ -136,17 +136,17 @@ fn goes_on(controller: &Controller, lose: impl FnOnce()) {
     controller.plug_in(World::default());
     let handler = TransferAreaComHandler::builder(ADDRESS).reconnect(LIMIT).build().unwrap();
     handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     lose();
     let lost = loop {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             break error;
         }
     };
     assert!(matches!(lost, Error::ConnectionLost { .. }), "{lost}");
     for _ in 0..100 {
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
     }
-    assert_eq!(handler.statistics().gaps, 1);
+    assert_eq!(handler.areas().statistics().gaps, 1);
     handler.end_transfer().unwrap();
 }

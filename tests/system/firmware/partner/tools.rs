@@ -144,7 +144,7 @@ fn watch(controller: &Controller) {
         let builder = TransferAreaComHandler::builder(ADDRESS).port(65_100).i2c_port(65_102);
         let handler = builder.build().unwrap();
         handler.begin_transfer().unwrap();
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
         handler.end_transfer().unwrap();
     }
     watch.interrupt();

@@ -8,12 +8,12 @@ use crate::{each_cycle, seconds};
 
 pub(crate) fn lamp(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     if mistake == "ends" {
-        handler.wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, 0)?;
+        handler.areas().wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, 0)?;
         seconds(0.1);
         return handler.end_transfer();
     }
     if mistake == "kept_guard" {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         loop {
             let pressed = areas[LOCAL_IO].get_in_io_value_binary(Input::I1)?;
             areas[LOCAL_IO].set_out_pwm_values(Output::O8, if pressed { DUTY_MAX } else { 0 })?;
@@ -36,7 +36,7 @@ pub(crate) fn lamp(handler: &TransferAreaComHandler, mistake: &str) -> Result<()
 }
 
 pub(crate) fn blink(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
-    let set = |duty| handler.wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, duty);
+    let set = |duty| handler.areas().wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, duty);
     let (on, off) = match mistake {
         // A little more than is looked for: on a busy computer the lamp may be seen later.
         "slow" => (1.3, 1.3),
@@ -45,7 +45,7 @@ pub(crate) fn blink(handler: &TransferAreaComHandler, mistake: &str) -> Result<(
     };
     for round in 0.. {
         if mistake == "kept_guard" {
-            let mut areas = handler.wait_cycle()?;
+            let mut areas = handler.areas().wait_cycle()?;
             areas[LOCAL_IO].set_out_pwm_values(Output::O8, DUTY_MAX)?;
             seconds(on);
             areas[LOCAL_IO].set_out_pwm_values(Output::O8, 0)?;

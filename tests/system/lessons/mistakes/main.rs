@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn set_up(handler: &TransferAreaComHandler, mistake: &str) {
     use ft_transfer_area::transfer_area::InputMode::{Resistance, Voltage};
     use ft_transfer_area::tx::Input::{I1, I2};
-    let area = &mut handler.lock()[LOCAL_IO];
+    let area = &mut handler.areas().lock()[LOCAL_IO];
     if mistake == "lamp/half_of_a_motor" || mistake == "thermostat/digital" {
         return;
     }
@@ -68,7 +68,7 @@ fn each_cycle(
     mut answer: impl FnMut(&mut FishX1Transfer) -> Result<(), TxtError>,
 ) -> Result<(), TxtError> {
     loop {
-        answer(&mut handler.wait_cycle()?[LOCAL_IO])?;
+        answer(&mut handler.areas().wait_cycle()?[LOCAL_IO])?;
     }
 }
 

@@ -35,13 +35,14 @@ pub(crate) fn motor(handler: &TransferAreaComHandler, mistake: &str) -> Result<(
 }
 
 pub(crate) fn end_switch(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
-    let turn =
-        |direction| handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction);
+    let turn = |direction| {
+        handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
+    };
     let wait_for = |input: Input, wanted: bool| {
         let is = move |areas: &[FishX1Transfer]| {
             (areas[LOCAL_IO].input.uni[input.index()] != 0) == wanted
         };
-        handler.wait_until(is, Duration::MAX).map(drop)
+        handler.areas().wait_until(is, Duration::MAX).map(drop)
     };
     let (there, back) = match mistake {
         "wrong_direction" => (Direction::Ccw, Direction::Cw),
@@ -76,22 +77,23 @@ pub(crate) fn end_switch(handler: &TransferAreaComHandler, mistake: &str) -> Res
 pub(crate) fn counter(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     let pressed = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[0] != 0;
     let arrived = |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(Counter::C1) >= 100;
-    let turn =
-        |direction| handler.lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction);
+    let turn = |direction| {
+        handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
+    };
     loop {
-        handler.wait_until(pressed, Duration::MAX)?;
+        handler.areas().wait_until(pressed, Duration::MAX)?;
         if mistake != "no_reset" {
-            handler.lock()[LOCAL_IO].start_counter_reset(Counter::C1);
-            handler.wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
+            handler.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C1);
+            handler.areas().wait_counter_reset(LOCAL_IO, Counter::C1, LIMIT)?;
         }
         turn(if mistake == "up" { Direction::Ccw } else { Direction::Cw })?;
         match mistake {
             "by_time" => seconds(1.0),
             "no_stop" => seconds(60.0),
-            _ => drop(handler.wait_until(arrived, LIMIT)?),
+            _ => drop(handler.areas().wait_until(arrived, LIMIT)?),
         }
         turn(Direction::Halt)?;
-        handler.wait_until(|areas| !pressed(areas), Duration::MAX)?;
+        handler.areas().wait_until(|areas| !pressed(areas), Duration::MAX)?;
     }
 }
 
@@ -99,7 +101,7 @@ pub(crate) fn distance(handler: &TransferAreaComHandler, mistake: &str) -> Resul
     for direction in [Direction::Cw, Direction::Ccw] {
         let together = [(Motor::M2, direction)];
         let slaves: &[_] = if matches!(mistake, "one_wheel" | "curve") { &[] } else { &together };
-        let mut areas = handler.lock();
+        let mut areas = handler.areas().lock();
         let area = &mut areas[LOCAL_IO];
         area.start_motor_ex_cmd(Motor::M1, DUTY_MAX, direction, slaves, 500)?;
         if mistake == "curve" {
@@ -110,8 +112,8 @@ pub(crate) fn distance(handler: &TransferAreaComHandler, mistake: &str) -> Resul
             seconds(1.0);
             continue;
         }
-        handler.wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT)?;
-        handler.wait_motor_ex(LOCAL_IO, Motor::M2, LIMIT)?;
+        handler.areas().wait_motor_ex(LOCAL_IO, Motor::M1, LIMIT)?;
+        handler.areas().wait_motor_ex(LOCAL_IO, Motor::M2, LIMIT)?;
         if mistake == "no_return" {
             break;
         }

@@ -32,7 +32,7 @@ pub(crate) fn thermostat(handler: &TransferAreaComHandler, mistake: &str) -> Res
 
 pub(crate) fn traffic_light(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     let show = |lights: [bool; 3]| -> Result<(), Error> {
-        let area = &mut handler.wait_cycle()?[LOCAL_IO];
+        let area = &mut handler.areas().wait_cycle()?[LOCAL_IO];
         for (output, is_on) in [Output::O1, Output::O2, Output::O3].into_iter().zip(lights) {
             // Nothing is ever switched off.
             if is_on || mistake != "stays_lit" {
@@ -45,7 +45,7 @@ pub(crate) fn traffic_light(handler: &TransferAreaComHandler, mistake: &str) -> 
         show([false, false, true])?;
     }
     loop {
-        handler.wait_until(|areas| areas[LOCAL_IO].input.uni[0] != 0, Duration::MAX)?;
+        handler.areas().wait_until(|areas| areas[LOCAL_IO].input.uni[0] != 0, Duration::MAX)?;
         if mistake == "deaf" {
             continue;
         }
@@ -72,7 +72,7 @@ enum Gate {
 pub(crate) fn gate(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
     let mut state = Gate::Stopped;
     loop {
-        let mut areas = handler.wait_cycle()?;
+        let mut areas = handler.areas().wait_cycle()?;
         let now = areas.arrived();
         let area = &mut areas[LOCAL_IO];
         let is = |input: Input| area.input.uni[input.index()] != 0;

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Direction, Input};
-use ft_transfer_area::{Error, FishX1Transfer, TransferArea, TransferAreaGuard};
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaGuard, TransferAreas};
 
 use super::plan::{Act, Get};
 use super::record::{duties_of, Awaited, Orders, Record};
@@ -15,7 +15,7 @@ fn ms(count: u64) -> Duration {
 
 /// Gets the areas. Each check of a condition is noted.
 pub(crate) fn get<'a>(
-    areas: &'a TransferArea,
+    areas: &'a TransferAreas,
     get: Get,
     check: &dyn Fn(),
 ) -> Result<TransferAreaGuard<'a>, Error> {

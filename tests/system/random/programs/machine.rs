@@ -3,7 +3,7 @@
 use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-use ft_transfer_area::{TimeLimits, TransferArea, TransferAreaComHandler, TransferMode};
+use ft_transfer_area::{TimeLimits, TransferAreaComHandler, TransferAreas, TransferMode};
 use ft_transfer_area_simulator::{Fault, Machine, SimulatedTxt};
 
 use super::plan::Setup;
@@ -23,7 +23,7 @@ pub(crate) struct Slot {
     /// `None` when the program has dropped it.
     handler: Mutex<Option<Arc<TransferAreaComHandler>>>,
     /// The handle that all threads share.
-    pub(crate) shared: TransferArea,
+    pub(crate) shared: TransferAreas,
     // The connection is closed before the controller is gone.
     _proxy: Option<Proxy>,
     txt: SimulatedTxt,
@@ -36,7 +36,7 @@ impl Slot {
         let proxy = strikes.map(|strike| Proxy::start(txt.port(), [strike]));
         let port = proxy.as_ref().map_or(txt.port(), Proxy::port);
         let handler = handler(setup, port, &txt);
-        let shared = handler.transfer_area();
+        let shared = handler.areas().clone();
         Self { handler: Mutex::new(Some(Arc::new(handler))), shared, _proxy: proxy, txt }
     }
 

@@ -5,8 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{
-    CameraOptions, Error, EventKind, Events, TransferArea, TransferAreaComHandler,
-    TransferAreaGuard,
+    CameraOptions, Error, EventKind, Events, TransferAreaComHandler, TransferAreaGuard,
+    TransferAreas,
 };
 use ft_transfer_area_simulator::FaultKind;
 
@@ -22,7 +22,7 @@ use crate::still::Recording;
 pub(crate) struct Program<'a> {
     pub(crate) thread: usize,
     pub(crate) slots: &'a [Arc<Slot>],
-    pub(crate) own: &'a [TransferArea],
+    pub(crate) own: &'a [TransferAreas],
     pub(crate) record: &'a Arc<Record>,
     pub(crate) gate: &'a Arc<Gate>,
     pub(crate) events: Vec<Option<Events>>,
@@ -104,18 +104,18 @@ impl<'a> Program<'a> {
         which: usize,
         by: By,
         what: What,
-        call: impl FnOnce(&TransferArea) -> Result<(), Error>,
+        call: impl FnOnce(&TransferAreas) -> Result<(), Error>,
     ) {
         let who = Who::new(by, self.thread);
         let slot = &self.slots[which];
         let handler;
-        let areas: &TransferArea = match by {
+        let areas: &TransferAreas = match by {
             By::Own => &self.own[which],
             By::Shared => &slot.shared,
             By::Handler => {
                 let Some(found) = slot.handler() else { return };
                 handler = found;
-                &handler
+                handler.areas()
             }
         };
         note(self.record, which, who, what, || call(areas));
@@ -139,7 +139,7 @@ impl<'a> Program<'a> {
             By::Shared => use_guard(self.record, which, who, &slot.shared, get, under),
             By::Handler => {
                 let Some(handler) = slot.handler() else { return };
-                use_guard(self.record, which, who, &handler, get, under);
+                use_guard(self.record, which, who, handler.areas(), get, under);
             }
         }
     }
@@ -158,7 +158,7 @@ impl<'a> Program<'a> {
         self.record.trace(which).holds.push(hold);
     }
 
-    fn keep(&mut self, which: usize, who: Who, areas: &'a TransferArea, get: Get, under: &Under) {
+    fn keep(&mut self, which: usize, who: Who, areas: &'a TransferAreas, get: Get, under: &Under) {
         if let Some((mut guard, mut hold)) = got(self.record, which, who, areas, get) {
             hold.orders = act(&mut guard, &under.acts, self.record);
             self.kept.push(Kept { which, guard, hold });
@@ -267,7 +267,7 @@ fn got<'g>(
     record: &Record,
     which: usize,
     who: Who,
-    areas: &'g TransferArea,
+    areas: &'g TransferAreas,
     get: Get,
 ) -> Option<(TransferAreaGuard<'g>, Hold)> {
     let asked = Instant::now();
@@ -294,7 +294,7 @@ fn use_guard(
     record: &Record,
     which: usize,
     who: Who,
-    areas: &TransferArea,
+    areas: &TransferAreas,
     get: Get,
     under: &Under,
 ) {
@@ -356,14 +356,16 @@ pub(crate) fn call_without_areas(
                 Ok(())
             });
         }
-        Op::Feed(which, _) => on_handler(which, What::Feed, &|handler| handler.feed_watchdog()),
+        Op::Feed(which, _) => {
+            on_handler(which, What::Feed, &|handler| handler.areas().feed_watchdog())
+        }
         Op::Statistics(which) => on_handler(which, What::Ask, &|handler| {
-            let _ = handler.statistics();
+            let _ = handler.areas().statistics();
             Ok(())
         }),
-        Op::Subscribe(which) => {
-            on_handler(which, What::Other, &|handler| handler.events(EventKind::ALL, 5).map(drop))
-        }
+        Op::Subscribe(which) => on_handler(which, What::Other, &|handler| {
+            handler.areas().events(EventKind::ALL, 5).map(drop)
+        }),
         Op::StartCamera(which) => on_handler(which, What::Camera, &|handler| {
             let options = CameraOptions::default().with_size(64, 48).with_framerate(60);
             let limit = Duration::from_millis(300);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::{EventKind, Events, TransferArea};
+use ft_transfer_area::{EventKind, Events, TransferAreas};
 
 use super::machine::{Gate, Slot, IDLE_LIMIT};
 use super::plan::{Op, Plan};
@@ -89,7 +89,8 @@ impl Run {
     fn run_threads(&self, slots: &[Arc<Slot>], gate: &Arc<Gate>) {
         thread::scope(|scope| {
             for (index, groups) in self.plan.threads.iter().enumerate() {
-                let own: Vec<TransferArea> = slots.iter().map(|slot| slot.shared.clone()).collect();
+                let own: Vec<TransferAreas> =
+                    slots.iter().map(|slot| slot.shared.clone()).collect();
                 let body = move || {
                     let mut program = Program {
                         thread: index,

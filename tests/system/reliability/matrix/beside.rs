@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{Error, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TransferAreaComHandler, TransferAreas};
 
 use super::controller::DUTY;
 use super::logger::Blocked;
@@ -77,7 +77,7 @@ impl Beside {
             Self::SleepingHook(time) => told = Some(set_hook(handler, move || thread::sleep(time))),
             Self::HangingHook => told = Some(set_hook(handler, move || _ = gate.recv())),
             Self::HeldGuard | Self::WaitingForGuard(_) => {
-                threads.push(hold(handler.transfer_area(), gate));
+                threads.push(hold(handler.areas().clone(), gate));
             }
             Self::WaitingThreads => {}
             Self::CameraCommand => {
@@ -88,7 +88,7 @@ impl Beside {
             Self::BlockedLogger => {
                 let blocked = Blocked::begin();
                 // The library warns of a duty that is out of range.
-                handler.lock()[LOCAL_IO].output.duty[1] = i16::MAX;
+                handler.areas().lock()[LOCAL_IO].output.duty[1] = i16::MAX;
                 blocked.wait();
                 logger = Some(blocked);
             }
@@ -136,7 +136,7 @@ fn set_hook(handler: &TransferAreaComHandler, busy: impl Fn() + Send + 'static) 
 }
 
 /// A thread that holds a guard with a duty in it until its gate is open.
-fn hold(area: TransferArea, gate: Receiver<()>) -> JoinHandle<()> {
+fn hold(area: TransferAreas, gate: Receiver<()>) -> JoinHandle<()> {
     let (locked, is_locked) = mpsc::channel();
     let holder = thread::spawn(move || {
         let mut guard = area.lock();
@@ -150,7 +150,7 @@ fn hold(area: TransferArea, gate: Receiver<()>) -> JoinHandle<()> {
 
 /// Threads that wait for each response.
 pub(crate) struct Waiting {
-    areas: Vec<TransferArea>,
+    areas: Vec<TransferAreas>,
     threads: Vec<JoinHandle<Error>>,
     hearing: Sender<Error>,
     heard: Receiver<Error>,
@@ -159,7 +159,7 @@ pub(crate) struct Waiting {
 impl Waiting {
     /// Their handles, which are to be notified of all that happens from now on.
     pub(crate) fn new(handler: &TransferAreaComHandler, count: usize) -> Self {
-        let areas = (0..count).map(|_| handler.transfer_area()).collect();
+        let areas = (0..count).map(|_| handler.areas().clone()).collect();
         let (hearing, heard) = mpsc::channel();
         Self { areas, threads: Vec::new(), hearing, heard }
     }

@@ -111,7 +111,7 @@ fn number<T: std::str::FromStr>(text: &str) -> T {
 fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler {
     let handler = TransferAreaComHandler::builder(host).port(port).time_limits(limits);
     let handler = handler.build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler
 }
 
@@ -121,7 +121,7 @@ fn program(host: &str, port: u16, read_ms: u64) {
     let handler = handler(host, port, limits);
     let is_wanted = begin_until_told(&handler);
     while is_wanted.load(Ordering::SeqCst) {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             say_now("ended", name_of(&error));
             return;
         }
@@ -132,7 +132,7 @@ fn program(host: &str, port: u16, read_ms: u64) {
 /// Begins a transfer. Returns a flag that the parent clears to end it.
 fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
     handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     say_now("begun", "Ok");
     let is_wanted = Arc::new(AtomicBool::new(true));
     let flag = Arc::clone(&is_wanted);
@@ -147,12 +147,12 @@ fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
 fn reconnecting(host: &str, port: u16) {
     let builder = TransferAreaComHandler::builder(host).port(port);
     let handler = builder.reconnect(Duration::from_secs(60)).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     let is_wanted = begin_until_told(&handler);
     let (mut told, mut when) = ("nothing", SystemTime::now());
     let mut is_connected = true;
     while is_wanted.load(Ordering::SeqCst) || !is_connected {
-        match handler.wait_cycle() {
+        match handler.areas().wait_cycle() {
             Ok(_) => is_connected = true,
             Err(error) => {
                 (told, when) = (name_of(&error), SystemTime::now());
@@ -160,7 +160,7 @@ fn reconnecting(host: &str, port: u16) {
             }
         }
     }
-    assert!(handler.statistics().gaps <= 1, "the network was cut once");
+    assert!(handler.areas().statistics().gaps <= 1, "the network was cut once");
     say("told", told, when);
     say_result("ended", &handler.end_transfer());
 }
@@ -183,7 +183,7 @@ fn signalled(port: u16) {
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
     take_no_more();
-    while result.is_ok() && handler.wait_cycle().is_ok() {}
+    while result.is_ok() && handler.areas().wait_cycle().is_ok() {}
     say_result("ended", &handler.end_transfer());
 }
 
@@ -228,13 +228,13 @@ fn relay(from: &TcpStream, to: &TcpStream) {
 fn in_transfer(port: u16, run_out: fn()) {
     let handler = handler("127.0.0.1", port, TimeLimits::default());
     handler.begin_transfer().unwrap();
-    say_result("begun", &handler.wait_cycle());
+    say_result("begun", &handler.areas().wait_cycle());
     run_out();
     let limits = Duration::from_millis(300);
     let options = CameraOptions::default().with_start_limit(limits);
     let camera = handler.start_camera(options).map(|frames| for _ in frames {});
     say_result("camera", &camera.and_then(|()| handler.camera_error().map_or(Ok(()), Err)));
     say_result("i2c", &handler.i2c());
-    say_result("goes-on", &handler.wait_cycle());
+    say_result("goes-on", &handler.areas().wait_cycle());
     say_result("ended", &handler.end_transfer());
 }

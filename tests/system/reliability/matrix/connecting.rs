@@ -54,9 +54,9 @@ pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
     let begin = Instant::now();
     let error = handler.begin_transfer().expect_err("there is no controller");
     let soon = Some(begin.elapsed());
-    assert!(!handler.is_running());
+    assert!(!handler.areas().is_running());
     assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
-    assert_eq!(handler.wait_cycle().unwrap_err(), error, "the error stays");
+    assert_eq!(handler.areas().wait_cycle().unwrap_err(), error, "the error stays");
     Outcome { seen: Seen::Error(error), soon, by: By::NeverOn, stopped: None }
 }
 
@@ -64,11 +64,11 @@ pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
 fn busy() -> Outcome {
     let controller = Controller::start(txt());
     let first = controller.handler().build().unwrap();
-    first.lock()[0].output.duty[0] = DUTY;
+    first.areas().lock()[0].output.duty[0] = DUTY;
     first.begin_transfer().unwrap();
     controller.wait_on();
     let outcome = begin(controller.handler());
-    drop(first.wait_cycle().unwrap());
+    drop(first.areas().wait_cycle().unwrap());
     assert!(controller.txt.with_machine(|machine| is_on(machine)));
     assert_eq!(first.end_transfer(), Ok::<(), Error>(()));
     outcome

@@ -5,7 +5,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{Error, TimeLimits, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler, TransferAreas};
 
 use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
@@ -21,7 +21,7 @@ const ENDS: [(&str, End); 2] =
     [("`end_transfer`", |handler| drop(handler.end_transfer())), ("drop of the handler", drop)];
 
 /// Writes a duty before or after the call of the given function, which ends a transfer.
-type Write = fn(&TransferArea, &dyn Fn());
+type Write = fn(&TransferAreas, &dyn Fn());
 
 const WRITES: [(&str, Write); 2] = [
     ("by a handle that does not know of the end", |area, end| {
@@ -77,7 +77,7 @@ pub(crate) fn rows() -> Vec<Row> {
 }
 
 /// Threads in `wait_cycle` and `wait_until`. Each returns the error that it sees.
-pub(crate) fn waiters(area: &TransferArea) -> Vec<JoinHandle<Error>> {
+pub(crate) fn waiters(area: &TransferAreas) -> Vec<JoinHandle<Error>> {
     let (begun, has_begun) = mpsc::channel();
     let waiters = (0..8).map(|number| {
         let (area, begun) = (area.clone(), begun.clone());
@@ -109,7 +109,7 @@ pub(crate) fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
 fn start(controller: &Controller, port: u16) -> TransferAreaComHandler {
     let limits = TimeLimits::default().with_read(Duration::from_secs(1));
     let handler = controller.handler().port(port).time_limits(limits).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     handler
 }
@@ -118,7 +118,7 @@ fn with_waiters(end: End) -> Outcome {
     let controller = Controller::start(txt());
     let handler = start(&controller, controller.port());
     controller.wait_on();
-    let waiters = waiters(&handler.transfer_area());
+    let waiters = waiters(&handler.areas().clone());
     let struck = Instant::now();
     end(handler);
     let error = error_of(waiters);
@@ -132,7 +132,7 @@ fn under_guard(end: End) -> Outcome {
     let controller = Controller::start(txt());
     let handler = start(&controller, controller.port());
     controller.wait_on();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let (sender, receiver) = mpsc::channel();
     let (let_go, is_let_go) = mpsc::channel::<()>();
     let holder = thread::spawn(move || {
@@ -164,12 +164,12 @@ fn between_transfers(write: Write) -> Outcome {
     let controller = Controller::start(txt());
     let handler = start(&controller, controller.port());
     controller.wait_on();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let struck = Instant::now();
     write(&area, &|| assert_eq!(handler.end_transfer(), Ok(())));
     assert_eq!(handler.begin_transfer(), Ok(()));
     for _ in 0..5 {
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
         assert_eq!(area.lock()[LOCAL_IO].output.duty, [0; 8]);
     }
     assert_eq!(handler.end_transfer(), Ok(()));
@@ -183,13 +183,13 @@ fn lost_under_guard() -> Outcome {
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
     let proxy = Proxy::start(controller.port(), [strike]);
     let handler = start(&controller, proxy.port());
-    let area = handler.transfer_area();
-    let guard = handler.lock();
+    let area = handler.areas().clone();
+    let guard = handler.areas().lock();
     // While a guard is held no thread gets the areas, so only the end of the transfer ends this.
     let waiting =
         thread::spawn(move || area.wait_until(|_| false, DEADLINE).map(drop).unwrap_err());
     proxy.wait_struck();
-    while handler.is_running() {
+    while handler.areas().is_running() {
         thread::sleep(Duration::from_millis(1));
     }
     let soon = proxy.struck().elapsed();
@@ -206,7 +206,7 @@ fn in_silence(end: End) -> Outcome {
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Cut };
     let proxy = Proxy::start(controller.port(), [strike]);
     let handler = start(&controller, proxy.port());
-    let waiters = waiters(&handler.transfer_area());
+    let waiters = waiters(&handler.areas().clone());
     proxy.wait_struck();
     end(handler);
     let error = error_of(waiters);

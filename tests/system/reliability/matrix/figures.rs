@@ -39,7 +39,7 @@ pub(crate) fn rows() -> Vec<Row> {
 /// A program with a motor on.
 fn start(controller: &Controller) -> TransferAreaComHandler {
     let handler = controller.handler().build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     handler
@@ -54,9 +54,9 @@ fn wait_for_exchanges(controller: &Controller) {
 fn missed_responses() -> Outcome {
     let controller = Controller::start(txt());
     let handler = start(&controller);
-    let before = handler.statistics();
+    let before = handler.areas().statistics();
     wait_for_exchanges(&controller);
-    let after = handler.statistics();
+    let after = handler.areas().statistics();
     let missed = after.missed_responses - before.missed_responses;
     let responses = after.cycles - before.cycles;
     assert!(responses >= EXCHANGES - 1);
@@ -69,12 +69,12 @@ fn missed_responses() -> Outcome {
 fn answered_responses() -> Outcome {
     let controller = Controller::start(txt().lock_step());
     let handler = controller.handler().lock_step().build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     for _ in 0..EXCHANGES {
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
     }
-    let Statistics { cycles, missed_responses, .. } = handler.statistics();
+    let Statistics { cycles, missed_responses, .. } = handler.areas().statistics();
     assert!(cycles >= EXCHANGES, "{cycles}");
     assert_eq!(missed_responses, 0);
     goes_on(&controller, handler)
@@ -100,9 +100,9 @@ fn sleeping_hook() -> Outcome {
     handler.begin_transfer().unwrap();
     controller.wait_on();
     controller.wait("the second call", |_| calls.load(Ordering::SeqCst) == 2);
-    let before = handler.statistics();
+    let before = handler.areas().statistics();
     wait_for_exchanges(&controller);
-    let after = handler.statistics();
+    let after = handler.areas().statistics();
     let missed = after.missed_responses - before.missed_responses;
     assert!(missed >= EXCHANGES - 2, "{missed}");
     assert!(missed <= after.cycles - before.cycles);
@@ -116,7 +116,7 @@ fn long_guard() -> Outcome {
     const NAME: &str = "holds-a-guard-in-a-row";
     let controller = Controller::start(txt());
     let handler = start(&controller);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let (let_go, gate) = mpsc::channel::<()>();
     let (locked, is_locked) = mpsc::channel();
     let holder = thread::Builder::new().name(NAME.to_owned()).spawn(move || {
@@ -135,7 +135,7 @@ fn long_guard() -> Outcome {
     assert!(lines[0].contains("lock again in each round"), "it says what to do: {lines:?}");
     drop(let_go);
     holder.unwrap().join().unwrap();
-    let result: Result<(), Error> = handler.wait_cycle().map(drop);
+    let result: Result<(), Error> = handler.areas().wait_cycle().map(drop);
     assert_eq!(result, Ok(()));
     Outcome { soon: Some(soon), ..goes_on(&controller, handler) }
 }

@@ -97,7 +97,7 @@ pub(crate) fn rows() -> Vec<Row> {
 fn start() -> (Controller, TransferAreaComHandler) {
     let controller = Controller::start(txt());
     let handler = controller.handler().build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     (controller, handler)
@@ -106,7 +106,7 @@ fn start() -> (Controller, TransferAreaComHandler) {
 /// The hook hangs until long after the motors were stopped, and then writes.
 fn hang(call: Call, expected: Error) -> Outcome {
     let (controller, handler) = start();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let waiters = waiters(&area);
     let (let_go, gate) = mpsc::channel::<()>();
     let (hung, is_hung) = mpsc::channel();
@@ -138,7 +138,7 @@ fn hang(call: Call, expected: Error) -> Outcome {
 
 fn end_inside(end: End) -> Outcome {
     let (controller, handler) = start();
-    let waiters = waiters(&handler.transfer_area());
+    let waiters = waiters(&handler.areas().clone());
     let struck = Instant::now();
     let handler = end(handler);
     let error = error_of(waiters);

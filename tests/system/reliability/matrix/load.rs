@@ -80,7 +80,7 @@ fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHan
     let limits = TimeLimits::default().with_read(DEADLINE);
     let builder = controller.handler().port(port).areas(areas).time_limits(limits);
     let handler = builder.build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     handler
@@ -96,12 +96,13 @@ pub(crate) fn goes_on(controller: &Controller, handler: TransferAreaComHandler) 
 fn extension() -> Outcome {
     let controller = Controller::start(txt().extensions(1));
     let handler = start(&controller, controller.port(), 2);
-    handler.lock()[REMOTE_IO_1].output.duty[2] = DUTY;
+    handler.areas().lock()[REMOTE_IO_1].output.duty[2] = DUTY;
     let _busy = Busy::start(4);
     for round in 0..20 {
         let alive = round % 2 != 0;
         controller.txt.with_machine(|machine| machine.alive[0] = alive);
         let follows = handler
+            .areas()
             .wait_until(|areas| (areas[LOCAL_IO].state.io_slave_alive[0] != 0) == alive, DEADLINE);
         drop(follows.unwrap());
         let duty = if alive { DUTY } else { 0 };
@@ -119,7 +120,7 @@ fn restart() -> Outcome {
     let handler = start(&controller, proxy.port(), 1);
     assert_eq!(handler.version(), Some(old));
     let error = loop {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             break error;
         }
     };
@@ -132,7 +133,7 @@ fn restart() -> Outcome {
     assert_eq!(handler.begin_transfer(), Ok(()));
     assert_eq!(handler.version(), Some(new));
     for _ in 0..5 {
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
     }
     assert!(!controller.txt.with_machine(|machine| is_on(machine)), "the motor is on again");
     assert_eq!(handler.end_transfer(), Ok(()));
@@ -144,7 +145,7 @@ fn busy() -> Outcome {
     let handler = start(&controller, controller.port(), 1);
     let _busy = Busy::start(16);
     for _ in 0..200 {
-        drop(handler.wait_cycle().unwrap());
+        drop(handler.areas().wait_cycle().unwrap());
     }
     goes_on(&controller, handler)
 }
@@ -156,7 +157,7 @@ fn fin_beside_busy_threads() -> Outcome {
     let _busy = Busy::start(16);
     let handler = start(&controller, proxy.port(), 1);
     let error = loop {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             break error;
         }
     };
@@ -175,9 +176,9 @@ fn many_transfers() -> Result<Outcome, Skipped> {
                 let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
                 let handler = builder.build().unwrap();
                 for _ in 0..TRANSFERS / PROGRAMS {
-                    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+                    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
                     handler.begin_transfer().unwrap();
-                    drop(handler.wait_cycle().unwrap());
+                    drop(handler.areas().wait_cycle().unwrap());
                     handler.end_transfer().unwrap();
                 }
                 assert!(!txt.with_machine(|machine| is_on(machine)));

@@ -143,16 +143,17 @@ fn run(beside: Beside, reason: Reason) -> Outcome {
     let proxy = Proxy::start(controller.port(), [strike]);
     let handler = Arc::new(start(&controller, &proxy, beside, reason));
     let events = handler
+        .areas()
         .events(
             &[EventKind::WatchdogExpired, EventKind::ConnectionLost, EventKind::TransferEnded],
             10,
         )
         .unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     // Not before the watchdog has expired if they would give signs of life.
-    let idle = handler.transfer_area();
+    let idle = handler.areas().clone();
     let mut waiting = Waiting::new(&handler, beside.waiting());
     let waits_later =
         reason == Reason::Watchdog && !beside.is_hook() && beside != Beside::HeldGuard;
@@ -247,7 +248,7 @@ fn strike_with(
             None
         }
         Reason::Panic => {
-            let area = theirs.transfer_area();
+            let area = theirs.areas().clone();
             let panicked = thread::spawn(move || {
                 let area = area;
                 let _guard = (!beside.has_areas()).then(|| area.lock());

@@ -46,7 +46,7 @@ pub(crate) fn rows() -> Vec<Row> {
     };
     vec![
         row("under a guard", |handler| {
-            let area = handler.transfer_area();
+            let area = handler.areas().clone();
             in_thread(move || {
                 let _guard = area.lock();
                 panic!("{ON_PURPOSE}");
@@ -54,12 +54,12 @@ pub(crate) fn rows() -> Vec<Row> {
         }),
         row("under a guard, caught by its own thread", |handler| {
             let _ = catch_unwind(AssertUnwindSafe(|| {
-                let _guard = handler.lock();
+                let _guard = handler.areas().lock();
                 panic!("{ON_PURPOSE}");
             }));
         }),
         row("in a wait's condition", |handler| {
-            let area = handler.transfer_area();
+            let area = handler.areas().clone();
             in_thread(move || drop(area.wait_until(|_| panic!("{ON_PURPOSE}"), DEADLINE)));
         }),
         row("in a hook", |handler| handler.set_cycle_hook(|_| panic!("{ON_PURPOSE}")).unwrap()),
@@ -67,14 +67,14 @@ pub(crate) fn rows() -> Vec<Row> {
             handler.set_cycle_hook(|_| panic_any(Mine)).unwrap();
         }),
         row("in a thread that owns a handle", |handler| {
-            let area = handler.transfer_area();
+            let area = handler.areas().clone();
             in_thread(move || {
                 let _area = area;
                 panic!("{ON_PURPOSE}");
             });
         }),
         row("in a listener's thread", |handler| {
-            let events = handler.events(EventKind::ALL, 10).unwrap();
+            let events = handler.areas().events(EventKind::ALL, 10).unwrap();
             in_thread(move || {
                 let _events = events;
                 panic!("{ON_PURPOSE}");
@@ -96,7 +96,7 @@ pub(crate) fn rows() -> Vec<Row> {
                 Ok(in_owner(|handler| {
                     thread::scope(|scope| {
                         scope.spawn(|| {
-                            drop(handler.lock());
+                            drop(handler.areas().lock());
                             panic!("{ON_PURPOSE}");
                         });
                     });
@@ -114,27 +114,27 @@ pub(crate) fn rows() -> Vec<Row> {
             .by(&[By::NeverOn])
             .test(|| Ok(while_beginning())),
         twice("in a `match` on a value of the area", |handler| {
-            match handler.lock()[LOCAL_IO].input.uni[0] {
-                0 => drop(handler.lock()),
+            match handler.areas().lock()[LOCAL_IO].input.uni[0] {
+                0 => drop(handler.areas().lock()),
                 _ => unreachable!("I1 is not pressed"),
             }
         }),
         twice("in one `println!`", |handler| {
-            println!("{} {}", handler.lock().len(), handler.lock().len());
+            println!("{} {}", handler.areas().lock().len(), handler.areas().lock().len());
         }),
         twice("`wait_cycle` under a guard", |handler| {
-            let _guard = handler.lock();
-            let _ = handler.wait_cycle();
+            let _guard = handler.areas().lock();
+            let _ = handler.areas().wait_cycle();
         }),
         twice("`update_config` under a guard", |handler| {
-            let _guard = handler.lock();
-            let _ = handler.update_config();
+            let _guard = handler.areas().lock();
+            let _ = handler.areas().update_config();
         }),
         twice("`lock` in a wait's condition", |handler| {
-            let _ = handler.wait_until(|_| handler.lock().is_empty(), DEADLINE);
+            let _ = handler.areas().wait_until(|_| handler.areas().lock().is_empty(), DEADLINE);
         }),
         row("in a hook, because it locks", |handler| {
-            let area = handler.transfer_area();
+            let area = handler.areas().clone();
             handler
                 .set_cycle_hook(move |_| {
                     drop(area.lock());
@@ -143,7 +143,7 @@ pub(crate) fn rows() -> Vec<Row> {
                 .unwrap();
         }),
         row("in a hook, because it waits for a cycle", |handler| {
-            let area = handler.transfer_area();
+            let area = handler.areas().clone();
             handler
                 .set_cycle_hook(move |_| {
                     let _ = area.wait_cycle();
@@ -188,7 +188,7 @@ fn in_thread(run: impl FnOnce() + Send + 'static) {
 fn start() -> (Controller, TransferAreaComHandler) {
     let controller = Controller::start(txt());
     let handler = controller.handler().build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     (controller, handler)
@@ -198,7 +198,7 @@ fn start() -> (Controller, TransferAreaComHandler) {
 fn watch(handler: &TransferAreaComHandler) -> Seen {
     let begin = Instant::now();
     while begin.elapsed() < Duration::from_secs(1) {
-        if let Err(error) = handler.wait_cycle() {
+        if let Err(error) = handler.areas().wait_cycle() {
             return Seen::Error(error);
         }
     }
@@ -213,7 +213,7 @@ fn run(panic: impl FnOnce(&TransferAreaComHandler)) -> Outcome {
     let soon = struck.elapsed();
     if let Seen::Error(error) = &seen {
         assert_eq!(handler.end_transfer(), Err(error.clone()), "the error stays");
-        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+        assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
     }
     drop(handler);
     let (by, stopped) = controller.stopped_after(struck);
@@ -224,8 +224,8 @@ fn run(panic: impl FnOnce(&TransferAreaComHandler)) -> Outcome {
 fn in_logger() -> Outcome {
     let controller = Controller::start(txt());
     let handler = controller.handler().watchdog(logger::PANICS_AT).build().unwrap();
-    let events = handler.events(&[EventKind::WatchdogExpired], 10).unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let events = handler.areas().events(&[EventKind::WatchdogExpired], 10).unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     let struck = Instant::now();
@@ -233,9 +233,9 @@ fn in_logger() -> Outcome {
     events.recv_timeout(DEADLINE).unwrap();
     let soon = struck.elapsed();
     logger::wait_for_panic();
-    let error = handler.wait_cycle().map(drop).unwrap_err();
+    let error = handler.areas().wait_cycle().map(drop).unwrap_err();
     for _ in 0..5 {
-        assert!(handler.wait_cycle().is_ok(), "it gets the error once");
+        assert!(handler.areas().wait_cycle().is_ok(), "it gets the error once");
     }
     assert_eq!(handler.end_transfer(), Ok(()));
     let (by, stopped) = controller.stopped_after(struck);
@@ -245,7 +245,7 @@ fn in_logger() -> Outcome {
 /// The thread that owns the handler panics.
 fn in_owner(panic: fn(TransferAreaComHandler)) -> Outcome {
     let (controller, handler) = start();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let struck = Instant::now();
     in_thread(move || panic(handler));
     let error = area.wait_cycle().unwrap_err();
@@ -256,7 +256,7 @@ fn in_owner(panic: fn(TransferAreaComHandler)) -> Outcome {
 
 fn between_guards() -> Outcome {
     let (controller, handler) = start();
-    let shared = Arc::new(handler.transfer_area());
+    let shared = Arc::new(handler.areas().clone());
     let theirs = Arc::clone(&shared);
     in_thread(move || {
         drop(theirs.lock());
@@ -275,7 +275,7 @@ fn while_beginning() -> Outcome {
     let strike = Strike { place: Place::StartOnline, in_request: false, fault: Fault::SlowDrip };
     let proxy = Proxy::start(controller.port(), [strike]);
     let handler = controller.handler().port(proxy.port()).build().unwrap();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let struck = thread::scope(|scope| {
         let panicking = scope.spawn(|| {
             proxy.wait_struck();
@@ -291,7 +291,7 @@ fn while_beginning() -> Outcome {
         let _ = handler.begin_transfer();
         panicking.join().unwrap()
     });
-    drop(handler.lock());
+    drop(handler.areas().lock());
     let seen = watch(&handler);
     let soon = struck.elapsed();
     let end = handler.end_transfer();

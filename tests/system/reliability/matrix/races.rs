@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Direction, Motor, Sound};
-use ft_transfer_area::{Error, FishX1Transfer, TransferArea, TransferAreaComHandler};
+use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler, TransferAreas};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::controller::{is_on, txt, DUTY};
@@ -27,7 +27,7 @@ const COUNT: i16 = 77;
 type Order = fn(&mut FishX1Transfer);
 
 /// Waits until it is done.
-type Wait = fn(&TransferArea) -> Result<(), Error>;
+type Wait = fn(&TransferAreas) -> Result<(), Error>;
 
 /// Whether the controller has carried it out.
 type Check = fn(&Machine) -> bool;
@@ -93,7 +93,7 @@ fn begin_beside_end() -> Outcome {
     let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
     let handler = builder.build().unwrap();
     for round in 0..ROUNDS {
-        handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+        handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
         let before = txt.with_machine(|machine| machine.connections());
         let ended = thread::scope(|scope| {
             let ending = scope.spawn(|| {
@@ -108,7 +108,7 @@ fn begin_beside_end() -> Outcome {
             ending.join().unwrap()
         });
         // The connection was made before the end was asked for, so it was the end of this transfer.
-        assert!(!handler.is_running(), "round {round}");
+        assert!(!handler.areas().is_running(), "round {round}");
         let sent = duties.lock().unwrap().iter().filter(|(_, at)| *at > ended).count();
         assert_eq!(sent, 0, "a duty was sent after end_transfer in round {round}");
         assert!(txt.wait_until(DEADLINE, |machine| !is_on(machine)));
@@ -133,7 +133,7 @@ fn order_beside_end(order: Order, wait: Wait, check: Check) -> Outcome {
         // A handler with no command before this one.
         let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
         let handler = builder.build().unwrap();
-        let area = handler.transfer_area();
+        let area = handler.areas().clone();
         handler.begin_transfer().unwrap();
         drop(area.wait_cycle().unwrap());
         txt.with_machine(|machine| {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::Counter;
 use ft_transfer_area::{
-    Error, EventKind, FirmwareVersion, TimeLimits, TransferArea, TransferAreaComHandler,
+    Error, EventKind, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferAreas,
 };
 
 use super::controller::{is_on, txt, Controller, DUTY};
@@ -111,7 +111,7 @@ pub(crate) fn rows() -> Vec<Row> {
             .test(|| {
                 Ok(in_gap(DEADLINE, |handler, area, _| {
                     let panicked = catch_unwind(AssertUnwindSafe(|| {
-                        let mut guard = handler.lock();
+                        let mut guard = handler.areas().lock();
                         guard[LOCAL_IO].output.duty[0] = DUTY;
                         panic!("{ON_PURPOSE}");
                     }));
@@ -160,7 +160,7 @@ const AT_FIRST_EXCHANGE: [Strike; 2] =
     [response(Place::Exchange, Fault::Fin), response(Place::FirstExchange, Fault::Fin)];
 
 /// Waits until the next error.
-fn next_error(area: &TransferArea) -> Error {
+fn next_error(area: &TransferAreas) -> Error {
     loop {
         if let Err(error) = area.wait_cycle() {
             return error;
@@ -169,7 +169,7 @@ fn next_error(area: &TransferArea) -> Error {
 }
 
 /// The gaps that a handle learns of, and the error that ends its waits.
-fn told(area: &TransferArea) -> (Vec<Error>, Error) {
+fn told(area: &TransferAreas) -> (Vec<Error>, Error) {
     let mut gaps = Vec::new();
     loop {
         match next_error(area) {
@@ -180,12 +180,12 @@ fn told(area: &TransferArea) -> (Vec<Error>, Error) {
 }
 
 fn waiter(handler: &TransferAreaComHandler) -> JoinHandle<(Vec<Error>, Error)> {
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     thread::spawn(move || told(&area))
 }
 
 /// Checks that outputs and inputs are exchanged again, with the motors off.
-fn check_goes_on(area: &TransferArea) {
+fn check_goes_on(area: &TransferAreas) {
     for _ in 0..5 {
         let areas = area.wait_cycle().expect("it gets the error once");
         assert_eq!(areas[LOCAL_IO].output.duty, [0; 8]);
@@ -199,12 +199,12 @@ fn reconnects_after(strike: Strike, cause: &str) -> Outcome {
     let place = strike.place;
     let (controller, proxy, builder) = set_up(strike);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
-    let idle = handler.transfer_area();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let idle = handler.areas().clone();
     handler.begin_transfer().unwrap();
     let waiter = waiter(&handler);
     let mut frames = None;
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let mut cycles = 0..;
     let error = loop {
         if let Err(error) = area.wait_cycle() {
@@ -224,7 +224,7 @@ fn reconnects_after(strike: Strike, cause: &str) -> Outcome {
     check_goes_on(&area);
     assert_eq!(idle.feed_watchdog(), Err(error.clone()));
     assert_eq!(idle.feed_watchdog(), Ok(()), "it gets the error once");
-    assert_eq!(handler.statistics().gaps, 1);
+    assert_eq!(handler.areas().statistics().gaps, 1);
     drop(frames);
     assert_eq!(handler.end_transfer(), Ok(()));
     let end = (vec![error.clone()], Error::NotStarted);
@@ -247,11 +247,11 @@ fn with_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     let limits = TimeLimits::default().with_read(DEADLINE);
     let builder = controller.handler().port(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     let waiters: Vec<_> = (0..8).map(|_| waiter(&handler)).collect();
-    let idle = handler.transfer_area();
-    let first = next_error(&handler.transfer_area());
+    let idle = handler.areas().clone();
+    let first = next_error(&handler.areas().clone());
     let soon = proxy.struck().elapsed();
     controller.wait("all faults", |_| proxy.is_done());
     let errors: Vec<Error> = (0..gaps).map(|_| next_error(&idle)).collect();
@@ -260,7 +260,7 @@ fn with_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     for _ in 0..5 {
         assert!(idle.wait_cycle().is_ok(), "it gets each error once");
     }
-    assert_eq!(handler.statistics().gaps, gaps as u64);
+    assert_eq!(handler.areas().statistics().gaps, gaps as u64);
     assert_eq!(handler.end_transfer(), Ok(()));
     for waiter in waiters {
         assert_eq!(waiter.join().unwrap(), (errors.clone(), Error::NotStarted));
@@ -281,8 +281,8 @@ fn duty_in_gap() -> Outcome {
     let (_socket, nobody) = closed_port();
     handler.begin_transfer().unwrap();
     proxy.lead_to(nobody);
-    let lost = next_error(&handler.transfer_area());
-    let area = handler.transfer_area();
+    let lost = next_error(&handler.areas().clone());
+    let area = handler.areas().clone();
     assert_eq!(next_error(&area), lost);
     area.lock()[LOCAL_IO].output.duty[0] = DUTY;
     proxy.lead_to(controller.port());
@@ -305,14 +305,14 @@ fn start(limit: Duration) -> (Controller, Proxy, TransferAreaComHandler) {
     let builder = controller.handler().port(proxy.port());
     let builder = builder.camera_port(controller.txt.camera_port()).reconnect(limit);
     let handler = builder.build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     (controller, proxy, handler)
 }
 
 /// Loses the connection, and leads the next ones to this port. Returns what a handle sees, and when.
-fn lose(proxy: &Proxy, area: &TransferArea, to: u16) -> (Error, Duration) {
+fn lose(proxy: &Proxy, area: &TransferAreas, to: u16) -> (Error, Duration) {
     proxy.lead_to(to);
     area.lock()[LOCAL_IO].raise_config_id();
     let error = next_error(area);
@@ -323,10 +323,10 @@ fn lose(proxy: &Proxy, area: &TransferArea, to: u16) -> (Error, Duration) {
 /// Nothing listens in the gap. The program does something, which gives an error.
 fn in_gap(
     limit: Duration,
-    run: fn(TransferAreaComHandler, &TransferArea, &Proxy) -> Error,
+    run: fn(TransferAreaComHandler, &TransferAreas, &Proxy) -> Error,
 ) -> Outcome {
     let (controller, proxy, handler) = start(limit);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let (_socket, nobody) = closed_port();
     lose(&proxy, &area, nobody);
     let lost = Instant::now();
@@ -338,7 +338,7 @@ fn in_gap(
 
 fn restarted(version: FirmwareVersion) -> Outcome {
     let (controller, proxy, handler) = start(DEADLINE);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let other = Controller::start(txt().firmware(version));
     // The program learns of the gap before the other controller can end the transfer.
     let (_socket, nobody) = closed_port();
@@ -361,8 +361,8 @@ fn restarted(version: FirmwareVersion) -> Outcome {
 
 fn under_guard() -> Outcome {
     let (controller, proxy, handler) = start(DEADLINE);
-    let (area, unaware) = (handler.transfer_area(), handler.transfer_area());
-    let events = handler.events(&[EventKind::ConnectionRestored], 10).unwrap();
+    let (area, unaware) = (handler.areas().clone(), handler.areas().clone());
+    let events = handler.areas().events(&[EventKind::ConnectionRestored], 10).unwrap();
     area.lock()[LOCAL_IO].raise_config_id();
     let mut guard = unaware.lock();
     guard[LOCAL_IO].output.duty[0] = DUTY;
@@ -377,7 +377,7 @@ fn under_guard() -> Outcome {
 
 fn with_camera() -> Outcome {
     let (controller, proxy, handler) = start(DEADLINE);
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let frames = handler.start_camera(small_pictures()).unwrap();
     let before = frames.recv_timeout(DEADLINE).unwrap();
     let (error, soon) = lose(&proxy, &area, controller.port());

@@ -190,7 +190,7 @@ impl Program {
         let controller = Controller::start(txt());
         let limits = TimeLimits::default().with_connect(LIMIT).with_read(LIMIT);
         let handler = set(controller.handler().time_limits(limits)).build().unwrap();
-        handler.lock()[0].output.duty[0] = DUTY;
+        handler.areas().lock()[0].output.duty[0] = DUTY;
         handler.begin_transfer().unwrap();
         controller.wait_on();
         Self { controller, handler }
@@ -199,7 +199,7 @@ impl Program {
     /// Checks that the transfer goes on, and ends it.
     fn finish(self, error: Option<Error>, soon: Option<Duration>) -> Outcome {
         for _ in 0..3 {
-            drop(self.handler.wait_cycle().unwrap());
+            drop(self.handler.areas().wait_cycle().unwrap());
         }
         assert!(self.controller.txt.with_machine(|machine| is_on(machine)));
         assert_eq!(self.handler.end_transfer(), Ok(()));
@@ -231,14 +231,14 @@ fn restarts_deaf() -> Outcome {
         let _frames = program.handler.start_camera(CameraOptions::default()).unwrap();
         let close = FaultKind::Close { after: 0 };
         program.controller.txt.with_machine(|machine| machine.disturb(close));
-        let error = program.handler.wait_until(|_| false, DEADLINE).map(drop).unwrap_err();
+        let error = program.handler.areas().wait_until(|_| false, DEADLINE).map(drop).unwrap_err();
         assert!(matches!(error, Error::ConnectionLost { .. }), "{error}");
-        program.handler.wait_cycle().unwrap()[0].output.duty[0] = DUTY;
+        program.handler.areas().wait_cycle().unwrap()[0].output.duty[0] = DUTY;
         let starts = |machine: &Machine| {
             machine.commands().filter(|command| *command == CommandId::StartCameraOnline).count()
         };
         program.controller.wait("the second start", |machine| starts(machine) == 2);
-        let longest = program.handler.statistics().longest_cycle;
+        let longest = program.handler.areas().statistics().longest_cycle;
         if longest < Duration::from_millis(300) {
             return program.finish(None, None);
         }
@@ -260,7 +260,7 @@ fn flood() -> Outcome {
     let begin = Instant::now();
     while program.handler.camera_statistics().dropped < 1000 {
         assert!(begin.elapsed() < super::row::DEADLINE, "nothing is dropped");
-        drop(program.handler.wait_cycle().unwrap());
+        drop(program.handler.areas().wait_cycle().unwrap());
     }
     assert_eq!(program.handler.stop_camera(), Ok(()));
     assert!(frames.iter().count() <= 2, "more than the channel holds");

@@ -33,10 +33,10 @@ pub(crate) fn rows() -> Vec<Row> {
     let values: [(&str, Make); 6] = [
         ("with a recorder whose file takes nothing", recorder),
         ("with events that nobody reads", |handler| {
-            Ok(Box::new(handler.events(EventKind::ALL, 1).unwrap()))
+            Ok(Box::new(handler.areas().events(EventKind::ALL, 1).unwrap()))
         }),
         ("with a log of cycles that nobody reads", |handler| {
-            Ok(Box::new(handler.cycle_log(1).unwrap()))
+            Ok(Box::new(handler.areas().cycle_log(1).unwrap()))
         }),
         ("with pictures that nobody reads", |handler| {
             Ok(Box::new(handler.start_camera(CameraOptions::default()).unwrap()))
@@ -68,10 +68,10 @@ fn run(make: Make, leave: Leave) -> Result<Outcome, Skipped> {
     let controller = Controller::start(txt());
     let builder = controller.handler();
     let handler = builder.i2c_port(fake.port()).build().unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     let (leaving, leaves) = mpsc::channel();
     let program = thread::spawn(move || -> Result<(), Error> {
         let handler = handler;

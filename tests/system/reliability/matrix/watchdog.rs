@@ -31,11 +31,11 @@ pub(crate) fn rows() -> Vec<Row> {
     };
     vec![
         row("a thread in `loop {}`", "without a guard", |handler, over| {
-            drop(handler.lock());
+            drop(handler.areas().lock());
             while over.try_recv() == Err(TryRecvError::Empty) {}
         }),
         row("a guard that is held forever", "with a duty in it", |handler, over| {
-            let mut guard = handler.lock();
+            let mut guard = handler.areas().lock();
             guard[LOCAL_IO].output.duty[0] = DUTY;
             let _ = over.recv();
         }),
@@ -53,13 +53,13 @@ pub(crate) fn rows() -> Vec<Row> {
                 .unwrap();
         }),
         row("a deadlock of two threads", "one of them under a guard", deadlock),
-        row("a thread that is gone", "it has returned", |handler, _| drop(handler.lock())),
+        row("a thread that is gone", "it has returned", |handler, _| drop(handler.areas().lock())),
         row("a thread that is gone", "panic, with the handler in an `Arc`", |handler, _| {
-            drop(handler.lock());
+            drop(handler.areas().lock());
             panic!("{ON_PURPOSE}");
         }),
         row("a thread that is gone", "panic, with a handle in an `Arc`", |handler, over| {
-            let shared = Arc::new(handler.transfer_area());
+            let shared = Arc::new(handler.areas().clone());
             let theirs = Arc::clone(&shared);
             let panicking = thread::spawn(move || {
                 drop(theirs.lock());
@@ -72,7 +72,7 @@ pub(crate) fn rows() -> Vec<Row> {
         row("a thread that is gone", "panic, with the handler by reference", |handler, over| {
             thread::scope(|scope| {
                 scope.spawn(|| {
-                    drop(handler.lock());
+                    drop(handler.areas().lock());
                     panic!("{ON_PURPOSE}");
                 });
                 // The scope goes on.
@@ -90,13 +90,13 @@ fn deadlock(handler: Arc<TransferAreaComHandler>, over: Receiver<()>) {
         let handler = &handler;
         let (locked, is_locked) = mpsc::channel();
         scope.spawn(move || {
-            let _guard = handler.lock();
+            let _guard = handler.areas().lock();
             locked.send(()).unwrap();
             let _ = word.recv();
         });
         is_locked.recv().unwrap();
         scope.spawn(move || {
-            drop(handler.lock());
+            drop(handler.areas().lock());
             let _ = sender.send(());
         });
         let _ = over.recv();
@@ -108,8 +108,8 @@ fn run(hang: Hang) -> Outcome {
     let controller = Controller::start(txt());
     let builder = controller.handler().watchdog(LIMIT);
     let handler = Arc::new(builder.build().unwrap());
-    let events = handler.events(&[EventKind::WatchdogExpired], 10).unwrap();
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let events = handler.areas().events(&[EventKind::WatchdogExpired], 10).unwrap();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     controller.wait_on();
     let (sender, over) = mpsc::channel();
@@ -124,7 +124,7 @@ fn run(hang: Hang) -> Outcome {
     // It may have panicked.
     let _ = thread.join();
     // The program runs again, gets the error once, and has to turn its motors on again.
-    let area = handler.transfer_area();
+    let area = handler.areas().clone();
     assert_eq!(area.wait_cycle().map(drop), Err(EXPIRED));
     for _ in 0..10 {
         assert!(area.wait_cycle().is_ok(), "it gets the error once");

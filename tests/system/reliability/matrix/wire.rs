@@ -245,8 +245,8 @@ pub(crate) fn run(strike: Strike, reconnect: Option<Duration>) -> Outcome {
 /// Begins, drives and ends a transfer, and returns its error, if there is one. Checks what is the
 /// same for every error.
 fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
-    handler.lock()[LOCAL_IO].output.duty[0] = DUTY;
-    let area = handler.transfer_area();
+    handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
+    let area = handler.areas().clone();
     let (begun, is_begun) = mpsc::channel();
     // Another thread of the program sees the same.
     let waiting = thread::spawn(move || {
@@ -261,13 +261,13 @@ fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
     drop(begun);
     let result = result.and_then(|()| drive(&handler, place));
     let error = result.err();
-    assert!(!handler.is_running());
+    assert!(!handler.areas().is_running());
     assert_eq!(handler.end_transfer(), error.clone().map_or(Ok(()), Err), "the error stays");
     let last = error.clone().unwrap_or(Error::NotStarted);
-    assert_eq!(handler.wait_cycle().unwrap_err(), last, "the error stays");
+    assert_eq!(handler.areas().wait_cycle().unwrap_err(), last, "the error stays");
     if has_begun {
         assert_eq!(waiting.join().unwrap(), Some(last), "another thread sees the same");
-        assert_eq!(handler.lock()[LOCAL_IO].output.duty, [0; 8]);
+        assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty, [0; 8]);
     }
     error
 }
@@ -280,9 +280,9 @@ pub(crate) fn small_pictures() -> CameraOptions {
 fn drive(handler: &TransferAreaComHandler, place: Place) -> Result<(), Error> {
     let mut frames = None;
     for cycle in 0..30 {
-        drop(handler.wait_cycle()?);
+        drop(handler.areas().wait_cycle()?);
         match (cycle, place) {
-            (5, Place::NewConfig) => handler.lock()[LOCAL_IO].raise_config_id(),
+            (5, Place::NewConfig) => handler.areas().lock()[LOCAL_IO].raise_config_id(),
             (5, Place::StartCamera | Place::StopCamera) => {
                 frames = Some(handler.start_camera(small_pictures())?);
             }

@@ -72,7 +72,7 @@ fn duties(
     let txt = builder.start().unwrap();
     let host = txt.address().to_string();
     let handler = handler(&host, 1).unwrap();
-    let events = handler.events(&TOLD, 1000).unwrap();
+    let events = handler.areas().events(&TOLD, 1000).unwrap();
     let relay = Relay::without_broker(setup(host), inbox);
     let left_on = AtomicBool::new(false);
     let (stop, left_on) = (&*stop, &left_on);
