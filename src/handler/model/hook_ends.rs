@@ -50,7 +50,12 @@ fn replaced_and_cleared(lock_step: bool) {
     waits.join().unwrap();
     assert_eq!(first.load(Ordering::SeqCst), of_first, "called after it was replaced");
     assert_eq!(second.load(Ordering::SeqCst), of_second, "called after it was cleared");
-    assert!(!handler.areas().shared().state().has_hook_before(u64::MAX));
+    assert!(!handler
+        .area()
+        .shared()
+        .state()
+        .tickets
+        .has_hook_before(u64::MAX, thread::current().id()));
 }
 
 #[test]

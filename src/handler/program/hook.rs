@@ -15,7 +15,7 @@ use crate::handler::program::area::TransferAreas;
 use crate::handler::program::guard::TransferAreaGuard;
 use crate::handler::shared::Shared;
 use crate::handler::state::{HookStep, Lease, State};
-use crate::handler::sync::{now, spawn, wait_until};
+use crate::handler::sync::{now, spawn, thread_id, wait_until};
 
 /// How long setting and clearing a hook waits for the one before. The models' time moves at random.
 const PATIENCE: Duration =
@@ -125,7 +125,7 @@ impl HookThread {
         H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
     {
         let shared = self.area.shared();
-        shared.state().hook_begins(self.ticket);
+        shared.state().tickets.hook_begins(self.ticket, thread_id());
         while let Some(call) = self.next_call() {
             // The guard has stopped its transfer already. Another one may have begun since.
             let has_guard = call.is_ok();
@@ -185,7 +185,7 @@ impl Drop for HookThread {
     fn drop(&mut self) {
         let shared = self.area.shared();
         let mut state = shared.state();
-        state.end_hook(self.ticket);
+        state.tickets.end_hook(self.ticket);
         shared.hook_has_ended(&state);
     }
 }
@@ -203,13 +203,13 @@ impl Shared {
     /// Returns the ticket of the new one.
     fn replace_hook(&self, set: bool) -> Option<TicketId> {
         let mut state = self.state();
-        if let Some(before) = state.clear_hook() {
+        if let Some(before) = state.tickets.clear_hook() {
             self.wake(before);
         }
-        let ticket = set.then(|| state.set_hook());
-        let newest = state.newest_ticket();
+        let ticket = set.then(|| state.tickets.set_hook());
+        let newest = state.tickets.newest();
         let deadline = now().checked_add(PATIENCE);
-        while state.has_hook_before(newest) {
+        while state.tickets.has_hook_before(newest, thread_id()) {
             if wait_until(&self.changed, &mut state, deadline) {
                 break;
             }
@@ -220,7 +220,7 @@ impl Shared {
     /// The thread of a hook has ended, and its ticket is gone.
     fn hook_has_ended(&self, state: &State) {
         self.changed.notify_all();
-        state.hook().into_iter().for_each(|next| self.wake(next));
+        state.tickets.hook().into_iter().for_each(|next| self.wake(next));
         self.wake_first(state);
         if state.next_may_leave() {
             self.attended.notify_one();

@@ -152,7 +152,8 @@ impl<'a> Cycle<'a> {
     /// What must wait is tried again in the next cycle.
     fn run_command(&mut self) -> Result<(), Error> {
         let client = &mut self.link.client;
-        match self.side.camera_task() {
+        let task = self.side.state().camera.task();
+        match task {
             None => {}
             Some(CameraTask::Restart(start, server)) => {
                 if !is_camera_off(client, self.side)? {
@@ -192,7 +193,7 @@ impl<'a> Cycle<'a> {
         self.configs_changed = false;
         self.link = link;
         self.areas = self.side.outgoing();
-        self.side.restart_camera_at(camera);
+        self.side.state().camera.restart_at(camera);
         let (delivery, _) = self.exchange()?;
         Ok(delivery)
     }
@@ -202,7 +203,7 @@ impl<'a> Cycle<'a> {
         self.link.exchange.end_sounds();
         let (delivery, _) = self.exchange()?;
         self.announce(&delivery);
-        if self.side.camera_is_running() {
+        if self.side.state().camera.is_running() {
             self.link.client.stop_camera_online()?;
         }
         self.link.client.stop_online()
