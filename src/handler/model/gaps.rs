@@ -89,21 +89,21 @@ fn lost_twice(lock_step: bool, others: usize) {
         settings.lock_step = lock_step;
     });
     controller.lose(&[2, 4]);
-    let events = handler.events(EventKind::ALL, 100).unwrap();
+    let events = handler.areas().events(EventKind::ALL, 100).unwrap();
     handler.begin_transfer().unwrap();
     let waits: Vec<_> = (0..others)
         .map(|_| program(&handler, |area| wait_to_the_end(&area, |_| ()).len()))
         .collect();
     let (mut told, mut answered) = (0, 0);
     while told < 2 || answered < 3 {
-        match handler.wait_cycle() {
+        match handler.areas().wait_cycle() {
             Ok(mut areas) => {
                 areas[0].output.duty[0] = 512;
                 answered += 1;
             }
             Err(Error::ConnectionLost { .. }) => {
                 told += 1;
-                handler.lock()[0].output.duty[1] = told;
+                handler.areas().lock()[0].output.duty[1] = told;
             }
             Err(error) => panic!("{error}"),
         }
