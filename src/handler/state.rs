@@ -62,14 +62,6 @@ pub(crate) struct Lease {
     pub(crate) arrived: Instant,
 }
 
-/// How far a wait for a response is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
-    Waits,
-    Woken,
-    Interrupted,
-}
-
 /// What the cycle hook's thread does next.
 #[derive(Debug)]
 pub(crate) enum HookStep {
@@ -190,19 +182,6 @@ impl State {
         self.tickets.add(Stage::Waiting)
     }
 
-    pub(crate) fn progress(&self, ticket: TicketId) -> Progress {
-        match self.tickets.stage(ticket) {
-            Some(Stage::Waiting) => Progress::Waits,
-            Some(Stage::Wants { .. } | Stage::Holds(_)) => Progress::Woken,
-            Some(Stage::Interrupted | Stage::Leaving) | None => Progress::Interrupted,
-        }
-    }
-
-    /// The thread does not wait any more.
-    pub(crate) fn leave_line(&mut self, ticket: TicketId) {
-        self.tickets.remove(ticket);
-    }
-
     /// Whether the newest response has moved the time beyond a deadline, in lock-step.
     pub(crate) fn is_too_late(&self, deadline: Option<Instant>) -> bool {
         self.clock.is_lock_step() && deadline.is_some_and(|deadline| deadline < self.clock.now())
@@ -321,7 +300,7 @@ impl State {
             self.tickets.change(hook, Stage::Interrupted);
             return HookStep::Call(Err(error));
         }
-        if self.progress(hook) != Progress::Woken {
+        if !matches!(self.tickets.stage(hook), Some(Stage::Wants { .. })) {
             let stage = self.stage_of_wait(known.returned);
             self.tickets.change(hook, stage);
         }
