@@ -11,7 +11,7 @@ use crate::handler::com_handler::TransferAreaComHandler;
 
 const ORDERS: usize = 700;
 
-/// The responses for which a hook was called, and the errors that it was told.
+/// The responses for which a hook was called, and the errors that it was reported.
 pub(super) type Calls = Arc<Mutex<(Vec<u64>, Vec<Error>)>>;
 
 /// Sets a hook that answers each response with its number.
@@ -19,13 +19,13 @@ pub(super) fn set_answering_hook(handler: &TransferAreaComHandler) -> Calls {
     let calls = Calls::default();
     let noted = Arc::clone(&calls);
     let hook = handler.set_cycle_hook(move |areas| {
-        let (responses, told) = &mut *noted.lock().unwrap();
+        let (responses, reported) = &mut *noted.lock().unwrap();
         match areas {
             Ok(areas) => {
                 responses.push(areas.cycle());
                 areas[0].output.duty[0] = areas.cycle() as i16;
             }
-            Err(error) => told.push(error),
+            Err(error) => reported.push(error),
         }
         ControlFlow::Continue(())
     });
@@ -139,9 +139,12 @@ fn is_told_of_a_gap(lock_step: bool) {
     handler.clear_cycle_hook();
     let calls = calls.lock().unwrap();
     assert!(calls.iter().filter(|number| **number == 0).count() <= 1, "{calls:?}");
-    let told = calls.iter().position(|number| *number == 0);
+    let reported = calls.iter().position(|number| *number == 0);
     let restored = calls.iter().position(|number| *number > 2);
-    assert!(restored.is_none_or(|call| told.is_some_and(|told| told < call)), "{calls:?}");
+    assert!(
+        restored.is_none_or(|call| reported.is_some_and(|reported| reported < call)),
+        "{calls:?}"
+    );
     let requests = controller.requests();
     assert_eq!(requests[2].outputs.duty[0], 0, "its answer went on across the gap");
 }

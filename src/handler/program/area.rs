@@ -316,7 +316,7 @@ impl TransferAreas {
     /// each of about 4 kB; a few other entries have more room.
     ///
     /// The transfer thread does not wait for a log, and allocates nothing for a cycle. While the channel is
-    /// full, new entries are lost; the next one that fits [tells how many](crate::LogEntry::lost).
+    /// full, new entries are lost; the next one that fits [says how many](crate::LogEntry::lost).
     ///
     /// If a transfer is running, the first entry is its beginning. If the handler was already dropped, the
     /// channel has ended.
@@ -375,9 +375,9 @@ impl TransferAreas {
     ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Some(Duration::from_millis(300)))?;
     ///     let events = area.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
     ///     area.lock()[LOCAL_IO].output.duty[0] = 200;
-    ///     let told = events.recv_timeout(Duration::from_secs(10));
+    ///     let received = events.recv_timeout(Duration::from_secs(10));
     ///     area.lock()[LOCAL_IO].output.duty[0] = 0;
-    ///     Ok(told.is_ok_and(|told| matches!(told.event, Event::MotorStalled { .. })))
+    ///     Ok(received.is_ok_and(|received| matches!(received.event, Event::MotorStalled { .. })))
     /// }
     /// ```
     ///

@@ -83,13 +83,13 @@ impl<'a> Cycle<'a> {
         self.run_command()?;
         let (delivery, locked) = self.exchange()?;
         if let Some(state) = locked {
-            // There is nothing to tell between the response and its window.
+            // There is nothing to send between the response and its window.
             return Ok(self.side.hold_window(Some(state), self.window, &mut self.areas));
         }
         Ok(self.finish(&delivery))
     }
 
-    /// Ends a cycle whose response has come in: tells the program of it, and takes its outputs; in lock-step
+    /// Ends a cycle whose response has come in: notifies the program, and takes its outputs; in lock-step
     /// they are taken later. Returns a stop if the transfer is to stop.
     pub(crate) fn finish(&mut self, delivery: &Delivery) -> Option<Stop> {
         self.announce(delivery);
@@ -144,7 +144,7 @@ impl<'a> Cycle<'a> {
             sent: &self.areas,
         };
         let Delivered { number, cycle, arrived, .. } = delivery.response;
-        self.side.0.listeners.lock().tell_response(&comparison, number, cycle, arrived);
+        self.side.0.listeners.lock().send_response(&comparison, number, cycle, arrived);
     }
 
     /// Does what has to be done for the camera.

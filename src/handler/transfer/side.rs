@@ -173,7 +173,7 @@ impl<'a> Side<'a> {
         drop(state);
         if let (Some(limit), Some(event)) = (expired, event) {
             notice!(Warn, "{}", Error::WatchdogExpired { limit });
-            self.0.listeners.tell_all(&event);
+            self.0.listeners.send_all(&event);
         }
         if let Some(held) = held {
             warn_of(&held, expired.is_some());
@@ -250,7 +250,7 @@ impl<'a> Side<'a> {
         }
         let event = state.happens_now(Event::ConnectionLost { error: error.clone() });
         drop(state);
-        self.0.listeners.tell_all(&event);
+        self.0.listeners.send_all(&event);
     }
 
     /// The connection is re-established, and its first response has come in.
@@ -259,7 +259,7 @@ impl<'a> Side<'a> {
         state.resume();
         let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
         drop(state);
-        self.0.listeners.tell_all(&event);
+        self.0.listeners.send_all(&event);
     }
 
     /// Waits until a stop is requested, but not beyond the deadline.
@@ -292,7 +292,7 @@ impl<'a> Side<'a> {
         let event = state.happens_now(Event::TransferEnded { error });
         drop(state);
         self.0.changed.notify_all();
-        listeners.tell_end(&event);
+        listeners.send_end(&event);
         drop(listeners);
         // Again, for a stream that was started at the last moment.
         self.stop_camera();
