@@ -20,7 +20,7 @@ impl TransferAreaComHandler {
     ///
     /// The command goes to the controller between two exchanges. Blocks until that is done: for about a second, in
     /// which exchanges go on, and while a lost connection is re-established. It may be called under a guard and in a
-    /// cycle hook.
+    /// cycle hook, which then has the areas for so long that the motors stop.
     ///
     /// The second is between StopCameraOnline, which is sent first, and StartCameraOnline: a camera that a killed
     /// program has left on ends then. With two cameras, the program of the maker's firmware 4.7.0 (measured under

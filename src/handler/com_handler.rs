@@ -4,8 +4,6 @@ use std::panic::{catch_unwind, resume_unwind, AssertUnwindSafe};
 use std::sync::Arc;
 use std::time::Duration;
 
-use parking_lot::Mutex;
-
 use crate::camera::CameraStream;
 use crate::error::Error;
 use crate::firmware::FirmwareVersion;
@@ -14,7 +12,7 @@ use crate::handler::program::area::TransferAreas;
 use crate::handler::settings::Settings;
 use crate::handler::shared::Shared;
 use crate::handler::state::Controller;
-use crate::handler::sync::spawn;
+use crate::handler::sync::{spawn, Mutex};
 use crate::handler::transfer::handshake;
 use crate::handler::transfer::side::Side;
 use crate::handler::transfer::thread::ThreadSlot;
@@ -214,10 +212,12 @@ impl TransferAreaComHandler {
     /// Waits for the threads of transfers up to this number.
     fn join_threads(&self, number: u64) {
         self.thread.join(number);
+        let mut stream = self.camera.lock();
+        // Not that of the next transfer.
         if self.area.shared().state().transfer.number() > number {
             return;
         }
-        if let Some(stream) = &mut *self.camera.lock() {
+        if let Some(stream) = &mut *stream {
             stream.stop();
         }
     }

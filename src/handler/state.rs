@@ -17,7 +17,7 @@ use crate::handler::parts::hand_over::HandOver;
 use crate::handler::parts::interruptions::Interruptions;
 use crate::handler::parts::phase::{Stop, Transfer};
 use crate::handler::parts::responses::Responses;
-use crate::handler::parts::tickets::{Hold, Stage, TicketId, Tickets};
+use crate::handler::parts::tickets::{Hold, Purpose, Stage, TicketId, Tickets};
 use crate::handler::parts::unfinished::Cut;
 use crate::handler::parts::watchdog::Watchdog;
 use crate::handler::program::known::Known;
@@ -65,8 +65,8 @@ pub(crate) struct Lease {
 /// What the cycle hook's thread does next.
 #[derive(Debug)]
 pub(crate) enum HookStep {
-    /// Calls the program's function.
-    Call(Result<Lease, Error>),
+    /// Calls the program's function, in the transfer of this number.
+    Call(Result<Lease, Error>, u64),
     /// Waits until it is woken.
     Wait,
     /// Ends, because the hook is over.
@@ -137,7 +137,7 @@ impl State {
     /// Whether the next request need not wait for the program any more.
     pub(crate) fn next_may_leave(&self) -> bool {
         if self.clock.is_lock_step() {
-            return self.tickets.all_wait() || self.camera.has_command();
+            return self.tickets.all_wait();
         }
         self.responses.opened().is_some_and(|response| self.tickets.all_have_answered(response))
     }
@@ -150,20 +150,21 @@ impl State {
 
 /// What the program's threads do.
 impl State {
-    /// A thread comes to lock the areas.
-    pub(crate) fn come(&mut self) -> TicketId {
-        self.tickets.add(Stage::Wants { answers: None, here: true })
+    /// A thread queues to lock the areas.
+    pub(crate) fn queue(&mut self) -> TicketId {
+        self.tickets.add(Stage::Wants { purpose: Purpose::Lock, here: true })
     }
 
-    /// A thread comes for the newest inputs: to answer a response whose window is open, or only to lock. `None` when no
-    /// response has come in yet on this connection.
-    pub(crate) fn look(&mut self, known: &mut Known) -> Result<Option<TicketId>, Error> {
+    /// A thread queues for the newest inputs, which it answers while their window is open. `None` when no response has
+    /// come in yet on this connection.
+    pub(crate) fn queue_to_look(&mut self, known: &mut Known) -> Result<Option<TicketId>, Error> {
         self.report(known)?;
-        let stage = Stage::Wants { answers: self.responses.opened(), here: true };
+        let purpose = self.responses.opened().map_or(Purpose::Look, Purpose::Answer);
+        let stage = Stage::Wants { purpose, here: true };
         Ok(self.responses.last().map(|_| self.tickets.add(stage)))
     }
 
-    /// A thread comes for a response `after` this one.
+    /// A thread begins to wait for a response `after` this one.
     pub(crate) fn begin_wait(&mut self, known: &mut Known, after: u64) -> Result<TicketId, Error> {
         self.report(known)?;
         let stage = self.stage_of_wait(after);
@@ -172,14 +173,17 @@ impl State {
 
     fn stage_of_wait(&self, after: u64) -> Stage {
         match self.responses.opened().filter(|response| *response > after) {
-            Some(response) => Stage::Wants { answers: Some(response), here: true },
+            Some(response) => Stage::Wants { purpose: Purpose::Answer(response), here: true },
             None => Stage::Waiting,
         }
     }
 
-    /// A wait for the next response alone, whatever a handle has returned.
-    pub(crate) fn begin_step(&mut self) -> TicketId {
-        self.tickets.add(Stage::Waiting)
+    /// A listener begins to wait for a response or an interruption after those that it has seen; `None` if there is one.
+    /// It does not answer it.
+    pub(crate) fn begin_step(&mut self, seen: Known) -> Option<TicketId> {
+        let now = self.known_now();
+        let is_new = now.shown > seen.shown || now.interruptions > seen.interruptions;
+        (!is_new).then(|| self.tickets.add(Stage::Waiting))
     }
 
     /// Whether the newest response has moved the time beyond a deadline, in lock-step.
@@ -215,6 +219,13 @@ impl State {
         known.interruptions = self.interruptions.count();
     }
 
+    /// What is known of all that has happened so far.
+    pub(crate) fn known_now(&self) -> Known {
+        let newest = self.responses.newest();
+        let interruptions = self.interruptions.count();
+        Known { returned: newest, shown: newest, interruptions }
+    }
+
     /// The program is alive.
     pub(crate) fn feed_watchdog(&mut self) {
         if self.watchdog.is_on() {
@@ -224,15 +235,18 @@ impl State {
 
     /// The thread has come for the areas: gets them, brought up to date, when it is its turn.
     pub(crate) fn take(&mut self, ticket: TicketId, known: Known) -> Option<Lease> {
-        let Some(Stage::Wants { answers, here }) = self.tickets.stage(ticket) else { return None };
-        // It sees the newest response, so it answers that one.
-        let answers = answers.map(|response| self.responses.opened().unwrap_or(response));
+        let Some(Stage::Wants { purpose, here }) = self.tickets.stage(ticket) else { return None };
+        let (purpose, here) = (*purpose, *here);
         if !here {
-            self.tickets.come(ticket, answers);
+            self.tickets.come(ticket);
         }
         if self.first() != Some(ticket) {
             return None;
         }
+        let answers = match purpose {
+            Purpose::Answer(response) => Some(response),
+            Purpose::Look | Purpose::Lock => None,
+        };
         let response = self.responses.newest();
         let hold = Hold {
             thread: current_thread(),
@@ -266,7 +280,7 @@ impl State {
         } else {
             self.take_answer(&areas);
         }
-        self.tickets.put_back(lease.ticket, areas);
+        self.tickets.put_back(lease.ticket, areas, self.responses.opened());
     }
 
     /// Takes what a guard leaves in the areas.
@@ -289,7 +303,7 @@ impl State {
     /// What the hook's thread does next.
     pub(crate) fn hook_step(&mut self, hook: TicketId, known: &mut Known) -> HookStep {
         if self.tickets.hook() != Some(hook) {
-            self.tickets.change(hook, Stage::Leaving);
+            self.tickets.change(hook, Stage::Away);
             return HookStep::Leave;
         }
         if self.tickets.has_hook_before(hook, thread_id()) {
@@ -298,14 +312,14 @@ impl State {
         }
         if let Err(error) = self.report_interruption(known) {
             self.tickets.change(hook, Stage::Interrupted);
-            return HookStep::Call(Err(error));
+            return HookStep::Call(Err(error), self.transfer.number());
         }
         if !matches!(self.tickets.stage(hook), Some(Stage::Wants { .. })) {
             let stage = self.stage_of_wait(known.returned);
             self.tickets.change(hook, stage);
         }
         let lease = self.transfer.stop().is_none().then(|| self.take(hook, *known)).flatten();
-        lease.map_or(HookStep::Wait, |lease| HookStep::Call(Ok(lease)))
+        lease.map_or(HookStep::Wait, |lease| HookStep::Call(Ok(lease), self.transfer.number()))
     }
 }
 
@@ -349,7 +363,9 @@ impl State {
     /// Opens the window of the newest response: all waiting threads are woken for it.
     pub(crate) fn open_window(&mut self, wake: impl Fn(TicketId)) {
         self.responses.open();
-        if self.tickets.respond(self.responses.newest(), wake) && self.watchdog.is_on() {
+        let calls_hook = self.transfer.stop().is_none();
+        let any = self.tickets.respond(self.responses.newest(), calls_hook, wake);
+        if any && self.watchdog.is_on() {
             // A program that has waited for a late response does not hang. But while a thread has the areas, nobody
             // can do anything: then only the time before that was a sign of life.
             let held_since = self.tickets.holder().map(|hold| hold.since);
@@ -428,8 +444,8 @@ impl State {
         self.tickets.interrupt(true, wake);
     }
 
-    /// The connection is re-established.
-    pub(crate) fn resume(&mut self) {
+    /// A gap is over, in which the program could not show that it is alive.
+    pub(crate) fn feed_after_gap(&mut self) {
         self.watchdog.feed(now());
     }
 

@@ -9,6 +9,7 @@ use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
 use super::listeners::Listeners;
 use crate::events::{Event, EventKind, TimedEvent};
+use crate::handler::program::known::Known;
 use crate::handler::sync::PanicCheck;
 use crate::pause::within_clock;
 
@@ -73,8 +74,11 @@ pub(crate) trait Source: Send + Sync {
     /// The thread that owns the subscription panics.
     fn panicked(&self);
 
-    /// In lock-step, where time moves only while a thread waits: waits for the next response.
-    fn step(&self) -> Step;
+    /// What has happened so far; only for [`step`](Self::step).
+    fn seen(&self) -> Known;
+
+    /// In lock-step, where time moves only while a thread waits: waits until more has happened than was `seen`.
+    fn step(&self, seen: Known) -> Step;
 
     /// The current time, for limits.
     fn now(&self) -> Instant;
@@ -111,12 +115,14 @@ impl Events {
     /// When the handler was dropped and all events have been received.
     pub fn recv(&self) -> Result<TimedEvent, RecvError> {
         loop {
+            // Before the channel is looked into, so that nothing comes unnoticed between both.
+            let seen = self.source.seen();
             match self.receiver.try_recv() {
                 Ok(event) => return Ok(event),
                 Err(TryRecvError::Disconnected) => return Err(RecvError),
                 Err(TryRecvError::Empty) => {}
             }
-            match self.source.step() {
+            match self.source.step(seen) {
                 Step::Done => {}
                 Step::ByClock => return self.receiver.recv(),
                 Step::NoTransfer => match self.receiver.recv_timeout(LOOK) {
@@ -143,12 +149,21 @@ impl Events {
     ///
     /// When no event came in time, or the handler was dropped and all events have been received.
     pub fn recv_timeout(&self, limit: Duration) -> Result<TimedEvent, RecvTimeoutError> {
-        let begin = self.source.now();
+        let (begin, real) = (self.source.now(), Instant::now());
         loop {
+            let seen = self.source.seen();
             match self.receiver.try_recv() {
                 Ok(event) => return Ok(event),
-                Err(TryRecvError::Empty) if self.source.step() == Step::Done => {}
-                Err(_) => return self.receiver.recv_timeout(within_clock(limit)),
+                Err(TryRecvError::Disconnected) => return Err(RecvTimeoutError::Disconnected),
+                Err(TryRecvError::Empty) => {}
+            }
+            match self.source.step(seen) {
+                Step::Done => {}
+                Step::ByClock => return self.receiver.recv_timeout(within_clock(limit)),
+                Step::NoTransfer => match self.receiver.recv_timeout(LOOK.min(limit)) {
+                    Err(RecvTimeoutError::Timeout) if real.elapsed() < limit => {}
+                    received => return received,
+                },
             }
             if self.source.now() - begin > limit {
                 return Err(RecvTimeoutError::Timeout);

@@ -45,14 +45,6 @@ impl Listeners {
         self.0.lock()
     }
 
-    /// Sends an event that comes from no response to all listeners for its kind, and to all logs. Does not
-    /// block.
-    pub(crate) fn send_all(&self, event: &TimedEvent) {
-        let mut list = self.lock();
-        send(&list.listeners, event, u64::MAX);
-        list.logs.note(&Logged::Event(event.clone()));
-    }
-
     /// Adds a listener; returns its channel and the count of its lost events.
     pub(super) fn subscribe(
         &self,
@@ -129,6 +121,13 @@ impl List {
         }
     }
 
+    /// Sends an event that comes from no response to all listeners for its kind, and to all logs. Does not
+    /// block.
+    pub(crate) fn send_all(&mut self, event: &TimedEvent) {
+        send(&self.listeners, event, u64::MAX);
+        self.logs.note(&Logged::Event(event.clone()));
+    }
+
     /// Sends the end of a transfer to all listeners, whatever they listen for, and to all logs. Does not block.
     pub(crate) fn send_end(&mut self, event: &TimedEvent) {
         self.logs.note(&Logged::Event(event.clone()));
@@ -169,6 +168,7 @@ mod tests {
     use crate::error::Error;
     use crate::events::Event;
     use crate::handler::events::{Events, Source, Step};
+    use crate::handler::program::known::Known;
 
     const ENDED: Event = Event::TransferEnded { error: None };
 
@@ -186,7 +186,11 @@ mod tests {
     impl Source for Nothing {
         fn panicked(&self) {}
 
-        fn step(&self) -> Step {
+        fn seen(&self) -> Known {
+            Known::default()
+        }
+
+        fn step(&self, _seen: Known) -> Step {
             Step::ByClock
         }
 

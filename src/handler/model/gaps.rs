@@ -137,3 +137,19 @@ fn in_lock_step_each_handle_learns_of_each_gap_once_and_goes_on() {
 fn in_lock_step_the_first_request_after_a_gap_has_the_answer_to_its_error() {
     check(ORDERS, || lost_twice(true, 0));
 }
+
+#[test]
+fn in_lock_step_a_listener_receives_a_gap_without_another_response() {
+    check(ORDERS, || {
+        let shared = Arc::new(Shared::running(None, true));
+        let area = TransferAreas::new(Arc::clone(&shared));
+        let events = area.events(&[EventKind::ConnectionLost], 10).unwrap();
+        let listens = shuttle::thread::spawn(move || events.recv().is_ok());
+        let side = Side(&shared);
+        deliver(side);
+        side.open_window();
+        let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
+        side.lose_connection(&error, &mut [Outgoing::default()]);
+        assert!(listens.join().unwrap());
+    });
+}

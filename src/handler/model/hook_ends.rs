@@ -186,3 +186,46 @@ fn a_hook_that_hangs_stops_the_motors_and_goes_on_when_it_returns() {
         assert!(!duties(&controller.requests()).contains(&512), "a late answer moves M1");
     });
 }
+
+/// Locks the areas when it is dropped.
+struct Locks(crate::handler::program::area::TransferAreas);
+
+impl Drop for Locks {
+    fn drop(&mut self) {
+        drop(self.0.lock());
+    }
+}
+
+fn is_dropped_by_a_lock(replaced: bool, lock_step: bool) {
+    let (handler, _controller) = handler(|settings| settings.lock_step = lock_step);
+    let locks = Locks(handler.areas().clone());
+    let hook = handler.set_cycle_hook(move |_| {
+        let _ = &locks;
+        ControlFlow::Continue(())
+    });
+    hook.unwrap();
+    handler.begin_transfer().unwrap();
+    let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
+    drop(handler.areas().wait_cycle());
+    if replaced {
+        handler.set_cycle_hook(|_| ControlFlow::Continue(())).unwrap();
+    } else {
+        handler.clear_cycle_hook();
+    }
+    drop(handler.areas().wait_cycle());
+    assert_eq!(handler.end_transfer(), Ok(()));
+    waits.join().unwrap();
+    handler.clear_cycle_hook();
+}
+
+#[test]
+fn what_a_hook_owns_may_lock_the_areas_when_it_is_dropped() {
+    check(ORDERS, || is_dropped_by_a_lock(false, false));
+    check(ORDERS, || is_dropped_by_a_lock(true, false));
+}
+
+#[test]
+fn in_lock_step_what_a_hook_owns_may_lock_the_areas_when_it_is_dropped() {
+    check(ORDERS, || is_dropped_by_a_lock(false, true));
+    check(ORDERS, || is_dropped_by_a_lock(true, true));
+}

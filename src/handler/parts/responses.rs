@@ -16,7 +16,7 @@ pub(crate) struct Responses {
     /// Whether the window of the newest response is open.
     open: bool,
     /// The newest response when outputs were last taken.
-    answered: u64,
+    taken: u64,
     /// The newest response that a guard has answered before its window closed.
     answered_in_time: u64,
 }
@@ -28,7 +28,7 @@ impl Responses {
             arrived: now,
             of_connection: false,
             open: false,
-            answered: 0,
+            taken: 0,
             answered_in_time: 0,
         }
     }
@@ -78,7 +78,7 @@ impl Responses {
 
     /// A guard that showed this response is dropped; returns whether that is in time for the next request.
     pub(crate) fn answer(&mut self, response: u64) -> bool {
-        let in_time = response > self.answered;
+        let in_time = response > self.taken;
         if in_time {
             self.answered_in_time = response;
         }
@@ -88,9 +88,9 @@ impl Responses {
     /// Closes the window, because the outputs for the next request are taken; returns whether no guard has answered
     /// the newest response in time.
     pub(crate) fn close(&mut self) -> bool {
-        let missed = self.answered_in_time < self.newest && self.answered < self.newest;
+        let missed = self.answered_in_time < self.newest && self.taken < self.newest;
         self.open = false;
-        self.answered = self.newest;
+        self.taken = self.newest;
         missed
     }
 }

@@ -13,13 +13,13 @@ pub(crate) type TicketId = u64;
 #[derive(Debug)]
 struct Ticket {
     id: TicketId,
-    of: Of,
+    owner: Owner,
     stage: Stage,
 }
 
 /// Whose ticket it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Of {
+enum Owner {
     Thread,
     /// The cycle hook, with its thread when that has begun.
     Hook(Option<ThreadId>),
@@ -30,18 +30,30 @@ enum Of {
 pub(crate) enum Stage {
     /// It waits for the next response.
     Waiting,
-    /// Something has stopped the outputs or ended the transfer, and so the wait; the thread has not noticed yet.
+    /// Something has stopped the outputs or ended the transfer, and so the wait. A thread has not noticed yet; the hook
+    /// may be called with the error.
     Interrupted,
-    /// It wants the areas: to answer a response, or only to lock them.
+    /// It wants the areas.
     Wants {
-        answers: Option<u64>,
-        /// Whether it has come for them: a thread that was just woken is still on its way.
+        purpose: Purpose,
+        /// Whether it has come for them. Before, it was just woken and is on its way.
         here: bool,
     },
     /// It has the areas.
     Holds(Hold),
-    /// The hook is over, and its thread is about to end.
-    Leaving,
+    /// The hook waits for the end of an earlier one, or is over.
+    Away,
+}
+
+/// What a thread wants the areas for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// To answer this response. The next request waits for it.
+    Answer(u64),
+    /// To see the inputs of a transfer; an interruption ends this.
+    Look,
+    /// To lock them, in any case.
+    Lock,
 }
 
 /// Which thread has the areas, and what counts when it puts them back.
@@ -76,24 +88,24 @@ pub(crate) struct Tickets {
     newest: TicketId,
     /// The ticket of the cycle hook that is set.
     hook: Option<TicketId>,
-    /// Whether a thread other than the hook answers the response whose window is open: only then it ends early.
-    hurries: bool,
+    /// Whether a thread other than the hook answers the response whose window is open.
+    may_end_early: bool,
 }
 
 impl Tickets {
     pub(crate) fn new(areas: Vec<FishX1Transfer>) -> Self {
-        Self { areas: Some(areas), list: Vec::new(), newest: 0, hook: None, hurries: false }
+        Self { areas: Some(areas), list: Vec::new(), newest: 0, hook: None, may_end_early: false }
     }
 
     /// A thread comes, to wait for the next response or for the areas.
     pub(crate) fn add(&mut self, stage: Stage) -> TicketId {
-        self.hurries |= matches!(stage, Stage::Wants { answers: Some(_), .. });
-        self.push(Of::Thread, stage)
+        self.may_end_early |= matches!(stage, Stage::Wants { purpose: Purpose::Answer(_), .. });
+        self.push(Owner::Thread, stage)
     }
 
-    fn push(&mut self, of: Of, stage: Stage) -> TicketId {
+    fn push(&mut self, owner: Owner, stage: Stage) -> TicketId {
         self.newest += 1;
-        self.list.push(Ticket { id: self.newest, of, stage });
+        self.list.push(Ticket { id: self.newest, owner, stage });
         self.newest
     }
 
@@ -106,6 +118,11 @@ impl Tickets {
         self.list.iter().find(|ticket| ticket.id == id).map(|ticket| &ticket.stage)
     }
 
+    #[cfg(all(test, not(shuttle)))]
+    pub(crate) fn len(&self) -> usize {
+        self.list.len()
+    }
+
     fn ticket(&mut self, id: TicketId) -> Option<&mut Ticket> {
         self.list.iter_mut().find(|ticket| ticket.id == id)
     }
@@ -113,13 +130,14 @@ impl Tickets {
     // The areas.
 
     /// The thread that gets the areas now, if they are free: the hook, so that the others find what it wrote, then one
-    /// that answers a response, then one that only locks; of several, the one that came first. While the window of
-    /// the response `opened` is open, the areas are kept for threads that were woken for it and are on their way.
+    /// that answers a response, then one that does not; of several, the one that came first. While the window of the
+    /// response `opened` is open, the areas are kept for threads that were woken for it and are on their way.
     pub(crate) fn first(&self, opened: Option<u64>) -> Option<TicketId> {
         self.areas.as_ref()?;
+        let is_kept_for = |purpose| opened.map(Purpose::Answer) == Some(purpose);
         let wants = self.list.iter().filter_map(|ticket| match ticket.stage {
-            Stage::Wants { answers, here } if here || answers == opened => {
-                Some((ticket.rank(answers), !here, ticket.id))
+            Stage::Wants { purpose, here } if here || is_kept_for(purpose) => {
+                Some((ticket.rank(purpose), !here, ticket.id))
             }
             _ => None,
         });
@@ -127,10 +145,10 @@ impl Tickets {
         wants.min().filter(|(_, on_its_way, _)| !on_its_way).map(|(_, _, id)| id)
     }
 
-    /// The thread has come for the areas, to answer this response or only to lock them.
-    pub(crate) fn come(&mut self, id: TicketId, answers: Option<u64>) {
-        if let Some(ticket) = self.ticket(id) {
-            ticket.stage = Stage::Wants { answers, here: true };
+    /// The thread has come for the areas.
+    pub(crate) fn come(&mut self, id: TicketId) {
+        if let Some(Stage::Wants { here, .. }) = self.ticket(id).map(|ticket| &mut ticket.stage) {
+            *here = true;
         }
     }
 
@@ -139,16 +157,27 @@ impl Tickets {
         let answers = hold.answers.is_some();
         let ticket = self.ticket(id)?;
         ticket.stage = Stage::Holds(hold);
-        let is_thread = ticket.of == Of::Thread;
-        self.hurries |= answers && is_thread;
+        let is_thread = ticket.owner == Owner::Thread;
+        self.may_end_early |= answers && is_thread;
         self.areas.take()
     }
 
-    /// The thread puts the areas back. The hook waits for the next response then.
-    pub(crate) fn put_back(&mut self, id: TicketId, areas: Vec<FishX1Transfer>) {
+    /// The thread puts the areas back. The hook waits for the next response then, or wants the one that is `opened`.
+    pub(crate) fn put_back(
+        &mut self,
+        id: TicketId,
+        areas: Vec<FishX1Transfer>,
+        opened: Option<u64>,
+    ) {
         self.areas = Some(areas);
         match self.ticket(id) {
-            Some(ticket) if ticket.of != Of::Thread => ticket.stage = Stage::Waiting,
+            Some(Ticket { owner: Owner::Hook(_), stage, .. }) => {
+                let shown = if let Stage::Holds(hold) = stage { hold.shows } else { u64::MAX };
+                *stage = match opened.filter(|response| *response > shown) {
+                    Some(newer) => Stage::woken_for(newer),
+                    None => Stage::Waiting,
+                };
+            }
             _ => self.remove(id),
         }
     }
@@ -170,17 +199,30 @@ impl Tickets {
 
     // Responses and interruptions.
 
-    /// A response wakes all threads that wait for it; returns whether there was one.
-    pub(crate) fn respond(&mut self, response: u64, wake: impl Fn(TicketId)) -> bool {
-        self.hurries = false;
+    /// A response wakes all threads that wait for it, and those that have not got the areas for an earlier one yet; the
+    /// hook only if it is to be called. Returns whether there was one.
+    pub(crate) fn respond(
+        &mut self,
+        response: u64,
+        calls_hook: bool,
+        wake: impl Fn(TicketId),
+    ) -> bool {
+        self.may_end_early = false;
         let mut any = false;
         for ticket in &mut self.list {
-            if let Stage::Waiting = ticket.stage {
-                ticket.stage = Stage::Wants { answers: Some(response), here: false };
-                self.hurries |= ticket.of == Of::Thread;
-                any = true;
-                wake(ticket.id);
+            let is_thread = ticket.owner == Owner::Thread;
+            match &mut ticket.stage {
+                stage @ Stage::Waiting if is_thread || calls_hook => {
+                    *stage = Stage::woken_for(response);
+                    wake(ticket.id);
+                }
+                Stage::Wants { purpose: purpose @ Purpose::Answer(_), .. } => {
+                    *purpose = Purpose::Answer(response);
+                }
+                _ => continue,
             }
+            self.may_end_early |= is_thread;
+            any = true;
         }
         any
     }
@@ -188,10 +230,14 @@ impl Tickets {
     /// Ends the waits of all threads; that of the hook only if the transfer `goes_on`.
     pub(crate) fn interrupt(&mut self, goes_on: bool, wake: impl Fn(TicketId)) {
         for ticket in &mut self.list {
-            if let Stage::Waiting | Stage::Wants { answers: Some(_), .. } = ticket.stage {
-                let is_told = goes_on || ticket.of == Of::Thread;
-                ticket.stage = if is_told { Stage::Interrupted } else { Stage::Waiting };
-                wake(ticket.id);
+            let is_thread = ticket.owner == Owner::Thread;
+            match &mut ticket.stage {
+                Stage::Wants { purpose: Purpose::Lock, .. } | Stage::Holds(_) | Stage::Away => {}
+                stage @ (Stage::Waiting | Stage::Interrupted | Stage::Wants { .. }) => {
+                    let is_told = goes_on || is_thread;
+                    *stage = if is_told { Stage::Interrupted } else { Stage::Waiting };
+                    wake(ticket.id);
+                }
             }
         }
     }
@@ -199,21 +245,21 @@ impl Tickets {
     /// Whether threads have waited for this response, and all of them have answered it.
     pub(crate) fn all_have_answered(&self, response: u64) -> bool {
         let is_answering = |ticket: &Ticket| match &ticket.stage {
-            Stage::Wants { answers, .. } => *answers == Some(response),
+            Stage::Wants { purpose, .. } => *purpose == Purpose::Answer(response),
             Stage::Holds(hold) => hold.answers == Some(response),
             // The hook is called with the error, and then comes for the response.
-            Stage::Interrupted => ticket.of != Of::Thread,
-            Stage::Waiting | Stage::Leaving => false,
+            Stage::Interrupted => ticket.owner != Owner::Thread,
+            Stage::Waiting | Stage::Away => false,
         };
-        self.hurries && !self.list.iter().any(is_answering)
+        self.may_end_early && !self.list.iter().any(is_answering)
     }
 
     /// Whether a thread other than the hook waits for the next response, and no thread does anything else.
     pub(crate) fn all_wait(&self) -> bool {
         let waits = |ticket: &Ticket| matches!(ticket.stage, Stage::Waiting);
-        let is_idle = |ticket: &Ticket| waits(ticket) || matches!(ticket.stage, Stage::Leaving);
+        let is_idle = |ticket: &Ticket| waits(ticket) || matches!(ticket.stage, Stage::Away);
         self.list.iter().all(is_idle)
-            && self.list.iter().any(|ticket| ticket.of == Of::Thread && waits(ticket))
+            && self.list.iter().any(|ticket| ticket.owner == Owner::Thread && waits(ticket))
     }
 
     // The cycle hook.
@@ -225,9 +271,10 @@ impl Tickets {
         self.hook.take()
     }
 
-    /// A hook is set; its ticket.
+    /// A hook is set; its ticket. While an earlier one has not ended, no response waits for it.
     pub(crate) fn set_hook(&mut self) -> TicketId {
-        let id = self.push(Of::Hook(None), Stage::Waiting);
+        let stage = if self.has_hook() { Stage::Away } else { Stage::Waiting };
+        let id = self.push(Owner::Hook(None), stage);
         self.hook = Some(id);
         id
     }
@@ -245,7 +292,7 @@ impl Tickets {
     /// The thread of a hook begins.
     pub(crate) fn hook_begins(&mut self, id: TicketId, thread: ThreadId) {
         if let Some(ticket) = self.ticket(id) {
-            ticket.of = Of::Hook(Some(thread));
+            ticket.owner = Owner::Hook(Some(thread));
         }
     }
 
@@ -264,20 +311,27 @@ impl Tickets {
 
     /// Whether the thread of a hook before this number has not ended, other than the calling thread.
     pub(crate) fn has_hook_before(&self, number: TicketId, me: ThreadId) -> bool {
-        self.list.iter().any(|ticket| match ticket.of {
-            Of::Hook(thread) => ticket.id < number && thread != Some(me),
-            Of::Thread => false,
+        self.list.iter().any(|ticket| match ticket.owner {
+            Owner::Hook(thread) => ticket.id < number && thread != Some(me),
+            Owner::Thread => false,
+        })
+    }
+
+    /// Whether this thread is called by the hook, and so waits for itself if it waits for a response.
+    pub(crate) fn is_called(&self, thread: ThreadId) -> bool {
+        self.list.iter().any(|ticket| {
+            ticket.owner == Owner::Hook(Some(thread)) && matches!(ticket.stage, Stage::Interrupted)
         })
     }
 
     /// Whether there is a hook's thread.
     pub(crate) fn has_hook(&self) -> bool {
-        self.list.iter().any(|ticket| ticket.of != Of::Thread)
+        self.list.iter().any(|ticket| ticket.owner != Owner::Thread)
     }
 
     /// When a hook got the areas that it has.
     pub(crate) fn hook_since(&self) -> Option<Instant> {
-        let mut hooks = self.list.iter().filter(|ticket| ticket.of != Of::Thread);
+        let mut hooks = self.list.iter().filter(|ticket| ticket.owner != Owner::Thread);
         hooks.find_map(|ticket| match &ticket.stage {
             Stage::Holds(hold) => Some(hold.since),
             _ => None,
@@ -285,13 +339,20 @@ impl Tickets {
     }
 }
 
+impl Stage {
+    /// The thread has waited for this response, and is on its way.
+    fn woken_for(response: u64) -> Self {
+        Self::Wants { purpose: Purpose::Answer(response), here: false }
+    }
+}
+
 impl Ticket {
     /// Its turn among those that want the areas.
-    fn rank(&self, answers: Option<u64>) -> u8 {
-        match (self.of, answers) {
-            (Of::Hook(_), _) => 0,
-            (Of::Thread, Some(_)) => 1,
-            (Of::Thread, None) => 2,
+    fn rank(&self, purpose: Purpose) -> u8 {
+        match (self.owner, purpose) {
+            (Owner::Hook(_), _) => 0,
+            (Owner::Thread, Purpose::Answer(_)) => 1,
+            (Owner::Thread, Purpose::Look | Purpose::Lock) => 2,
         }
     }
 }
@@ -308,7 +369,7 @@ mod tests {
     }
 
     fn locks(tickets: &mut Tickets) -> TicketId {
-        tickets.add(Stage::Wants { answers: None, here: true })
+        tickets.add(Stage::Wants { purpose: Purpose::Lock, here: true })
     }
 
     fn hold(answers: Option<u64>) -> Hold {
@@ -325,7 +386,7 @@ mod tests {
     }
 
     fn respond(tickets: &mut Tickets) {
-        tickets.respond(RESPONSE, |_| ());
+        tickets.respond(RESPONSE, true, |_| ());
     }
 
     #[test]
@@ -336,7 +397,7 @@ mod tests {
         let areas = tickets.take(first, hold(None)).unwrap();
         assert_eq!(tickets.first(None), None, "the areas are taken");
         let third = locks(&mut tickets);
-        tickets.put_back(first, areas);
+        tickets.put_back(first, areas, None);
         assert_eq!(tickets.first(None), Some(second));
         tickets.remove(second);
         assert_eq!(tickets.first(None), Some(third));
@@ -350,12 +411,12 @@ mod tests {
         let hook = tickets.set_hook();
         respond(&mut tickets);
         assert_eq!(tickets.first(Some(RESPONSE)), None, "they are on their way");
-        tickets.come(soon, Some(RESPONSE));
+        tickets.come(soon);
         assert_eq!(tickets.first(Some(RESPONSE)), None, "the hook is on its way");
-        tickets.come(hook, Some(RESPONSE));
+        tickets.come(hook);
         assert_eq!(tickets.first(Some(RESPONSE)), Some(hook));
         let areas = tickets.take(hook, hold(Some(RESPONSE))).unwrap();
-        tickets.put_back(hook, areas);
+        tickets.put_back(hook, areas, Some(RESPONSE));
         assert_eq!(tickets.first(Some(RESPONSE)), Some(soon), "it came first");
         tickets.remove(soon);
         assert_eq!(tickets.first(Some(RESPONSE)), None, "the other one is on its way");
@@ -373,15 +434,15 @@ mod tests {
         let lock = locks(&mut tickets);
         respond(&mut tickets);
         assert!(!tickets.all_have_answered(RESPONSE));
-        tickets.come(one, Some(RESPONSE));
+        tickets.come(one);
         let areas = tickets.take(one, hold(Some(RESPONSE))).unwrap();
         tickets.remove(other);
         assert!(!tickets.all_have_answered(RESPONSE), "one has the areas");
-        tickets.put_back(one, areas);
+        tickets.put_back(one, areas, Some(RESPONSE));
         assert!(tickets.all_have_answered(RESPONSE), "one that only locks is not waited for");
         tickets.remove(lock);
         // A thread that comes within the window answers, too.
-        let joins = tickets.add(Stage::Wants { answers: Some(RESPONSE), here: true });
+        let joins = tickets.add(Stage::Wants { purpose: Purpose::Answer(RESPONSE), here: true });
         assert!(!tickets.all_have_answered(RESPONSE));
         tickets.remove(joins);
         assert!(tickets.all_have_answered(RESPONSE));
@@ -406,6 +467,57 @@ mod tests {
     }
 
     #[test]
+    fn a_hook_that_is_late_comes_first_for_the_response_that_has_come_in_meanwhile() {
+        let mut tickets = tickets();
+        let hook = tickets.set_hook();
+        respond(&mut tickets);
+        tickets.come(hook);
+        let areas = tickets.take(hook, hold(Some(RESPONSE))).unwrap();
+        let waits = tickets.add(Stage::Waiting);
+        tickets.respond(RESPONSE + 1, true, |_| ());
+        tickets.come(waits);
+        tickets.put_back(hook, areas, Some(RESPONSE + 1));
+        assert_eq!(tickets.first(Some(RESPONSE + 1)), None, "the hook is on its way");
+        tickets.come(hook);
+        assert_eq!(tickets.first(Some(RESPONSE + 1)), Some(hook));
+    }
+
+    #[test]
+    fn a_thread_that_has_not_got_the_areas_answers_the_newer_response() {
+        let mut tickets = tickets();
+        let waits = tickets.add(Stage::Waiting);
+        respond(&mut tickets);
+        tickets.come(waits);
+        tickets.respond(RESPONSE + 1, true, |_| ());
+        assert!(!tickets.all_have_answered(RESPONSE + 1));
+        tickets.remove(waits);
+        assert!(tickets.all_have_answered(RESPONSE + 1));
+    }
+
+    #[test]
+    fn the_hook_is_not_woken_when_the_transfer_is_to_end() {
+        let mut tickets = tickets();
+        let hook = tickets.set_hook();
+        tickets.respond(RESPONSE, false, |_| panic!("it is woken"));
+        let lock = locks(&mut tickets);
+        assert_eq!(tickets.first(Some(RESPONSE)), Some(lock), "the areas are kept for nobody");
+        assert!(matches!(tickets.stage(hook), Some(Stage::Waiting)));
+    }
+
+    #[test]
+    fn a_hook_that_may_not_run_yet_keeps_nobody() {
+        let mut tickets = tickets();
+        let first = tickets.set_hook();
+        tickets.clear_hook();
+        let second = tickets.set_hook();
+        respond(&mut tickets);
+        tickets.change(first, Stage::Away);
+        let lock = locks(&mut tickets);
+        assert_eq!(tickets.first(Some(RESPONSE)), Some(lock));
+        assert!(matches!(tickets.stage(second), Some(Stage::Away)));
+    }
+
+    #[test]
     fn the_time_moves_when_a_thread_waits_and_none_does_anything_else() {
         let mut tickets = tickets();
         assert!(!tickets.all_wait(), "nobody waits");
@@ -418,7 +530,7 @@ mod tests {
         tickets.remove(lock);
         tickets.change(hook, Stage::Interrupted);
         assert!(!tickets.all_wait(), "the hook is called");
-        tickets.change(hook, Stage::Leaving);
+        tickets.change(hook, Stage::Away);
         assert!(tickets.all_wait());
         tickets.interrupt(true, |_| ());
         assert!(!tickets.all_wait(), "it has not noticed yet");

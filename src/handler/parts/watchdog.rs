@@ -2,6 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use crate::handler::sync::earlier;
+
 /// How long the cycle hook may keep the areas, unless the watchdog has a limit.
 pub(crate) const HOOK_LIMIT: Duration = Duration::from_millis(500);
 
@@ -12,6 +14,7 @@ pub(crate) const HOOK_LIMIT: Duration = Duration::from_millis(500);
 pub(crate) struct Watchdog {
     /// `None` switches it off, except for the cycle hook.
     limit: Option<Duration>,
+    started: Instant,
     fed: Instant,
     /// When it has expired: the number of this interruption, until the program knows of it.
     expired: Option<u64>,
@@ -19,13 +22,13 @@ pub(crate) struct Watchdog {
 
 impl Watchdog {
     pub(crate) fn new(limit: Option<Duration>, now: Instant) -> Self {
-        Self { limit, fed: now, expired: None }
+        Self { limit, started: now, fed: now, expired: None }
     }
 
     /// Starts again, for a new transfer.
     pub(crate) fn start(&mut self, now: Instant) {
         self.expired = None;
-        self.fed = now;
+        (self.started, self.fed) = (now, now);
     }
 
     /// Whether signs of life count.
@@ -58,9 +61,14 @@ impl Watchdog {
     /// When it will expire, with a cycle hook that has the areas since then; `None` when it is off or has already
     /// expired.
     pub(crate) fn deadline(&self, hook_since: Option<Instant>) -> Option<Instant> {
-        let hook = hook_since.map(|since| since.max(self.fed));
-        let since = if self.is_on() { Some(self.fed) } else { hook };
-        since.filter(|_| !self.has_expired())?.checked_add(self.limit())
+        if self.has_expired() {
+            return None;
+        }
+        let after = |since: Instant| since.checked_add(self.limit());
+        let own = self.limit.and_then(|_| after(self.fed));
+        // Signs of life of other threads don't count for it.
+        let hook = hook_since.and_then(|since| after(since.max(self.started)));
+        earlier(own, hook)
     }
 
     /// If its deadline has come, expires as the interruption `number` and returns its limit.
@@ -130,6 +138,11 @@ mod tests {
         assert_eq!(watchdog.check(got + HOOK_LIMIT, Some(got), 1), Some(HOOK_LIMIT));
         watchdog.acknowledge(1, got + HOOK_LIMIT);
         assert_eq!(watchdog.deadline(Some(got)), Some(got + 2 * HOOK_LIMIT), "it still has them");
+        let mut watchdog = Watchdog::new(Some(2 * LIMIT), begin);
+        watchdog.feed(got + 2 * LIMIT);
+        assert_eq!(watchdog.check(got + 2 * LIMIT - NANO, Some(got), 1), None);
+        let expired = watchdog.check(got + 2 * LIMIT, Some(got), 1);
+        assert_eq!(expired, Some(2 * LIMIT), "others feed, but the hook has the areas");
         let mut watchdog = Watchdog::new(Some(Duration::MAX), begin);
         assert_eq!(watchdog.check(got + HOOK_LIMIT, Some(got), 1), None, "the program's own limit");
     }

@@ -5,6 +5,7 @@
 
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
+use std::sync::Arc;
 
 use crate::error::Error;
 use crate::handler::com_handler::TransferAreaComHandler;
@@ -47,8 +48,8 @@ impl TransferAreaComHandler {
     /// with this error. Until it returns, [`lock`](TransferAreas::lock) waits for it, as for any guard.
     ///
     /// The function may do what any thread of the program may do that has a guard, such as ending the
-    /// transfer, setting another hook, or dropping the handler. Locking the areas and
-    /// waiting panic there, as under any guard.
+    /// transfer, setting another hook, or dropping the handler. Locking the areas panics there, as under any guard, and so
+    /// does waiting for a response. Starting the camera takes longer than the areas may be kept.
     ///
     /// `std::process::exit` in the function ends the program without a last exchange, so motors may go on: return
     /// [`ControlFlow::Break`], and exit after `end_transfer`. A function that owns its own handler, in an `Arc`,
@@ -91,9 +92,11 @@ impl TransferAreaComHandler {
         hook: impl FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()> + Send + 'static,
     ) -> Result<(), Error> {
         let shared = self.areas().shared();
-        let Some(ticket) = shared.replace_hook(true) else { return Ok(()) };
+        let Some((ticket, known)) = shared.replace_hook(true) else { return Ok(()) };
+        let area = TransferAreas::new(Arc::clone(shared));
+        area.learn(|learned| *learned = known);
         // Without a thread it is dropped here, and the ticket with it.
-        let thread = HookThread { area: self.areas().clone(), ticket };
+        let thread = HookThread { area, ticket };
         spawn("cycle-hook", move || thread.run(hook)).map(drop).map_err(Error::not_started)
     }
 
@@ -120,10 +123,10 @@ impl HookThread {
     {
         let shared = self.area.shared();
         shared.state().tickets.hook_begins(self.ticket, thread_id());
-        while let Some(call) = self.next_call() {
+        while let Some((call, transfer)) = self.next_call() {
             // The guard has stopped its transfer already. Another one may have begun since.
             let has_guard = call.is_ok();
-            if catch(|| self.call(&mut hook, call)).is_err() && !has_guard {
+            if catch(|| self.call(&mut hook, call, transfer)).is_err() && !has_guard {
                 shared.ask_to_stop(Stop::ProgramPanicked);
             }
         }
@@ -133,11 +136,10 @@ impl HookThread {
         }
     }
 
-    fn call<H>(&self, hook: &mut H, call: Result<Lease, Error>)
+    fn call<H>(&self, hook: &mut H, call: Result<Lease, Error>, transfer: u64)
     where
         H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
     {
-        let transfer = self.area.shared().state().transfer.number();
         // A panic drops the guard, which undoes what was written.
         let mut guard = call.map(|lease| self.area.returned(lease));
         let areas = guard.as_mut().map_err(|error| error.clone());
@@ -147,14 +149,22 @@ impl HookThread {
         }
     }
 
-    /// Waits for the next call; `None` when the hook was replaced or cleared.
-    fn next_call(&self) -> Option<Result<Lease, Error>> {
+    /// Waits for the next call, and returns the number of its transfer; `None` when the hook was replaced or cleared.
+    fn next_call(&self) -> Option<(Result<Lease, Error>, u64)> {
         let shared = self.area.shared();
         let mut state = shared.state();
         loop {
             match self.area.learn(|known| state.hook_step(self.ticket, known)) {
-                HookStep::Call(call) => return Some(call),
-                HookStep::Leave => return None,
+                HookStep::Call(call, transfer) => {
+                    if call.is_err() {
+                        shared.hook_makes_way(&state);
+                    }
+                    return Some((call, transfer));
+                }
+                HookStep::Leave => {
+                    shared.hook_makes_way(&state);
+                    return None;
+                }
                 HookStep::Wait => {}
             }
             if state.next_may_leave() {
@@ -180,7 +190,7 @@ impl Drop for HookThread {
         let shared = self.area.shared();
         let mut state = shared.state();
         state.tickets.end_hook(self.ticket);
-        shared.hook_has_ended(&state);
+        shared.hook_makes_way(&state);
     }
 }
 

@@ -29,7 +29,7 @@ impl Shared {
     #[track_caller]
     pub(crate) fn lock(&self, known: Known) -> Lease {
         let mut state = self.state_of_others();
-        let ticket = state.come();
+        let ticket = state.queue();
         loop {
             if let Some(lease) = state.take(ticket, known) {
                 MutexGuard::unlock_fair(state);
@@ -51,6 +51,21 @@ impl Shared {
                 panic_of_holder(now() - since)
             }
         }
+    }
+
+    /// The same for a thread that is going to wait for a response: the hook would wait for its own call.
+    #[track_caller]
+    fn state_to_wait(&self) -> MutexGuard<'_, State> {
+        let state = self.state_of_others();
+        let is_called = state.tickets.is_called(thread_id());
+        if is_called {
+            drop(state);
+            panic!(
+                "the cycle hook waits for a response in its own call, which would wait for itself; \
+                 return, and the hook is called with the response"
+            );
+        }
+        state
     }
 
     /// Takes the areas back from a guard; after a panic as they were before it.
@@ -81,7 +96,7 @@ impl Shared {
         after: u64,
         deadline: Option<Instant>,
     ) -> Result<Option<Lease>, Error> {
-        let mut state = self.state_of_others();
+        let mut state = self.state_to_wait();
         let ticket = state.begin_wait(known, after)?;
         if !self.wait_for_response(&mut state, ticket, known, deadline)? {
             return Ok(None);
@@ -98,8 +113,8 @@ impl Shared {
         known: &mut Known,
         deadline: Option<Instant>,
     ) -> Result<Option<Lease>, Error> {
-        let mut state = self.state_of_others();
-        match state.look(known)? {
+        let mut state = self.state_to_wait();
+        match state.queue_to_look(known)? {
             Some(ticket) => self.take(state, ticket, known).map(Some),
             None => {
                 drop(state);
@@ -215,14 +230,23 @@ impl Shared {
     pub(crate) fn run_command(&self, command: CameraCommand) -> Result<(), Error> {
         let mut state = self.state();
         state.transfer.check_running()?;
+        let number = state.transfer.number();
         state.camera.command(command);
         if self.is_lock_step() {
             self.attended.notify_one();
         }
-        while state.camera.has_command() && state.transfer.is_running() {
+        let goes_on =
+            |state: &State| state.transfer.is_running() && state.transfer.number() == number;
+        while state.camera.has_command() && goes_on(&state) {
             self.changed.wait(&mut state);
         }
-        state.transfer.check_running()
+        state.transfer.check_running()?;
+        // Another transfer may have begun meanwhile.
+        if goes_on(&state) {
+            Ok(())
+        } else {
+            Err(Error::NotStarted)
+        }
     }
 
     /// Makes this stream end with the transfer; immediately if the transfer has already ended.
@@ -238,13 +262,15 @@ impl Shared {
     }
 
     /// Sets another hook or none, and waits until the threads of earlier ones have ended, unless this is one.
-    /// Returns the ticket of the new one.
-    pub(crate) fn replace_hook(&self, set: bool) -> Option<TicketId> {
+    /// Returns the ticket of the new one, and what it knows.
+    pub(crate) fn replace_hook(&self, set: bool) -> Option<(TicketId, Known)> {
         let mut state = self.state();
         if let Some(before) = state.tickets.clear_hook() {
             self.wake(before);
         }
-        let ticket = set.then(|| state.tickets.set_hook());
+        let set = set.then(|| (state.tickets.set_hook(), state.known_now()));
+        // It has a limit from now on.
+        self.attended.notify_one();
         let newest = state.tickets.newest();
         let deadline = now().checked_add(PATIENCE);
         while state.tickets.has_hook_before(newest, thread_id()) {
@@ -252,11 +278,11 @@ impl Shared {
                 break;
             }
         }
-        ticket
+        set
     }
 
-    /// The thread of a hook has ended, and its ticket is gone.
-    pub(crate) fn hook_has_ended(&self, state: &State) {
+    /// The hook does not want the areas any more, or its thread has ended: others may be first, or the request may leave.
+    pub(crate) fn hook_makes_way(&self, state: &State) {
         self.changed.notify_all();
         state.tickets.hook().into_iter().for_each(|next| self.wake(next));
         self.wake_first(state);
@@ -291,19 +317,21 @@ impl Source for Arc<Shared> {
         self.ask_to_stop(Stop::ProgramPanicked);
     }
 
-    fn step(&self) -> Step {
+    fn seen(&self) -> Known {
+        self.state().known_now()
+    }
+
+    fn step(&self, mut seen: Known) -> Step {
         if !self.is_lock_step() {
             return Step::ByClock;
         }
-        let mut state = self.state_of_others();
+        let mut state = self.state_to_wait();
         if !state.transfer.is_running() {
             return Step::NoTransfer;
         }
-        let mut known = Known::default();
-        state.learn_all(&mut known);
-        let ticket = state.begin_step();
+        let Some(ticket) = state.begin_step(seen) else { return Step::Done };
         // An error comes as an event, too.
-        if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut known, None) {
+        if let Ok(true) = self.wait_for_response(&mut state, ticket, &mut seen, None) {
             self.leave_line(&mut state, ticket);
         }
         Step::Done

@@ -62,8 +62,9 @@ impl TransferAreas {
         while !condition(&areas) {
             let checked = areas.response();
             drop(areas);
-            // Responses may come in faster than they can be checked.
-            if deadline.is_some_and(|deadline| deadline <= self.shared().clock().now()) {
+            // Responses may come in faster than they can be checked. In lock-step only a response ends the limit.
+            let clock = self.shared().clock();
+            if !clock.is_lock_step() && deadline.is_some_and(|deadline| deadline <= clock.now()) {
                 return Err(timed_out());
             }
             let wait = |known: &mut Known| self.shared().wait_cycle(known, checked, deadline);

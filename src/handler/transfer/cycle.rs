@@ -73,11 +73,14 @@ impl<'a> Cycle<'a> {
     pub(crate) fn run(&mut self) -> Result<Option<Stop>, Error> {
         if self.side.is_lock_step() {
             // Before the first request, too.
-            while self.side.wait_for_step() {
-                self.run_command()?;
-            }
-            if let Some(stop) = self.take_outputs() {
-                return Ok(Some(stop));
+            let stop = loop {
+                match self.side.wait_for_step(&mut self.areas) {
+                    Some(stop) => break stop,
+                    None => self.run_command()?,
+                }
+            };
+            if stop.is_some() {
+                return Ok(stop);
             }
         }
         self.run_command()?;
@@ -163,7 +166,7 @@ impl<'a> Cycle<'a> {
                     client.start_camera_online(&start)?;
                     self.side.resume_camera(server);
                 } else if self.side.is_lock_step() {
-                    // No exchange may come meanwhile.
+                    // The stream needs real time, and in lock-step exchanges take none.
                     self.side.wait_for_stop(now() + LOOK);
                 }
             }

@@ -78,8 +78,10 @@ fn attempt(
     };
     let (mut link, config_updates) =
         handshake::connect(settings, limit, &side.0.i2c, &side.outgoing(), found)?;
-    // A command is sent after the first exchange.
-    side.wait_for_step();
+    if side.is_lock_step() {
+        // A command is sent after the first exchange.
+        side.wait_for_step(cycle.areas_mut());
+    }
     if let Some(stop) = side.stop() {
         // No motor runs, and none is to start.
         let _ = link.client.stop_online();

@@ -70,8 +70,12 @@ impl<'a> Side<'a> {
         Ok(())
     }
 
-    /// Stores why a transfer could not begin.
+    /// Stores why a transfer could not begin. One that runs, but has no thread, ends.
     pub(crate) fn fail(self, error: Error) {
+        let is_running = self.state().transfer.is_running();
+        if is_running {
+            return self.finish(Some(error));
+        }
         let mut listeners = self.0.listeners.lock();
         let mut state = self.state();
         let at = state.clock.now();
@@ -141,8 +145,7 @@ impl<'a> Side<'a> {
     }
 
     /// Holds the window open until all threads have reacted, it has lasted `length`, or a stop is requested;
-    /// then takes the outputs for the next request into `areas`. In lock-step it lasts until the program
-    /// asks for the next response. The state may be `locked` since its delivery.
+    /// then takes the outputs for the next request into `areas`. The state may be `locked` since its delivery.
     ///
     /// When the watchdog expires, stops the outputs and informs the program.
     pub(crate) fn hold_window(
@@ -163,17 +166,13 @@ impl<'a> Side<'a> {
             }
         }
         let expired = state.check_watchdog(self.wake());
-        state.close_window();
-        self.0.wake_first(&state);
-        let stop = state.transfer.stop();
-        assert_eq!(areas.len(), state.outgoing().len(), "areas of the transfer and of the program");
-        areas.copy_from_slice(state.outgoing());
+        let stop = self.take_outputs(&mut state, areas);
         let event = expired.map(|limit| state.happens_now(Event::WatchdogExpired { limit }));
         let held = state.guard_to_warn_of(GUARD_IS_LONG, expired.is_some());
         drop(state);
         if let (Some(limit), Some(event)) = (expired, event) {
             notice!(Warn, "{}", Error::WatchdogExpired { limit });
-            self.0.listeners.send_all(&event);
+            self.0.listeners.lock().send_all(&event);
         }
         if let Some(held) = held {
             warn_of(&held, expired.is_some());
@@ -181,26 +180,32 @@ impl<'a> Side<'a> {
         stop
     }
 
-    /// In lock-step: waits until the program asks for the next response or a stop is requested; returns
-    /// whether a command is to be sent first.
-    pub(crate) fn wait_for_step(self) -> bool {
+    /// In lock-step: waits until the program asks for the next response or a stop is requested, and takes the outputs as
+    /// [`hold_window`](Self::hold_window). `None` when a command is to be sent before that.
+    pub(crate) fn wait_for_step(self, areas: &mut [Outgoing]) -> Option<Option<Stop>> {
         let mut state = self.state();
-        if !self.is_lock_step() {
-            return false;
-        }
-        while state.transfer.stop().is_none() {
+        while state.transfer.stop().is_none() && !state.next_may_leave() {
             if state.camera.has_command() {
-                return true;
-            }
-            if state.next_may_leave() {
-                break;
+                return None;
             }
             wait_until(&self.0.attended, &mut state, Some(now() + GUARD_IS_LONG));
             if let Some(held) = state.guard_to_warn_of(GUARD_IS_LONG, false) {
                 MutexGuard::unlocked(&mut state, || warn_of(&held, false));
             }
         }
-        false
+        if state.camera.has_command() && state.transfer.stop().is_none() {
+            return None;
+        }
+        Some(self.take_outputs(&mut state, areas))
+    }
+
+    /// Closes the window and takes the outputs for the next request. Returns a stop if the transfer is to stop.
+    fn take_outputs(self, state: &mut State, areas: &mut [Outgoing]) -> Option<Stop> {
+        state.close_window();
+        self.0.wake_first(state);
+        assert_eq!(areas.len(), state.outgoing().len(), "areas of the transfer and of the program");
+        areas.copy_from_slice(state.outgoing());
+        state.transfer.stop()
     }
 
     // The camera.
@@ -241,6 +246,8 @@ impl<'a> Side<'a> {
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
     /// request on this connection, and informs the program.
     pub(crate) fn lose_connection(self, error: &Error, areas: &mut [Outgoing]) {
+        // Locked until the event is sent: in lock-step a listener that is woken finds it.
+        let mut listeners = self.0.listeners.lock();
         let mut state = self.state();
         state.lose_connection(error, self.wake());
         self.0.wake_first(&state);
@@ -249,17 +256,16 @@ impl<'a> Side<'a> {
             stream.pause();
         }
         let event = state.happens_now(Event::ConnectionLost { error: error.clone() });
-        drop(state);
-        self.0.listeners.send_all(&event);
+        listeners.send_all(&event);
     }
 
     /// The connection is re-established, and its first response has come in.
     pub(crate) fn resume(self, lost_for: Duration) {
         let mut state = self.state();
-        state.resume();
+        state.feed_after_gap();
         let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
         drop(state);
-        self.0.listeners.send_all(&event);
+        self.0.listeners.lock().send_all(&event);
     }
 
     /// Waits until a stop is requested, but not beyond the deadline.

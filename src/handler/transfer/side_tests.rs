@@ -48,7 +48,7 @@ fn the_hook_is_not_called_for_a_response_before_a_gap_or_the_end() {
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
     Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
     let step = shared.state().hook_step(hook, known);
-    assert!(matches!(step, HookStep::Call(Err(Error::ConnectionLost { .. }))), "{step:?}");
+    assert!(matches!(step, HookStep::Call(Err(Error::ConnectionLost { .. }), _)), "{step:?}");
     let step = shared.state().hook_step(hook, known);
     assert!(matches!(step, HookStep::Wait), "a call after the gap: {step:?}");
     deliver(&shared);
@@ -75,4 +75,54 @@ fn an_interruption_ends_a_wait_that_has_its_response_but_not_the_areas() {
         assert!(matches!(seen, Err(Error::ConnectionLost { .. })), "{seen:?}");
     });
     shared.release(&mut held, false);
+}
+
+#[test]
+fn an_interruption_ends_a_look_at_the_inputs_that_waits_for_the_areas() {
+    let shared = Shared::running(None, false);
+    deliver(&shared);
+    let mut held = shared.lock(Known::default());
+    Side(&shared).hold_window(None, Duration::ZERO, &mut [Outgoing::default()]);
+    std::thread::scope(|scope| {
+        let looks = scope.spawn(|| {
+            let lease = shared.look(&mut Known::default(), None);
+            lease.map(|lease| lease.is_some())
+        });
+        while shared.state().tickets.len() < 2 {}
+        let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
+        Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+        let seen = looks.join().unwrap();
+        assert!(matches!(seen, Err(Error::ConnectionLost { .. })), "{seen:?}");
+    });
+    shared.release(&mut held, false);
+}
+
+#[test]
+fn a_hook_is_called_from_the_next_response_on_and_not_for_an_old_gap() {
+    use crate::handler::state::HookStep;
+
+    let shared = Shared::running(None, false);
+    deliver(&shared);
+    let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };
+    Side(&shared).lose_connection(&error, &mut [Outgoing::default()]);
+    deliver(&shared);
+    let (hook, mut known) = shared.replace_hook(true).unwrap();
+    let step = shared.state().hook_step(hook, &mut known);
+    assert!(matches!(step, HookStep::Wait), "{step:?}");
+    deliver(&shared);
+    let step = shared.state().hook_step(hook, &mut known);
+    let HookStep::Call(Ok(mut lease), _) = step else { panic!("{step:?}") };
+    assert_eq!(lease.response, 3);
+    shared.release(&mut lease, false);
+}
+
+#[test]
+fn a_transfer_that_gets_no_thread_ends_for_those_that_wait() {
+    let shared = Shared::running(None, false);
+    std::thread::scope(|scope| {
+        let waits = scope.spawn(|| shared.wait_cycle(&mut Known::default(), 0, None).map(|_| ()));
+        while shared.state().tickets.len() == 0 {}
+        Side(&shared).fail(Error::ProgramPanicked);
+        assert_eq!(waits.join().unwrap(), Err(Error::ProgramPanicked));
+    });
 }
