@@ -137,7 +137,7 @@ fn wait_for_connection(handler: &TransferAreaComHandler, since: Instant) -> Resu
 
 fn print_outputs(area: &FishX1Transfer) {
     let done = if area.is_motor_ex_ready(Motor::M3) { "done" } else { "not done" };
-    let [.., cw, ccw, _, _] = area.output.duty;
+    let [.., cw, ccw, _, _] = *area.output.duty;
     println!("  M3 has duty {cw} and {ccw}; its last way reads as {done}.");
 }
 

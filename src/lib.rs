@@ -125,6 +125,7 @@ mod handler;
 mod i2c;
 mod notices;
 mod pause;
+pub mod prelude;
 mod statistics;
 mod terminals;
 pub mod transfer_area;

@@ -59,7 +59,25 @@ macro_rules! structs {
     )+};
 }
 
+/// Implements [`Bytes`] as for the array of the same layout.
+macro_rules! per_terminal {
+    ($($name:ident: $n:ident)+) => {$(
+        impl<T: Bytes> Bytes for $name<T> {
+            fn write<'a>(&self, to: &mut impl Iterator<Item = &'a mut u8>) {
+                (**self).write(to);
+            }
+
+            fn read(from: &mut slice::Iter<'_, u8>) -> Self {
+                let values: [T; $n] = Bytes::read(from);
+                values.into()
+            }
+        }
+    )+};
+}
+
 integers! { u8 i16 u16 u32 }
+
+per_terminal! { PerInput: IZ_UNI_INPUT PerCounter: IZ_COUNTER PerMotor: IZ_MOTOR PerOutput: IZ_PWM_CHAN }
 
 crate::__transfer_area_structs!(structs);
 

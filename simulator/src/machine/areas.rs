@@ -59,11 +59,11 @@ impl Machine {
             sound_index,
             sound_repeat,
         } = known.outputs;
-        area.output.duty = duty;
-        area.output.master = master.map(|motor| u8::try_from(motor).unwrap_or_default());
-        area.output.distance = distance;
-        area.output.motor_ex_cmd_id = motor_command_id;
-        area.output.cnt_reset_cmd_id = counter_reset_id;
+        *area.output.duty = duty;
+        *area.output.master = master.map(|motor| u8::try_from(motor).unwrap_or_default());
+        *area.output.distance = distance;
+        *area.output.motor_ex_cmd_id = motor_command_id;
+        *area.output.cnt_reset_cmd_id = counter_reset_id;
         area.txt_outputs.sound_cmd_id = sound_command_id;
         area.txt_outputs.sound_index = sound_index;
         area.txt_outputs.sound_repeat = sound_repeat;
