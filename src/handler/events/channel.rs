@@ -24,15 +24,15 @@ use crate::pause::within_clock;
 /// ```
 /// use std::thread;
 ///
-/// use ft_transfer_area::tx::Input;
-/// use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+/// use ft_transfer_area::prelude::*;
+/// use ft_transfer_area::{Event, EventKind};
 ///
-/// fn print_switches(handler: &TransferAreaComHandler) -> Result<(), Error> {
-///     let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
+/// fn print_switches(areas: &TransferAreas) -> Result<(), Error> {
+///     let events = areas.events(&[EventKind::InputChanged], 100)?;
 ///     thread::spawn(move || {
 ///         for told in &events {
 ///             match told.event {
-///                 Event::InputChanged { input: Input::I1, pressed: true, .. } => {
+///                 Event::InputChanged { input: I1, pressed: true, .. } => {
 ///                     println!("I1 in cycle {}!", told.cycle);
 ///                 }
 ///                 Event::TransferEnded { error: Some(error), .. } => println!("{error}"),

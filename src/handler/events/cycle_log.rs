@@ -21,7 +21,7 @@ use crate::pause::within_clock;
 /// only looks: it neither keeps the motors on nor stops them, and dropping it changes nothing for the transfer.
 ///
 /// ```
-/// use ft_transfer_area::transfer_area::LOCAL_IO;
+/// use ft_transfer_area::prelude::*;
 /// use ft_transfer_area::{CycleLog, Logged};
 ///
 /// /// The largest value of I1 in all cycles.
@@ -32,7 +32,7 @@ use crate::pause::within_clock;
 ///             println!("{} entries are missing here", entry.lost);
 ///         }
 ///         if let Logged::Cycle(cycle) = entry.what {
-///             largest = largest.max(cycle.areas()[LOCAL_IO].input.uni[0]);
+///             largest = largest.max(cycle.areas()[LOCAL_IO].input.uni[I1]);
 ///         }
 ///     }
 ///     largest
@@ -130,14 +130,16 @@ impl TransferAreas {
     ///
     /// ```
     /// use ft_transfer_area_simulator::SimulatedTxt;
-    /// use ft_transfer_area::{Logged, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
+    /// use ft_transfer_area::Logged;
     ///
     /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
     /// let txt = SimulatedTxt::builder().start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
-    /// let log = handler.areas().cycle_log(500)?; // five seconds
+    /// let areas = handler.areas();
+    /// let log = areas.cycle_log(500)?; // five seconds
     /// handler.begin_transfer()?;
-    /// handler.areas().wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
+    /// areas.wait_cycle()?.iter_mut().for_each(|area| area.output.duty[O1] = 512);
     /// handler.end_transfer()?;
     /// drop(handler);
     ///
