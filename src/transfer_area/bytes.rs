@@ -89,10 +89,10 @@ impl FishX1Transfer {
     /// `memcpy`, to store, send or compare them.
     ///
     /// ```
-    /// use ft_transfer_area::FishX1Transfer;
+    /// use ft_transfer_area::prelude::*;
     ///
     /// let mut area = FishX1Transfer::default();
-    /// area.output.duty[0] = 512;
+    /// area.output.duty[O1] = 512;
     /// let bytes = area.to_bytes();
     /// assert_eq!(bytes[332..334], [0, 2]); // where the controller has it
     /// assert_eq!(FishX1Transfer::from_bytes(&bytes), area);

@@ -12,15 +12,14 @@ use super::{
 /// [`UniConfig::mode`] holds its number, because the area is plain data:
 ///
 /// ```
-/// use ft_transfer_area::transfer_area::InputMode;
-/// use ft_transfer_area::FishX1Transfer;
+/// use ft_transfer_area::prelude::*;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let mut area = FishX1Transfer::default();
-/// area.config.uni[0].mode = InputMode::Ultrasonic.into();
-/// area.config.uni[0].digital = 0;
+/// area.config.uni[I1].mode = InputMode::Ultrasonic.into();
+/// area.config.uni[I1].digital = 0;
 /// area.raise_config_id(); // goes out before the next exchange
-/// assert_eq!(InputMode::try_from(area.config.uni[0].mode)?, InputMode::Ultrasonic);
+/// assert_eq!(InputMode::try_from(area.config.uni[I1].mode)?, InputMode::Ultrasonic);
 /// # Ok(())
 /// # }
 /// ```

@@ -4,7 +4,7 @@ use super::{PerCounter, PerMotor, PerOutput, DUTY_MAX, DUTY_MIN};
 
 /// Values for the outputs, motor commands and counter resets, 44 bytes.
 ///
-/// M1 uses `duty[0]` and `duty[1]`, M2 `duty[2]` and `duty[3]`, and so on. A motor turns forward
+/// M1 uses `duty[O1]` and `duty[O2]`, M2 `duty[O3]` and `duty[O4]`, and so on. A motor turns forward
 /// when the first of the two is 1..=512 and the second is 0, and backwards when the first is 0 and
 /// the second is 1..=512.
 ///

@@ -81,7 +81,7 @@ impl FishX1Transfer {
     /// let mut area = FishX1Transfer::default();
     /// let slaves = [(Motor::M2, Direction::Ccw)];
     /// area.start_synchronised(Motor::M1, 512, Direction::Cw, &slaves)?; // M2 follows M1
-    /// assert_eq!((area.output.master, area.output.distance), ([0, 1, 0, 0], [0; 4]));
+    /// assert_eq!((*area.output.master, *area.output.distance), ([0, 1, 0, 0], [0; 4]));
     /// # Ok(())
     /// # }
     /// ```
