@@ -33,9 +33,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{InputMode, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output, Sound};
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::tx::Sound;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -47,14 +46,14 @@ const LIMIT: Duration = Duration::from_secs(20);
 // C:
 // C: void close(ftIF2013TransferAreaComHandlerEx2 *txt)
 // C: {
-fn close(txt: &TransferAreaComHandler) -> Result<(), Error> {
+fn close(areas: &TransferAreas) -> Result<(), Error> {
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 512, Direction::CCW);
     // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I4))
     // C:         Sleep(10);
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 0, Direction::Halt);
-    txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 512, Direction::Ccw)?;
-    plugged_in(txt.areas().wait_until(pressed(Input::I4), LIMIT))?;
-    txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)
+    areas.lock()[LOCAL_IO].set_out_motor_values(M3, 512, Direction::Ccw)?;
+    plugged_in(areas.wait_until(pressed(I4), LIMIT))?;
+    areas.lock()[LOCAL_IO].set_out_motor_values(M3, 0, Direction::Halt)
     // C: }
 }
 
@@ -69,32 +68,32 @@ fn plugged_in<T>(waited: Result<T, Error>) -> Result<T, Error> {
 
 /// A condition for a wait: this input is pressed.
 fn pressed(input: Input) -> impl Fn(&[FishX1Transfer]) -> bool {
-    move |areas| areas[LOCAL_IO].get_in_io_value_binary(input) == Ok(true)
+    move |now| now[LOCAL_IO].get_in_io_value_binary(input) == Ok(true)
 }
 
 // C:
 // C: void control(ftIF2013TransferAreaComHandlerEx2 *txt)
 // C: {
-fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
+fn control(areas: &TransferAreas) -> Result<(), Error> {
     // C:     printf("It closes, until it presses I4.\n");
     // C:     close(txt);
     println!("It closes, until it presses I4.");
-    close(txt)?;
+    close(areas)?;
 
     // C:
     // C:     printf("Press I3 to open the gate.\n");
     // C:     while (!txt->GetInIOValueBinary(ShmIfId_TXT::LOCAL_IO, Input::I3))
     // C:         Sleep(10);
     println!("Press I3 to open the gate.");
-    txt.areas().wait_until(pressed(Input::I3), FOREVER)?;
+    areas.wait_until(pressed(I3), FOREVER)?;
 
     // C:
     // C:     printf("It opens.\n");
     // C:     txt->SetSound(ShmIfId_TXT::LOCAL_IO, 3, 1);
     // C:     txt->StartMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M3, 512, Direction::CW, 200);
     println!("It opens.");
-    txt.areas().lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
-    txt.areas().lock()[LOCAL_IO].start_motor_ex_cmd(Motor::M3, 512, Direction::Cw, &[], 200)?;
+    areas.lock()[LOCAL_IO].set_sound(Sound::Bell, 1)?;
+    areas.lock()[LOCAL_IO].start_motor_ex_cmd(M3, 512, Direction::Cw, &[], 200)?;
 
     // C:     bool lit = false;
     // C:     while (!txt->IsMotorExReady(ShmIfId_TXT::LOCAL_IO, Motor::M3)) {
@@ -103,9 +102,9 @@ fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
     // C:         Sleep(200);
     // C:     }
     let (mut lit, begin) = (false, Instant::now());
-    while !txt.areas().wait_cycle()?[LOCAL_IO].is_motor_ex_ready(Motor::M3) {
+    while !areas.wait_cycle()?[LOCAL_IO].is_motor_ex_ready(M3) {
         lit = !lit;
-        txt.areas().lock()[LOCAL_IO].set_out_pwm_values(Output::O7, if lit { 512 } else { 0 })?;
+        areas.lock()[LOCAL_IO].set_out_pwm_values(O7, if lit { 512 } else { 0 })?;
         thread::sleep(Duration::from_millis(200));
         if begin.elapsed() > LIMIT {
             plugged_in(Err(Error::WaitTimedOut { limit: LIMIT }))?;
@@ -114,29 +113,29 @@ fn control(txt: &TransferAreaComHandler) -> Result<(), Error> {
 
     // C:     printf("It is open after %d pulses.\n",
     // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C3));
-    let pulses = txt.areas().lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
+    let pulses = areas.lock()[LOCAL_IO].get_in_cnt_count(C3);
     println!("It is open after {pulses} pulses.");
 
     // C:     while (!txt->IsSoundReady(ShmIfId_TXT::LOCAL_IO))
     // C:         Sleep(10);
-    txt.areas().wait_sound(LOCAL_IO, LIMIT)?;
+    areas.wait_sound(LOCAL_IO, LIMIT)?;
 
     // C:
     // C:     txt->StopMotorExCmd(ShmIfId_TXT::LOCAL_IO, Motor::M3);
     // C:     txt->StartCounterReset(ShmIfId_TXT::LOCAL_IO, Counter::C3);
     // C:     while (!txt->IsCntResetReady(ShmIfId_TXT::LOCAL_IO, Counter::C3))
     // C:         Sleep(10);
-    txt.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
-    txt.areas().lock()[LOCAL_IO].start_counter_reset(Counter::C3);
-    txt.areas().wait_counter_reset(LOCAL_IO, Counter::C3, LIMIT)?;
+    areas.lock()[LOCAL_IO].stop_motor_ex_cmd(M3)?;
+    areas.lock()[LOCAL_IO].start_counter_reset(C3);
+    areas.wait_counter_reset(LOCAL_IO, C3, LIMIT)?;
 
     // C:     close(txt);
     // C:     txt->SetOutPwmValues(ShmIfId_TXT::LOCAL_IO, Output::O7, 0);
     // C:     printf("It is closed after %d pulses.\n",
     // C:         txt->GetInCntCount(ShmIfId_TXT::LOCAL_IO, Counter::C3));
-    close(txt)?;
-    txt.areas().lock()[LOCAL_IO].set_out_pwm_values(Output::O7, 0)?;
-    let pulses = txt.areas().lock()[LOCAL_IO].get_in_cnt_count(Counter::C3);
+    close(areas)?;
+    areas.lock()[LOCAL_IO].set_out_pwm_values(O7, 0)?;
+    let pulses = areas.lock()[LOCAL_IO].get_in_cnt_count(C3);
     println!("It is closed after {pulses} pulses.");
     Ok(())
     // C: }
@@ -150,13 +149,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // C:         new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2", "65000");
     let (address, _simulated) = controller()?;
     let txt = Arc::new(TransferAreaComHandler::builder(address).areas(1).build()?);
+    let areas = txt.areas();
 
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I4, InputMode::MODE_R, true);
     // C:     txt->SetFtMotorConfig(ShmIfId_TXT::LOCAL_IO, Motor::M4, false);
-    txt.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I3, InputMode::Resistance, true);
-    txt.areas().lock()[LOCAL_IO].set_ft_uni_config(Input::I4, InputMode::Resistance, true);
-    txt.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M4, false);
+    areas.lock()[LOCAL_IO].set_ft_uni_config(I3, InputMode::Resistance, true);
+    areas.lock()[LOCAL_IO].set_ft_uni_config(I4, InputMode::Resistance, true);
+    areas.lock()[LOCAL_IO].set_ft_motor_config(M4, false);
 
     // C:     if (txt->ftxStartTransferArea() != FtErrors::FTLIB_ERR_SUCCESS) {
     // C:         printf("There is no TXT.\n");
@@ -169,7 +169,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
     // C:     control(txt);
-    match control(&txt) {
+    match control(areas) {
         Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
         result => result?,
     }

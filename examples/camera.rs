@@ -25,7 +25,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::{CameraOptions, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::CameraOptions;
 use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
 /// How many frames are saved.
@@ -39,6 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Without an address, a simulated TXT runs as long as the second value lives.
     let (address, _simulated) = controller()?;
     let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    let areas = handler.areas();
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, and with it the frames.
@@ -51,7 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let frames = handler.start_camera(CameraOptions::default().with_size(WIDTH, HEIGHT))?;
     println!("The camera is started; its first frame takes a second or two.");
 
-    let (start, cycles) = (Instant::now(), handler.areas().statistics().cycles);
+    let (start, cycles) = (Instant::now(), areas.statistics().cycles);
     let mut last: Option<Instant> = None;
     for (number, frame) in frames.iter().take(FRAMES).enumerate() {
         let age = frame.arrived.elapsed();
@@ -71,7 +73,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
         last = Some(frame.arrived);
     }
-    let cycles = handler.areas().statistics().cycles - cycles;
+    let cycles = areas.statistics().cycles - cycles;
     let seconds = start.elapsed().as_secs_f64();
     // The reason why the frames have ended, unless all have come or it was Ctrl-C.
     let ended_by = handler.camera_error();

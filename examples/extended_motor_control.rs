@@ -21,11 +21,8 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::Counter::{C1, C2};
+use ft_transfer_area::prelude::*;
 use ft_transfer_area::tx::Direction::{Ccw, Cw};
-use ft_transfer_area::tx::Motor::{M1, M2};
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -39,13 +36,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Without an address, a simulated TXT runs as long as the second value lives.
     let (address, _simulated) = controller()?;
     let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    let areas = handler.areas();
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
     let on_ctrl_c = Arc::clone(&handler);
     ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
-    match drive(&handler) {
+    match drive(areas) {
         Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),
         Err(error @ Error::WaitTimedOut { .. }) => {
             println!("A motor has not arrived. Are M1 with C1 and M2 with C2 plugged in, and free to turn?");
@@ -57,61 +55,55 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn drive(handler: &TransferAreaComHandler) -> Result<(), Error> {
+fn drive(areas: &TransferAreas) -> Result<(), Error> {
     println!("M1 turns for {PULSES} pulses.");
-    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
-    let areas = handler.areas().wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
-    print_counters("arrived", &areas[LOCAL_IO]);
-    drop(areas);
+    areas.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &[], PULSES.into())?;
+    let now = areas.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
+    print_counters("arrived", &now[LOCAL_IO]);
+    drop(now);
 
     // A distance begins with a reset of its counters, but the old counts stay until the first response.
     // So reset them before.
-    handler.areas().lock()[LOCAL_IO].start_counter_reset(C1);
-    handler.areas().lock()[LOCAL_IO].start_counter_reset(C2);
-    handler.areas().wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
-    let areas = handler.areas().wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
-    print_counters("counters reset", &areas[LOCAL_IO]);
-    drop(areas);
+    areas.lock()[LOCAL_IO].start_counter_reset(C1);
+    areas.lock()[LOCAL_IO].start_counter_reset(C2);
+    areas.wait_counter_reset(LOCAL_IO, C1, LIMIT)?;
+    let now = areas.wait_counter_reset(LOCAL_IO, C2, LIMIT)?;
+    print_counters("counters reset", &now[LOCAL_IO]);
+    drop(now);
 
     println!("M1 and M2 turn together for {PULSES} pulses, M2 the other way round.");
     let slaves = [(M2, Ccw)];
-    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(
-        M1,
-        DUTY_MAX,
-        Cw,
-        &slaves,
-        PULSES.into(),
-    )?;
+    areas.lock()[LOCAL_IO].start_motor_ex_cmd(M1, DUTY_MAX, Cw, &slaves, PULSES.into())?;
     for quarter in 1..4 {
         let enough =
-            |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4;
-        let areas = handler.areas().wait_until(enough, LIMIT)?;
-        print_counters("on the way", &areas[LOCAL_IO]);
+            |now: &[FishX1Transfer]| now[LOCAL_IO].get_in_cnt_count(C1) >= quarter * PULSES / 4;
+        let now = areas.wait_until(enough, LIMIT)?;
+        print_counters("on the way", &now[LOCAL_IO]);
     }
     // Each motor of the group reports by itself when it has arrived.
-    handler.areas().wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
-    let areas = handler.areas().wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
-    print_counters("arrived", &areas[LOCAL_IO]);
-    drop(areas);
+    areas.wait_motor_ex(LOCAL_IO, M1, LIMIT)?;
+    let now = areas.wait_motor_ex(LOCAL_IO, M2, LIMIT)?;
+    print_counters("arrived", &now[LOCAL_IO]);
+    drop(now);
 
     println!("At plain speed nothing turns before the distance is left.");
-    turn_half_a_second(handler)?;
+    turn_half_a_second(areas)?;
 
     println!("They leave the extended mode, and turn at plain speed.");
-    handler.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(M1)?;
-    handler.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(M2)?;
-    turn_half_a_second(handler)
+    areas.lock()[LOCAL_IO].stop_motor_ex_cmd(M1)?;
+    areas.lock()[LOCAL_IO].stop_motor_ex_cmd(M2)?;
+    turn_half_a_second(areas)
 }
 
 /// Turns both motors at plain speed for 50 cycles, half a second.
-fn turn_half_a_second(handler: &TransferAreaComHandler) -> Result<(), Error> {
-    set_both(&mut handler.areas().lock()[LOCAL_IO], DUTY_MAX)?;
+fn turn_half_a_second(areas: &TransferAreas) -> Result<(), Error> {
+    set_both(&mut areas.lock()[LOCAL_IO], DUTY_MAX)?;
     for _ in 0..50 {
-        handler.areas().wait_cycle()?;
+        areas.wait_cycle()?;
     }
-    let mut areas = handler.areas().wait_cycle()?;
-    set_both(&mut areas[LOCAL_IO], 0)?;
-    print_counters("after half a second", &areas[LOCAL_IO]);
+    let mut now = areas.wait_cycle()?;
+    set_both(&mut now[LOCAL_IO], 0)?;
+    print_counters("after half a second", &now[LOCAL_IO]);
     Ok(())
 }
 

@@ -26,9 +26,7 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
-use ft_transfer_area::tx::{Input, Motor};
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -37,7 +35,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The master and one extension. All motors stop when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address).areas(2);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
-    handler.areas().lock().iter_mut().for_each(configure);
+    let areas = handler.areas();
+    areas.lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
@@ -49,23 +48,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles = if simulated.is_some() { 600 } else { u64::MAX };
     for _ in 0..cycles {
         // Ctrl-C or an error ends the loop.
-        let Ok(mut areas) = handler.areas().wait_cycle() else { break };
-        let is_there = areas[LOCAL_IO].slaves_alive() > 0;
+        let Ok(mut now) = areas.wait_cycle() else { break };
+        let is_there = now[LOCAL_IO].slaves_alive() > 0;
         if is_there && matches!(shown, Some((false, ..))) {
             // It may have been switched off, and have lost its configuration.
-            configure(&mut areas[REMOTE_IO_1]);
+            configure(&mut now[REMOTE_IO_1]);
         }
 
-        let master_pressed = areas[LOCAL_IO].get_in_io_value_binary(Input::I1)?;
+        let master_pressed = now[LOCAL_IO].get_in_io_value_binary(I1)?;
         // While it is not plugged in, its area has the inputs that it sent last.
-        let extension_pressed = is_there && areas[REMOTE_IO_1].get_in_io_value_binary(Input::I1)?;
+        let extension_pressed = is_there && now[REMOTE_IO_1].get_in_io_value_binary(I1)?;
         let power = |pressed| if pressed { DUTY_MAX } else { 0 };
-        areas[REMOTE_IO_1].set_out_motor_power(Motor::M1, power(master_pressed))?;
-        areas[LOCAL_IO].set_out_motor_power(Motor::M1, power(extension_pressed))?;
+        now[REMOTE_IO_1].set_out_motor_power(M1, power(master_pressed))?;
+        now[LOCAL_IO].set_out_motor_power(M1, power(extension_pressed))?;
 
         // Printing is slow, and the outputs are sent after the guard is dropped. So copies are printed.
-        let (master, extension) = (areas[LOCAL_IO], areas[REMOTE_IO_1]);
-        drop(areas);
+        let (master, extension) = (now[LOCAL_IO], now[REMOTE_IO_1]);
+        drop(now);
         let state = Some((is_there, master_pressed, extension_pressed));
         if state != shown {
             shown = state;
@@ -81,13 +80,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Button and motor of a controller.
 fn describe(area: &FishX1Transfer) -> Result<String, Error> {
-    let button = if area.get_in_io_value_binary(Input::I1)? { "pressed" } else { "open" };
-    let motor = if area.get_out_motor_values(Motor::M1)? != 0 { "runs" } else { "off" };
+    let button = if area.get_in_io_value_binary(I1)? { "pressed" } else { "open" };
+    let motor = if area.get_out_motor_values(M1)? != 0 { "runs" } else { "off" };
     Ok(format!("I1 {button:7}, M1 {motor:6}"))
 }
 
 fn configure(area: &mut FishX1Transfer) {
-    area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);
+    area.set_ft_uni_config(I1, InputMode::Resistance, true);
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.

@@ -21,7 +21,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::{Error, I2cClient, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::I2cClient;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -46,13 +47,14 @@ const DEGREE: f64 = 2.0;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
     let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    let areas = handler.areas();
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer.
     let on_ctrl_c = Arc::clone(&handler);
     ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
-    drop(handler.areas().wait_cycle()?); // the exchange has begun
+    drop(areas.wait_cycle()?); // the exchange has begun
     let mut i2c = handler.i2c()?;
 
     // Check that it is the right device, and set it up. A missing device is an error.
@@ -66,7 +68,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("Acceleration in three directions, and temperature. Turn the sensor.");
     let lines = if simulated.is_some() { 20 } else { u64::MAX };
     for _ in 0..lines {
-        if !handler.areas().is_running() {
+        if !areas.is_running() {
             break;
         }
         let ([x, y, z], temperature) = measure(&mut i2c)?;

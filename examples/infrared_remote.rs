@@ -20,9 +20,8 @@ use std::env;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, IrDevice, JoystickAxis, JoystickSwitch, Motor};
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::tx::{IrDevice, JoystickAxis, JoystickSwitch};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
@@ -37,6 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The car stops when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
+    let areas = handler.areas();
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
@@ -51,8 +51,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles = if simulated.is_some() { 500 } else { u64::MAX };
     for _ in 0..cycles {
         // Ctrl-C or an error ends the loop.
-        let Ok(mut areas) = handler.areas().wait_cycle() else { break };
-        let area = &mut areas[LOCAL_IO];
+        let Ok(mut now) = areas.wait_cycle() else { break };
+        let area = &mut now[LOCAL_IO];
         if area.get_joystick_but_swi(REMOTE, JoystickSwitch::On) {
             driving = true;
         }
@@ -61,24 +61,24 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let left = area.get_joystick_full(REMOTE, JoystickAxis::LeftY);
         let right = area.get_joystick_full(REMOTE, JoystickAxis::RightY);
-        for (motor, joystick) in [(Motor::M1, left), (Motor::M2, right)] {
+        for (motor, joystick) in [(M1, left), (M2, right)] {
             let power = if driving { DUTY_MAX * joystick / JOYSTICK_MAX } else { 0 };
             area.set_out_motor_power(motor, power)?;
         }
 
         // Printing is slow, so a copy is printed while the outputs are sent.
         let copy = *area;
-        drop(areas);
+        drop(now);
         let state = Some((left, right, driving));
         if state != shown {
             shown = state;
             println!(
                 "left {left:3}, right {right:3}   {}   M1 {:4}, M2 {:4}   C1 {:4}, C2 {:4}",
                 if driving { "ON " } else { "OFF" },
-                copy.get_out_motor_values(Motor::M1)?,
-                copy.get_out_motor_values(Motor::M2)?,
-                copy.get_in_cnt_count(Counter::C1),
-                copy.get_in_cnt_count(Counter::C2),
+                copy.get_out_motor_values(M1)?,
+                copy.get_out_motor_values(M2)?,
+                copy.get_in_cnt_count(C1),
+                copy.get_in_cnt_count(C2),
             );
         }
     }

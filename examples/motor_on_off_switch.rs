@@ -19,11 +19,8 @@ use std::env;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{
-    InputMode, DUTY_MAX, LOCAL_IO, NO_ULTRASONIC, REMOTE_IO_1, ULTRASONIC_MAX,
-};
-use ft_transfer_area::tx::Input;
-use ft_transfer_area::{FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::transfer_area::{NO_ULTRASONIC, ULTRASONIC_MAX};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
@@ -44,8 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // below hangs for a second.
     let builder = TransferAreaComHandler::builder(address).areas(2);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
-    for area in handler.areas().lock().iter_mut() {
-        area.set_ft_uni_config(Input::I2, InputMode::Ultrasonic, false);
+    let areas = handler.areas();
+    for area in areas.lock().iter_mut() {
+        area.set_ft_uni_config(I2, InputMode::Ultrasonic, false);
     }
     handler.begin_transfer()?;
 
@@ -59,40 +57,40 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let cycles = if simulated.is_some() { 1000 } else { u64::MAX };
     for cycle in 0..cycles {
         // The inputs of the next exchange, one every 10 ms. Ctrl-C or an error ends the loop.
-        let Ok(mut areas) = handler.areas().wait_cycle() else { break };
+        let Ok(mut now) = areas.wait_cycle() else { break };
 
-        // For the other direction, set duty[1] instead of duty[0].
-        for area in areas.iter_mut() {
-            let pressed = area.input.uni[0] != 0; // I1
-            area.output.duty[0] = if pressed { DUTY_MAX } else { 0 }; // M1
+        // For the other direction, set duty[O2] instead of duty[O1].
+        for area in now.iter_mut() {
+            let pressed = area.input.uni[I1] != 0;
+            area.output.duty[O1] = if pressed { DUTY_MAX } else { 0 }; // M1
         }
 
         // Printing is slow, and the outputs are sent after the guard is dropped. So a copy is printed.
-        let now = [areas[LOCAL_IO], areas[REMOTE_IO_1]];
-        drop(areas);
+        let copy = [now[LOCAL_IO], now[REMOTE_IO_1]];
+        drop(now);
 
         // Each change of I1 is shown, and a running motor four times a second.
-        let changed = (0..2).any(|i| now[i].output.duty != shown[i].output.duty);
-        let runs = now.iter().any(|area| area.output.duty[0] != 0);
+        let changed = (0..2).any(|i| copy[i].output.duty != shown[i].output.duty);
+        let runs = copy.iter().any(|area| area.output.duty[O1] != 0);
         if cycle == 0 || changed || runs && cycle % 25 == 0 {
-            // All inputs, counters and outputs, as the kit prints them: println!("{}", now[0]);
+            // All inputs, counters and outputs, as the kit prints them: println!("{}", copy[0]);
             let seconds = start.elapsed().as_secs_f64();
-            let extension = if now[LOCAL_IO].slaves_alive() > 0 {
-                columns(&now[REMOTE_IO_1], &shown[REMOTE_IO_1])
+            let extension = if copy[LOCAL_IO].slaves_alive() > 0 {
+                columns(&copy[REMOTE_IO_1], &shown[REMOTE_IO_1])
             } else {
                 "not plugged in".to_owned()
             };
             println!(
                 "{seconds:6.2} s  {} │ {extension}",
-                columns(&now[LOCAL_IO], &shown[LOCAL_IO])
+                columns(&copy[LOCAL_IO], &shown[LOCAL_IO])
             );
-            shown = now;
+            shown = copy;
         }
     }
 
     // This returns the error, if one has ended the transfer.
     handler.end_transfer()?;
-    let statistics = handler.areas().statistics();
+    let statistics = areas.statistics();
     println!(
         "The motors are stopped. {} exchanges of {:.1} to {:.1} ms were done; {} were answered too late for the \
          next one.",
@@ -105,15 +103,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// I1, I2, M1 and C1 of a controller, whose values `before` were shown last.
-fn columns(now: &FishX1Transfer, before: &FishX1Transfer) -> String {
-    let button = if now.input.uni[0] != 0 { "pressed" } else { "open" };
-    let distance = match now.input.uni[1] {
+fn columns(area: &FishX1Transfer, before: &FishX1Transfer) -> String {
+    let button = if area.input.uni[I1] != 0 { "pressed" } else { "open" };
+    let distance = match area.input.uni[I2] {
         cm @ ..=ULTRASONIC_MAX => format!("{cm} cm"),
         NO_ULTRASONIC => "none".to_owned(),
         _ => "far".to_owned(),
     };
-    let (count, counted) = (now.input.counter[0], now.input.counter[0] != before.input.counter[0]);
-    let motor = match (now.output.duty[0], before.output.duty[0]) {
+    let (count, counted) =
+        (area.input.counter[C1], area.input.counter[C1] != before.input.counter[C1]);
+    let motor = match (area.output.duty[O1], before.output.duty[O1]) {
         (0, _) => "off",
         // A motor without an encoder, no motor, or a wheel that is blocked.
         (_, on) if on != 0 && !counted => "no count",

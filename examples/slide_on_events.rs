@@ -20,9 +20,8 @@ use std::env;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
-use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::{Event, EventKind};
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -35,7 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The motor stops when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address);
     let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
-    let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
+    let areas = handler.areas();
+    let events = areas.events(&[EventKind::InputChanged], 100)?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
@@ -43,32 +43,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
 
     // There are only events for changes, but the slide may already be at its end.
-    let is_at_end = handler.areas().wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I5)?;
-    drive(&handler, if is_at_end { Direction::Ccw } else { Direction::Cw })?;
+    let is_at_end = areas.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(I5)?;
+    drive(areas, if is_at_end { Direction::Ccw } else { Direction::Cw })?;
     println!("The slide moves. Press I3 to end it.");
 
     // The count of C3, and since when.
     let (mut count, mut since) = (0, Instant::now());
     // Sometimes nothing happens for a long time, so this tells the watchdog that the program is alive.
     // It fails when the transfer has ended.
-    while handler.areas().feed_watchdog().is_ok() {
+    while areas.feed_watchdog().is_ok() {
         match events.recv_timeout(Duration::from_millis(100)).map(|told| told.event) {
-            Ok(Event::InputChanged { input: Input::I4, pressed: true, .. }) => {
-                println!("I4, the start, after {} pulses.", pulses(&handler));
-                drive(&handler, Direction::Cw)?;
+            Ok(Event::InputChanged { input: I4, pressed: true, .. }) => {
+                println!("I4, the start, after {} pulses.", pulses(areas));
+                drive(areas, Direction::Cw)?;
             }
-            Ok(Event::InputChanged { input: Input::I5, pressed: true, .. }) => {
-                println!("I5, the end, after {} pulses.", pulses(&handler));
-                drive(&handler, Direction::Ccw)?;
+            Ok(Event::InputChanged { input: I5, pressed: true, .. }) => {
+                println!("I5, the end, after {} pulses.", pulses(areas));
+                drive(areas, Direction::Ccw)?;
             }
-            Ok(Event::InputChanged { input: Input::I3, pressed: true, .. }) => {
+            Ok(Event::InputChanged { input: I3, pressed: true, .. }) => {
                 println!("I3 is pressed.");
                 break;
             }
             _ => {}
         }
-        if pulses(&handler) != count {
-            (count, since) = (pulses(&handler), Instant::now());
+        if pulses(areas) != count {
+            (count, since) = (pulses(areas), Instant::now());
         } else if since.elapsed() > STILL {
             println!("The slide stands still at {count} pulses. Are M3, C3, I4 and I5 plugged in?");
             break;
@@ -81,15 +81,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Moves the slide, and counts its pulses from here. The next request has this answer to an event.
-fn drive(handler: &TransferAreaComHandler, direction: Direction) -> Result<(), Error> {
-    let area = &mut handler.areas().lock()[LOCAL_IO];
-    area.set_out_motor_values(Motor::M3, DUTY_MAX, direction)?;
-    area.start_counter_reset(Counter::C3);
+fn drive(areas: &TransferAreas, direction: Direction) -> Result<(), Error> {
+    let area = &mut areas.lock()[LOCAL_IO];
+    area.set_out_motor_values(M3, DUTY_MAX, direction)?;
+    area.start_counter_reset(C3);
     Ok(())
 }
 
-fn pulses(handler: &TransferAreaComHandler) -> u16 {
-    handler.areas().lock()[LOCAL_IO].get_in_cnt_count(Counter::C3)
+fn pulses(areas: &TransferAreas) -> u16 {
+    areas.lock()[LOCAL_IO].get_in_cnt_count(C3)
 }
 
 /// The controller on the command line, or a simulated TXT, which runs as long as the second value lives.

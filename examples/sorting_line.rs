@@ -22,9 +22,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{FishX1Transfer, InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
 use ft_transfer_area_simulator::world::{Piece, Script, ScriptEvent, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -53,9 +51,9 @@ impl Colour {
     /// Its valve, how many pulses behind I3 that is, and the sensor of its storage.
     fn place(self) -> (Output, u16, Input) {
         match self {
-            Self::White => (Output::O5, 5, Input::I6),
-            Self::Red => (Output::O6, 15, Input::I7),
-            Self::Blue => (Output::O7, 26, Input::I8),
+            Self::White => (O5, 5, I6),
+            Self::Red => (O6, 15, I7),
+            Self::Blue => (O7, 26, I8),
         }
     }
 }
@@ -77,34 +75,34 @@ enum State {
 
 impl State {
     /// One answer of the loop: what the sensors say, what the outputs do, and what comes next.
-    fn answer(self, area: &mut FishX1Transfer, now: Instant) -> Result<Self, Error> {
-        let pulses = area.get_in_cnt_count(Counter::C1);
+    fn answer(self, area: &mut FishX1Transfer, time: Instant) -> Result<Self, Error> {
+        let pulses = area.get_in_cnt_count(C1);
         // There is no light while a disc is before the phototransistor.
         let has_disc = |input| area.get_in_io_value_binary(input).map(|light| !light);
         let next = match self {
-            Self::Waits if has_disc(Input::I1)? => Self::Measures { lowest: NOTHING },
-            Self::Measures { lowest } if has_disc(Input::I3)? => {
+            Self::Waits if has_disc(I1)? => Self::Measures { lowest: NOTHING },
+            Self::Measures { lowest } if has_disc(I3)? => {
                 Self::Travels { colour: Colour::of(lowest), from: pulses }
             }
             Self::Measures { lowest } => {
-                Self::Measures { lowest: lowest.min(area.get_in_io_value_analogue(Input::I2)?) }
+                Self::Measures { lowest: lowest.min(area.get_in_io_value_analogue(I2)?) }
             }
             Self::Travels { colour, from } if pulses.wrapping_sub(from) >= colour.place().1 => {
-                Self::Leaves { colour, since: now }
+                Self::Leaves { colour, since: time }
             }
-            Self::Leaves { colour, since } if now - since >= BLOW => Self::Falls { colour },
+            Self::Leaves { colour, since } if time - since >= BLOW => Self::Falls { colour },
             Self::Falls { colour } if has_disc(colour.place().2)? => Self::Waits,
             Self::Waits | Self::Travels { .. } | Self::Leaves { .. } | Self::Falls { .. } => self,
         };
         let runs = !matches!(next, Self::Waits | Self::Falls { .. });
         let direction = if runs { Direction::Ccw } else { Direction::Halt };
-        area.set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
+        area.set_out_motor_values(M1, DUTY_MAX, direction)?;
         let open =
             if let Self::Leaves { colour, .. } = next { Some(colour.place().0) } else { None };
-        for valve in [Output::O5, Output::O6, Output::O7] {
+        for valve in [O5, O6, O7] {
             area.set_out_pwm_values(valve, if open == Some(valve) { DUTY_MAX } else { 0 })?;
         }
-        area.set_out_pwm_values(Output::O8, if runs { DUTY_MAX } else { 0 })?;
+        area.set_out_pwm_values(O8, if runs { DUTY_MAX } else { 0 })?;
         Ok(next)
     }
 }
@@ -115,15 +113,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The belt stops when the loop below hangs for two seconds.
     let builder = TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(2));
     let handler = builder.build()?;
+    let areas = handler.areas();
     {
-        let area = &mut handler.areas().lock()[LOCAL_IO];
-        for input in [Input::I1, Input::I3, Input::I6, Input::I7, Input::I8] {
+        let area = &mut areas.lock()[LOCAL_IO];
+        for input in [I1, I3, I6, I7, I8] {
             area.set_ft_uni_config(input, InputMode::Resistance, true);
         }
-        area.set_ft_uni_config(Input::I2, InputMode::Voltage, false);
+        area.set_ft_uni_config(I2, InputMode::Voltage, false);
         // Valves and compressor: the terminals of M3 and M4 are single outputs.
-        area.set_ft_motor_config(Motor::M3, false);
-        area.set_ft_motor_config(Motor::M4, false);
+        area.set_ft_motor_config(M3, false);
+        area.set_ft_motor_config(M4, false);
     }
     handler.begin_transfer()?;
 
@@ -135,12 +134,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut state = State::Waits;
     let mut sorted = 0;
     while !stopped.load(Ordering::Relaxed) && (simulated.is_none() || sorted < 3) {
-        let mut areas = handler.areas().wait_cycle()?;
-        let now = areas.arrived();
+        let mut now = areas.wait_cycle()?;
+        let time = now.arrived();
         let before = state;
-        state = before.answer(&mut areas[LOCAL_IO], now)?;
+        state = before.answer(&mut now[LOCAL_IO], time)?;
         // Printing is slow, and the outputs are sent after the guard is dropped.
-        drop(areas);
+        drop(now);
         match (before, state) {
             (State::Waits, State::Measures { .. }) => println!("A disc comes."),
             (State::Measures { .. }, State::Travels { colour, .. }) => {

@@ -22,9 +22,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Input, Motor, Output, Sound};
-use ft_transfer_area::TransferAreaComHandler;
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::tx::Sound;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Error, SimulatedTxt};
 
@@ -37,11 +36,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The lamps go out when the loop below hangs for a second.
     let handler =
         TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(1)).build()?;
+    let areas = handler.areas();
     {
-        let area = &mut handler.areas().lock()[LOCAL_IO];
-        area.set_ft_uni_config(Input::I3, InputMode::Resistance, true);
+        let area = &mut areas.lock()[LOCAL_IO];
+        area.set_ft_uni_config(I3, InputMode::Resistance, true);
         // The terminals of M4 are two single outputs.
-        area.set_ft_motor_config(Motor::M4, false);
+        area.set_ft_motor_config(M4, false);
     }
     handler.begin_transfer()?;
 
@@ -55,9 +55,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut sound = "";
     let mut shown = None;
     while !stopped.load(Ordering::Relaxed) {
-        let mut areas = handler.areas().wait_cycle()?;
-        let area = &mut areas[LOCAL_IO];
-        if area.get_in_io_value_binary(Input::I3)? {
+        let mut now = areas.wait_cycle()?;
+        let area = &mut now[LOCAL_IO];
+        if area.get_in_io_value_binary(I3)? {
             println!("I3 is pressed.");
             break;
         }
@@ -72,14 +72,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
         // Each lamp is lit for half a second.
         let first = area.timer.timer_10ms / 50 % 2 == 0;
-        area.set_out_pwm_values(Output::O7, if first { DUTY_MAX } else { 0 })?;
-        area.set_out_pwm_values(Output::O8, if first { 0 } else { DUTY_MAX })?;
+        area.set_out_pwm_values(O7, if first { DUTY_MAX } else { 0 })?;
+        area.set_out_pwm_values(O8, if first { 0 } else { DUTY_MAX })?;
 
         // Printing is slow, and the outputs are sent after the guard is dropped.
-        drop(areas);
-        let now = Some((first, sound));
-        if now != shown {
-            shown = now;
+        drop(now);
+        let state = Some((first, sound));
+        if state != shown {
+            shown = state;
             println!(
                 "O7 {}  O8 {}  {sound}",
                 if first { "(*)" } else { "( )" },

@@ -26,11 +26,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{
-    Counter, Direction, Input, IrDevice, JoystickAxis, JoystickSwitch, Motor, Sound,
-};
-use ft_transfer_area::{Error, FishX1Transfer, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::tx::{IrDevice, JoystickAxis, JoystickSwitch, Sound};
 use ft_transfer_area_simulator::world::{Remote, Script, ScriptEvent, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -48,12 +45,12 @@ const BELT_PLACE: (i32, i32) = (20, 720);
 const LIFT: i32 = 40;
 
 // All axes move to their first switch with a power above 0.
-const BELT: Motor = Motor::M1;
-const FORK: Motor = Motor::M3;
-const OUTSIDE: Input = Input::I1;
-const INSIDE: Input = Input::I4;
-const FORK_IS_IN: Input = Input::I6;
-const FORK_IS_OUT: Input = Input::I7;
+const BELT: Motor = M1;
+const FORK: Motor = M3;
+const OUTSIDE: Input = I1;
+const INSIDE: Input = I4;
+const FORK_IS_IN: Input = I6;
+const FORK_IS_OUT: Input = I7;
 
 #[derive(Clone, Copy, Debug)]
 enum Travel {
@@ -222,8 +219,8 @@ impl Warehouse {
     fn new(orders: Vec<Shelf>, area: &mut FishX1Transfer) -> Result<Self, Error> {
         let mut warehouse = Self {
             mode: Mode::ForkHomes,
-            horizontal: Axis::new(Motor::M2, Counter::C2, Input::I5),
-            vertical: Axis::new(Motor::M4, Counter::C4, Input::I8),
+            horizontal: Axis::new(M2, C2, I5),
+            vertical: Axis::new(M4, C4, I8),
             orders,
             order: 0,
             step: STEPS.len(),
@@ -322,8 +319,8 @@ impl Warehouse {
         let fork = -joystick(area, JoystickAxis::LeftY); // up is out
         let fork = if fork < 0 && area.get_in_io_value_binary(FORK_IS_OUT)? { 0 } else { fork };
         for (motor, power, first_switch) in [
-            (Motor::M2, -joystick(area, JoystickAxis::RightX), self.horizontal.reference),
-            (Motor::M4, joystick(area, JoystickAxis::RightY), self.vertical.reference),
+            (M2, -joystick(area, JoystickAxis::RightX), self.horizontal.reference),
+            (M4, joystick(area, JoystickAxis::RightY), self.vertical.reference),
             (FORK, fork, FORK_IS_IN),
         ] {
             let is_at_switch = power > 0 && area.get_in_io_value_binary(first_switch)?;
@@ -416,8 +413,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // The motors stop when the loop below hangs for two seconds.
     let builder = TransferAreaComHandler::builder(address).watchdog(Duration::from_secs(2));
     let handler = builder.build()?;
+    let areas = handler.areas();
     for input in Input::ALL {
-        handler.areas().lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
+        areas.lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
     }
     handler.begin_transfer()?;
 
@@ -426,10 +424,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let on_ctrl_c = Arc::clone(&stopped);
     ctrlc::set_handler(move || on_ctrl_c.store(true, Ordering::Relaxed))?;
 
-    let mut warehouse = Warehouse::new(orders, &mut handler.areas().lock()[LOCAL_IO])?;
+    let mut warehouse = Warehouse::new(orders, &mut areas.lock()[LOCAL_IO])?;
     while warehouse.mode != Mode::Done && !stopped.load(Ordering::Relaxed) {
         // The guard is dropped at the end of the statement, so printing keeps no outputs waiting.
-        warehouse.tick(&mut handler.areas().wait_cycle()?[LOCAL_IO])?;
+        warehouse.tick(&mut areas.wait_cycle()?[LOCAL_IO])?;
         warehouse.said.drain(..).for_each(|line| println!("{line}"));
     }
     // The last exchange stops the motors. An error that has ended the transfer is returned.

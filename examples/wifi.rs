@@ -23,9 +23,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor};
-use ft_transfer_area::{Error, FishX1Transfer, TimeLimits, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::TimeLimits;
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -50,6 +49,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .watchdog(WATCHDOG)
         .reconnect(RECONNECT_LIMIT);
     let handler = Arc::new(builder.build()?);
+    let areas = handler.areas();
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
@@ -64,14 +64,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut lost: Option<Instant> = None;
     loop {
         let result = match lost {
-            None => work(&handler),
-            Some(since) => wait_for_connection(&handler, since),
+            None => work(areas),
+            Some(since) => wait_for_connection(areas, since),
         };
         match result {
             Ok(()) => lost = None,
             Err(error @ Error::ConnectionLost { .. }) => {
                 println!("Lost: {error}.");
-                print_outputs(&handler.areas().lock()[LOCAL_IO]);
+                print_outputs(&areas.lock()[LOCAL_IO]);
                 lost = Some(Instant::now());
             }
             // The connection is fine, and the motor is stopped.
@@ -84,60 +84,53 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Err(_) => break,
         }
     }
-    let gaps = handler.areas().statistics().gaps;
+    let gaps = areas.statistics().gaps;
     handler.end_transfer()?;
     println!("Connections that were lost and re-established: {gaps}.");
     Ok(())
 }
 
 /// Finds the start, and then moves back and forth until something is wrong.
-fn work(handler: &TransferAreaComHandler) -> Result<(), Error> {
+fn work(areas: &TransferAreas) -> Result<(), Error> {
     println!("M3 looks for the start.");
-    handler.areas().lock()[LOCAL_IO].stop_motor_ex_cmd(Motor::M3)?;
-    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, DUTY_MAX, Direction::Ccw)?;
-    let is_at_start =
-        |areas: &[FishX1Transfer]| areas[LOCAL_IO].get_in_io_value_binary(Input::I4) == Ok(true);
-    let mut areas = handler.areas().wait_until(is_at_start, WAY_LIMIT)?;
-    areas[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)?;
-    drop(areas);
+    areas.lock()[LOCAL_IO].stop_motor_ex_cmd(M3)?;
+    areas.lock()[LOCAL_IO].set_out_motor_values(M3, DUTY_MAX, Direction::Ccw)?;
+    let is_at_start = |now: &[FishX1Transfer]| now[LOCAL_IO].get_in_io_value_binary(I4) == Ok(true);
+    let mut now = areas.wait_until(is_at_start, WAY_LIMIT)?;
+    now[LOCAL_IO].set_out_motor_values(M3, 0, Direction::Halt)?;
+    drop(now);
 
     // The ways back end a little before the start, because the slide can't move beyond it.
-    drive(handler, Direction::Cw, AWAY)?;
+    drive(areas, Direction::Cw, AWAY)?;
     loop {
-        drive(handler, Direction::Cw, PULSES)?;
-        drive(handler, Direction::Ccw, PULSES)?;
+        drive(areas, Direction::Cw, PULSES)?;
+        drive(areas, Direction::Ccw, PULSES)?;
     }
 }
 
 /// Drives some pulses.
-fn drive(handler: &TransferAreaComHandler, direction: Direction, pulses: u16) -> Result<(), Error> {
+fn drive(areas: &TransferAreas, direction: Direction, pulses: u16) -> Result<(), Error> {
     let way = if direction == Direction::Cw { "there" } else { "back" };
     println!("M3 runs {pulses} pulses {way}.");
     let distance = pulses.into();
-    handler.areas().lock()[LOCAL_IO].start_motor_ex_cmd(
-        Motor::M3,
-        DUTY_MAX,
-        direction,
-        &[],
-        distance,
-    )?;
+    areas.lock()[LOCAL_IO].start_motor_ex_cmd(M3, DUTY_MAX, direction, &[], distance)?;
     // An interrupted movement is never reported as finished: this returns the error instead.
-    let areas = handler.areas().wait_motor_ex(LOCAL_IO, Motor::M3, WAY_LIMIT)?;
-    println!("  done after {} pulses.", areas[LOCAL_IO].get_in_cnt_count(Counter::C3));
+    let now = areas.wait_motor_ex(LOCAL_IO, M3, WAY_LIMIT)?;
+    println!("  done after {} pulses.", now[LOCAL_IO].get_in_cnt_count(C3));
     Ok(())
 }
 
 /// Waits for a new connection, at most as long as the handler tries.
-fn wait_for_connection(handler: &TransferAreaComHandler, since: Instant) -> Result<(), Error> {
-    let area = handler.areas().wait_cycle()?[LOCAL_IO];
+fn wait_for_connection(areas: &TransferAreas, since: Instant) -> Result<(), Error> {
+    let area = areas.wait_cycle()?[LOCAL_IO];
     println!("The connection is restored after {:.1} s.", since.elapsed().as_secs_f64());
     print_outputs(&area);
     Ok(())
 }
 
 fn print_outputs(area: &FishX1Transfer) {
-    let done = if area.is_motor_ex_ready(Motor::M3) { "done" } else { "not done" };
-    let [.., cw, ccw, _, _] = area.output.duty;
+    let done = if area.is_motor_ex_ready(M3) { "done" } else { "not done" };
+    let [.., cw, ccw, _, _] = *area.output.duty;
     println!("  M3 has duty {cw} and {ccw}; its last way reads as {done}.");
 }
 

@@ -4,16 +4,16 @@
 //! times a second. The program reads inputs from it and writes outputs into it:
 //!
 //! ```
-//! use ft_transfer_area::transfer_area::LOCAL_IO;
-//! use ft_transfer_area::{Error, TransferAreaComHandler};
+//! use ft_transfer_area::prelude::*;
 //!
 //! fn run(host: &str, port: u16) -> Result<(), Error> {
 //!     let handler = TransferAreaComHandler::builder(host).port(port).build()?;
+//!     let areas = handler.areas();
 //!     handler.begin_transfer()?;
 //!     for _ in 0..100 {
-//!         let mut areas = handler.areas().wait_cycle()?; // the inputs of the newest exchange
-//!         let pressed = areas[LOCAL_IO].input.uni[0] != 0; // I1
-//!         areas[LOCAL_IO].output.duty[0] = if pressed { 512 } else { 0 }; // M1
+//!         let mut now = areas.wait_cycle()?; // the inputs of the newest exchange
+//!         let pressed = now[LOCAL_IO].input.uni[I1] != 0;
+//!         now[LOCAL_IO].output.duty[O1] = if pressed { 512 } else { 0 }; // M1
 //!     } // the guard is dropped: the outputs go out with the next exchange
 //!     handler.end_transfer() // motors off
 //! }
@@ -28,10 +28,10 @@
 //!
 //! <div class="warning">
 //!
-//! **A guard is a picture of one moment.** `areas` above is a [guard](TransferAreaGuard): its inputs are those
+//! **A guard is a picture of one moment.** `now` above is a [guard](TransferAreaGuard): its inputs are those
 //! of one response and do not change while it is kept, and what is written is sent when it is dropped. So get
 //! a new guard in each round of a loop. This loop never ends:
-//! `let areas = handler.areas().wait_cycle()?; while areas[LOCAL_IO].input.uni[0] == 0 {}`. A guard that is kept for a
+//! `let now = areas.wait_cycle()?; while now[LOCAL_IO].input.uni[I1] == 0 {}`. A guard that is kept for a
 //! second is reported with the name of its thread: by the logger, or without one on the standard error. To
 //! wait for something, use [`wait_until`](TransferAreas::wait_until).
 //!
@@ -125,6 +125,7 @@ mod handler;
 mod i2c;
 mod notices;
 mod pause;
+pub mod prelude;
 mod statistics;
 mod terminals;
 pub mod transfer_area;

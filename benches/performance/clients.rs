@@ -55,11 +55,11 @@ impl Load {
         }
         let value = if number % 2 == 0 { 100 } else { 200 };
         for area in areas {
-            area.output.duty = [value as i16; 8];
-            area.output.master = [(number % 2) as u8 + 1; 4];
-            area.output.distance = [value; 4];
-            area.output.motor_ex_cmd_id = [value; 4];
-            area.output.cnt_reset_cmd_id = [value; 4];
+            *area.output.duty = [value as i16; 8];
+            *area.output.master = [(number % 2) as u8 + 1; 4];
+            *area.output.distance = [value; 4];
+            *area.output.motor_ex_cmd_id = [value; 4];
+            *area.output.cnt_reset_cmd_id = [value; 4];
             area.txt_outputs.sound_cmd_id = value;
             area.txt_outputs.sound_index = value;
             area.txt_outputs.sound_repeat = value;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use ft_transfer_area::transfer_area::{
-    Change, Config, FishX1Transfer, InputValues, OutputValues, Timer,
+    Change, Config, FishX1Transfer, InputValues, OutputValues, PerCounter, PerInput, PerMotor,
+    Timer,
 };
 use ft_transfer_area::FirmwareVersion;
 
@@ -303,13 +304,15 @@ impl<A: Area> Mirror<A> {
 /// The fields of the inputs, which do not all belong to the controller: programs of the TX set flags back,
 /// and the display's buttons are not the TXT's.
 struct InputFields {
-    uni: *mut [i16; 8],
-    cnt_in: *mut [i16; 4],
-    counter: *mut [i16; 4],
-    cnt_resetted: *mut [u16; 4],
-    motor_ex_reached: *mut [u16; 4],
-    cnt_reset_cmd_id: *mut [u16; 4],
-    motor_ex_cmd_id: *mut [u16; 4],
+    uni: *mut PerInput<i16>,
+    cnt_in: *mut PerCounter<i16>,
+    counter: *mut PerCounter<i16>,
+    /// The first of four.
+    cnt_resetted: *mut u16,
+    /// The first of four.
+    motor_ex_reached: *mut u16,
+    cnt_reset_cmd_id: *mut PerCounter<u16>,
+    motor_ex_cmd_id: *mut PerMotor<u16>,
 }
 
 impl InputFields {
@@ -320,8 +323,8 @@ impl InputFields {
                 uni: &raw mut (*input).uni,
                 cnt_in: &raw mut (*input).cnt_in,
                 counter: &raw mut (*input).counter,
-                cnt_resetted: &raw mut (*input).cnt_resetted,
-                motor_ex_reached: &raw mut (*input).motor_ex_reached,
+                cnt_resetted: (&raw mut (*input).cnt_resetted).cast(),
+                motor_ex_reached: (&raw mut (*input).motor_ex_reached).cast(),
                 cnt_reset_cmd_id: &raw mut (*input).cnt_reset_cmd_id,
                 motor_ex_cmd_id: &raw mut (*input).motor_ex_cmd_id,
             }
@@ -342,8 +345,8 @@ impl InputFields {
     }
 
     /// Sets one of four flags to 1 or 0.
-    fn flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut [u16; 4], index: usize, is: bool) {
-        array.store(flags.cast::<u16>().wrapping_add(index), u16::from(is));
+    fn flag<A: Area>(&self, array: &AreaArray<A>, flags: *mut u16, index: usize, is: bool) {
+        array.store(flags.wrapping_add(index), u16::from(is));
     }
 }
 

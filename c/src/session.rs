@@ -382,7 +382,7 @@ impl<A: Area> SessionParts<A> {
         for index in 0..AREAS {
             let places = self.array.places(index);
             let mut output = self.array.load(places.output);
-            (output.duty, output.distance, output.master) = ([0; 8], [0; 4], [0; 4]);
+            (*output.duty, *output.distance, *output.master) = ([0; 8], [0; 4], [0; 4]);
             self.array.store(places.output, output);
         }
     }

@@ -403,11 +403,11 @@ fn the_longest_request_is_one_write_that_fits_a_segment() {
     exchange.receive(&response).unwrap();
     for (number, area) in (1..).zip(&mut areas) {
         // No word is 0, or as the one before or after it.
-        area.output.duty = std::array::from_fn(|index| number + 2 * index as i16);
-        area.output.distance = [1000, 2000, 3000, 4000];
-        area.output.master = [1, 2, 3, 4];
-        area.output.motor_ex_cmd_id = [11, 22, 33, 44];
-        area.output.cnt_reset_cmd_id = [55, 66, 77, 88];
+        *area.output.duty = std::array::from_fn(|index| number + 2 * index as i16);
+        *area.output.distance = [1000, 2000, 3000, 4000];
+        *area.output.master = [1, 2, 3, 4];
+        *area.output.motor_ex_cmd_id = [11, 22, 33, 44];
+        *area.output.cnt_reset_cmd_id = [55, 66, 77, 88];
         (area.txt_outputs.sound_cmd_id, area.txt_outputs.sound_index) = (9, 8);
         area.txt_outputs.sound_repeat = 7;
     }

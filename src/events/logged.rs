@@ -158,8 +158,8 @@ impl LoggedCycle {
         }
         inputs.apply(areas);
         for area in &mut *areas {
-            area.input.cnt_resetted = [0; IZ_COUNTER];
-            area.input.motor_ex_reached = [0; IZ_MOTOR];
+            *area.input.cnt_resetted = [0; IZ_COUNTER];
+            *area.input.motor_ex_reached = [0; IZ_MOTOR];
         }
         Self { arrived, first, statistics, ..Self::new(number, areas) }
     }
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn outputs_are_logged_as_they_are_sent() {
         let mut sent = [Outgoing::default()];
-        sent[0].output.duty = [-1, 0, 1, 512, 513, i16::MAX, i16::MIN, 256];
+        *sent[0].output.duty = [-1, 0, 1, 512, 513, i16::MAX, i16::MIN, 256];
         let cycle = LoggedCycle::exchanged(
             1,
             Instant::now(),

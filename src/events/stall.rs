@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn a_motor_that_has_arrived_or_is_braked_or_is_not_watched_is_not_reported() {
         let mut machine = Machine::new();
-        machine.sent.output.duty = [512, 0, 300, 300, 512, 0, 0, 512];
+        *machine.sent.output.duty = [512, 0, 300, 300, 512, 0, 0, 512];
         assert_eq!(machine.steps_until_told(), None, "braked, and others are not watched");
         machine.sent.output.duty[3] = 0;
         machine.sent.output.distance[1] = 100;

@@ -15,6 +15,7 @@ impl FirmwareVersion {
     /// commands, and from 4.2.4 on 2 more for the microphone.
     ///
     /// ```
+    /// use ft_transfer_area::prelude::*;
     /// use ft_transfer_area::FirmwareVersion;
     ///
     /// assert_eq!(FirmwareVersion::new(4, 1, 6).response_words(), 50);
@@ -146,12 +147,12 @@ impl AreaInputs {
 
     fn apply(&self, area: &mut FishX1Transfer) {
         let input = &mut area.input;
-        input.uni = self.data.uni;
-        input.cnt_in = self.data.counter_input;
-        input.counter = self.data.counter;
-        let resets = (&mut input.cnt_reset_cmd_id, &mut input.cnt_resetted);
+        *input.uni = self.data.uni;
+        *input.cnt_in = self.data.counter_input;
+        *input.counter = self.data.counter;
+        let resets = (&mut *input.cnt_reset_cmd_id, &mut *input.cnt_resetted);
         note_done(resets, self.data.counter_reset_id, &area.output.cnt_reset_cmd_id);
-        let motors = (&mut input.motor_ex_cmd_id, &mut input.motor_ex_reached);
+        let motors = (&mut *input.motor_ex_cmd_id, &mut *input.motor_ex_reached);
         note_done(motors, self.data.motor_command_id, &area.output.motor_ex_cmd_id);
         area.txt_inputs.sound_cmd_id = self.data.sound_command_id;
         for (input, &remote) in area.txt_inputs.ir_input.iter_mut().zip(&self.data.ir) {

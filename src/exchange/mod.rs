@@ -46,13 +46,13 @@ pub(crate) type SentConfigs = [Option<UpdateConfig>; MAX_AREAS];
 /// `Exchange` after each StartOnline, because StartOnline resets the compression on the controller.
 ///
 /// ```
-/// use ft_transfer_area::transfer_area::LOCAL_IO;
-/// use ft_transfer_area::{Exchange, FirmwareVersion, FishX1Transfer, TransferMode};
+/// use ft_transfer_area::prelude::*;
+/// use ft_transfer_area::{Exchange, FirmwareVersion, TransferMode};
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let mut areas = [FishX1Transfer::default()];
 /// let mut exchange = Exchange::new(TransferMode::Compressed, FirmwareVersion::new(4, 6, 6));
-/// areas[LOCAL_IO].output.duty[0] = 512;
+/// areas[LOCAL_IO].output.duty[O1] = 512;
 ///
 /// let mut request = Vec::new();
 /// exchange.request(&areas, &mut request)?;

@@ -26,11 +26,11 @@ impl Outputs {
             self.warn(index, &output.duty, &duty);
         }
         ExchangeData {
-            duty,
+            duty: *duty,
             master: output.master.map(i16::from),
-            distance: output.distance,
-            motor_command_id: output.motor_ex_cmd_id,
-            counter_reset_id: output.cnt_reset_cmd_id,
+            distance: *output.distance,
+            motor_command_id: *output.motor_ex_cmd_id,
+            counter_reset_id: *output.cnt_reset_cmd_id,
             sound_command_id: sound.sound_cmd_id,
             sound_index: sound.sound_index,
             sound_repeat: sound.sound_repeat,
@@ -95,7 +95,7 @@ mod tests {
         for (given, sent) in
             [(i16::MIN, 0), (-1, 0), (0, 0), (1, 1), (512, 512), (513, 512), (i16::MAX, 512)]
         {
-            area.output.duty = [given; 8];
+            *area.output.duty = [given; 8];
             for index in 0..MAX_AREAS {
                 assert_eq!(Outputs::default().of(index, &area).duty, [sent; 8]);
             }

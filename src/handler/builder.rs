@@ -16,7 +16,8 @@ const WINDOW_RANGE: RangeInclusive<i64> = 0..=60_000;
 ///
 /// ```
 /// use std::time::Duration;
-/// use ft_transfer_area::{TransferAreaComHandler, TransferMode};
+/// use ft_transfer_area::prelude::*;
+/// use ft_transfer_area::TransferMode;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let handler = TransferAreaComHandler::builder("192.168.8.2")
@@ -142,18 +143,17 @@ impl TransferAreaComHandlerBuilder {
     /// use std::time::Duration;
     ///
     /// use ft_transfer_area_simulator::SimulatedTxt;
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// /// Turns M1 for 100 ms; returns how many pulses C1 has counted.
-    /// fn turn(handler: &TransferAreaComHandler) -> Result<i16, Error> {
-    ///     let begin = handler.areas().lock().arrived();
+    /// fn turn(areas: &TransferAreas) -> Result<i16, Error> {
+    ///     let begin = areas.lock().arrived();
     ///     loop {
-    ///         let mut areas = handler.areas().wait_cycle()?;
-    ///         if areas.arrived() - begin > Duration::from_millis(100) {
-    ///             return Ok(areas[LOCAL_IO].input.counter[0]);
+    ///         let mut now = areas.wait_cycle()?;
+    ///         if now.arrived() - begin > Duration::from_millis(100) {
+    ///             return Ok(now[LOCAL_IO].input.counter[C1]);
     ///         }
-    ///         areas[LOCAL_IO].output.duty[0] = 512;
+    ///         now[LOCAL_IO].output.duty[O1] = 512;
     ///     }
     /// }
     ///
@@ -162,7 +162,7 @@ impl TransferAreaComHandlerBuilder {
     ///     let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
     ///     let handler = builder.lock_step().build()?;
     ///     handler.begin_transfer()?;
-    ///     let pulses = turn(&handler)?;
+    ///     let pulses = turn(handler.areas())?;
     ///     handler.end_transfer()?;
     ///     Ok(pulses)
     /// }
@@ -202,16 +202,16 @@ impl TransferAreaComHandlerBuilder {
     ///
     /// ```
     /// use std::time::Duration;
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// fn control(host: &str) -> Result<(), Error> {
     ///     let builder = TransferAreaComHandler::builder(host);
     ///     let handler = builder.watchdog(Duration::from_millis(500)).build()?;
+    ///     let areas = handler.areas();
     ///     handler.begin_transfer()?;
     ///     loop {
-    ///         match handler.areas().wait_cycle() {
-    ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
+    ///         match areas.wait_cycle() {
+    ///             Ok(mut now) => now[LOCAL_IO].output.duty[O1] = 512,
     ///             // All motors are stopped; this program just goes on.
     ///             Err(error @ Error::WatchdogExpired { .. }) => eprintln!("{error}"),
     ///             Err(error) => return Err(error),
@@ -243,16 +243,16 @@ impl TransferAreaComHandlerBuilder {
     ///
     /// ```
     /// use std::time::Duration;
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// fn control(host: &str) -> Result<(), Error> {
     ///     let builder = TransferAreaComHandler::builder(host);
     ///     let handler = builder.reconnect(Duration::from_secs(60)).build()?;
+    ///     let areas = handler.areas();
     ///     handler.begin_transfer()?;
     ///     loop {
-    ///         match handler.areas().wait_cycle() {
-    ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
+    ///         match areas.wait_cycle() {
+    ///             Ok(mut now) => now[LOCAL_IO].output.duty[O1] = 512,
     ///             // A machine that needs its positions would find them again here.
     ///             Err(error @ Error::ConnectionLost { .. }) => eprintln!("{error}"),
     ///             Err(error) => return Err(error),

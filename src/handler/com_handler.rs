@@ -50,18 +50,18 @@ const FLUSH: Duration = Duration::from_millis(100);
 ///   [re-established](crate::TransferAreaComHandlerBuilder::reconnect).
 ///
 /// ```no_run
-/// use ft_transfer_area::transfer_area::{InputMode, UniConfig, LOCAL_IO};
-/// use ft_transfer_area::TransferAreaComHandler;
+/// use ft_transfer_area::prelude::*;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let handler = TransferAreaComHandler::builder("192.168.7.2").areas(2).build()?;
-/// handler.areas().lock()[LOCAL_IO].config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
-/// handler.areas().lock()[LOCAL_IO].raise_config_id();
+/// let areas = handler.areas();
+/// areas.lock()[LOCAL_IO].config.uni[I2] = UniConfig::analog(InputMode::Ultrasonic);
+/// areas.lock()[LOCAL_IO].raise_config_id();
 /// handler.begin_transfer()?;
-/// while handler.areas().lock()[LOCAL_IO].timer.timer_10ms < 1000 {
-///     let mut areas = handler.areas().wait_cycle()?;
-///     let pressed = areas[LOCAL_IO].input.uni[0] != 0;
-///     areas[LOCAL_IO].output.duty[0] = if pressed { 512 } else { 0 };
+/// while areas.lock()[LOCAL_IO].timer.timer_10ms < 1000 {
+///     let mut now = areas.wait_cycle()?;
+///     let pressed = now[LOCAL_IO].input.uni[I1] != 0;
+///     now[LOCAL_IO].output.duty[O1] = if pressed { 512 } else { 0 };
 /// }
 /// handler.end_transfer()?;
 /// # Ok(())
@@ -115,14 +115,14 @@ impl TransferAreaComHandler {
     /// attempt. `reconnect` does that by itself, with more attempts:
     ///
     /// ```no_run
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// fn control(handler: &TransferAreaComHandler) -> Result<(), Error> {
+    ///     let areas = handler.areas();
     ///     handler.begin_transfer()?;
     ///     loop {
-    ///         match handler.areas().wait_cycle() {
-    ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
+    ///         match areas.wait_cycle() {
+    ///             Ok(mut now) => now[LOCAL_IO].output.duty[O1] = 512,
     ///             Err(_) => handler.begin_transfer()?,
     ///         }
     ///     }

@@ -59,7 +59,25 @@ macro_rules! structs {
     )+};
 }
 
+/// Implements [`Bytes`] as for the array of the same layout.
+macro_rules! per_terminal {
+    ($($name:ident: $n:ident)+) => {$(
+        impl<T: Bytes> Bytes for $name<T> {
+            fn write<'a>(&self, to: &mut impl Iterator<Item = &'a mut u8>) {
+                (**self).write(to);
+            }
+
+            fn read(from: &mut slice::Iter<'_, u8>) -> Self {
+                let values: [T; $n] = Bytes::read(from);
+                values.into()
+            }
+        }
+    )+};
+}
+
 integers! { u8 i16 u16 u32 }
+
+per_terminal! { PerInput: IZ_UNI_INPUT PerCounter: IZ_COUNTER PerMotor: IZ_MOTOR PerOutput: IZ_PWM_CHAN }
 
 crate::__transfer_area_structs!(structs);
 
@@ -71,10 +89,10 @@ impl FishX1Transfer {
     /// `memcpy`, to store, send or compare them.
     ///
     /// ```
-    /// use ft_transfer_area::FishX1Transfer;
+    /// use ft_transfer_area::prelude::*;
     ///
     /// let mut area = FishX1Transfer::default();
-    /// area.output.duty[0] = 512;
+    /// area.output.duty[O1] = 512;
     /// let bytes = area.to_bytes();
     /// assert_eq!(bytes[332..334], [0, 2]); // where the controller has it
     /// assert_eq!(FishX1Transfer::from_bytes(&bytes), area);

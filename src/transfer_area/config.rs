@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use super::{
-    IZ_COUNTER, IZ_MOTOR, IZ_UNI_INPUT, R2_MAX, R2_MIN, R_MAX, R_MIN, ULTRASONIC_MAX,
-    ULTRASONIC_MIN, U_MAX,
+    PerCounter, PerInput, PerMotor, R2_MAX, R2_MIN, R_MAX, R_MIN, ULTRASONIC_MAX, ULTRASONIC_MIN,
+    U_MAX,
 };
 
 /// What a universal input measures.
@@ -12,15 +12,14 @@ use super::{
 /// [`UniConfig::mode`] holds its number, because the area is plain data:
 ///
 /// ```
-/// use ft_transfer_area::transfer_area::InputMode;
-/// use ft_transfer_area::FishX1Transfer;
+/// use ft_transfer_area::prelude::*;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let mut area = FishX1Transfer::default();
-/// area.config.uni[0].mode = InputMode::Ultrasonic.into();
-/// area.config.uni[0].digital = 0;
+/// area.config.uni[I1].mode = InputMode::Ultrasonic.into();
+/// area.config.uni[I1].digital = 0;
 /// area.raise_config_id(); // goes out before the next exchange
-/// assert_eq!(InputMode::try_from(area.config.uni[0].mode)?, InputMode::Ultrasonic);
+/// assert_eq!(InputMode::try_from(area.config.uni[I1].mode)?, InputMode::Ultrasonic);
 /// # Ok(())
 /// # }
 /// ```
@@ -228,13 +227,13 @@ pub struct Config {
     /// Unused.
     pub dummy: [u8; 2],
     /// M1 to M4: 1 a motor output, 0 two single outputs.
-    pub motor: [u8; IZ_MOTOR],
+    pub motor: PerMotor<u8>,
     /// I1 to I8.
-    pub uni: [UniConfig; IZ_UNI_INPUT],
+    pub uni: PerInput<UniConfig>,
     /// C1 to C4.
-    pub cnt: [CounterConfig; IZ_COUNTER],
+    pub cnt: PerCounter<CounterConfig>,
     /// Settings of the ROBO TX's motor control. 0 online.
-    pub motor_config: [[i16; 4]; IZ_MOTOR],
+    pub motor_config: PerMotor<[i16; 4]>,
 }
 
 impl Default for Config {
@@ -243,10 +242,10 @@ impl Default for Config {
             pgm_state_req: 0,
             old_ft_transfer: 0,
             dummy: [0; 2],
-            motor: [1; IZ_MOTOR],
-            uni: Default::default(),
-            cnt: Default::default(),
-            motor_config: [[0; 4]; IZ_MOTOR],
+            motor: [1; 4].into(),
+            uni: PerInput::default(),
+            cnt: PerCounter::default(),
+            motor_config: PerMotor::default(),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{IZ_COUNTER, IZ_IR_RECEIVER, IZ_MOTOR, IZ_UNI_INPUT};
+use super::{PerCounter, PerInput, PerMotor, IZ_IR_RECEIVER};
 
 /// Values of the inputs and counters, 68 bytes.
 ///
@@ -15,28 +15,28 @@ pub struct InputValues {
     /// I1 to I8: 0 or 1 when digital, else Ω, mV or cm as configured
     /// (see [`InputMode`](super::InputMode)).
     #[doc(alias = "m_universalInputs")]
-    pub uni: [i16; IZ_UNI_INPUT],
+    pub uni: PerInput<i16>,
     /// C1 to C4: the current level, 0 or 1.
     #[doc(alias = "m_counter_input")]
-    pub cnt_in: [i16; IZ_COUNTER],
+    pub cnt_in: PerCounter<i16>,
     /// C1 to C4: pulses since the last reset.
     #[doc(alias = "m_counter_value")]
-    pub counter: [i16; IZ_COUNTER],
+    pub counter: PerCounter<i16>,
     /// Left button of the ROBO TX. Not used online.
     pub display_button_left: i16,
     /// Right button of the ROBO TX. Not used online.
     pub display_button_right: i16,
     /// C1 to C4: set to 1 when the last requested counter reset is done; the program clears it.
-    pub cnt_resetted: [u16; IZ_COUNTER],
+    pub cnt_resetted: PerCounter<u16>,
     /// M1 to M4: set to 1 when the last motor command is done; the program clears it.
     #[doc(alias = "motor_pos_reached")]
-    pub motor_ex_reached: [u16; IZ_MOTOR],
+    pub motor_ex_reached: PerMotor<u16>,
     /// C1 to C4: id of the last counter reset that is done.
     #[doc(alias = "m_counter_command_id")]
-    pub cnt_reset_cmd_id: [u16; IZ_COUNTER],
+    pub cnt_reset_cmd_id: PerCounter<u16>,
     /// M1 to M4: id of the last motor command that is done.
     #[doc(alias = "m_motor_command_id")]
-    pub motor_ex_cmd_id: [u16; IZ_MOTOR],
+    pub motor_ex_cmd_id: PerMotor<u16>,
 }
 
 /// What one infrared remote sends, 32 bytes.

@@ -5,6 +5,9 @@
 //! checked when the crate is compiled. There are only integers and arrays of integers, so every
 //! bit pattern is a valid area.
 //!
+//! Where each terminal has a value, its index is the terminal, as in `input.uni[I1]` and `output.duty[O1]`, or a
+//! number that counts from 0; see [`PerInput`], [`PerOutput`], [`PerCounter`] and [`PerMotor`].
+//!
 //! | part | what it holds | written by |
 //! |---|---|---|
 //! | [`config`](FishX1Transfer::config) | what is plugged in where | the program |
@@ -25,6 +28,7 @@ mod constants;
 mod input;
 mod layout;
 mod output;
+mod per_terminal;
 mod state;
 mod unused;
 
@@ -34,6 +38,7 @@ pub use config::{Config, CounterConfig, CounterMode, InputMode, UniConfig};
 pub use constants::*;
 pub use input::{InputValues, IrInput, Timer, TxtInputs, TxtInputs2};
 pub use output::{OutputValues, TxtOutputs};
+pub use per_terminal::{PerCounter, PerInput, PerMotor, PerOutput};
 pub use state::{BtStatus, Info, ProgramInfo, State, Versions};
 pub use unused::{Change, Display, DisplayFrame, DisplayMessage, InputSim, MotorValues, Status};
 
@@ -48,10 +53,10 @@ pub use unused::{Change, Display, DisplayFrame, DisplayMessage, InputSim, MotorV
 /// [`do_transfer`](crate::TxtClient::do_transfer) set to the area's index.
 ///
 /// ```
-/// use ft_transfer_area::FishX1Transfer;
+/// use ft_transfer_area::prelude::*;
 ///
 /// let mut area = FishX1Transfer::default();
-/// area.output.duty[0] = 512; // M1 forward at full speed
+/// area.output.duty[O1] = DUTY_MAX; // M1 forward at full speed
 /// assert_eq!(
 ///     area.to_string(),
 ///     "Transfer ID=0 I=0 0 0 0 0 0 0 0 C=0 0 0 0 O=512-0 0-0 0-0 0-0"
@@ -175,9 +180,9 @@ mod tests {
     fn the_printed_line_is_the_kits() {
         let mut area = FishX1Transfer::default();
         area.state.id = 1;
-        area.input.uni = [1, 27, -3, 0, 5000, 0, 0, 1];
-        area.input.counter = [4, 3, 2, 1];
-        area.output.duty = [512, 0, 0, 256, 1, 2, 0, 0];
+        *area.input.uni = [1, 27, -3, 0, 5000, 0, 0, 1];
+        *area.input.counter = [4, 3, 2, 1];
+        *area.output.duty = [512, 0, 0, 256, 1, 2, 0, 0];
         assert_eq!(
             area.to_string(),
             "Transfer ID=1 I=1 27 -3 0 5000 0 0 1 C=4 3 2 1 O=512-0 0-256 1-2 0-0"

@@ -1,10 +1,10 @@
 //! The parts that the program writes: motors, lamps, counter resets, sound.
 
-use super::{DUTY_MAX, DUTY_MIN, IZ_COUNTER, IZ_MOTOR, IZ_PWM_CHAN};
+use super::{PerCounter, PerMotor, PerOutput, DUTY_MAX, DUTY_MIN};
 
 /// Values for the outputs, motor commands and counter resets, 44 bytes.
 ///
-/// M1 uses `duty[0]` and `duty[1]`, M2 `duty[2]` and `duty[3]`, and so on. A motor turns forward
+/// M1 uses `duty[O1]` and `duty[O2]`, M2 `duty[O3]` and `duty[O4]`, and so on. A motor turns forward
 /// when the first of the two is 1..=512 and the second is 0, and backwards when the first is 0 and
 /// the second is 1..=512.
 ///
@@ -17,41 +17,41 @@ pub struct OutputValues {
     /// C1 to C4: a new id resets the counter.
     /// [`start_counter_reset`](super::FishX1Transfer::start_counter_reset) raises it.
     #[doc(alias = "m_counter_reset_command_id")]
-    pub cnt_reset_cmd_id: [u16; IZ_COUNTER],
+    pub cnt_reset_cmd_id: PerCounter<u16>,
     /// M1 to M4: 0 independent, 1..=4 synchronised to that motor, 5..=8 synchronised to motor 1..=4
     /// with [`distance`](Self::distance) as injected error. Needs a new
     /// [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_master")]
-    pub master: [u8; IZ_MOTOR],
+    pub master: PerMotor<u8>,
     /// O1 to O8: 0 off to 512 full. May change at any time. Less than 0 goes out as 0, more than 512
     /// as 512, with a warning in the log. The maker's firmware 4.7.0 (measured under emulation) hands 8 bits to its
     /// I/O board, 512 as 255 and others halved, so 1 is off, and 2 is as 3.
     #[doc(alias = "m_pwmOutputValues")]
-    pub duty: [i16; IZ_PWM_CHAN],
+    pub duty: PerOutput<i16>,
     /// M1 to M4: stop after this many pulses of the motor's counter, 0 for no limit. Needs a
     /// new [`motor_ex_cmd_id`](Self::motor_ex_cmd_id) after a change.
     #[doc(alias = "m_motor_distance")]
-    pub distance: [u16; IZ_MOTOR],
+    pub distance: PerMotor<u16>,
     /// M1 to M4: a new id makes the controller take over [`distance`](Self::distance) and
     /// [`master`](Self::master).
     /// [`raise_motor_ex_cmd_id`](super::FishX1Transfer::raise_motor_ex_cmd_id) raises it.
     #[doc(alias = "m_motor_command_id")]
-    pub motor_ex_cmd_id: [u16; IZ_MOTOR],
+    pub motor_ex_cmd_id: PerMotor<u16>,
 }
 
 impl OutputValues {
     /// The duties as they are sent: each the nearest one of 0..=512.
-    pub fn sent_duty(&self) -> [i16; IZ_PWM_CHAN] {
-        self.duty.map(|duty| duty.clamp(DUTY_MIN, DUTY_MAX))
+    pub fn sent_duty(&self) -> PerOutput<i16> {
+        self.duty.map(|duty| duty.clamp(DUTY_MIN, DUTY_MAX)).into()
     }
 
     /// Switches every output off and every motor back to plain speed control: duty, distance and
     /// master 0, and a new command id for each motor.
     #[doc(alias = "StopMotors")]
     pub fn stop_motors(&mut self) {
-        self.duty = [0; IZ_PWM_CHAN];
-        self.distance = [0; IZ_MOTOR];
-        self.master = [0; IZ_MOTOR];
+        self.duty = PerOutput::default();
+        self.distance = PerMotor::default();
+        self.master = PerMotor::default();
         for id in &mut self.motor_ex_cmd_id {
             *id = id.wrapping_add(1);
         }
@@ -99,18 +99,18 @@ mod tests {
     #[test]
     fn stopping_the_motors_leaves_the_extended_mode_with_a_new_id() {
         let mut output = OutputValues {
-            duty: [512, 0, 0, 300, 1, 2, 3, 4],
-            distance: [1000, 0, 0, 5],
-            master: [0, 1, 0, 8],
-            motor_ex_cmd_id: [7, 0, u16::MAX, 1],
-            cnt_reset_cmd_id: [1, 2, 3, 4],
+            duty: [512, 0, 0, 300, 1, 2, 3, 4].into(),
+            distance: [1000, 0, 0, 5].into(),
+            master: [0, 1, 0, 8].into(),
+            motor_ex_cmd_id: [7, 0, u16::MAX, 1].into(),
+            cnt_reset_cmd_id: [1, 2, 3, 4].into(),
         };
         output.stop_motors();
         assert_eq!(
             output,
             OutputValues {
-                motor_ex_cmd_id: [8, 1, 0, 2],
-                cnt_reset_cmd_id: [1, 2, 3, 4],
+                motor_ex_cmd_id: [8, 1, 0, 2].into(),
+                cnt_reset_cmd_id: [1, 2, 3, 4].into(),
                 ..OutputValues::default()
             }
         );

@@ -1,6 +1,6 @@
 //! Parts of the transfer area that an online transfer neither reads nor writes.
 
-use super::{DISPL_MSG_LEN_MAX, IZ_MOTOR, IZ_PWM_CHAN};
+use super::{PerMotor, PerOutput, DISPL_MSG_LEN_MAX};
 
 /// A message for the ROBO TX's display, 100 bytes. Not used online.
 ///
@@ -107,9 +107,9 @@ pub struct Change {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MotorValues {
     /// Duty of the outputs.
-    pub duty: [i16; IZ_PWM_CHAN],
+    pub duty: PerOutput<i16>,
     /// Values for debugging.
-    pub debug: [i16; IZ_MOTOR],
+    pub debug: PerMotor<i16>,
 }
 
 /// Simulated buttons of the ROBO TX, 4 bytes. Not used online.

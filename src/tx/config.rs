@@ -103,16 +103,16 @@ mod tests {
         area.set_ft_motor_config(Motor::M4, false);
         assert_eq!(area.state.config_id, 4);
         assert_eq!(area.config.uni[7], UniConfig::digital(InputMode::Voltage));
-        assert_eq!((area.config.cnt[3].mode, area.config.motor), (0, [1, 1, 1, 0]));
+        assert_eq!((area.config.cnt[3].mode, *area.config.motor), (0, [1, 1, 1, 0]));
         area.state.config_id = u8::MAX;
         area.set_ft_motor_config(Motor::M4, true);
-        assert_eq!((area.state.config_id, area.config.motor), (1, [1; 4]));
+        assert_eq!((area.state.config_id, *area.config.motor), (1, [1; 4]));
     }
 
     #[test]
     fn a_value_measured_by_the_old_configuration_is_cleared() {
         let mut area = FishX1Transfer::default();
-        area.input.uni = [5000; 8];
+        *area.input.uni = [5000; 8];
         area.set_ft_uni_config(Input::I3, InputMode::Ultrasonic, false);
         assert_eq!(area.input.uni, [5000, 5000, 0, 5000, 5000, 5000, 5000, 5000]);
     }
@@ -120,9 +120,9 @@ mod tests {
     #[test]
     fn a_pair_that_changes_its_kind_is_switched_off_first() {
         let mut area = FishX1Transfer::default();
-        area.output.duty = [1, 2, 3, 4, 5, 6, 7, 8];
-        area.output.distance = [100; 4];
-        area.output.master = [1, 1, 0, 0];
+        *area.output.duty = [1, 2, 3, 4, 5, 6, 7, 8];
+        *area.output.distance = [100; 4];
+        *area.output.master = [1, 1, 0, 0];
         area.set_ft_motor_config(Motor::M2, true);
         assert_eq!(area.output.duty, [1, 2, 3, 4, 5, 6, 7, 8], "it is a motor already");
         area.set_ft_motor_config(Motor::M2, false);

@@ -71,8 +71,8 @@ mod tests {
     #[test]
     fn counts_are_not_signed() {
         let mut area = FishX1Transfer::default();
-        area.input.counter = [0, 1, i16::MAX, -1];
-        area.input.cnt_in = [0, 1, 0, 1];
+        *area.input.counter = [0, 1, i16::MAX, -1];
+        *area.input.cnt_in = [0, 1, 0, 1];
         let values = Counter::ALL.map(|counter| area.get_in_counter_value(counter));
         assert_eq!(values, [(0, false), (1, true), (32_767, false), (65_535, true)]);
     }

@@ -107,7 +107,7 @@ mod tests {
     fn digital_and_measured_values_are_not_taken_for_each_other() {
         let mut area = FishX1Transfer::default();
         area.set_ft_uni_config(Input::I2, InputMode::Resistance, false);
-        area.input.uni = [1, 4000, 0, 0, 0, 0, 0, 0];
+        *area.input.uni = [1, 4000, 0, 0, 0, 0, 0, 0];
         assert_eq!(area.get_in_io_value_binary(Input::I1), Ok(true));
         assert_eq!(area.get_in_io_value_binary(Input::I3), Ok(false));
         assert_eq!(area.get_in_io_value_analogue(Input::I2), Ok(4000));

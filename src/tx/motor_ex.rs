@@ -81,7 +81,7 @@ impl FishX1Transfer {
     /// let mut area = FishX1Transfer::default();
     /// let slaves = [(Motor::M2, Direction::Ccw)];
     /// area.start_synchronised(Motor::M1, 512, Direction::Cw, &slaves)?; // M2 follows M1
-    /// assert_eq!((area.output.master, area.output.distance), ([0, 1, 0, 0], [0; 4]));
+    /// assert_eq!((*area.output.master, *area.output.distance), ([0, 1, 0, 0], [0; 4]));
     /// # Ok(())
     /// # }
     /// ```
@@ -221,8 +221,8 @@ mod tests {
     #[test]
     fn a_command_sets_distance_master_duty_and_a_new_id_for_the_whole_group() {
         let mut area = FishX1Transfer::default();
-        area.input.motor_ex_reached = [1; 4];
-        area.output.master = [4; 4];
+        *area.input.motor_ex_reached = [1; 4];
+        *area.output.master = [4; 4];
         area.start_motor_ex_cmd(M3, 400, Ccw, &[(M1, Cw), (M4, Ccw)], 65_535).unwrap();
         assert_eq!(area.output.duty, [400, 0, 0, 0, 0, 400, 0, 400]);
         assert_eq!(area.output.distance, [65_535, 0, 65_535, 65_535]);
@@ -241,7 +241,7 @@ mod tests {
         area.start_motor_ex_cmd(M1, 512, Cw, &[(M2, Cw)], 100).unwrap();
         area.start_synchronised(M2, 300, Ccw, &[(M1, Cw), (M4, Ccw)]).unwrap();
         assert_eq!(area.output.duty, [300, 0, 0, 300, 0, 0, 0, 300]);
-        assert_eq!((area.output.distance, area.output.master), ([0; 4], [2, 0, 0, 2]));
+        assert_eq!((*area.output.distance, *area.output.master), ([0; 4], [2, 0, 0, 2]));
         assert_eq!(area.output.motor_ex_cmd_id, [2, 2, 0, 1]);
     }
 
@@ -298,8 +298,8 @@ mod tests {
         let mut area = FishX1Transfer::default();
         area.set_ft_motor_config(M4, false);
         let ids = area.output.motor_ex_cmd_id;
-        area.output.duty = [512; 8];
-        area.output.distance = [7; 4];
+        *area.output.duty = [512; 8];
+        *area.output.distance = [7; 4];
         area.stop_all_motor_ex_cmd();
         assert_eq!(area.output.duty, [0, 0, 0, 0, 0, 0, 512, 512]);
         assert_eq!(area.output.distance, [0, 0, 0, 7]);

@@ -180,7 +180,7 @@ mod tests {
     fn duties_out_of_range_are_refused_and_change_nothing() {
         let mut area = FishX1Transfer::default();
         area.set_ft_motor_config(Motor::M4, false);
-        area.output.duty = [512, 0, 0, 0, 0, 0, 100, 0];
+        *area.output.duty = [512, 0, 0, 0, 0, 0, 100, 0];
         let before = area;
         for duty in [-1, 513, i16::MIN, i16::MAX] {
             let given = i64::from(duty);
@@ -219,7 +219,7 @@ mod tests {
     #[test]
     fn any_bits_in_the_area_have_a_power() {
         let mut area = FishX1Transfer::default();
-        area.output.duty = [i16::MAX, i16::MIN, i16::MIN, i16::MAX, 0, 0, 0, 0];
+        *area.output.duty = [i16::MAX, i16::MIN, i16::MIN, i16::MAX, 0, 0, 0, 0];
         assert_eq!(area.get_out_motor_values(Motor::M1), Ok(i16::MAX));
         assert_eq!(area.get_out_motor_values(Motor::M2), Ok(i16::MIN));
     }

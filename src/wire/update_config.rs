@@ -73,7 +73,7 @@ impl UpdateConfig {
         push_values(out, [self.config_id, self.extension_id]);
         out.extend_from_slice(&[config.pgm_state_req, config.old_ft_transfer]);
         out.extend_from_slice(&config.dummy);
-        out.extend_from_slice(&config.motor);
+        out.extend_from_slice(&config.motor[..]);
         for input in &config.uni {
             out.extend_from_slice(&[input.mode, input.digital, input.dummy[0], input.dummy[1]]);
         }
@@ -94,7 +94,7 @@ mod tests {
     fn every_field_has_its_place() {
         let mut update =
             UpdateConfig { config_id: 0x0102, extension_id: 3, config: Config::default() };
-        update.config.motor = [1, 0, 1, 0];
+        *update.config.motor = [1, 0, 1, 0];
         update.config.uni[1] = UniConfig::analog(InputMode::Ultrasonic);
         update.config.cnt[3] = CounterConfig::new(CounterMode::Inverted);
         update.config.motor_config[3][3] = -2;

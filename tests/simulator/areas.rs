@@ -48,7 +48,7 @@ fn areas_are_exchanged_without_a_mapping_by_hand() {
         area.txt_outputs.sound_cmd_id = 4;
         area.txt_outputs.sound_index = 1;
     }
-    areas[1].output.duty = [0, i16::MAX, 0, 0, 0, 0, i16::MIN, 0]; // as they are sent: 512 and 0
+    *areas[1].output.duty = [0, i16::MAX, 0, 0, 0, 0, i16::MIN, 0]; // as they are sent: 512 and 0
     machine.exchange(&mut areas, Duration::from_millis(10));
     assert_eq!(areas[0].state.io_slave_alive, [1, 0, 0, 0, 0, 0, 0, 0]);
     assert_eq!((areas[0].txt_inputs2.mic_lin, areas[0].txt_inputs2.mic_log), (7, 8));

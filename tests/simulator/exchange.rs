@@ -51,7 +51,7 @@ fn the_handshake_is_answered() {
 fn an_unchanged_config_id_is_ignored() {
     let txt = unpaced().start().unwrap();
     let mut client = Client::online(&txt);
-    let changed = Config { motor: [0; 4], ..Config::default() };
+    let changed = Config { motor: [0; 4].into(), ..Config::default() };
     client.update_config(5, 0, Config::default());
     client.update_config(5, 0, changed);
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].config), Config::default());

@@ -78,7 +78,7 @@ fn duties_out_of_place_are_odd() {
     let txt = unpaced().world(world).start().unwrap();
     let mut client = configured(&txt);
     let both = with_duty([0, 0, 512, 1, 0, 0, 0, 0]);
-    client.update_config(2, 0, Config { motor: [1, 0, 1, 1], ..Config::default() });
+    client.update_config(2, 0, Config { motor: [1, 0, 1, 1].into(), ..Config::default() });
     client.exchange(&both);
     assert_eq!(oddities(&txt), [""; 0]);
     client.update_config(3, 0, Config::default());

@@ -113,7 +113,7 @@ fn an_input_reports_what_its_mode_measures() {
         InputMode::Ultrasonic,
     ];
     let reported = modes.map(|mode| {
-        let config = Config { uni: [UniConfig::analog(mode); 8], ..Config::default() };
+        let config = Config { uni: [UniConfig::analog(mode); 8].into(), ..Config::default() };
         machine.set_config(0, config);
         machine.step(Duration::from_millis(10));
         let uni = machine.controllers[0].uni;

@@ -26,7 +26,7 @@ fn duties_out_of_range_reach_the_controller_in_range() {
         let (mut client, mut exchange) = online(&txt, mode);
         let mut areas = [FishX1Transfer::default()];
         let written = [30_000, -32_768, -1, 513, 512, 0, 32_767, -512];
-        areas[LOCAL_IO].output.duty = written;
+        *areas[LOCAL_IO].output.duty = written;
         client.do_transfer(&mut exchange, &mut areas).unwrap();
         let duty = txt.with_machine(|machine| machine.controllers[0].outputs.duty);
         assert_eq!(duty, [512, 0, 0, 512, 512, 0, 512, 0]);
@@ -105,8 +105,8 @@ fn seventy_thousand_commands_in_a_row_are_each_carried_out_and_reported() {
             machine.set_outputs(0, outputs(&area));
             machine.step(Duration::from_millis(10));
             let report = machine.report(0).unwrap();
-            area.input.motor_ex_cmd_id = report.motor_command_id;
-            area.input.cnt_reset_cmd_id = report.counter_reset_id;
+            *area.input.motor_ex_cmd_id = report.motor_command_id;
+            *area.input.cnt_reset_cmd_id = report.counter_reset_id;
             area.txt_inputs.sound_cmd_id = report.sound_command_id;
         }
         assert_eq!(done(&area), [true; 3], "command {number} is not done");
@@ -115,8 +115,8 @@ fn seventy_thousand_commands_in_a_row_are_each_carried_out_and_reported() {
 
 fn outputs(area: &FishX1Transfer) -> ExchangeData {
     ExchangeData {
-        motor_command_id: area.output.motor_ex_cmd_id,
-        counter_reset_id: area.output.cnt_reset_cmd_id,
+        motor_command_id: *area.output.motor_ex_cmd_id,
+        counter_reset_id: *area.output.cnt_reset_cmd_id,
         sound_command_id: area.txt_outputs.sound_cmd_id,
         sound_index: area.txt_outputs.sound_index,
         sound_repeat: area.txt_outputs.sound_repeat,

@@ -92,7 +92,7 @@ fn commands_that_need_online_mode_are_refused_without_it() {
     let mut exchange =
         Exchange::new(TransferMode::Compressed, client.query_status().unwrap().version);
     let mut areas = [FishX1Transfer::default()];
-    areas[0].config.motor = [0; 4];
+    *areas[0].config.motor = [0; 4];
     let refused = Err(Error::NotOnline { command: "ExchangeDataCmpr" });
     assert_eq!(client.do_transfer(&mut exchange, &mut areas), refused);
 
@@ -177,9 +177,9 @@ fn an_exchange_allocates_nothing() {
     }
     let allocations = allocation_counter::measure(|| {
         for duty in 0..100 {
-            areas[0].output.duty = [duty; 8];
+            *areas[0].output.duty = [duty; 8];
             // Every other duty is out of range.
-            areas[1].output.duty = [-(duty % 2); 8];
+            *areas[1].output.duty = [-(duty % 2); 8];
             areas[0].state.config_id = duty as u8;
             client.do_transfer(&mut exchange, &mut areas).unwrap();
         }

@@ -13,7 +13,7 @@ use crate::support::{handler_for, strict, wait_until};
 fn all_areas_are_configured_before_the_first_exchange() {
     let txt = strict().extensions(1).start().unwrap();
     let handler = handler_for(&txt).areas(2).build().unwrap();
-    handler.areas().lock()[REMOTE_IO_1].config.motor = [0; 4];
+    *handler.areas().lock()[REMOTE_IO_1].config.motor = [0; 4];
     handler.begin_transfer().unwrap();
     txt.with_machine(|machine| {
         use CommandId::{QueryStatus, StartOnline, UpdateConfig};
@@ -85,7 +85,7 @@ fn a_config_without_a_new_id_is_not_sent() {
     let txt = strict().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    handler.areas().lock()[LOCAL_IO].config.motor = [0; 4];
+    *handler.areas().lock()[LOCAL_IO].config.motor = [0; 4];
     handler.areas().update_config().unwrap();
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].config.motor), [1; 4]);
     assert_eq!(handler.areas().statistics().config_updates, 1);

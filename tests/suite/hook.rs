@@ -174,7 +174,7 @@ fn stop_ends_the_transfer_well_with_the_motors_stopped() {
         .set_cycle_hook(move |areas| {
             let areas = areas.unwrap();
             calls += 1;
-            areas[LOCAL_IO].output.duty = [512, 0, 0, 300, 0, 0, 0, 1];
+            *areas[LOCAL_IO].output.duty = [512, 0, 0, 300, 0, 0, 0, 1];
             if calls % 20 == 0 {
                 Break(())
             } else {

@@ -154,7 +154,7 @@ fn extensions_come_and_go() {
         });
         let mut areas = handler.areas().lock();
         for (index, area) in areas.iter_mut().enumerate() {
-            area.output.duty = [0, round, 0, 0, 0, 0, index as i16, 0];
+            *area.output.duty = [0, round, 0, 0, 0, 0, index as i16, 0];
         }
         drop(areas);
         // The outputs for an extension that has just come go out in the next exchange.
@@ -259,8 +259,8 @@ fn finished_commands_set_their_flags_and_the_program_clears_them() {
     assert_eq!(input.cnt_resetted, [0, 0, 1, 0]);
     assert_eq!(input.motor_ex_reached, [1, 0, 0, 0]);
     assert_eq!((input.cnt_reset_cmd_id[2], input.motor_ex_cmd_id[0]), (1, 1));
-    input.cnt_resetted = [0; 4];
-    input.motor_ex_reached = [0; 4];
+    *input.cnt_resetted = [0; 4];
+    *input.motor_ex_reached = [0; 4];
     drop(reached);
     for _ in 0..3 {
         let areas = handler.areas().wait_cycle().unwrap();

@@ -36,10 +36,10 @@ impl Running {
         let handler = handler_for(&txt).time_limits(limits).build().unwrap();
         let mut areas = handler.areas().lock();
         let output = &mut areas[LOCAL_IO].output;
-        output.duty = [512, 0, 0, 300, 0, 0, 100, 0];
-        output.distance = [30_000, 0, 0, 0];
-        output.master = [0, 1, 0, 0];
-        output.motor_ex_cmd_id = [5, 6, 7, 8];
+        *output.duty = [512, 0, 0, 300, 0, 0, 100, 0];
+        *output.distance = [30_000, 0, 0, 0];
+        *output.master = [0, 1, 0, 0];
+        *output.motor_ex_cmd_id = [5, 6, 7, 8];
         drop(areas);
         handler.begin_transfer().unwrap();
         wait_until(&txt, "an exchange", |machine| machine.exchanges() > 0);
@@ -68,7 +68,7 @@ fn end_transfer_stops_the_motors_and_the_area_says_so() {
     let output = handler.areas().lock()[LOCAL_IO].output;
     assert_eq!(output.duty, [0; 8]);
     assert_eq!(output.motor_ex_cmd_id, [6, 7, 8, 9]);
-    assert_eq!((output.distance, output.master), ([0; 4], [0; 4]));
+    assert_eq!((*output.distance, *output.master), ([0; 4], [0; 4]));
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_destructor_may_use_the_area_while_its_thread_unwinds() {
     struct Brake<'a>(&'a TransferAreaComHandler);
     impl Drop for Brake<'_> {
         fn drop(&mut self) {
-            self.0.areas().lock()[LOCAL_IO].output.duty = [1, 0, 0, 0, 0, 0, 0, 0];
+            *self.0.areas().lock()[LOCAL_IO].output.duty = [1, 0, 0, 0, 0, 0, 0, 0];
         }
     }
     let Running { txt, handler, .. } = Running::start(None);

@@ -29,11 +29,11 @@ fn distance_and_command_id_written_under_one_lock_are_never_seen_apart() {
             number = number.wrapping_add(1);
             let mut areas = handler.areas().lock();
             let output = &mut areas[LOCAL_IO].output;
-            output.distance = [number; 4];
+            *output.distance = [number; 4];
             // Enough time for a request to leave in between, if it could.
             std::hint::black_box(&mut *output);
             thread::yield_now();
-            output.motor_ex_cmd_id = [number; 4];
+            *output.motor_ex_cmd_id = [number; 4];
         }
         assert_eq!(handler.areas().error(), None);
         seen = record.outputs();

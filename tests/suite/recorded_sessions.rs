@@ -76,7 +76,7 @@ fn replay_handshake(name: &str, session: &Value, areas: &[FishX1Transfer]) -> Ex
 fn configured_area(recorded: &Value) -> FishX1Transfer {
     let mut area = FishX1Transfer::default();
     let Config { motor, uni, cnt, .. } = &mut area.config;
-    *motor = numbers(&recorded["motor"]);
+    **motor = numbers(&recorded["motor"]);
     let modes: [u8; 8] = numbers(&recorded["uni_mode"]);
     let digital: [u8; 8] = numbers(&recorded["uni_digital"]);
     for (i, input) in uni.iter_mut().enumerate() {
@@ -92,28 +92,28 @@ fn configured_area(recorded: &Value) -> FishX1Transfer {
 }
 
 fn set_outputs(area: &mut FishX1Transfer, before: &Value) {
-    area.output.duty = numbers(&before["duty"]);
-    area.output.master = numbers(&before["master"]);
-    area.output.distance = numbers(&before["distance"]);
-    area.output.motor_ex_cmd_id = numbers(&before["motor_ex_cmd_id"]);
-    area.output.cnt_reset_cmd_id = numbers(&before["cnt_reset_cmd_id"]);
+    *area.output.duty = numbers(&before["duty"]);
+    *area.output.master = numbers(&before["master"]);
+    *area.output.distance = numbers(&before["distance"]);
+    *area.output.motor_ex_cmd_id = numbers(&before["motor_ex_cmd_id"]);
+    *area.output.cnt_reset_cmd_id = numbers(&before["cnt_reset_cmd_id"]);
     let [command, index, repeat] = numbers(&before["sound"]);
     area.txt_outputs.sound_cmd_id = command;
     area.txt_outputs.sound_index = index;
     area.txt_outputs.sound_repeat = repeat;
-    area.input.motor_ex_reached = numbers(&before["in_motor_ex_reached"]);
-    area.input.cnt_resetted = numbers(&before["in_cnt_resetted"]);
+    *area.input.motor_ex_reached = numbers(&before["in_motor_ex_reached"]);
+    *area.input.cnt_resetted = numbers(&before["in_cnt_resetted"]);
 }
 
 fn check_inputs(place: &str, area: &FishX1Transfer, after: &Value) {
     let input = &area.input;
-    check(&format!("{place}: uni"), input.uni, &after["uni"]);
-    check(&format!("{place}: cnt_in"), input.cnt_in, &after["cnt_in"]);
-    check(&format!("{place}: counter"), input.counter, &after["counter"]);
-    check(&format!("{place}: cnt_resetted"), input.cnt_resetted, &after["cnt_resetted"]);
-    check(&format!("{place}: reached"), input.motor_ex_reached, &after["motor_ex_reached"]);
-    check(&format!("{place}: reset id"), input.cnt_reset_cmd_id, &after["cnt_reset_cmd_id"]);
-    check(&format!("{place}: motor id"), input.motor_ex_cmd_id, &after["motor_ex_cmd_id"]);
+    check(&format!("{place}: uni"), *input.uni, &after["uni"]);
+    check(&format!("{place}: cnt_in"), *input.cnt_in, &after["cnt_in"]);
+    check(&format!("{place}: counter"), *input.counter, &after["counter"]);
+    check(&format!("{place}: cnt_resetted"), *input.cnt_resetted, &after["cnt_resetted"]);
+    check(&format!("{place}: reached"), *input.motor_ex_reached, &after["motor_ex_reached"]);
+    check(&format!("{place}: reset id"), *input.cnt_reset_cmd_id, &after["cnt_reset_cmd_id"]);
+    check(&format!("{place}: motor id"), *input.motor_ex_cmd_id, &after["motor_ex_cmd_id"]);
     let sound = area.txt_inputs.sound_cmd_id;
     assert_eq!(sound, number::<u16>(&after["sound_cmd_id"]), "{place}: sound");
     if let Some(mic) = after.get("mic") {

@@ -38,7 +38,7 @@ fn config(recorded: &Value) -> Config {
     let modes: [u8; 8] = numbers(&recorded["uni_mode"]);
     let digital: [u8; 8] = numbers(&recorded["uni_digital"]);
     let counters: [u8; 4] = numbers(&recorded["cnt_mode"]);
-    let mut config = Config { motor: numbers(&recorded["motor"]), ..Config::default() };
+    let mut config = Config { motor: numbers(&recorded["motor"]).into(), ..Config::default() };
     for (index, input) in config.uni.iter_mut().enumerate() {
         (input.mode, input.digital) = (modes[index], digital[index]);
     }

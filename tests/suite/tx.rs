@@ -127,7 +127,7 @@ fn an_input_reports_in_its_new_mode_after_a_configuration() {
     handler.areas().update_config().unwrap();
     txt.with_machine(|machine| {
         let config = &machine.controllers[0].config;
-        assert_eq!((config.cnt[2].mode, config.motor), (0, [1, 1, 1, 0]));
+        assert_eq!((config.cnt[2].mode, *config.motor), (0, [1, 1, 1, 0]));
     });
     end(&txt, handler);
 }

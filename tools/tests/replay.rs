@@ -217,13 +217,13 @@ fn play(path: &str, stop: &Stop) -> (bool, String) {
     for (index, area) in others.iter().enumerate() {
         let mut output = area.output;
         if matches!(stop, Stop::TooSoon) && index + 1 == others.len() {
-            output.duty = [0; 8];
+            *output.duty = [0; 8];
         }
         send(output, area.txt_outputs);
     }
     let mut output = others.last().unwrap().output;
     match stop {
-        Stop::OnlyDuties => output.duty = [0; 8],
+        Stop::OnlyDuties => *output.duty = [0; 8],
         Stop::None => {}
         Stop::Driving => output.duty[0] = 100,
         Stop::TooSoon => output = last.output,

@@ -276,7 +276,9 @@ extern "C" fn init(_: *mut Ta, _: c_int) {}
 extern "C" fn tic(areas: *mut Ta, _: c_int) -> c_int {
     let now = || processor_time().as_micros() as u64;
     // SAFETY: during a call the areas are the program's.
-    unsafe { (*areas).output.duty[0] = (*areas).input.uni[0] };
+    unsafe {
+        *(&raw mut (*areas).output.duty).cast() = *(&raw const (*areas).input.uni).cast::<i16>()
+    };
     match TIC.fetch_add(1, Ordering::Relaxed) {
         0 => BEFORE.store(now(), Ordering::Relaxed),
         TICS => {

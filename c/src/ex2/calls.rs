@@ -80,11 +80,11 @@ fn edit_area(
 }
 
 /// Writes the elements that have changed: others may be written by another thread.
-fn store_changed<T: Cell + PartialEq, const N: usize>(
+fn store_changed<T: Cell + PartialEq, A: IntoIterator<Item = T>>(
     array: &AreaArray<FishX1Transfer>,
-    at: *mut [T; N],
-    before: [T; N],
-    after: [T; N],
+    at: *mut A,
+    before: A,
+    after: A,
 ) {
     for (index, (before, after)) in before.into_iter().zip(after).enumerate() {
         if before != after {

@@ -137,7 +137,9 @@ impl ProgramAreas {
 /// Where the flags of commands that are done lie in the inputs.
 fn flags(input: *mut InputValues) -> [*mut [u16; 4]; 2] {
     // SAFETY: computes addresses within the inputs only.
-    unsafe { [&raw mut (*input).cnt_resetted, &raw mut (*input).motor_ex_reached] }
+    unsafe {
+        [(&raw mut (*input).cnt_resetted).cast(), (&raw mut (*input).motor_ex_reached).cast()]
+    }
 }
 
 /// Reads a value that [`places`](ProgramAreas::places) leads to.

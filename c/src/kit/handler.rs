@@ -228,7 +228,7 @@ impl Link {
     /// Stops the motors, then the camera, and ends online mode. The firmware of a TXT leaves outputs as they are at
     /// StopOnline and at a close, so an exchange with all duties 0 comes first.
     fn leave(&mut self, camera: Option<Camera>) -> Result<(), Error> {
-        self.areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
+        self.areas.iter_mut().for_each(|area| *area.output.duty = [0; 8]);
         self.compressed.end_sounds();
         self.client.do_transfer(&mut self.compressed, &mut self.areas)?;
         self.online.end();

@@ -54,6 +54,30 @@ impl<T: Cell, const N: usize> Cell for [T; N] {
     }
 }
 
+/// Makes the values of all terminals of one kind a [`Cell`], as the array of the same layout.
+macro_rules! per_terminal_cells {
+    ($($name:ident: $count:ident),+) => {$(
+        impl<T: Cell> Cell for $name<T> {
+            unsafe fn load(at: *mut Self) -> Self {
+                // SAFETY: as the caller promises; the layout is that of the array.
+                unsafe { <[T; $count]>::load(at.cast()) }.into()
+            }
+
+            unsafe fn store(at: *mut Self, value: Self) {
+                // SAFETY: as the caller promises; the layout is that of the array.
+                unsafe { <[T; $count]>::store(at.cast(), value.into()) };
+            }
+        }
+    )+};
+}
+
+per_terminal_cells!(
+    PerInput: IZ_UNI_INPUT,
+    PerCounter: IZ_COUNTER,
+    PerMotor: IZ_MOTOR,
+    PerOutput: IZ_PWM_CHAN
+);
+
 /// Makes a plain struct a [`Cell`], by all of its fields.
 macro_rules! struct_cells {
     ($($name:ident { $($field:ident)+ })+) => {$(

@@ -83,7 +83,7 @@ fn calls_do_what_they_say_and_refuse_what_they_can_not() {
     wait_duty(&txt, 0, 200);
     wait_duty(&txt, 4, 300);
     let config = txt.with_machine(|machine| machine.controllers[0].config);
-    assert_eq!((config.motor, config.uni[6].mode), ([1, 1, 0, 1], 3));
+    assert_eq!((*config.motor, config.uni[6].mode), ([1, 1, 0, 1], 3));
     set_input(&txt, 7, 1);
     running.end().well();
     wait_offline(&txt);

@@ -39,7 +39,7 @@ fn a_loop_answers_inputs_of_master_and_extension_and_prints_the_kits_line() {
     let txt = simulated().extensions(1).start().unwrap();
     let Some(mut running) = begun(&txt, "") else { return };
     let config = txt.with_machine(|machine| machine.controllers[0].config);
-    assert_eq!((config.uni[1], config.motor), (UniConfig::analog(InputMode::Ultrasonic), [1; 4]));
+    assert_eq!((config.uni[1], *config.motor), (UniConfig::analog(InputMode::Ultrasonic), [1; 4]));
     for _ in 0..2 {
         set_input(&txt, 0, 1);
         wait_duty(&txt, 0, 512);

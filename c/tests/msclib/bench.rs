@@ -162,8 +162,12 @@ impl Device {
     }
 
     pub(crate) fn set_duty(&self, controller: usize, output: usize, duty: i16) {
+        assert!(output < 8);
         // SAFETY: the device is open; a program writes its areas so.
-        unsafe { (&raw mut (*self.area(controller)).output.duty[output]).write_volatile(duty) };
+        unsafe {
+            let duties = &raw mut (*self.area(controller)).output.duty;
+            duties.cast::<i16>().add(output).write_volatile(duty);
+        }
     }
 
     pub(crate) fn status(&self, controller: c_int) -> u8 {

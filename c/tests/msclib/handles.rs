@@ -143,7 +143,7 @@ fn a_controller_that_goes_away_ends_the_transfer_and_it_can_begin_again() {
     let address = txt.address();
     drop(txt);
     wait("the end", || ftxIsTransferActiv(device.0) == THREAD_NOT_RUNNING);
-    assert_eq!((device.status(0), device.output(0).duty), (0, [0; 8]));
+    assert_eq!((device.status(0), *device.output(0).duty), (0, [0; 8]));
     assert_eq!(ftxStopTransferArea(device.0), THREAD_NOT_RUNNING);
     assert_eq!(ftxStartTransferArea(device.0), OPEN_COM);
     assert_eq!((device.status(0), ftxIsHandleValid(device.0)), (0, SUCCESS));

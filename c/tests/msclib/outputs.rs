@@ -25,8 +25,11 @@ fn a_distance_is_driven_by_two_motors_and_reported() {
     library.in_both_exchanges(|txt, device| {
         assert_eq!(StartMotorExCmd(device.0, 0, 0, 512, 0, 1, 1, 50), SUCCESS);
         let output = device.output(0);
-        assert_eq!((output.duty, output.distance), ([512, 0, 0, 512, 0, 0, 0, 0], [50, 50, 0, 0]));
-        assert_eq!((output.master, output.motor_ex_cmd_id), ([0, 1, 0, 0], [1, 1, 0, 0]));
+        assert_eq!(
+            (*output.duty, *output.distance),
+            ([512, 0, 0, 512, 0, 0, 0, 0], [50, 50, 0, 0])
+        );
+        assert_eq!((*output.master, *output.motor_ex_cmd_id), ([0, 1, 0, 0], [1, 1, 0, 0]));
         wait("the distance", || device.input(0).motor_ex_reached == [1, 1, 0, 0]);
         assert!(device.input(0).counter[0] >= 50);
         // Another one begins with its flag set back.

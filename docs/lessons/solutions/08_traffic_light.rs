@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{FishX1Transfer, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Input, Motor, Output};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
 
 /// What the traffic light shows. All but green have begun at some time.
 #[derive(Clone, Copy)]
@@ -17,13 +15,13 @@ enum State {
 
 impl State {
     /// The state that follows now.
-    fn next(self, pressed: bool, now: Instant) -> Self {
+    fn next(self, pressed: bool, time: Instant) -> Self {
         let seconds = Duration::from_secs;
         match self {
-            Self::Green if pressed => Self::Yellow(now),
-            Self::Yellow(since) if now - since >= seconds(1) => Self::Red(now),
-            Self::Red(since) if now - since >= seconds(3) => Self::RedYellow(now),
-            Self::RedYellow(since) if now - since >= seconds(1) => Self::Green,
+            Self::Green if pressed => Self::Yellow(time),
+            Self::Yellow(since) if time - since >= seconds(1) => Self::Red(time),
+            Self::Red(since) if time - since >= seconds(3) => Self::RedYellow(time),
+            Self::RedYellow(since) if time - since >= seconds(1) => Self::Green,
             same => same,
         }
     }
@@ -36,9 +34,9 @@ impl State {
             Self::Red(_) => (DUTY_MAX, 0, 0),
             Self::RedYellow(_) => (DUTY_MAX, DUTY_MAX, 0),
         };
-        area.set_out_pwm_values(Output::O1, red)?;
-        area.set_out_pwm_values(Output::O2, yellow)?;
-        area.set_out_pwm_values(Output::O3, green)
+        area.set_out_pwm_values(O1, red)?;
+        area.set_out_pwm_values(O2, yellow)?;
+        area.set_out_pwm_values(O3, green)
     }
 }
 
@@ -46,15 +44,16 @@ fn main() -> Result<(), Error> {
     let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
-    handler.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M1, false);
-    handler.areas().lock()[LOCAL_IO].set_ft_motor_config(Motor::M2, false);
+    let areas = handler.areas();
+    areas.lock()[LOCAL_IO].set_ft_motor_config(M1, false);
+    areas.lock()[LOCAL_IO].set_ft_motor_config(M2, false);
     handler.begin_transfer()?;
     let mut state = State::Green;
     loop {
-        let mut areas = handler.areas().wait_cycle()?;
-        let now = areas.arrived();
-        let area = &mut areas[LOCAL_IO];
-        state = state.next(area.get_in_io_value_binary(Input::I1)?, now);
+        let mut now = areas.wait_cycle()?;
+        let time = now.arrived();
+        let area = &mut now[LOCAL_IO];
+        state = state.next(area.get_in_io_value_binary(I1)?, time);
         state.show(area)?;
     }
 }

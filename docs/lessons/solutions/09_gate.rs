@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::transfer_area::{FishX1Transfer, InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Direction, Input, Motor};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
 
 #[derive(Clone, Copy)]
 enum State {
@@ -28,25 +26,25 @@ struct Inputs {
 impl Inputs {
     fn read(area: &FishX1Transfer) -> Result<Self, Error> {
         Ok(Self {
-            closed: area.get_in_io_value_binary(Input::I1)?,
-            open: area.get_in_io_value_binary(Input::I2)?,
-            button: area.get_in_io_value_binary(Input::I3)?,
+            closed: area.get_in_io_value_binary(I1)?,
+            open: area.get_in_io_value_binary(I2)?,
+            button: area.get_in_io_value_binary(I3)?,
             // There is light while nothing is in the way.
-            blocked: !area.get_in_io_value_binary(Input::I4)?,
+            blocked: !area.get_in_io_value_binary(I4)?,
             // Normally closed: it is open while it is pressed.
-            stop: !area.get_in_io_value_binary(Input::I5)?,
+            stop: !area.get_in_io_value_binary(I5)?,
         })
     }
 }
 
 impl State {
-    fn next(self, inputs: &Inputs, now: Instant) -> Self {
+    fn next(self, inputs: &Inputs, time: Instant) -> Self {
         match self {
             // This comes first, so it works in every state.
             _ if inputs.stop => Self::Stopped,
             Self::Stopped if inputs.button => Self::Opens,
-            Self::Opens if inputs.open => Self::Open(now),
-            Self::Open(since) if now - since >= Duration::from_secs(2) => Self::Closes,
+            Self::Opens if inputs.open => Self::Open(time),
+            Self::Open(since) if time - since >= Duration::from_secs(2) => Self::Closes,
             Self::Closes if inputs.blocked => Self::Opens,
             Self::Closes if inputs.closed => Self::Stopped,
             same => same,
@@ -66,16 +64,17 @@ fn main() -> Result<(), Error> {
     let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
-    for input in [Input::I1, Input::I2, Input::I3, Input::I4, Input::I5] {
-        handler.areas().lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
+    let areas = handler.areas();
+    for input in [I1, I2, I3, I4, I5] {
+        areas.lock()[LOCAL_IO].set_ft_uni_config(input, InputMode::Resistance, true);
     }
     handler.begin_transfer()?;
     let mut state = State::Stopped;
     loop {
-        let mut areas = handler.areas().wait_cycle()?;
-        let now = areas.arrived();
-        let area = &mut areas[LOCAL_IO];
-        state = state.next(&Inputs::read(area)?, now);
-        area.set_out_motor_values(Motor::M1, DUTY_MAX, state.direction())?;
+        let mut now = areas.wait_cycle()?;
+        let time = now.arrived();
+        let area = &mut now[LOCAL_IO];
+        state = state.next(&Inputs::read(area)?, time);
+        area.set_out_motor_values(M1, DUTY_MAX, state.direction())?;
     }
 }

@@ -2,9 +2,7 @@
 
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{FishX1Transfer, InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output};
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
 
 /// The colour sensor measures more without a disc, and less for a white one, in mV.
 const NOTHING: i16 = 2000;
@@ -31,17 +29,17 @@ impl State {
     fn next(self, area: &FishX1Transfer) -> Result<Self, Error> {
         // There is no light while a disc is in the light barrier.
         let has_disc = |input| area.get_in_io_value_binary(input).map(|light| !light);
-        let pulses = area.get_in_cnt_count(Counter::C1);
+        let pulses = area.get_in_cnt_count(C1);
         Ok(match self {
-            Self::Waits if has_disc(Input::I1)? => Self::Measures { lowest: NOTHING },
-            Self::Measures { lowest } if !has_disc(Input::I3)? => {
-                Self::Measures { lowest: lowest.min(area.get_in_io_value_analogue(Input::I2)?) }
+            Self::Waits if has_disc(I1)? => Self::Measures { lowest: NOTHING },
+            Self::Measures { lowest } if !has_disc(I3)? => {
+                Self::Measures { lowest: lowest.min(area.get_in_io_value_analogue(I2)?) }
             }
             Self::Measures { lowest } if lowest < WHITE => Self::Travels { from: pulses },
             Self::Measures { .. } => Self::RunsOff,
             Self::Travels { from } if pulses.wrapping_sub(from) >= TO_VALVE => Self::Blows,
-            Self::Blows if has_disc(Input::I6)? => Self::Waits,
-            Self::RunsOff if has_disc(Input::I7)? => Self::Waits,
+            Self::Blows if has_disc(I6)? => Self::Waits,
+            Self::RunsOff if has_disc(I7)? => Self::Waits,
             same => same,
         })
     }
@@ -52,9 +50,9 @@ impl State {
         let blows = matches!(self, Self::Blows);
         let compresses = matches!(self, Self::Travels { .. } | Self::Blows);
         let direction = if runs { Direction::Cw } else { Direction::Halt };
-        area.set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
-        area.set_out_pwm_values(Output::O3, if blows { DUTY_MAX } else { 0 })?;
-        area.set_out_pwm_values(Output::O4, if compresses { DUTY_MAX } else { 0 })
+        area.set_out_motor_values(M1, DUTY_MAX, direction)?;
+        area.set_out_pwm_values(O3, if blows { DUTY_MAX } else { 0 })?;
+        area.set_out_pwm_values(O4, if compresses { DUTY_MAX } else { 0 })
     }
 }
 
@@ -62,20 +60,21 @@ fn main() -> Result<(), Error> {
     let address = std::env::args().nth(1).unwrap_or(String::from("127.0.0.1"));
     let builder = TransferAreaComHandler::builder(address);
     let handler = builder.watchdog(Duration::from_secs(2)).build()?;
+    let areas = handler.areas();
     {
-        let area = &mut handler.areas().lock()[LOCAL_IO];
-        for input in [Input::I1, Input::I3, Input::I6, Input::I7] {
+        let area = &mut areas.lock()[LOCAL_IO];
+        for input in [I1, I3, I6, I7] {
             area.set_ft_uni_config(input, InputMode::Resistance, true);
         }
-        area.set_ft_uni_config(Input::I2, InputMode::Voltage, false);
+        area.set_ft_uni_config(I2, InputMode::Voltage, false);
         // O3 and O4 are two single outputs, no motor M2.
-        area.set_ft_motor_config(Motor::M2, false);
+        area.set_ft_motor_config(M2, false);
     }
     handler.begin_transfer()?;
     let mut state = State::Waits;
     loop {
-        let mut areas = handler.areas().wait_cycle()?;
-        let area = &mut areas[LOCAL_IO];
+        let mut now = areas.wait_cycle()?;
+        let area = &mut now[LOCAL_IO];
         state = state.next(area)?;
         state.show(area)?;
     }

@@ -59,11 +59,11 @@ impl Machine {
             sound_index,
             sound_repeat,
         } = known.outputs;
-        area.output.duty = duty;
-        area.output.master = master.map(|motor| u8::try_from(motor).unwrap_or_default());
-        area.output.distance = distance;
-        area.output.motor_ex_cmd_id = motor_command_id;
-        area.output.cnt_reset_cmd_id = counter_reset_id;
+        *area.output.duty = duty;
+        *area.output.master = master.map(|motor| u8::try_from(motor).unwrap_or_default());
+        *area.output.distance = distance;
+        *area.output.motor_ex_cmd_id = motor_command_id;
+        *area.output.cnt_reset_cmd_id = counter_reset_id;
         area.txt_outputs.sound_cmd_id = sound_command_id;
         area.txt_outputs.sound_index = sound_index;
         area.txt_outputs.sound_repeat = sound_repeat;
@@ -80,19 +80,19 @@ impl Machine {
     ///
     /// use ft_transfer_area_simulator::world::World;
     /// use ft_transfer_area_simulator::Machine;
-    /// use ft_transfer_area::FishX1Transfer;
+    /// use ft_transfer_area::prelude::*;
     ///
     /// /// Drives the slide to its end.
     /// fn control(area: &mut FishX1Transfer) {
-    ///     let is_at_end = area.input.uni[1] != 0; // I2
-    ///     area.output.duty[0] = if is_at_end { 0 } else { 512 }; // M1
+    ///     let is_at_end = area.input.uni[I2] != 0;
+    ///     area.output.duty[O1] = if is_at_end { 0 } else { 512 }; // M1
     /// }
     ///
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let mut machine = Machine::with_world(0, World::shipped("slide")?)?;
     /// let mut areas = [FishX1Transfer::default()];
     /// machine.report_into(0, &mut areas[0]); // what the sensors measure at first
-    /// while areas[0].input.uni[1] == 0 {
+    /// while areas[0].input.uni[I2] == 0 {
     ///     control(&mut areas[0]);
     ///     machine.exchange(&mut areas, Duration::from_millis(10));
     /// }

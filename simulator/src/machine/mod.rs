@@ -225,7 +225,7 @@ impl Machine {
     ///
     /// ```
     /// use ft_transfer_area_simulator::{FaultKind, SimulatedTxt};
-    /// use ft_transfer_area::TransferAreaComHandler;
+    /// use ft_transfer_area::prelude::*;
     ///
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let builder = SimulatedTxt::builder().on_exchange(|machine| {
@@ -235,9 +235,10 @@ impl Machine {
     /// });
     /// let txt = builder.start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
+    /// let areas = handler.areas();
     /// handler.begin_transfer()?;
-    /// handler.areas().wait_cycle()?[0].output.duty[0] = 512;
-    /// while handler.areas().wait_cycle().is_ok() {}
+    /// areas.wait_cycle()?[0].output.duty[O1] = 512;
+    /// while areas.wait_cycle().is_ok() {}
     /// assert!(handler.end_transfer().is_err());
     /// # Ok(())
     /// # }

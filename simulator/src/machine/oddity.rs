@@ -329,7 +329,7 @@ mod tests {
     #[test]
     fn a_motor_that_is_plugged_in_is_not_turned_both_ways() {
         let mut oddities = session(9);
-        let config = Config { motor: [1, 0, 1, 1], ..Config::default() };
+        let config = Config { motor: [1, 0, 1, 1].into(), ..Config::default() };
         let plugged_in = |motor| motor != 2;
         let mut check = |of| oddities.check_outputs(0, &duty(of), Some(&config), plugged_in);
         check([1, 0, 2, 3, 0, 4, 0, 0]);

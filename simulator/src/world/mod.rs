@@ -11,7 +11,7 @@
 //!
 //! use ft_transfer_area_simulator::world::World;
 //! use ft_transfer_area_simulator::Machine;
-//! use ft_transfer_area::tx::Motor;
+//! use ft_transfer_area::prelude::*;
 //! use ft_transfer_area::wire::ExchangeData;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,7 +19,7 @@
 //! machine.set_outputs(0, ExchangeData { duty: [512, 0, 0, 0, 0, 0, 0, 0], ..Default::default() });
 //! machine.step(Duration::from_secs(10)); // of machine time, without waiting
 //! assert_eq!(machine.controllers[0].uni[1], 1, "the slide presses its end switch");
-//! let slide = machine.world().and_then(|world| world.slide(0, Motor::M1));
+//! let slide = machine.world().and_then(|world| world.slide(0, M1));
 //! assert_eq!(slide, Some(1000.0));
 //! # Ok(())
 //! # }
@@ -155,12 +155,12 @@ impl World {
     /// ```
     /// use ft_transfer_area_simulator::world::{Board, MotorModel, Sensor, World};
     /// use ft_transfer_area_simulator::Machine;
-    /// use ft_transfer_area::tx::{Input, Motor};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let master = Board::default()
-    ///     .with_input(Input::I1, Sensor::BUTTON)
-    ///     .with_motor(Motor::M1, MotorModel::encoder_motor().with_load(0.2));
+    ///     .with_input(I1, Sensor::BUTTON)
+    ///     .with_motor(M1, MotorModel::encoder_motor().with_load(0.2));
     /// let machine = Machine::with_world(0, World::new().with_master(master))?;
     /// # Ok(())
     /// # }

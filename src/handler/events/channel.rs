@@ -25,15 +25,15 @@ use crate::pause::within_clock;
 /// ```
 /// use std::thread;
 ///
-/// use ft_transfer_area::tx::Input;
-/// use ft_transfer_area::{Error, Event, EventKind, TransferAreaComHandler};
+/// use ft_transfer_area::prelude::*;
+/// use ft_transfer_area::{Event, EventKind};
 ///
-/// fn print_switches(handler: &TransferAreaComHandler) -> Result<(), Error> {
-///     let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
+/// fn print_switches(areas: &TransferAreas) -> Result<(), Error> {
+///     let events = areas.events(&[EventKind::InputChanged], 100)?;
 ///     thread::spawn(move || {
 ///         for received in &events {
 ///             match received.event {
-///                 Event::InputChanged { input: Input::I1, pressed: true, .. } => {
+///                 Event::InputChanged { input: I1, pressed: true, .. } => {
 ///                     println!("I1 in cycle {}!", received.cycle);
 ///                 }
 ///                 Event::TransferEnded { error: Some(error), .. } => println!("{error}"),

@@ -19,7 +19,7 @@ use crate::pause::within_clock;
 /// only looks: it neither keeps the motors on nor stops them, and dropping it changes nothing for the transfer.
 ///
 /// ```
-/// use ft_transfer_area::transfer_area::LOCAL_IO;
+/// use ft_transfer_area::prelude::*;
 /// use ft_transfer_area::{CycleLog, Logged};
 ///
 /// /// The largest value of I1 in all cycles.
@@ -30,7 +30,7 @@ use crate::pause::within_clock;
 ///             println!("{} entries are missing here", entry.lost);
 ///         }
 ///         if let Logged::Cycle(cycle) = entry.what {
-///             largest = largest.max(cycle.areas()[LOCAL_IO].input.uni[0]);
+///             largest = largest.max(cycle.areas()[LOCAL_IO].input.uni[I1]);
 ///         }
 ///     }
 ///     largest

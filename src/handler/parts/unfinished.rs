@@ -45,8 +45,8 @@ impl CommandIds {
 
 fn ids_of(area: &impl Sends) -> [u16; COMMANDS] {
     let mut ids = [0; COMMANDS];
-    ids[..IZ_MOTOR].copy_from_slice(&area.output().motor_ex_cmd_id);
-    ids[RESETS].copy_from_slice(&area.output().cnt_reset_cmd_id);
+    ids[..IZ_MOTOR].copy_from_slice(&area.output().motor_ex_cmd_id[..]);
+    ids[RESETS].copy_from_slice(&area.output().cnt_reset_cmd_id[..]);
     ids[SOUND] = area.txt_outputs().sound_cmd_id;
     ids
 }

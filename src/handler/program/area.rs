@@ -55,14 +55,14 @@ use crate::terminals::Motor;
 /// they are not sent. After the end the timers and the inputs do not change. A configuration always counts.
 ///
 /// ```
-/// use ft_transfer_area::transfer_area::LOCAL_IO;
-/// use ft_transfer_area::TransferAreaComHandler;
+/// use ft_transfer_area::prelude::*;
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
 /// let handler = TransferAreaComHandler::builder("192.168.7.2").build()?;
-/// let area = handler.areas().clone();
-/// std::thread::spawn(move || area.lock()[LOCAL_IO].output.duty[0] = 512).join().unwrap();
-/// assert_eq!(handler.areas().lock()[LOCAL_IO].output.duty[0], 512);
+/// let areas = handler.areas();
+/// let others = areas.clone();
+/// std::thread::spawn(move || others.lock()[LOCAL_IO].output.duty[O1] = 512).join().unwrap();
+/// assert_eq!(areas.lock()[LOCAL_IO].output.duty[O1], 512);
 /// # Ok(())
 /// # }
 /// ```
@@ -130,7 +130,7 @@ impl TransferAreas {
     ///
     /// When this thread already holds a guard, because it would wait for itself forever. This stops the
     /// motors, as [any panic under a guard](Self#when-a-thread-panics) does. A guard lives until the end
-    /// of its block, or of the statement that locks: `match handler.areas().lock()[0].input.uni[0] { … }` and
+    /// of its block, or of the statement that locks: `match areas.lock()[0].input.uni[I1] { … }` and
     /// `println!` hold it until their end.
     #[doc(alias = "GetTransferAreasArrayAddr")]
     #[doc(alias = "GetKeLibTransferAreaMainAddress")]
@@ -323,14 +323,16 @@ impl TransferAreas {
     ///
     /// ```
     /// use ft_transfer_area_simulator::SimulatedTxt;
-    /// use ft_transfer_area::{Logged, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
+    /// use ft_transfer_area::Logged;
     ///
     /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
     /// let txt = SimulatedTxt::builder().start()?;
     /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
-    /// let log = handler.areas().cycle_log(500)?; // five seconds
+    /// let areas = handler.areas();
+    /// let log = areas.cycle_log(500)?; // five seconds
     /// handler.begin_transfer()?;
-    /// handler.areas().wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
+    /// areas.wait_cycle()?.iter_mut().for_each(|area| area.output.duty[O1] = 512);
     /// handler.end_transfer()?;
     /// drop(handler);
     ///
@@ -366,17 +368,16 @@ impl TransferAreas {
     /// ```
     /// use std::time::Duration;
     ///
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::tx::Motor;
-    /// use ft_transfer_area::{Error, Event, EventKind, TransferAreas};
+    /// use ft_transfer_area::prelude::*;
+    /// use ft_transfer_area::{Event, EventKind};
     ///
     /// /// Drives M1 against its stop, which has no switch; returns whether it got there in time.
-    /// fn drive_to_stop(area: &TransferAreas) -> Result<bool, Error> {
-    ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Some(Duration::from_millis(300)))?;
-    ///     let events = area.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
-    ///     area.lock()[LOCAL_IO].output.duty[0] = 200;
+    /// fn drive_to_stop(areas: &TransferAreas) -> Result<bool, Error> {
+    ///     areas.set_stall_limit(LOCAL_IO, M1, Some(Duration::from_millis(300)))?;
+    ///     let events = areas.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
+    ///     areas.lock()[LOCAL_IO].output.duty[O1] = 200;
     ///     let received = events.recv_timeout(Duration::from_secs(10));
-    ///     area.lock()[LOCAL_IO].output.duty[0] = 0;
+    ///     areas.lock()[LOCAL_IO].output.duty[O1] = 0;
     ///     Ok(received.is_ok_and(|received| matches!(received.event, Event::MotorStalled { .. })))
     /// }
     /// ```

@@ -44,22 +44,21 @@ impl<'a> TransferAreaGuard<'a> {
     /// A loop around `wait_cycle` that finds it two higher than in its last round has missed one response.
     ///
     /// ```
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreas};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// /// Holds the distance that a sensor at I1 measures, by an integrating controller for M1.
-    /// fn hold_distance(area: &TransferAreas, wanted: f64) -> Result<(), Error> {
-    ///     let areas = area.wait_cycle()?;
-    ///     let (mut cycle, mut arrived) = (areas.cycle(), areas.arrived());
-    ///     drop(areas);
+    /// fn hold_distance(areas: &TransferAreas, wanted: f64) -> Result<(), Error> {
+    ///     let now = areas.wait_cycle()?;
+    ///     let (mut cycle, mut arrived) = (now.cycle(), now.arrived());
+    ///     drop(now);
     ///     let (mut integral, mut missed) = (0.0, 0);
     ///     loop {
-    ///         let mut areas = area.wait_cycle()?;
-    ///         let dt = (areas.arrived() - arrived).as_secs_f64();
-    ///         missed += areas.cycle() - cycle - 1;
-    ///         (cycle, arrived) = (areas.cycle(), areas.arrived());
-    ///         integral += (wanted - f64::from(areas[LOCAL_IO].input.uni[0])) * dt;
-    ///         areas[LOCAL_IO].output.duty[0] = integral.clamp(0.0, 512.0) as i16;
+    ///         let mut now = areas.wait_cycle()?;
+    ///         let dt = (now.arrived() - arrived).as_secs_f64();
+    ///         missed += now.cycle() - cycle - 1;
+    ///         (cycle, arrived) = (now.cycle(), now.arrived());
+    ///         integral += (wanted - f64::from(now[LOCAL_IO].input.uni[I1])) * dt;
+    ///         now[LOCAL_IO].output.duty[O1] = integral.clamp(0.0, 512.0) as i16;
     ///         if missed > 100 {
     ///             return Ok(()); // this program is too slow
     ///         }

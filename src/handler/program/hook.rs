@@ -60,22 +60,22 @@ impl TransferAreaComHandler {
     /// ```
     /// use std::ops::ControlFlow;
     ///
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, TransferAreaComHandler};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// fn run_until_stopped(handler: &TransferAreaComHandler) -> Result<(), Error> {
-    ///     handler.set_cycle_hook(|areas| {
+    ///     let areas = handler.areas();
+    ///     handler.set_cycle_hook(|now| {
     ///         // After a lost connection this machine just goes on.
-    ///         let Ok(areas) = areas else { return ControlFlow::Continue(()) };
-    ///         let area = &mut areas[LOCAL_IO];
-    ///         area.output.duty[0] = if area.input.uni[0] != 0 { 512 } else { 0 }; // I1, M1
-    ///         if area.input.uni[1] != 0 { // I2
+    ///         let Ok(now) = now else { return ControlFlow::Continue(()) };
+    ///         let area = &mut now[LOCAL_IO];
+    ///         area.output.duty[O1] = if area.input.uni[I1] != 0 { 512 } else { 0 }; // M1
+    ///         if area.input.uni[I2] != 0 {
     ///             return ControlFlow::Break(());
     ///         }
     ///         ControlFlow::Continue(())
     ///     })?;
     ///     handler.begin_transfer()?;
-    ///     while handler.areas().wait_cycle().is_ok() {}
+    ///     while areas.wait_cycle().is_ok() {}
     ///     handler.end_transfer()
     /// }
     /// ```

@@ -25,15 +25,14 @@ impl TransferAreas {
     /// ```
     /// use std::time::Duration;
     ///
-    /// use ft_transfer_area::transfer_area::LOCAL_IO;
-    /// use ft_transfer_area::{Error, FishX1Transfer, TransferAreas};
+    /// use ft_transfer_area::prelude::*;
     ///
     /// /// Turns M1 until the end switch at I1 is pressed.
-    /// fn go_home(area: &TransferAreas) -> Result<(), Error> {
-    ///     area.lock()[LOCAL_IO].output.duty[0] = 300;
-    ///     let pressed = |areas: &[FishX1Transfer]| areas[LOCAL_IO].input.uni[0] != 0;
-    ///     let mut areas = area.wait_until(pressed, Duration::from_secs(5))?;
-    ///     areas[LOCAL_IO].output.duty[0] = 0;
+    /// fn go_home(areas: &TransferAreas) -> Result<(), Error> {
+    ///     areas.lock()[LOCAL_IO].output.duty[O1] = 300;
+    ///     let pressed = |now: &[FishX1Transfer]| now[LOCAL_IO].input.uni[I1] != 0;
+    ///     let mut now = areas.wait_until(pressed, Duration::from_secs(5))?;
+    ///     now[LOCAL_IO].output.duty[O1] = 0;
     ///     Ok(())
     /// }
     /// ```

@@ -177,7 +177,7 @@ impl State {
             // The firmware asks for this in the mode of 15 kΩ, too.
             _ => UniConfig::analog(InputMode::Voltage),
         });
-        self.machine.set_config(controller, Config { uni, ..Config::default() });
+        self.machine.set_config(controller, Config { uni: uni.into(), ..Config::default() });
     }
 
     /// What the firmware asks for when it begins (3), and at each StartOnline (0): extensions, one bit each.

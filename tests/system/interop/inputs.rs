@@ -47,7 +47,7 @@ fn read_by_this_crate(own: &Own) -> Value {
     let read = |mode: (u8, u8)| {
         (0..own.areas).for_each(|area| own.configure(area, [mode; 8]));
         own.cycles(2);
-        own.each(|own, area| json!(own.look(area, |area| area.input.uni)))
+        own.each(|own, area| json!(*own.look(area, |area| area.input.uni)))
     };
     MODES.into_iter().map(read).collect()
 }

@@ -21,7 +21,7 @@ impl Own {
         let builder = program.handler().areas(areas).mode(exchange.mode());
         let handler = builder.build().unwrap();
         for area in handler.areas().lock().iter_mut() {
-            area.config.motor = [1; 4];
+            *area.config.motor = [1; 4];
         }
         handler.begin_transfer().unwrap();
         Self { handler, areas }
@@ -40,7 +40,7 @@ impl Own {
     pub(crate) fn configure(&self, area: usize, inputs: [(u8, u8); 8]) {
         let mut areas = self.handler.areas().lock();
         areas[area].config.uni =
-            inputs.map(|(mode, digital)| UniConfig { mode, digital, dummy: [0; 2] });
+            inputs.map(|(mode, digital)| UniConfig { mode, digital, dummy: [0; 2] }).into();
         areas[area].raise_config_id();
     }
 

@@ -21,7 +21,7 @@ fn both_go_online_and_offline_a_hundred_times() {
     assert_eq!(ftrobopy.run(&mut program, "reconnect", Exchange::Compressed), json!([1]));
     let handler = program.handler().areas(2).build().unwrap();
     for area in handler.areas().lock().iter_mut() {
-        area.config.uni = [UniConfig::digital(InputMode::Resistance); 8];
+        *area.config.uni = [UniConfig::digital(InputMode::Resistance); 8];
     }
     for _ in 0..100 {
         handler.begin_transfer().unwrap();

@@ -10,18 +10,13 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::transfer_area::{
-    CounterMode, InputMode, InputValues, OutputValues, LOCAL_IO,
-};
-use ft_transfer_area::tx::{
-    Counter, Direction, Input, IoValue, IrDevice, JoystickAxis, JoystickPart, JoystickSwitch,
-    Motor, Output,
-};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::transfer_area::{CounterMode, InputValues, OutputValues};
+use ft_transfer_area::tx::{IoValue, IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
 use ft_transfer_area::wire::crc_of_words;
 use ft_transfer_area::{
-    CameraOptions, Error, EventKind, Exchange, FirmwareVersion, FishX1Transfer, I2cClient,
-    Statistics, TimeLimits, TransferAreaComHandler, TransferAreaGuard, TransferMode, TxtClient,
-    PORT,
+    CameraOptions, EventKind, Exchange, FirmwareVersion, I2cClient, Statistics, TimeLimits,
+    TransferAreaGuard, TransferMode, TxtClient, PORT,
 };
 
 /// The TXT's kit: `ftIF2013TransferAreaComHandler`
@@ -103,6 +98,7 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
     // new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2")
     let handler = TransferAreaComHandler::builder("192.168.7.2").build()?;
 
+    let areas = handler.areas();
     let builder = TransferAreaComHandler::builder("192.168.7.2");
 
     // SetTransferMode(true)
@@ -115,83 +111,83 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
     handler.end_transfer()?;
 
     // ftxIsTransferActiv() → bool
-    let running: bool = handler.areas().is_running();
+    let running: bool = areas.is_running();
 
     // GetTransferAreasArrayAddr() → FISH_X1_TRANSFER*
-    let mut areas: TransferAreaGuard = handler.areas().lock();
+    let mut now: TransferAreaGuard = areas.lock();
 
     // SetFtUniConfig(LOCAL_IO, I1, MODE_ULTRASONIC, false) → FtErrors
-    area.set_ft_uni_config(Input::I1, InputMode::Ultrasonic, false);
+    area.set_ft_uni_config(I1, InputMode::Ultrasonic, false);
 
     // SetFtCntConfig(LOCAL_IO, C1, 1) → FtErrors
-    area.set_ft_cnt_config(Counter::C1, CounterMode::Normal);
+    area.set_ft_cnt_config(C1, CounterMode::Normal);
 
     // SetFtCntConfig(LOCAL_IO, C1, mode) → FtErrors
-    area.set_ft_cnt_config(Counter::C1, CounterMode::try_from(mode)?);
+    area.set_ft_cnt_config(C1, CounterMode::try_from(mode)?);
 
     // SetFtMotorConfig(LOCAL_IO, M1, true) → FtErrors
-    area.set_ft_motor_config(Motor::M1, true);
+    area.set_ft_motor_config(M1, true);
 
     // SetOutMotorValues(LOCAL_IO, M1, 512, CW) → FtErrors
-    area.set_out_motor_values(Motor::M1, 512, Direction::Cw)?;
+    area.set_out_motor_values(M1, 512, Direction::Cw)?;
 
     // SetOutMotorValues(LOCAL_IO, (Motor)m, 512, (Direction)d) → FtErrors
     area.set_out_motor_values(Motor::try_from(m)?, 512, Direction::try_from(d)?)?;
 
     // SetOutMotorValues(LOCAL_IO, M1, -512) → FtErrors
-    area.set_out_motor_power(Motor::M1, -512)?;
+    area.set_out_motor_power(M1, -512)?;
 
     // SetOutMotorInverse(LOCAL_IO, M1) → FtErrors
-    area.set_out_motor_inverse(Motor::M1)?;
+    area.set_out_motor_inverse(M1)?;
 
     // GetOutMotorValues(LOCAL_IO, M1, power) → FtErrors
-    let power: i16 = area.get_out_motor_values(Motor::M1)?;
+    let power: i16 = area.get_out_motor_values(M1)?;
 
     // SetOutPwmValues(LOCAL_IO, O7, 300) → FtErrors
-    area.set_out_pwm_values(Output::O7, 300)?;
+    area.set_out_pwm_values(O7, 300)?;
 
     // GetOutPwmValues(LOCAL_IO, O7, duty) → FtErrors
-    let duty: i16 = area.get_out_pwm_values(Output::O7)?;
+    let duty: i16 = area.get_out_pwm_values(O7)?;
 
     // StartMotorExCmd(LOCAL_IO, M1, 400, CW, 200) → FtErrors
-    area.start_motor_ex_cmd(Motor::M1, 400, Direction::Cw, &[], 200)?;
+    area.start_motor_ex_cmd(M1, 400, Direction::Cw, &[], 200)?;
 
     // StartMotorExCmd(LOCAL_IO, M1, 400, CW, M2, CCW, 200) → FtErrors
-    let slaves = [(Motor::M2, Direction::Ccw)];
-    area.start_motor_ex_cmd(Motor::M1, 400, Direction::Cw, &slaves, 200)?;
+    let slaves = [(M2, Direction::Ccw)];
+    area.start_motor_ex_cmd(M1, 400, Direction::Cw, &slaves, 200)?;
 
     // IsMotorExReady(LOCAL_IO, M1) → bool
-    let ready: bool = area.is_motor_ex_ready(Motor::M1);
+    let ready: bool = area.is_motor_ex_ready(M1);
 
     // StopMotorExCmd(LOCAL_IO, M1) → FtErrors
-    area.stop_motor_ex_cmd(Motor::M1)?;
+    area.stop_motor_ex_cmd(M1)?;
 
     // StopAllMotorExCmd(LOCAL_IO) → FtErrors
     area.stop_all_motor_ex_cmd();
 
     // StartCounterReset(LOCAL_IO, C1) → FtErrors
-    area.start_counter_reset(Counter::C1);
+    area.start_counter_reset(C1);
 
     // IsCntResetReady(LOCAL_IO, C1) → bool
-    let ready: bool = area.is_cnt_reset_ready(Counter::C1);
+    let ready: bool = area.is_cnt_reset_ready(C1);
 
     // GetInCounterValue(LOCAL_IO, C1, count, state) → FtErrors
-    let (count, state): (u16, bool) = area.get_in_counter_value(Counter::C1);
+    let (count, state): (u16, bool) = area.get_in_counter_value(C1);
 
     // GetInCntCount(LOCAL_IO, C1) → UINT16
-    let count: u16 = area.get_in_cnt_count(Counter::C1);
+    let count: u16 = area.get_in_cnt_count(C1);
 
     // GetInCntState(LOCAL_IO, C1) → bool
-    let state: bool = area.get_in_cnt_state(Counter::C1);
+    let state: bool = area.get_in_cnt_state(C1);
 
     // GetInIOValue(LOCAL_IO, I1, value, overrun) → FtErrors
-    let IoValue { value, over_range } = area.get_in_io_value(Input::I1);
+    let IoValue { value, over_range } = area.get_in_io_value(I1);
 
     // GetInIOValueBinary(LOCAL_IO, I1) → bool
-    let pressed: bool = area.get_in_io_value_binary(Input::I1)?;
+    let pressed: bool = area.get_in_io_value_binary(I1)?;
 
     // GetInIOValueAnalogue(LOCAL_IO, I1) → INT16
-    let value: i16 = area.get_in_io_value_analogue(Input::I1)?;
+    let value: i16 = area.get_in_io_value_analogue(I1)?;
 
     // GetJoystickPart(LOCAL_IO, IR_ALL_DATA, JoyLeftXtoLeft) → UINT16
     let part: u16 = area.get_joystick_part(IrDevice::Any, JoystickPart::LeftXToLeft);
@@ -219,23 +215,23 @@ fn ft_txt_lib(area: &mut FishX1Transfer, (mode, m, d): (i32, i32, i32)) -> Resul
 
     // SetFtTaCompleted(callback) → FtErrors
     // tCbTaCompleted(handler)
-    handler.set_cycle_hook(|areas| ControlFlow::Continue(()))?;
+    handler.set_cycle_hook(|now| ControlFlow::Continue(()))?;
 
     // SetFtCbJoyStick(LOCAL_IO, IR_ALL_DATA, x, y) → FtErrors
     // tCbTaJoyStick(handler, area, device, group, x, y)
-    let events = handler.areas().events(&[EventKind::JoystickMoved], 100)?;
+    let events = areas.events(&[EventKind::JoystickMoved], 100)?;
 
     // tCbUniInputDigChanged(handler, area, input, pressed)
-    let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
+    let events = areas.events(&[EventKind::InputChanged], 100)?;
 
     // tCbMotorReached(handler, area, motor, position, messageId)
-    let events = handler.areas().events(&[EventKind::MotorReached], 100)?;
+    let events = areas.events(&[EventKind::MotorReached], 100)?;
 
     // tCbCntResetReady(handler, area, counter, messageId)
-    let events = handler.areas().events(&[EventKind::CounterReset], 100)?;
+    let events = areas.events(&[EventKind::CounterReset], 100)?;
 
     // tCbCount(handler, area, counter, count)
-    let events = handler.areas().events(&[EventKind::CounterChanged], 100)?;
+    let events = areas.events(&[EventKind::CounterChanged], 100)?;
 
     // StartI2C() → bool
     let i2c: I2cClient = handler.i2c()?;
@@ -252,6 +248,8 @@ fn ft_msc_lib(
     // ftxOpenComDeviceNr(4, 38400, &error) → HANDLE
     let handler = TransferAreaComHandler::builder("192.168.7.2").build()?;
 
+    let areas = handler.areas();
+
     // ftxStartTransferArea(h) → u32
     handler.begin_transfer()?;
 
@@ -260,76 +258,76 @@ fn ft_msc_lib(
     handler.end_transfer()?;
 
     // ftxIsTransferActiv(h) → u32
-    let running: bool = handler.areas().is_running();
+    let running: bool = areas.is_running();
 
     // ftxGetLibErrorString(code, 1, text, size) → u32
-    let text: Option<String> = handler.areas().error().map(|error: Error| error.to_string());
+    let text: Option<String> = areas.error().map(|error: Error| error.to_string());
 
     // GetTransferAreasArrayAddr(h) → TA_ARRAY*
-    let mut areas: TransferAreaGuard = handler.areas().lock();
+    let mut now: TransferAreaGuard = areas.lock();
 
     // SetFtUniConfig(h, TA_LOCAL, 0, MODE_R, true) → u32
-    area.set_ft_uni_config(Input::I1, InputMode::Resistance, true);
+    area.set_ft_uni_config(I1, InputMode::Resistance, true);
 
     // SetFtUniConfig(h, TA_LOCAL, 0, mode, true) → u32
-    area.set_ft_uni_config(Input::I1, InputMode::try_from(mode)?, true);
+    area.set_ft_uni_config(I1, InputMode::try_from(mode)?, true);
 
     // SetFtCntConfig(h, TA_LOCAL, 0, 0) → u32
-    area.set_ft_cnt_config(Counter::C1, CounterMode::Normal);
+    area.set_ft_cnt_config(C1, CounterMode::Normal);
 
     // SetFtMotorConfig(h, TA_LOCAL, 0, TRUE) → u32
-    area.set_ft_motor_config(Motor::M1, true);
+    area.set_ft_motor_config(M1, true);
 
     // StartCounterReset(h, TA_LOCAL, 0) → u32
-    area.start_counter_reset(Counter::C1);
+    area.start_counter_reset(C1);
 
     // SetOutMotorValues(h, TA_LOCAL, 0, 512, 0) → u32
-    area.set_out_motor_values(Motor::M1, 512, Direction::Cw)?;
+    area.set_out_motor_values(M1, 512, Direction::Cw)?;
 
     // SetOutMotorValues(h, TA_LOCAL, 0, 0, 512) → u32
-    area.set_out_motor_values(Motor::M1, 512, Direction::Ccw)?;
+    area.set_out_motor_values(M1, 512, Direction::Ccw)?;
 
     // SetOutMotorValues(h, TA_LOCAL, 0, duty_p, duty_m) → u32, one of the duties 0
-    area.set_out_motor_power(Motor::M1, duty_p - duty_m)?;
+    area.set_out_motor_power(M1, duty_p - duty_m)?;
 
     // SetOutPwmValues(h, TA_LOCAL, 6, 300) → u32
-    area.set_out_pwm_values(Output::O7, 300)?;
+    area.set_out_pwm_values(O7, 300)?;
 
     // StartMotorExCmd(h, TA_LOCAL, 0, 400, 0, 255, 0, 200) → u32
-    area.start_motor_ex_cmd(Motor::M1, 400, Direction::Cw, &[], 200)?;
+    area.start_motor_ex_cmd(M1, 400, Direction::Cw, &[], 200)?;
 
     // StartMotorExCmd(h, TA_LOCAL, 0, 400, 0, 1, 1, 200) → u32
-    let slaves = [(Motor::M2, Direction::Ccw)];
-    area.start_motor_ex_cmd(Motor::M1, 400, Direction::Cw, &slaves, 200)?;
+    let slaves = [(M2, Direction::Ccw)];
+    area.start_motor_ex_cmd(M1, 400, Direction::Cw, &slaves, 200)?;
 
     // StartMotorExCmd(h, TA_LOCAL, 0, 400, 0, 1, 1, 0) → u32
-    let slaves = [(Motor::M2, Direction::Ccw)];
-    area.start_synchronised(Motor::M1, 400, Direction::Cw, &slaves)?;
+    let slaves = [(M2, Direction::Ccw)];
+    area.start_synchronised(M1, 400, Direction::Cw, &slaves)?;
 
     // StartMotorExCmd4(h, TA_LOCAL, 0, 400, 0, 1, 0, 2, 0, 3, 0, 200) → u32
-    let slaves = [Motor::M2, Motor::M3, Motor::M4].map(|motor| (motor, Direction::Cw));
-    area.start_motor_ex_cmd(Motor::M1, 400, Direction::Cw, &slaves, 200)?;
+    let slaves = [M2, M3, M4].map(|motor| (motor, Direction::Cw));
+    area.start_motor_ex_cmd(M1, 400, Direction::Cw, &slaves, 200)?;
 
     // StopMotorExCmd(h, TA_LOCAL, 0) → u32
-    area.stop_motor_ex_cmd(Motor::M1)?;
+    area.stop_motor_ex_cmd(M1)?;
 
     // StopAllMotorExCmd(h, TA_LOCAL) → u32
     area.stop_all_motor_ex_cmd();
 
     // GetInIOValue(h, TA_LOCAL, 0, &value, &overrun) → u32
-    let IoValue { value, over_range } = area.get_in_io_value(Input::I1);
+    let IoValue { value, over_range } = area.get_in_io_value(I1);
 
     // GetInCounterValue(h, TA_LOCAL, 0, &count, &state) → u32
-    let (count, state): (u16, bool) = area.get_in_counter_value(Counter::C1);
+    let (count, state): (u16, bool) = area.get_in_counter_value(C1);
 
     // SetCBCounterResetted(callback)
-    let events = handler.areas().events(&[EventKind::CounterReset], 100)?;
+    let events = areas.events(&[EventKind::CounterReset], 100)?;
 
     // SetCBMotorExReached(callback)
-    let events = handler.areas().events(&[EventKind::MotorReached], 100)?;
+    let events = areas.events(&[EventKind::MotorReached], 100)?;
 
     // SetCBRoboExtState(callback)
-    let events = handler.areas().events(&[EventKind::ExtensionChanged], 100)?;
+    let events = areas.events(&[EventKind::ExtensionChanged], 100)?;
 
     // GetRoboTxSlaveState(h, states) → u32
     let states: [u8; 8] = area.state.io_slave_alive;
@@ -345,7 +343,7 @@ fn ft_msc_lib(
     let version: Option<FirmwareVersion> = handler.version();
 
     // GetTrapStatistic(h, …) → u32
-    let figures: Statistics = handler.areas().statistics();
+    let figures: Statistics = areas.statistics();
 
     let mut i2c = handler.i2c()?;
 
@@ -360,6 +358,8 @@ fn ft_msc_lib(
 
 /// Programs on the TXT: `KeLibTxtDl`
 fn ke_lib(handler: &TransferAreaComHandler, limits: TimeLimits) -> Result<(), Error> {
+    let areas = handler.areas();
+
     // StartTxtDownloadProg() → uint32_t
     handler.begin_transfer()?;
 
@@ -367,14 +367,14 @@ fn ke_lib(handler: &TransferAreaComHandler, limits: TimeLimits) -> Result<(), Er
     handler.end_transfer()?;
 
     // MotorIOLib_ThreadIsRunning() → bool
-    let running: bool = handler.areas().is_running();
+    let running: bool = areas.is_running();
 
     // SetTransferAreaCompleteCallback(TransferAreaCallbackFunction)
     // TransferAreaCallbackFunction(areas, count) → bool
-    handler.set_cycle_hook(|areas| ControlFlow::Continue(()))?;
+    handler.set_cycle_hook(|now| ControlFlow::Continue(()))?;
 
     // GetKeLibTransferAreaMainAddress() → FISH_X1_TRANSFER*
-    let mut areas: TransferAreaGuard = handler.areas().lock();
+    let mut now: TransferAreaGuard = areas.lock();
 
     // InitI2C() → uint32_t
     let mut i2c = handler.i2c()?;
@@ -388,9 +388,10 @@ fn ke_lib(handler: &TransferAreaComHandler, limits: TimeLimits) -> Result<(), Er
 /// Programs on the ROBO TX: `ROBO_TX_PRG`
 fn robo_tx_prg(handler: &TransferAreaComHandler, area: &FishX1Transfer) -> Result<(), Error> {
     let mut i2c = handler.i2c()?;
+    let areas = handler.areas();
 
     // PrgTic(p_ta_array, ta_count) → int
-    let mut areas: TransferAreaGuard = handler.areas().wait_cycle()?;
+    let mut now: TransferAreaGuard = areas.wait_cycle()?;
 
     // I2cRead(0x18, 0x02, 0x85, callback) → BOOL32
     let mut value = [0];
@@ -424,13 +425,13 @@ fn around(area: &mut FishX1Transfer, bytes: [u8; 1024]) -> Result<(), Error> {
     area.output = OutputValues::default();
 
     // area->ftX1config.uni[0].mode = MODE_ULTRASONIC
-    area.config.uni[0].mode = InputMode::Ultrasonic.into();
+    area.config.uni[I1].mode = InputMode::Ultrasonic.into();
 
     // area->ftX1state.config_id++
     area.raise_config_id();
 
     // area->ftX1out.motor_ex_cmd_id[0]++
-    area.raise_motor_ex_cmd_id(Motor::M1);
+    area.raise_motor_ex_cmd_id(M1);
 
     // area->sTxtOutputs.u16SoundCmdId++
     area.raise_sound_cmd_id();

@@ -32,7 +32,7 @@ const WITHOUT_C: [&str; 9] = [
 type Place = (usize, usize, usize);
 
 struct Field {
-    /// Its path, with `[0]` after an array of structs.
+    /// Its path, with `[0]` after several structs.
     path: Vec<String>,
     place: Place,
     /// The type that the compiler gives a field of the crate.
@@ -78,15 +78,16 @@ impl Part {
     }
 }
 
-/// The name of a type, or of an array's elements, without its modules.
+/// The name of a type, or of the elements of an array or of `PerInput` and the like, without its modules.
 fn last_name(type_name: &'static str) -> &'static str {
-    let element = type_name.trim_start_matches('[').split(';').next().unwrap_or_default();
+    let element = type_name.split_once('<').map_or(type_name, |(_, element)| element);
+    let element = element.trim_start_matches('[').split([';', '>']).next().unwrap_or_default();
     element.rsplit("::").next().unwrap_or_default()
 }
 
-/// A type as a program writes it: `[transfer_area::config::UniConfig; 8]` without the path.
+/// A type as a program writes it: `[transfer_area::input::IrInput; 5]` without the path.
 fn short(type_name: &str) -> String {
-    let parts = type_name.split_inclusive(['[', ' ']);
+    let parts = type_name.split_inclusive(['[', ' ', '<']);
     parts.map(|part| part.rsplit("::").next().unwrap_or(part)).collect()
 }
 
@@ -113,7 +114,7 @@ fn add_fields(parts: &[Part], of: &str, above: &[String], begin: usize, fields: 
         let (offset, depth) = (begin + part.offset, path.len());
         let place = (offset, part.size, depth);
         fields.push(Field { path: path.clone(), place, type_name: part.type_name });
-        if part.type_name.starts_with('[') {
+        if part.type_name.contains(['[', '<']) {
             path[depth - 1] += "[0]";
         }
         add_fields(parts, last_name(part.type_name), &path, offset, fields);

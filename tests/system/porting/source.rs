@@ -237,7 +237,11 @@ fn item_at(file: &Path, lines: &[&str], index: usize, aliases: Vec<String>) -> O
             }
             item.has_arguments = arguments.any(|argument| !argument.is_empty());
         }
-        Kind::Field => item.type_name = word(rest.trim_start_matches([':', ' ', '['])).to_owned(),
+        Kind::Field => {
+            // The elements' type: of `PerInput<UniConfig>` or `[IrInput; 5]`.
+            let element = rest.split_once('<').map_or(rest, |(_, element)| element);
+            item.type_name = word(element.trim_start_matches([':', ' ', '['])).to_owned();
+        }
         _ => {}
     }
     Some(item)

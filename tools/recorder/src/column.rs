@@ -13,13 +13,13 @@ use crate::error::Error;
 /// `E1.I1` for an extension.
 ///
 /// ```
-/// use ft_transfer_area::FishX1Transfer;
+/// use ft_transfer_area::prelude::*;
 /// use ft_transfer_area_recorder::Column;
 ///
 /// # fn main() -> Result<(), ft_transfer_area_recorder::Error> {
 /// let column: Column = "M1".parse()?;
 /// let mut areas = [FishX1Transfer::default()];
-/// areas[0].output.duty[1] = 512;
+/// areas[0].output.duty[O2] = 512;
 /// assert_eq!(column.value(&areas), Some(-512));
 /// assert_eq!("e1.c2".parse::<Column>()?.to_string(), "E1.C2");
 /// # Ok(())

@@ -127,7 +127,7 @@ pub(crate) fn parts() -> Vec<Part> {
                 numbers.extend([area.txt_inputs2.mic_lin, area.txt_inputs2.mic_log].map(i32::from));
             },
             write: |area, numbers| {
-                area.input.uni = numbers.array();
+                *area.input.uni = numbers.array();
                 [area.txt_inputs2.mic_lin, area.txt_inputs2.mic_log] = numbers.array();
             },
         },
@@ -142,8 +142,8 @@ pub(crate) fn parts() -> Vec<Part> {
                 numbers.extend(area.input.cnt_in.map(i32::from));
             },
             write: |area, numbers| {
-                area.input.counter = numbers.array::<u16, 4>().map(|count| count as i16);
-                area.input.cnt_in = numbers.array();
+                *area.input.counter = numbers.array::<u16, 4>().map(|count| count as i16);
+                *area.input.cnt_in = numbers.array();
             },
         },
         Part {
@@ -156,7 +156,7 @@ pub(crate) fn parts() -> Vec<Part> {
                 numbers.extend(duty);
                 numbers.extend((0..IZ_MOTOR).map(|motor| duty[2 * motor] - duty[2 * motor + 1]));
             },
-            write: |area, numbers| area.output.duty = numbers.array(),
+            write: |area, numbers| *area.output.duty = numbers.array(),
         },
     ]
 }
@@ -196,7 +196,7 @@ fn write_configuration(area: &mut FishX1Transfer, numbers: &mut Numbers<'_>) {
     config.uni.iter_mut().for_each(|input| input.mode = numbers.next());
     config.uni.iter_mut().for_each(|input| input.digital = numbers.next());
     config.cnt.iter_mut().for_each(|counter| counter.mode = numbers.next());
-    config.motor = numbers.array();
+    *config.motor = numbers.array();
 }
 
 fn command_fields() -> Vec<String> {
@@ -226,12 +226,12 @@ fn read_commands(area: &FishX1Transfer, numbers: &mut Vec<i32>) {
 }
 
 fn write_commands(area: &mut FishX1Transfer, numbers: &mut Numbers<'_>) {
-    area.output.motor_ex_cmd_id = numbers.array();
-    area.input.motor_ex_cmd_id = numbers.array();
-    area.output.distance = numbers.array();
-    area.output.master = numbers.array();
-    area.output.cnt_reset_cmd_id = numbers.array();
-    area.input.cnt_reset_cmd_id = numbers.array();
+    *area.output.motor_ex_cmd_id = numbers.array();
+    *area.input.motor_ex_cmd_id = numbers.array();
+    *area.output.distance = numbers.array();
+    *area.output.master = numbers.array();
+    *area.output.cnt_reset_cmd_id = numbers.array();
+    *area.input.cnt_reset_cmd_id = numbers.array();
     let sound = &mut area.txt_outputs;
     [sound.sound_cmd_id, area.txt_inputs.sound_cmd_id, sound.sound_index, sound.sound_repeat] =
         numbers.array();

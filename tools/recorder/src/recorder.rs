@@ -79,7 +79,7 @@ pub struct Totals {
 ///
 /// ```
 /// use ft_transfer_area_simulator::SimulatedTxt;
-/// use ft_transfer_area::TransferAreaComHandler;
+/// use ft_transfer_area::prelude::*;
 /// use ft_transfer_area_recorder::{Options, Recorder};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -87,9 +87,10 @@ pub struct Totals {
 /// # let path = folder.path().join("run.mcap");
 /// let txt = SimulatedTxt::builder().start()?;
 /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
+/// let areas = handler.areas();
 /// let recorder = Recorder::start(&handler, &path, Options::default())?;
 /// handler.begin_transfer()?;
-/// handler.areas().wait_cycle()?[0].output.duty[0] = 512;
+/// areas.wait_cycle()?[0].output.duty[O1] = 512;
 /// handler.end_transfer()?;
 /// let recorded = recorder.finish()?;
 /// assert!(recorded.cycles >= 2);

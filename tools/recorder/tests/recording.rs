@@ -122,7 +122,7 @@ fn every_cycle_comes_back_with_its_outputs_inputs_and_configuration() {
     for ((number, cycle), (outputs, uni, counter)) in (1..).zip(&cycles).zip(&*seen) {
         let master = &cycle.areas[LOCAL_IO];
         assert_eq!((cycle.number, cycle.first, cycle.lost), (number, number == 1, 0));
-        assert_eq!((master.input.uni, master.input.counter), (*uni, *counter));
+        assert_eq!((*master.input.uni, *master.input.counter), (*uni, *counter));
         assert_eq!(master.output.duty, outputs.duty, "cycle {number}");
         assert_eq!(master.output.distance, outputs.distance);
         assert_eq!(master.output.motor_ex_cmd_id, outputs.motor_command_id);
@@ -339,7 +339,7 @@ fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {
         // Something that does not get small.
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let duty = std::array::from_fn(|output| (noise >> (2 * output) & 511) as i16);
-        handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
+        *handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
     }
     handler.end_transfer().unwrap();
     let total = handler.areas().statistics().cycles;
@@ -411,7 +411,7 @@ fn record_up_to_the_limit(path: &Path) {
     while recorder.error().is_none() {
         noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let duty = std::array::from_fn(|output| (noise >> (2 * output) & 511) as i16);
-        handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
+        *handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty = duty;
     }
     handler.areas().wait_cycle().map(drop).unwrap();
     handler.end_transfer().unwrap();

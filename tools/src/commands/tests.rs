@@ -9,7 +9,7 @@ fn plain_speed_ends_a_distance_and_stops_the_followers_if_they_are_to_stop() {
     let mut area = FishX1Transfer::default();
     let follower = Follower { motor: Motor::M3, opposite: true };
     moved(Motor::M1, -300, Some(50), &[follower]).apply(&mut area).unwrap();
-    assert_eq!((area.output.distance, area.output.master), ([50, 0, 50, 0], [0, 0, 1, 0]));
+    assert_eq!((*area.output.distance, *area.output.master), ([50, 0, 50, 0], [0, 0, 1, 0]));
     assert_eq!(area.output.duty, [0, 300, 0, 0, 300, 0, 0, 0]);
 
     let plain = |duty, stops_followers| Command::Motor { motor: Motor::M1, duty, stops_followers };
@@ -19,7 +19,7 @@ fn plain_speed_ends_a_distance_and_stops_the_followers_if_they_are_to_stop() {
     assert_eq!(others_go_on.output.duty, [100, 0, 0, 0, 300, 0, 0, 0]);
 
     plain(100, true).apply(&mut area).unwrap();
-    assert_eq!((area.output.distance, area.output.master), ([0; 4], [0; 4]));
+    assert_eq!((*area.output.distance, *area.output.master), ([0; 4], [0; 4]));
     assert_eq!(area.output.duty, [100, 0, 0, 0, 0, 0, 0, 0]);
     let commands = area.output.motor_ex_cmd_id;
     plain(200, true).apply(&mut area).unwrap();
@@ -31,7 +31,7 @@ fn without_pulses_motors_turn_together_and_0_pulses_are_no_distance() {
     let mut area = FishX1Transfer::default();
     let follower = Follower { motor: Motor::M4, opposite: false };
     moved(Motor::M2, 9, None, &[follower]).apply(&mut area).unwrap();
-    assert_eq!((area.output.master, area.output.distance), ([0, 0, 0, 2], [0; 4]));
+    assert_eq!((*area.output.master, *area.output.distance), ([0, 0, 0, 2], [0; 4]));
     assert_eq!(moved(Motor::M2, 9, Some(0), &[]).apply(&mut area), Err(Error::ZeroPulses));
 }
 

@@ -335,7 +335,7 @@ fn the_page_and_the_recording_say_so() {
         said.is_some_and(|said| said.contains("all outputs of the controller were switched off"))
     );
     let last = entries.iter().rev().find_map(|what| match what {
-        Recorded::Cycle(cycle) => Some(cycle.areas[0].output.duty),
+        Recorded::Cycle(cycle) => Some(*cycle.areas[0].output.duty),
         _ => None,
     });
     assert_eq!(last, Some([0; 8]));

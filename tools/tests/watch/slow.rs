@@ -29,7 +29,7 @@ fn cycle(handler: TransferAreaComHandlerBuilder) {
     handler.begin_transfer().unwrap();
     for number in 0..CYCLES {
         let mut areas = handler.areas().wait_cycle_for(LIMIT).unwrap();
-        areas[0].output.duty = [(number % 512) as i16; 8];
+        *areas[0].output.duty = [(number % 512) as i16; 8];
     }
     handler.end_transfer().unwrap();
 }

@@ -5,7 +5,8 @@ use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
 
 use ft_transfer_area::channel::Receiver;
-use ft_transfer_area::{CameraFrame, CameraOptions, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::{CameraFrame, CameraOptions};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let host = std::env::args().nth(1).unwrap_or("auto".to_owned());

@@ -3,7 +3,8 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 
-use ft_transfer_area::{CameraOptions, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::CameraOptions;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let host = std::env::args().nth(1).unwrap_or("auto".to_owned());

@@ -1,12 +1,13 @@
 //! Runs M1 while a point of the camera's picture is bright. Each cycle uses the newest frame, and does not
 //! wait for a new one.
 
-use ft_transfer_area::transfer_area::LOCAL_IO;
-use ft_transfer_area::{CameraFrame, CameraOptions, Error, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::{CameraFrame, CameraOptions};
 
 fn main() -> Result<(), Error> {
     let host = std::env::args().nth(1).unwrap_or("auto".to_owned());
     let handler = TransferAreaComHandler::builder(host).build()?;
+    let areas = handler.areas();
     handler.begin_transfer()?;
     let frames = handler.start_camera(CameraOptions::default().with_channel_frames(1))?;
     let (mut bright, mut looks) = (false, 0);
@@ -19,7 +20,7 @@ fn main() -> Result<(), Error> {
         if let Some(error) = handler.camera_error() {
             return Err(error);
         }
-        handler.areas().wait_cycle()?[LOCAL_IO].output.duty[0] = if bright { 512 } else { 0 };
+        areas.wait_cycle()?[LOCAL_IO].output.duty[O1] = if bright { 512 } else { 0 };
     }
     handler.end_transfer()
 }

@@ -1,6 +1,7 @@
 //! Saves three pictures of the camera, turned upside down, as PNG files.
 
-use ft_transfer_area::{CameraOptions, TransferAreaComHandler};
+use ft_transfer_area::prelude::*;
+use ft_transfer_area::CameraOptions;
 use image::{imageops, RgbImage};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -224,7 +224,8 @@ impl Client {
 
     fn configure(&mut self, modes: &[usize; 8]) -> Result<Vec<u8>, TestCaseError> {
         self.config_id += 1;
-        let config = AreaConfig { uni: modes.map(|mode| MODES[mode]), ..AreaConfig::default() };
+        let config =
+            AreaConfig { uni: modes.map(|mode| MODES[mode]).into(), ..AreaConfig::default() };
         let mut command = Vec::new();
         UpdateConfig { config_id: self.config_id, extension_id: 0, config }.emit(&mut command);
         self.main.write_all(&command)?;

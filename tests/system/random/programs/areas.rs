@@ -68,7 +68,7 @@ pub(crate) fn act(areas: &mut [FishX1Transfer], acts: &[Act], record: &Record) -
                 orders.tag = Some(tag);
             }
             Act::Zero => {
-                areas.iter_mut().for_each(|area| area.output.duty = [0; 8]);
+                areas.iter_mut().for_each(|area| *area.output.duty = [0; 8]);
                 orders.tag = Some(0);
             }
             Act::Drive(motor, pulses) => {

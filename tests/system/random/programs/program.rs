@@ -258,7 +258,7 @@ pub(crate) fn begun(
         arrived: guard.arrived(),
         is_new: get.is_some_and(Get::is_new),
         awaited: get.and_then(Get::awaits),
-        uni: guard[0].input.uni,
+        uni: *guard[0].input.uni,
         orders: Orders::default(),
     }
 }

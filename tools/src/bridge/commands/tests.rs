@@ -9,7 +9,7 @@ fn after(tail: &str, payload: &str) -> Result<[FishX1Transfer; 2], String> {
 
 #[test]
 fn duties_turn_motors_either_way_on_any_controller() {
-    let duty = |tail, payload| after(tail, payload).map(|areas| areas.map(|a| a.output.duty));
+    let duty = |tail, payload| after(tail, payload).map(|areas| areas.map(|a| *a.output.duty));
     let off = [0; 8];
     let turned = [[300, 0, 0, 0, 0, 0, 0, 0], off];
     assert_eq!(duty("M1/set", r#"{"duty": 300}"#), Ok(turned));
@@ -31,7 +31,7 @@ fn a_distance_is_for_a_group_and_a_plain_duty_ends_it() {
     assert_ne!(areas[0].output.motor_ex_cmd_id[1], id, "a new command");
     // Together, forever.
     let areas = after("M1/move", r#"{"duty": 5, "with": [{"motor": "M2"}]}"#).unwrap();
-    assert_eq!((areas[0].output.distance, areas[0].output.master), ([0; 4], [0, 1, 0, 0]));
+    assert_eq!((*areas[0].output.distance, *areas[0].output.master), ([0; 4], [0, 1, 0, 0]));
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn stop_switches_off_everything_everywhere() {
     assert_eq!((areas[0].output.duty[7], areas[0].txt_outputs.sound_index), (512, 3));
     Received::parse("stop", b"").unwrap().apply(&mut areas).unwrap();
     for area in areas {
-        assert_eq!((area.output.duty, area.output.distance), ([0; 8], [0; 4]));
+        assert_eq!((*area.output.duty, *area.output.distance), ([0; 8], [0; 4]));
         assert_eq!(area.txt_outputs.sound_index, 0);
     }
 }
@@ -150,7 +150,7 @@ fn outputs_need_their_mode_and_motors_theirs() {
     let mut areas = [FishX1Transfer::default()];
     let mut send = |tail: &str, payload: &str| {
         Received::parse(tail, payload.as_bytes())?.apply(&mut areas)?;
-        Ok::<_, String>(areas[0].output.duty)
+        Ok::<_, String>(*areas[0].output.duty)
     };
     send("M1/mode", r#"{"mode": "outputs"}"#).unwrap();
     assert_eq!(send("O2/set", r#"{"duty": 9}"#), Ok([0, 9, 0, 0, 0, 0, 0, 0]));

@@ -65,8 +65,8 @@ fn ways(log: &[Moment], first: &Moment, last: &Moment, has_ended: bool) -> Check
                 format!("Nur das Rad {other} dreht sich, {motor} steht. So dreht sich das Auto auf der Stelle."),
             )
             .hint(
-                "M2 follows when it is in the list of slaves: &[(Motor::M2, Direction::Cw)].",
-                "M2 fährt mit, wenn er in der Liste der Mitläufer steht: &[(Motor::M2, Direction::Cw)].",
+                "M2 follows when it is in the list of slaves: &[(M2, Direction::Cw)].",
+                "M2 fährt mit, wenn er in der Liste der Mitläufer steht: &[(M2, Direction::Cw)].",
             ));
         }
         if way < PULSES - 1.0 {

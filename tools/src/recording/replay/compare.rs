@@ -40,7 +40,7 @@ impl Terminals {
         };
         let output = &recorded.output;
         // A client of another kind may send any number.
-        let sent = OutputValues { duty: given.duty, ..OutputValues::default() }.sent_duty();
+        let sent = OutputValues { duty: given.duty.into(), ..OutputValues::default() }.sent_duty();
         for terminal in Output::ALL {
             let index = terminal.index();
             let (was, is) = (output.duty[index], sent[index]);
@@ -72,11 +72,11 @@ impl Terminals {
     pub(super) fn report(&mut self, recorded: &FishX1Transfer) -> ExchangeDataResponse {
         let input = &recorded.input;
         let mut report = ExchangeDataResponse {
-            uni: input.uni,
-            counter_input: input.cnt_in,
-            counter: input.counter,
-            counter_reset_id: input.cnt_reset_cmd_id,
-            motor_command_id: input.motor_ex_cmd_id,
+            uni: *input.uni,
+            counter_input: *input.cnt_in,
+            counter: *input.counter,
+            counter_reset_id: *input.cnt_reset_cmd_id,
+            motor_command_id: *input.motor_ex_cmd_id,
             sound_command_id: self.sound.report(recorded.txt_inputs.sound_cmd_id),
             ir: recorded.txt_inputs.ir_input.map(|remote| sent(&remote)),
         };

@@ -95,7 +95,7 @@ fn eighth_command(bench: &mut Bench) -> Found {
 
 /// All inputs in two ways that read differently, where something is plugged in or nothing.
 fn modes() -> [Config; 2] {
-    let all = |uni| Config { uni: [uni; 8], ..Config::default() };
+    let all = |uni| Config { uni: [uni; 8].into(), ..Config::default() };
     [all(UniConfig::digital(InputMode::Resistance)), all(UniConfig::analog(InputMode::Resistance))]
 }
 

@@ -327,12 +327,12 @@ const _: () = assert!(ID_LEN + 2 * WORDS <= ExchangeData::LEN);
 impl SentArea {
     fn take(&mut self, data: &ExchangeData) {
         self.is_used = true;
-        self.output.duty = data.duty;
+        *self.output.duty = data.duty;
         // Other numbers mean nothing to a controller.
-        self.output.master = data.master.map(|master| u8::try_from(master).unwrap_or_default());
-        self.output.distance = data.distance;
-        self.output.motor_ex_cmd_id = data.motor_command_id;
-        self.output.cnt_reset_cmd_id = data.counter_reset_id;
+        *self.output.master = data.master.map(|master| u8::try_from(master).unwrap_or_default());
+        *self.output.distance = data.distance;
+        *self.output.motor_ex_cmd_id = data.motor_command_id;
+        *self.output.cnt_reset_cmd_id = data.counter_reset_id;
         self.txt_outputs.sound_cmd_id = data.sound_command_id;
         self.txt_outputs.sound_index = data.sound_index;
         self.txt_outputs.sound_repeat = data.sound_repeat;
