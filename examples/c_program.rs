@@ -54,7 +54,8 @@ fn close(txt: &TransferAreaComHandler) -> Result<(), Error> {
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 0, Direction::Halt);
     txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 512, Direction::Ccw)?;
     plugged_in(txt.areas().wait_until(pressed(Input::I4), LIMIT))?;
-    txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)
+    txt.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M3, 0, Direction::Halt)?;
+    Ok(())
     // C: }
 }
 

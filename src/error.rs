@@ -15,7 +15,7 @@ pub(crate) use origin::Origin;
 
 use crate::firmware::FirmwareVersion;
 use crate::found::{FoundController, TriedAddress};
-use crate::terminals::{Input, Motor, Output};
+use crate::tx::InvalidCall;
 
 /// What can go wrong between a program and its controller.
 ///
@@ -57,38 +57,9 @@ pub enum Error {
         /// The highest number allowed.
         most: i64,
     },
-    /// The call is for a motor, but these outputs are configured as two single ones. Nothing was
-    /// changed.
+    /// A call of [`tx`](crate::tx) was refused. Nothing was changed, and nothing sent.
     #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
-    NotAMotor {
-        /// The motor.
-        motor: Motor,
-    },
-    /// The call is for a single output, but this one is configured as half of a motor. Nothing was
-    /// changed.
-    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
-    NotAnOutput {
-        /// The output.
-        output: Output,
-    },
-    /// A motor command has 0 pulses. To turn motors without a distance, use
-    /// [`start_synchronised`](crate::FishX1Transfer::start_synchronised). Nothing was changed.
-    ZeroPulses,
-    /// A motor command names this motor twice. Nothing was changed.
-    MotorTwice {
-        /// The motor.
-        motor: Motor,
-    },
-    /// The call is for a digital input, but this one reports a measured value.
-    NotDigital {
-        /// The input.
-        input: Input,
-    },
-    /// The call is for a measured value, but this input is digital.
-    NotAnalog {
-        /// The input.
-        input: Input,
-    },
+    InvalidCall(InvalidCall),
     /// `begin_transfer` was called while a transfer is running. That transfer goes on.
     #[doc(alias = "FTLIB_ERR_THREAD_IS_RUNNING")]
     AlreadyStarted,
@@ -320,6 +291,12 @@ impl std::error::Error for Error {
             return Some(&**cause);
         }
         None
+    }
+}
+
+impl From<InvalidCall> for Error {
+    fn from(refused: InvalidCall) -> Self {
+        Self::InvalidCall(refused)
     }
 }
 

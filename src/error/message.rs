@@ -15,40 +15,7 @@ impl fmt::Display for Error {
             Self::OutOfRange { what, given, least, most } => {
                 write!(f, "the {what} is {given}, but has to be {least} to {most}")
             }
-            Self::NotAMotor { motor } => {
-                let [first, second] = motor.outputs();
-                write!(
-                    f,
-                    "{motor} is configured as the single outputs {first} and {second}; make it a motor \
-                     by set_ft_motor_config, or use set_out_pwm_values"
-                )
-            }
-            Self::NotAnOutput { output } => write!(
-                f,
-                "{output} belongs to {}, which is configured as a motor; make it two single outputs \
-                 by set_ft_motor_config, or use set_out_motor_values",
-                output.motor()
-            ),
-            Self::ZeroPulses => write!(
-                f,
-                "a distance is 1 to 65535 pulses, not 0; to turn motors without a distance, alone or \
-                 together, call start_synchronised"
-            ),
-            Self::MotorTwice { motor } => write!(
-                f,
-                "{motor} is named twice in one motor command; master and slaves have to be \
-                 different motors"
-            ),
-            Self::NotDigital { input } => write!(
-                f,
-                "{input} is configured to report its measured value; make it digital by \
-                 set_ft_uni_config, or use get_in_io_value_analogue"
-            ),
-            Self::NotAnalog { input } => write!(
-                f,
-                "{input} is configured as digital; make it report its measured value by \
-                 set_ft_uni_config, or use get_in_io_value_binary"
-            ),
+            Self::InvalidCall(refused) => refused.fmt(f),
             Self::AlreadyStarted => write!(
                 f,
                 "the transfer is already running; call end_transfer before begin_transfer"

@@ -33,5 +33,6 @@ fn wait_for(handler: &TransferAreaComHandler, input: Input) -> Result<(), Error>
 fn go(handler: &TransferAreaComHandler, direction: Direction, until: Input) -> Result<(), Error> {
     handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
     wait_for(handler, until)?;
-    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)
+    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, 0, Direction::Halt)?;
+    Ok(())
 }

@@ -29,5 +29,6 @@ fn main() -> Result<(), Error> {
 }
 
 fn turn(handler: &TransferAreaComHandler, direction: Direction) -> Result<(), Error> {
-    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)
+    handler.areas().lock()[LOCAL_IO].set_out_motor_values(Motor::M1, DUTY_MAX, direction)?;
+    Ok(())
 }

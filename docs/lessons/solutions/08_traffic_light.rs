@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{FishX1Transfer, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Input, Motor, Output};
+use ft_transfer_area::tx::{Input, InvalidCall, Motor, Output};
 use ft_transfer_area::{Error, TransferAreaComHandler};
 
 /// What the traffic light shows. All but green have begun at some time.
@@ -29,7 +29,7 @@ impl State {
     }
 
     /// Sets all three lamps.
-    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let (red, yellow, green) = match self {
             Self::Green => (0, 0, DUTY_MAX),
             Self::Yellow(_) => (0, DUTY_MAX, 0),

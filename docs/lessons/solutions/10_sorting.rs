@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{FishX1Transfer, InputMode, DUTY_MAX, LOCAL_IO};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output};
+use ft_transfer_area::tx::{Counter, Direction, Input, InvalidCall, Motor, Output};
 use ft_transfer_area::{Error, TransferAreaComHandler};
 
 /// The colour sensor measures more without a disc, and less for a white one, in mV.
@@ -28,7 +28,7 @@ enum State {
 }
 
 impl State {
-    fn next(self, area: &FishX1Transfer) -> Result<Self, Error> {
+    fn next(self, area: &FishX1Transfer) -> Result<Self, InvalidCall> {
         // There is no light while a disc is in the light barrier.
         let has_disc = |input| area.get_in_io_value_binary(input).map(|light| !light);
         let pulses = area.get_in_cnt_count(Counter::C1);
@@ -47,7 +47,7 @@ impl State {
     }
 
     /// Belt, valve and compressor in this state.
-    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let runs = !matches!(self, Self::Waits);
         let blows = matches!(self, Self::Blows);
         let compresses = matches!(self, Self::Travels { .. } | Self::Blows);
