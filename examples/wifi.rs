@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         match result {
             Ok(()) => lost = None,
             Err(error @ Error::ConnectionLost { .. }) => {
-                println!("Lost: {error}.");
+                println!("Lost: {error:#}.");
                 print_outputs(&handler.areas().lock()[LOCAL_IO]);
                 lost = Some(Instant::now());
             }
@@ -166,6 +166,6 @@ fn switch_off_and_on(txt: SimulatedTxt, handler: &TransferAreaComHandler) {
             txt.wait_until(Duration::MAX, |machine| machine.exchanges() > 300);
             let _ = handler.end_transfer();
         }
-        Err(error) => eprintln!("{error}"),
+        Err(error) => eprintln!("{error:#}"),
     }
 }

@@ -19,16 +19,21 @@ use crate::tx::InvalidCall;
 
 /// What can go wrong between a program and its controller.
 ///
-/// Every message is a sentence that says what happened and what to check. `Debug` shows the same
-/// sentence as `Display`, because Rust prints it when `main` returns an error:
+/// Every message is a sentence that says what happened and what to check. The
+/// [`source`](std::error::Error::source) is the operating system's error or the error that led to this one, if
+/// any. `{}` is the sentence alone; `{:#}` has what led to it, too, as with the crate `anyhow`. So has `{:?}`, because
+/// Rust prints it when `main` returns an error:
 ///
 /// ```
-/// # use ft_transfer_area::Error;
-/// assert_eq!(format!("{:?}", Error::NotStarted), "no transfer is running; call begin_transfer first");
-/// ```
+/// use std::io;
+/// use ft_transfer_area::Error;
 ///
-/// The [`source`](std::error::Error::source) is the operating system's error or the error that led to
-/// this one, if any. The sentence contains it, too.
+/// let cause = io::Error::other("too many threads").into();
+/// let error = Error::ThreadNotStarted { cause };
+/// assert!(error.to_string().starts_with("the operating system could not start a thread; check how many"));
+/// assert!(format!("{error:#}").ends_with("may have: too many threads"));
+/// assert_eq!(format!("{error:?}"), format!("{error:#}"));
+/// ```
 ///
 /// After an error in talking to the controller the connection can't be used any more: a
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
@@ -274,7 +279,7 @@ pub enum Error {
 
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, f)
+        write!(f, "{self:#}")
     }
 }
 
@@ -338,3 +343,6 @@ impl Error {
         Self::ThreadPanicked { reason: text.unwrap_or("panic").to_owned() }
     }
 }
+
+#[cfg(test)]
+mod tests;

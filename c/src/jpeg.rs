@@ -51,7 +51,7 @@ impl Buffer {
         loop {
             match self.fill(&frames.recv_timeout(FRAME_LIMIT).ok()?) {
                 // The next frame is a better one.
-                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
+                Err(error) => log::debug!("a frame of the camera is left out: {error:#}"),
                 Ok(filled) => return Some(filled),
             }
         }

@@ -154,7 +154,7 @@ fn found() -> Vec<(ConnectionKind, String)> {
     match find_controllers(SEARCH_LIMIT) {
         Ok(found) => found.into_iter().map(|it| (it.connection, it.name)).collect(),
         Err(error) => {
-            log::info!("{error}");
+            log::info!("{error:#}");
             Vec::new()
         }
     }

@@ -330,7 +330,7 @@ fn outcome(error: &Error, limit: Duration) -> String {
                 .to_owned()
         }
         Error::WrongId { .. } | Error::WrongSize { .. } => "what answers is not a TXT".to_owned(),
-        other => other.to_string(),
+        other => format!("{other:#}"),
     }
 }
 

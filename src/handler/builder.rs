@@ -254,7 +254,7 @@ impl TransferAreaComHandlerBuilder {
     ///         match handler.areas().wait_cycle() {
     ///             Ok(mut areas) => areas[LOCAL_IO].output.duty[0] = 512,
     ///             // A machine that needs its positions would find them again here.
-    ///             Err(error @ Error::ConnectionLost { .. }) => eprintln!("{error}"),
+    ///             Err(error @ Error::ConnectionLost { .. }) => eprintln!("{error:#}"),
     ///             Err(error) => return Err(error),
     ///         }
     ///     }

@@ -8,9 +8,9 @@ use super::{Input, Motor, Output};
 /// Why a call of [`tx`](crate::tx) was refused. Nothing was changed, and nothing is sent.
 ///
 /// It says what is wrong and which values are right. `?` makes it an [`Error`](crate::Error) in a function that
-/// returns one.
+/// returns one. `{:?}` is the sentence of `{}`, as for `Error`.
 #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum InvalidCall {
     /// An argument is out of its range.
@@ -109,6 +109,12 @@ impl fmt::Display for InvalidCall {
                  set_ft_uni_config, or use get_in_io_value_binary"
             ),
         }
+    }
+}
+
+impl fmt::Debug for InvalidCall {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

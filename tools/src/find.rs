@@ -126,12 +126,12 @@ impl Findings {
                 let address = controller.address;
                 let asked = thread::Builder::new().spawn_scoped(scope, move || {
                     *camera = has_camera(&address.to_string()).unwrap_or_else(|error| {
-                        log::warn!("{address}: {error}");
+                        log::warn!("{address}: {error:#}");
                         None
                     });
                 });
                 if let Err(error) = asked {
-                    log::warn!("{address}: no thread could be started for its camera: {error}");
+                    log::warn!("{address}: no thread could be started for its camera: {error:#}");
                 }
             }
         });

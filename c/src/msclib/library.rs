@@ -135,7 +135,7 @@ impl Library {
         let mut state = self.state.lock();
         state.opening.retain(|opening| *opening != host);
         let controller = controller.map_err(|error| {
-            log::error!("{name}: {error}");
+            log::error!("{name}: {error:#}");
             FTLIB_ERR_OPEN_COM
         })?;
         // Also when the library was closed meanwhile.

@@ -35,7 +35,7 @@ use crate::pause::within_clock;
 ///                 Event::InputChanged { input: Input::I1, pressed: true, .. } => {
 ///                     println!("I1 in cycle {}!", told.cycle);
 ///                 }
-///                 Event::TransferEnded { error: Some(error), .. } => println!("{error}"),
+///                 Event::TransferEnded { error: Some(error), .. } => println!("{error:#}"),
 ///                 _ => {}
 ///             }
 ///         }

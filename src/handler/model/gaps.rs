@@ -105,7 +105,7 @@ fn lost_twice(lock_step: bool, others: usize) {
                 told += 1;
                 handler.lock()[0].output.duty[1] = told;
             }
-            Err(error) => panic!("{error}"),
+            Err(error) => panic!("{error:#}"),
         }
     }
     assert_eq!(told, 2);

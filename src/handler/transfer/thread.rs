@@ -55,7 +55,7 @@ impl<'a> TransferThread<'a> {
         self.side.finish(result.clone().err());
         match result {
             Ok(()) => notice!(Info, "the transfer has ended"),
-            Err(error) => notice!(Error, "the transfer has ended: {error}"),
+            Err(error) => notice!(Error, "the transfer has ended: {error:#}"),
         }
     }
 

@@ -329,7 +329,7 @@ fn silent(at_start: bool) -> Wrong {
 /// The operating system does not say how the program is.
 fn lost(error: std::io::Error) -> Wrong {
     Wrong::new(
-        format!("The program can't be watched: {error}"),
-        format!("Das Programm lässt sich nicht beobachten: {error}"),
+        format!("The program can't be watched: {error:#}"),
+        format!("Das Programm lässt sich nicht beobachten: {error:#}"),
     )
 }

@@ -29,6 +29,6 @@ pub(crate) fn sentence(error: &Error) -> String {
              off afterwards; what went wrong: {}",
             sentence(cause)
         ),
-        other => other.to_string(),
+        other => format!("{other:#}"),
     }
 }

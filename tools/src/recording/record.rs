@@ -71,7 +71,7 @@ const _: () = assert!(KINDS.len() == 1 + InputMode::ALL.len());
 
 fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
     let (name, kind) = given.split_once('=').ok_or("write I1=cm, for example")?;
-    let column: Column = name.parse().map_err(|error| format!("{error}"))?;
+    let column: Column = name.parse().map_err(|error| format!("{error:#}"))?;
     if column.input().is_none() {
         return Err(format!("{column} is not a universal input"));
     }
