@@ -76,6 +76,16 @@ impl fmt::Display for FoundController {
     }
 }
 
+/// What a search has found, see [`find_controllers`](crate::find_controllers): each in the order of the addresses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct FoundControllers {
+    /// The controllers that answered; at least one.
+    pub controllers: Vec<FoundController>,
+    /// The addresses where none answered.
+    pub others: Vec<TriedAddress>,
+}
+
 /// An address at which no controller answered, and what happened there.
 ///
 /// It prints as `192.168.7.2:65000 (USB): no answer within 1s`.

@@ -133,8 +133,7 @@ pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream, Picture, PowerLine};
 pub use client::{
-    ask_controllers_at, controller_address, find_controllers, find_controllers_at, TimeLimits,
-    TxtClient, PORT, USUAL_HOSTS,
+    controller_address, find_controllers, SearchOptions, TimeLimits, TxtClient, PORT, USUAL_HOSTS,
 };
 pub use error::{Error, IoError};
 pub use events::{
@@ -143,7 +142,7 @@ pub use events::{
 };
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
-pub use found::{ConnectionKind, FoundController, TriedAddress};
+pub use found::{ConnectionKind, FoundController, FoundControllers, TriedAddress};
 pub use handler::{
     CycleLog, Events, TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferAreaGuard,
     TransferAreas,

@@ -27,9 +27,7 @@ use std::time::{Duration, Instant};
 pub(crate) use address::host_and_port;
 pub(crate) use connection::Connection;
 pub(crate) use find::found_host;
-pub use find::{
-    ask_controllers_at, controller_address, find_controllers, find_controllers_at, USUAL_HOSTS,
-};
+pub use find::{controller_address, find_controllers, SearchOptions, USUAL_HOSTS};
 pub(crate) use i2c_line::I2cLine;
 use i2c_line::I2cSession;
 #[cfg(test)]

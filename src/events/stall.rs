@@ -17,11 +17,17 @@ pub(crate) struct Stalls {
     response: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Watched {
-    /// `None` if the motor is not watched.
-    limit: Option<Duration>,
+    /// [`Duration::MAX`] if the motor is not watched.
+    limit: Duration,
     standstill: Option<Standstill>,
+}
+
+impl Default for Watched {
+    fn default() -> Self {
+        Self { limit: Duration::MAX, standstill: None }
+    }
 }
 
 /// A motor that should turn but has not done so since then.
@@ -55,8 +61,8 @@ impl Order {
 }
 
 impl Stalls {
-    /// Sets the limit for a motor; `None` to stop watching it.
-    pub(crate) fn set_limit(&mut self, area: usize, motor: Motor, limit: Option<Duration>) {
+    /// Sets the limit for a motor; with [`Duration::MAX`] it is not watched.
+    pub(crate) fn set_limit(&mut self, area: usize, motor: Motor, limit: Duration) {
         if let Some(motors) = self.motors.get_mut(area) {
             motors[motor.index()] = Watched { limit, standstill: None };
         }
@@ -76,7 +82,9 @@ impl Stalls {
             let takes_part = area == LOCAL_IO || comparison.now.alive() >> (area - 1) & 1 != 0;
             let now = comparison.now.area(area).filter(|_| takes_part);
             for (motor, watched) in Motor::ALL.into_iter().zip(motors) {
-                let Some(limit) = watched.limit else { continue };
+                if watched.limit == Duration::MAX {
+                    continue;
+                }
                 let order = now.and_then(|now| Some((now, Order::new(sent, now, motor)?)));
                 let Some((now, order)) = order else {
                     watched.standstill = None;
@@ -91,7 +99,7 @@ impl Stalls {
                     since: arrived,
                     told: false,
                 });
-                if !standstill.told && arrived - standstill.since >= limit {
+                if !standstill.told && arrived - standstill.since >= watched.limit {
                     standstill.told = true;
                     tell(Event::MotorStalled { area, motor, position: count as u16 });
                 }
@@ -122,7 +130,7 @@ mod tests {
     impl Machine {
         fn new() -> Self {
             let mut stalls = Stalls::default();
-            stalls.set_limit(LOCAL_IO, Motor::M2, Some(LIMIT));
+            stalls.set_limit(LOCAL_IO, Motor::M2, LIMIT);
             let (sent, told) = (Outgoing::default(), ExchangeDataResponse::default());
             Self { stalls, response: 0, now: Instant::now(), sent, told, first: false }
         }
@@ -214,7 +222,7 @@ mod tests {
         machine.told.motor_command_id[1] = 6;
         assert_eq!(machine.steps_until_told(), Some(6), "it is stuck on its way");
         machine.told.counter[1] += 1;
-        machine.stalls.set_limit(LOCAL_IO, Motor::M2, None);
+        machine.stalls.set_limit(LOCAL_IO, Motor::M2, Duration::MAX);
         assert_eq!(machine.steps_until_told(), None);
     }
 

@@ -163,7 +163,7 @@ fn a_search_says_what_happened_at_an_address() {
         (Ok(sending(no_txt)), "what answers is not a TXT", false),
     ] {
         let network = ScriptedNetwork::new([opening]);
-        let error = find_at(network, &["txt"], AMPLE).unwrap_err();
+        let error = find_at(network, &["txt".to_owned()], AMPLE).unwrap_err();
         let Error::NoController { tried } = error else { panic!("{error}") };
         assert!(tried[0].outcome.contains(outcome), "{tried:?}");
         assert_eq!(tried[0].perhaps_in_use, perhaps_in_use, "{tried:?}");
@@ -174,7 +174,7 @@ fn a_search_says_what_happened_at_an_address() {
     }
     let network = ScriptedNetwork::new([Ok(sending(response()))]);
     let expected = found("192.168.7.2:65000", ConnectionKind::Usb);
-    assert_eq!(find_at(network, &["txt"], AMPLE), Ok(vec![expected]));
+    assert_eq!(find_at(network, &["txt".to_owned()], AMPLE).unwrap().controllers, [expected]);
 }
 
 #[test]

@@ -312,12 +312,12 @@ impl TransferAreas {
     }
 
     /// Sends [`Event::MotorStalled`](crate::Event::MotorStalled) when a motor should turn but its counter does
-    /// not change for `limit`. With `None`, the default, this event is never sent.
+    /// not change for `limit`. With [`Duration::MAX`], the default, this event is never sent.
     ///
     /// This is for motors with an encoder at the counter of the same number; for others an unchanged counter
     /// means nothing. The time is measured between responses, and starts with the response to the first
     /// request that makes the motor turn. Choose a limit above the time that the motor needs to start, about
-    /// 100 ms; zero sends it with that response, and [`Duration::MAX`] never. The limit is the same for all
+    /// 100 ms; zero sends it with that response. The limit is the same for all
     /// listeners, and stays for later transfers. It is checked only while there is a listener for this kind
     /// of event.
     ///
@@ -330,7 +330,7 @@ impl TransferAreas {
     ///
     /// /// Drives M1 against its stop, which has no switch; returns whether it got there in time.
     /// fn drive_to_stop(area: &TransferAreas) -> Result<bool, Error> {
-    ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Some(Duration::from_millis(300)))?;
+    ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Duration::from_millis(300))?;
     ///     let events = area.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
     ///     area.lock()[LOCAL_IO].output.duty[0] = 200;
     ///     let told = events.recv_timeout(Duration::from_secs(10));
@@ -342,12 +342,7 @@ impl TransferAreas {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] for an area that does not exist.
-    pub fn set_stall_limit(
-        &self,
-        area: usize,
-        motor: Motor,
-        limit: Option<Duration>,
-    ) -> Result<(), Error> {
+    pub fn set_stall_limit(&self, area: usize, motor: Motor, limit: Duration) -> Result<(), Error> {
         self.check_area(area)?;
         self.shared().listeners.lock().set_stall_limit(area, motor, limit);
         Ok(())
