@@ -7,8 +7,8 @@
 //! use ft_transfer_area::transfer_area::LOCAL_IO;
 //! use ft_transfer_area::{Error, TransferAreaComHandler};
 //!
-//! fn run(host: &str, port: u16) -> Result<(), Error> {
-//!     let handler = TransferAreaComHandler::builder(host).port(port).build()?;
+//! fn run(address: &str) -> Result<(), Error> {
+//!     let handler = TransferAreaComHandler::builder(address).build()?;
 //!     handler.begin_transfer()?;
 //!     for _ in 0..100 {
 //!         let mut areas = handler.areas().wait_cycle()?; // the inputs of the newest exchange
@@ -19,9 +19,9 @@
 //! }
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // A real TXT is at 192.168.7.2 (USB), port 65000. This one is simulated.
+//! // A real TXT is at 192.168.7.2 (USB). This one is simulated.
 //! let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start()?;
-//! run("127.0.0.1", txt.port())?;
+//! run(&txt.address().to_string())?;
 //! # Ok(())
 //! # }
 //! ```

@@ -19,8 +19,7 @@ fn no_thread_is_left_after_an_end_or_a_failure() {
     let txt = txt.start().unwrap();
     let mut failures = 0;
     for _ in 0..10 {
-        let handler =
-            TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+        let handler = TransferAreaComHandler::builder(txt.address()).build().unwrap();
         let result = handler
             .begin_transfer()
             .and_then(|()| (0..20).try_for_each(|_| handler.areas().wait_cycle().map(drop)));

@@ -59,8 +59,7 @@ impl Format {
             txt = txt.on_exchange(move |machine| machine.set_camera_picture(Some(picture.clone())));
         }
         let txt = txt.start()?;
-        let handler = TransferAreaComHandler::builder("127.0.0.1")
-            .port(txt.port())
+        let handler = TransferAreaComHandler::builder(txt.address())
             .camera_port(txt.camera_port())
             .build()?;
         handler.begin_transfer()?;

@@ -277,7 +277,7 @@ mod tests {
             (M4, &[], InvalidCall::NotAMotor { motor: M4 }),
             (M1, &[(M2, Cw), (M4, Cw)], InvalidCall::NotAMotor { motor: M4 }),
         ] {
-            assert_eq!(area.start_synchronised(master, 512, Cw, slaves), Err(error.clone()));
+            assert_eq!(area.start_synchronised(master, 512, Cw, slaves), Err(error));
             assert_eq!(area.start_motor_ex_cmd(master, 512, Cw, slaves, 1), Err(error));
         }
         assert_eq!(area.stop_motor_ex_cmd(M4), Err(InvalidCall::NotAMotor { motor: M4 }));

@@ -208,9 +208,9 @@ mod tests {
         let before = area;
         let (motor, output) = (Motor::M4, Output::O1);
         let not_a_motor = InvalidCall::NotAMotor { motor };
-        assert_eq!(area.set_out_motor_values(motor, 1, Direction::Cw), Err(not_a_motor.clone()));
-        assert_eq!(area.set_out_motor_power(motor, 1), Err(not_a_motor.clone()));
-        assert_eq!(area.set_out_motor_inverse(motor), Err(not_a_motor.clone()));
+        assert_eq!(area.set_out_motor_values(motor, 1, Direction::Cw), Err(not_a_motor));
+        assert_eq!(area.set_out_motor_power(motor, 1), Err(not_a_motor));
+        assert_eq!(area.set_out_motor_inverse(motor), Err(not_a_motor));
         assert_eq!(area.get_out_motor_values(motor), Err(not_a_motor));
         assert_eq!(area.set_out_pwm_values(output, 1), Err(InvalidCall::NotAnOutput { output }));
         assert_eq!(area.get_out_pwm_values(output), Err(InvalidCall::NotAnOutput { output }));

@@ -184,12 +184,7 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
 fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     // Long enough for a busy machine.
     let limits = TimeLimits::default().with_read(Duration::from_secs(1));
-    TransferAreaComHandler::builder("127.0.0.1")
-        .port(txt.port())
-        .areas(2)
-        .time_limits(limits)
-        .build()
-        .unwrap()
+    TransferAreaComHandler::builder(txt.address()).areas(2).time_limits(limits).build().unwrap()
 }
 
 /// The extension is cut off and comes back all the time.
@@ -201,12 +196,8 @@ fn flicker(machine: &mut Machine) {
 fn this_crates_client_is_not_odd() {
     for mode in [TransferMode::Compressed, TransferMode::Simple] {
         let txt = unpaced().extensions(1).on_exchange(flicker).start().unwrap();
-        let handler = TransferAreaComHandler::builder("127.0.0.1")
-            .port(txt.port())
-            .areas(2)
-            .mode(mode)
-            .build()
-            .unwrap();
+        let handler =
+            TransferAreaComHandler::builder(txt.address()).areas(2).mode(mode).build().unwrap();
         for _ in 0..2 {
             handler.begin_transfer().unwrap();
             for cycle in 0..20 {

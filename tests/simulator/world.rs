@@ -43,8 +43,7 @@ fn wait_until(
 #[test]
 fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
     let txt = unpaced().world(World::shipped("slide").unwrap()).start().unwrap();
-    let handler = TransferAreaComHandler::builder("127.0.0.1")
-        .port(txt.port())
+    let handler = TransferAreaComHandler::builder(txt.address())
         .reaction_window(Duration::ZERO)
         .build()
         .unwrap();

@@ -82,7 +82,7 @@ fn a_host_that_does_not_exist() {
 #[test]
 fn a_port_without_a_listener() {
     let port = unused_ports();
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+    let handler = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
     let address = format!("127.0.0.1:{port}");
     assert!(error.to_string().contains(&address), "{error}");
@@ -243,7 +243,7 @@ fn a_response_that_trickles_in_for_longer_than_the_limit() {
         }
     });
     let limits = TimeLimits::default().with_read(Duration::from_secs(1));
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).time_limits(limits);
+    let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).time_limits(limits);
     let error = builder.build().unwrap().begin_transfer().unwrap_err();
     assert!(matches!(error, Error::NoAnswer { received: 1..24, .. }), "{error:?}");
     server.join().unwrap();

@@ -184,7 +184,7 @@ fn auto_is_the_controller_that_is_found_and_stays_the_same_one() {
 #[test]
 fn auto_begins_no_transfer_without_a_controller() {
     // No server gets this port by chance.
-    let builder = TransferAreaComHandler::builder("auto").port(1);
+    let builder = TransferAreaComHandler::builder("auto:1");
     let error = builder.build().unwrap().begin_transfer().unwrap_err();
     assert!(matches!(error, Error::NoController { .. }), "{error}");
 }

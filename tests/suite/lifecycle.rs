@@ -343,11 +343,13 @@ fn a_thread_that_waits_gets_the_end() {
 fn a_controller_that_says_nothing_ends_every_wait_in_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let limits = TimeLimits::default().with_read(Duration::from_millis(50));
-    let handler = TransferAreaComHandler::builder("127.0.0.1")
-        .port(listener.local_addr().unwrap().port())
-        .time_limits(limits)
-        .build()
-        .unwrap();
+    let handler = TransferAreaComHandler::builder(format!(
+        "127.0.0.1:{}",
+        listener.local_addr().unwrap().port()
+    ))
+    .time_limits(limits)
+    .build()
+    .unwrap();
     let error = handler.begin_transfer().unwrap_err();
     let expected = Error::NoAnswer { command: "QueryStatus", limit: limits.read, received: 0 };
     assert_eq!(error, expected);

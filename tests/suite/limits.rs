@@ -27,13 +27,17 @@ type Call<'a> = (&'a str, Duration, Duration, &'a dyn Fn(Duration) -> Result<(),
 fn build(
     set: impl Fn(TransferAreaComHandlerBuilder) -> TransferAreaComHandlerBuilder,
 ) -> Result<(), Error> {
-    set(TransferAreaComHandler::builder(NOBODY.0).port(NOBODY.1)).build().map(drop)
+    set(TransferAreaComHandler::builder(format!("{}:{}", NOBODY.0, NOBODY.1))).build().map(drop)
 }
 
 /// Gives these limits to all calls that take some; returns the first error.
 fn limits(limits: TimeLimits) -> Result<(), Error> {
-    TxtClient::connect(NOBODY.0, NOBODY.1, limits).map(drop).or_else(unless_refused)?;
-    I2cClient::connect(NOBODY.0, NOBODY.1, limits).map(drop).or_else(unless_refused)?;
+    TxtClient::connect(format!("{}:{}", NOBODY.0, NOBODY.1), limits)
+        .map(drop)
+        .or_else(unless_refused)?;
+    I2cClient::connect(format!("{}:{}", NOBODY.0, NOBODY.1), limits)
+        .map(drop)
+        .or_else(unless_refused)?;
     build(|builder| builder.time_limits(limits))
 }
 

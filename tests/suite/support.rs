@@ -27,7 +27,7 @@ pub(crate) fn strict() -> SimulatedTxtBuilder {
 /// Settings for a handler of this simulated TXT.
 pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
     // A panic of a hook takes long when a backtrace is printed.
-    TransferAreaComHandler::builder("127.0.0.1").port(txt.port())
+    TransferAreaComHandler::builder(txt.address())
 }
 
 /// Waits until the condition holds for the simulated machine.

@@ -35,7 +35,7 @@ impl Default for Plan {
 fn record(path: &str, plan: &Plan) {
     let txt = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).lock_step();
     let txt = plan.fault.iter().cloned().fold(txt, |txt, fault| txt.fault(fault)).start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).lock_step();
+    let builder = TransferAreaComHandler::builder(txt.address()).lock_step();
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     for _ in 0..plan.before {
         handler.begin_transfer().unwrap();
@@ -169,7 +169,7 @@ fn cycles_that_one_has_lost_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let [one, other] = ["one.mcap", "other.mcap"].map(|name| in_folder(&folder, name));
     let txt = SimulatedTxt::builder().pace(Duration::ZERO).lock_step().start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).lock_step();
+    let builder = TransferAreaComHandler::builder(txt.address()).lock_step();
     let handler = builder.build().unwrap();
     let all = Recorder::start(&handler, &one, Options::default().with_capacity(6_000)).unwrap();
     // Checked too rarely for so few places.

@@ -124,10 +124,11 @@ fn with_force_the_old_file_is_there_until_a_watched_program_drives() {
     for drives in [false, true] {
         let watch = Running::start(&mut self::txt(&args));
         let main = watch.line();
-        let port = main.rsplit_once(':').unwrap().1.parse().unwrap();
+        let port = main.rsplit_once(':').unwrap().1;
         watch.line();
         if drives {
-            let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+            let handler =
+                TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).build().unwrap();
             handler.begin_transfer().unwrap();
             drop(handler.areas().wait_cycle_for(DEADLINE).unwrap());
             handler.end_transfer().unwrap();

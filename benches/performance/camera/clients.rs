@@ -90,7 +90,7 @@ impl Client for Channel {
 
 /// A handler with a running transfer.
 pub(crate) fn transfer(port: u16, camera_port: u16) -> Result<TransferAreaComHandler> {
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port);
+    let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}"));
     let handler = builder.camera_port(camera_port).build()?;
     handler.begin_transfer()?;
     Ok(handler)

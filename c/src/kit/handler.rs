@@ -8,7 +8,7 @@ use std::time::Instant;
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
 use ft_transfer_area::{
-    CameraFrame, CameraStream, Error, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
+    CameraFrame, CameraStream, Error, Exchange, TimeLimits, TransferMode, TxtClient,
 };
 use parking_lot::Mutex;
 
@@ -110,7 +110,7 @@ impl Kit {
 
     fn connect(&self) -> Result<TxtClient, Failure> {
         exit::watch_signals();
-        Ok(TxtClient::connect(&self.host, PORT, TimeLimits::default())?)
+        Ok(TxtClient::connect(&self.host, TimeLimits::default())?)
     }
 
     pub(super) fn begin(&self) -> Result<(), Failure> {

@@ -51,7 +51,7 @@ fn auto_is_the_only_controller_that_is_found() {
     thread::scope(|scope| {
         // One for the search, one for the client.
         scope.spawn(|| answer(&listener, 2));
-        let mut client = TxtClient::connect("auto", port, TimeLimits::default()).unwrap();
+        let mut client = TxtClient::connect(format!("auto:{port}"), TimeLimits::default()).unwrap();
         assert_eq!(client.query_status().unwrap().name(), "TXT");
         scope.spawn(|| answer(&listener, 1));
         let host = found_host(&TCP, "auto", port, AMPLE);
@@ -89,7 +89,7 @@ fn every_way_to_write_an_address_is_understood() {
 #[test]
 fn auto_without_a_controller_lists_the_addresses_and_what_to_check() {
     // No server gets this port by chance.
-    let error = TxtClient::connect("auto:1", PORT, TimeLimits::default()).unwrap_err();
+    let error = TxtClient::connect("auto:1", TimeLimits::default()).unwrap_err();
     let tried = TriedAddress {
         address: "127.0.0.1:1".to_owned(),
         connection: ConnectionKind::SameMachine,

@@ -117,9 +117,7 @@ fn handler(
     simulated: Option<&SimulatedTxt>,
 ) -> anyhow::Result<TransferAreaComHandler> {
     let builder = match simulated {
-        Some(txt) => TransferAreaComHandler::builder("127.0.0.1")
-            .port(txt.port())
-            .camera_port(txt.camera_port()),
+        Some(txt) => TransferAreaComHandler::builder(txt.address()).camera_port(txt.camera_port()),
         None => TransferAreaComHandler::builder(&*args.host),
     };
     let handler = builder.areas(MAX_AREAS).reconnect(RECONNECT).build()?;

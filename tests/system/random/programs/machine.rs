@@ -95,8 +95,7 @@ fn handler(setup: &Setup, port: u16, txt: &SimulatedTxt) -> TransferAreaComHandl
         .with_read(READ_LIMIT)
         .with_write(READ_LIMIT);
     let ms = Duration::from_millis;
-    let mut builder = TransferAreaComHandler::builder("127.0.0.1")
-        .port(port)
+    let mut builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))
         .camera_port(txt.camera_port())
         .i2c_port(txt.i2c_port())
         .areas(1 + usize::from(setup.extension))

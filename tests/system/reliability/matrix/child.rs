@@ -109,7 +109,7 @@ fn number<T: std::str::FromStr>(text: &str) -> T {
 
 /// A handler with a motor on.
 fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler {
-    let handler = TransferAreaComHandler::builder(host).port(port).time_limits(limits);
+    let handler = TransferAreaComHandler::builder(format!("{host}:{port}")).time_limits(limits);
     let handler = handler.build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler
@@ -145,7 +145,7 @@ fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
 
 /// Runs a motor until the connection is lost, goes on when it is restored, and prints the error that it got.
 fn reconnecting(host: &str, port: u16) {
-    let builder = TransferAreaComHandler::builder(host).port(port);
+    let builder = TransferAreaComHandler::builder(format!("{host}:{port}"));
     let handler = builder.reconnect(Duration::from_secs(60)).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     let is_wanted = begin_until_told(&handler);

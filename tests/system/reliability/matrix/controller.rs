@@ -1,6 +1,5 @@
 //! A simulated TXT that records when its motors ran.
 
-use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
@@ -44,6 +43,11 @@ const FOREVER: Duration = Duration::from_secs(3600);
 /// A simulated TXT at the controller's pace.
 pub(crate) fn txt() -> SimulatedTxtBuilder {
     SimulatedTxt::builder().idle_limit(FOREVER).camera_start_up(Duration::ZERO)
+}
+
+/// Settings for a handler of what listens at this port.
+pub(crate) fn handler_at(port: u16) -> TransferAreaComHandlerBuilder {
+    TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))
 }
 
 /// Whether a motor is on.
@@ -91,7 +95,7 @@ impl Controller {
 
     /// Settings for a handler of it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
-        TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string()).port(self.port())
+        TransferAreaComHandler::builder(self.txt.address())
     }
 
     pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {

@@ -90,7 +90,7 @@ fn begin_beside_end() -> Outcome {
         }
     });
     let txt = txt.start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    let builder = TransferAreaComHandler::builder(txt.address());
     let handler = builder.build().unwrap();
     for round in 0..ROUNDS {
         handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
@@ -131,7 +131,7 @@ fn order_beside_end(order: Order, wait: Wait, check: Check) -> Outcome {
     let (mut refused, mut took) = (0, Vec::new());
     for round in 0..ROUNDS {
         // A handler with no command before this one.
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+        let builder = TransferAreaComHandler::builder(txt.address());
         let handler = builder.build().unwrap();
         let area = handler.areas().clone();
         handler.begin_transfer().unwrap();
