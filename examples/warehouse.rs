@@ -451,9 +451,9 @@ fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simul
         "No address is given, so this is a simulated warehouse. Its remote is used by a script."
     );
     let remote = |at, on| ScriptEvent::remote(at, Remote { on, ..Remote::default() });
-    let script = Script::default().with_event(remote(18.0, true)).with_event(remote(18.5, false));
+    let script = Script::default().event(remote(18.0, true)).event(remote(18.5, false));
     let world = World::shipped("high_bay_warehouse")?;
-    let world = world.with_remote(Remote::default()).with_script(script);
+    let world = world.remote(Remote::default()).script(script);
     let txt = SimulatedTxt::builder().world(world).start()?;
     Ok((txt.address().to_string(), Some(txt)))
 }

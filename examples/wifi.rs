@@ -46,7 +46,7 @@ const WAY_LIMIT: Duration = Duration::from_secs(10);
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
     let builder = TransferAreaComHandler::builder(address)
-        .time_limits(TimeLimits::default().with_read(READ_LIMIT))
+        .time_limits(TimeLimits::default().read(READ_LIMIT))
         .watchdog(WATCHDOG)
         .reconnect(RECONNECT_LIMIT);
     let handler = Arc::new(builder.build()?);

@@ -64,7 +64,7 @@ impl Format {
             .build()?;
         handler.begin_transfer()?;
         handler.areas().wait_cycle()?;
-        let options = CameraOptions::default().with_size(self.width, self.height);
+        let options = CameraOptions::default().size(self.width, self.height);
         let frames = handler.start_camera(options)?;
         frames.recv().context("the simulated camera sends no frame")
     }

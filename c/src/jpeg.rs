@@ -34,10 +34,10 @@ pub(crate) fn camera_options(settings: [i32; 4]) -> Result<CameraOptions, Error>
         other => PowerLine::Other(other),
     };
     Ok(CameraOptions::default()
-        .with_size(width as u16, height as u16)
-        .with_framerate(framerate as u16)
-        .with_power_line(power_line)
-        .with_channel_frames(1))
+        .size(width as u16, height as u16)
+        .framerate(framerate as u16)
+        .power_line(power_line)
+        .channel_frames(1))
 }
 
 /// The last picture that a program got. Its bytes stay where they are until the next one.

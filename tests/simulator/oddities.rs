@@ -183,7 +183,7 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
 /// A handler for two areas that waits at most half a second for an answer.
 fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     // Long enough for a busy machine.
-    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
+    let limits = TimeLimits::default().read(Duration::from_secs(1));
     TransferAreaComHandler::builder(txt.address()).areas(2).time_limits(limits).build().unwrap()
 }
 

@@ -230,7 +230,7 @@ fn the_limit_is_for_the_whole_response() {
             thread::sleep(limit / 3);
         }
     });
-    let limits = TimeLimits::default().with_read(limit);
+    let limits = TimeLimits::default().read(limit);
     let mut client = TxtClient::connect(format!("127.0.0.1:{port}"), limits).unwrap();
     let error = client.query_status().unwrap_err();
     assert!(matches!(error, Error::NoAnswer { received: 1.., .. }), "{error:?}");
@@ -242,14 +242,14 @@ fn the_limit_is_for_the_whole_response() {
 fn frames_of_the_camera_come_in_between_the_exchanges_until_the_stream_is_stopped() {
     let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
     let (mut client, camera_port) = (client_of(&txt), txt.camera_port());
-    let options = CameraOptions::default().with_framerate(60);
+    let options = CameraOptions::default().framerate(60);
     let command = "StartCameraOnline";
     assert_eq!(
         client.start_camera(camera_port, options).unwrap_err(),
         Error::NotOnline { command }
     );
     client.start_online().unwrap();
-    let wrong = client.start_camera(camera_port, options.with_size(0, 240)).unwrap_err();
+    let wrong = client.start_camera(camera_port, options.size(0, 240)).unwrap_err();
     assert!(matches!(wrong, Error::OutOfRange { given: 0, .. }), "{wrong}");
     assert_eq!(txt.with_machine(|machine| machine.camera()), None);
 

@@ -316,7 +316,7 @@ fn no_answer_in_time_is_an_error_and_the_next_request_has_a_new_connection() {
         Serve::then_close(&[&[&GOOD[..], &[3, 4]].concat()]),
     ];
     let limit = Duration::from_millis(500);
-    let limits = TimeLimits::default().with_read(limit);
+    let limits = TimeLimits::default().read(limit);
     let (mut i2c, server) = controller(connections, limits);
     let mut values = [7; 2];
     let no_answer = Error::NoAnswer { command: "an I2C request", limit, received: 13 };

@@ -31,7 +31,7 @@ fn a_controller_that_ends_at_start_online_is_tried_again() {
 #[test]
 fn a_controller_that_always_ends_at_start_online_is_an_error_within_the_limit_for_connecting() {
     let txt = ending_at_start_online(100);
-    let limits = TimeLimits::default().with_connect(Duration::from_millis(300));
+    let limits = TimeLimits::default().connect(Duration::from_millis(300));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     let closed = Error::ConnectionClosed { command: "StartOnline", received: 0 };
     assert_eq!(handler.begin_transfer(), Err(closed.clone()));
@@ -41,7 +41,7 @@ fn a_controller_that_always_ends_at_start_online_is_an_error_within_the_limit_fo
 #[test]
 fn a_transfer_that_is_tried_again_can_be_ended() {
     let txt = ending_at_start_online(10_000);
-    let limits = TimeLimits::default().with_connect(Duration::from_secs(3600));
+    let limits = TimeLimits::default().connect(Duration::from_secs(3600));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     thread::scope(|scope| {
         let begun = scope.spawn(|| handler.begin_transfer());
@@ -342,7 +342,7 @@ fn a_thread_that_waits_gets_the_end() {
 #[test]
 fn a_controller_that_says_nothing_ends_every_wait_in_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let limits = TimeLimits::default().with_read(Duration::from_millis(50));
+    let limits = TimeLimits::default().read(Duration::from_millis(50));
     let handler = TransferAreaComHandler::builder(format!(
         "127.0.0.1:{}",
         listener.local_addr().unwrap().port()
@@ -360,7 +360,7 @@ fn a_controller_that_says_nothing_ends_every_wait_in_time() {
 fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
     let fault = Fault::at_response(10, FaultKind::Silence);
     let txt = unpaced().fault(fault).start().unwrap();
-    let limits = TimeLimits::default().with_read(Duration::from_secs(2));
+    let limits = TimeLimits::default().read(Duration::from_secs(2));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {

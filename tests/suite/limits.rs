@@ -61,11 +61,11 @@ fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
     let calls: [Call<'_>; 13] = [
         ("reaction_window", Duration::ZERO, MINUTE, &|time| build(|b| b.reaction_window(time))),
         ("watchdog", MS, HOUR, &|time| build(|b| b.watchdog(time))),
-        ("with_connect", MS, HOUR, &|time| limits(TimeLimits::default().with_connect(time))),
-        ("with_read", MS, HOUR, &|time| limits(TimeLimits::default().with_read(time))),
-        ("with_write", MS, HOUR, &|time| limits(TimeLimits::default().with_write(time))),
-        ("start_limit", MS, HOUR, &|time| camera(CameraOptions::default().with_start_limit(time))),
-        ("frame_limit", MS, HOUR, &|time| camera(CameraOptions::default().with_frame_limit(time))),
+        ("connect", MS, HOUR, &|time| limits(TimeLimits::default().connect(time))),
+        ("read", MS, HOUR, &|time| limits(TimeLimits::default().read(time))),
+        ("write", MS, HOUR, &|time| limits(TimeLimits::default().write(time))),
+        ("start_limit", MS, HOUR, &|time| camera(CameraOptions::default().start_limit(time))),
+        ("frame_limit", MS, HOUR, &|time| camera(CameraOptions::default().frame_limit(time))),
         ("controller_address", MS, HOUR, &|time| controller_address("127.0.0.1", time).map(drop)),
         ("find_controllers", MS, HOUR, &|time| {
             let options = SearchOptions::default().addresses(address).limit(time);

@@ -30,7 +30,7 @@ const APART: u16 = 6;
 fn world() -> World {
     let loads = [0.0, 0.3, 0.1, 0.2];
     let motors = Motor::ALL.into_iter().zip(loads);
-    let motors = motors.map(|(motor, load)| (motor, encoder_motor().with_load(load)));
+    let motors = motors.map(|(motor, load)| (motor, encoder_motor().load(load)));
     let inputs = [
         (Input::I1, Sensor::BUTTON),
         (Input::I2, Sensor::Ultrasonic { cm: 30.0 }),
@@ -40,7 +40,7 @@ fn world() -> World {
     ];
     let mut master = Board::default();
     (master.inputs, master.motors) = (BTreeMap::from(inputs), motors.collect());
-    World::new().with_master(master)
+    World::new().master(master)
 }
 
 fn encoder_motor() -> MotorModel {

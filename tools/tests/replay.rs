@@ -76,7 +76,7 @@ pub(crate) fn record(path: &str, fault: Option<Fault>, transfers: usize) -> Vec<
     }
     let txt = txt.device_name("SLIDE").start().unwrap();
     let handler = handler(txt.port());
-    let options = Options::default().with_capacity(6_000);
+    let options = Options::default().capacity(6_000);
     let recorder = Recorder::start(&handler, Path::new(path), options).unwrap();
     let decisions = (0..transfers).map(|_| program(&handler, DUTY_MAX)).collect();
     assert_eq!(recorder.finish().unwrap().lost, 0);

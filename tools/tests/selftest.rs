@@ -37,8 +37,8 @@ const DIFFERENT: &[&str] = &["input-15k", "input-digital-ultrasonic"];
 
 /// A controller with M1, its encoder, a button at I1, and an I2C device.
 fn txt() -> SimulatedTxt {
-    let board = Board::default().with_motor(Motor::M1, MotorModel::encoder_motor());
-    let world = World::new().with_master(board.with_input(Input::I1, Sensor::BUTTON));
+    let board = Board::default().motor(Motor::M1, MotorModel::encoder_motor());
+    let world = World::new().master(board.input(Input::I1, Sensor::BUTTON));
     let builder = SimulatedTxt::builder().firmware(FirmwareVersion::new(4, 7, 0)).world(world);
     let txt = builder.device_name("Bench").strict(true).start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(0x18)[0] = 1);

@@ -66,7 +66,7 @@ impl Channel {
     /// Begins a transfer with the peer on this port, and starts the camera on the other.
     pub(crate) fn connect(port: u16, camera_port: u16) -> Result<Self> {
         let handler = transfer(port, camera_port)?;
-        let options = CameraOptions::default().with_channel_frames(CHANNEL_FRAMES);
+        let options = CameraOptions::default().channel_frames(CHANNEL_FRAMES);
         let frames = handler.start_camera(options)?;
         Ok(Self { handler, frames })
     }

@@ -50,7 +50,7 @@ impl Default for Options {
 impl Options {
     /// With this number of cycles that wait for a slow disk, 1..=[`CycleLog::MAX_CAPACITY`].
     #[must_use]
-    pub fn with_capacity(self, capacity: usize) -> Self {
+    pub fn capacity(self, capacity: usize) -> Self {
         Self { capacity, ..self }
     }
 }

@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 /// Room for all cycles of a test, however slow the disk is.
 fn roomy() -> Options {
-    Options::default().with_capacity(5_000)
+    Options::default().capacity(5_000)
 }
 
 fn unpaced() -> SimulatedTxtBuilder {
@@ -331,7 +331,7 @@ fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {
     });
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    let recorder = Recorder::start(&handler, &pipe, Options::default().with_capacity(20)).unwrap();
+    let recorder = Recorder::start(&handler, &pipe, Options::default().capacity(20)).unwrap();
     let mut file = opening.join().unwrap();
     handler.begin_transfer().unwrap();
     let mut noise = 0_u32;

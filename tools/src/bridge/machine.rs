@@ -44,7 +44,7 @@ pub(crate) struct Machine<'a> {
 pub(crate) fn handler(host: &str, areas: usize) -> Result<TransferAreaComHandler, Error> {
     TransferAreaComHandler::builder(host)
         .areas(areas)
-        .time_limits(TimeLimits::default().with_connect(CONNECT_LIMIT))
+        .time_limits(TimeLimits::default().connect(CONNECT_LIMIT))
         .reconnect(GAP_LIMIT)
         .watchdog(WATCHDOG)
         .build()

@@ -13,7 +13,7 @@ pub(crate) const FIRST: i16 = 160;
 pub(crate) const STOPPED: &str = ".directions [aria-label='Stop M1'][aria-pressed=true]";
 
 pub(crate) fn simulated_txt() -> Result<SimulatedTxt> {
-    let world = World::default().with_script(Script::default());
+    let world = World::default().script(Script::default());
     Ok(SimulatedTxt::builder().world(world).start()?)
 }
 

@@ -90,10 +90,7 @@ fn controller(setup: &Setup, seed: u64, which: usize, record: &Arc<Record>) -> S
 }
 
 fn handler(setup: &Setup, port: u16, txt: &SimulatedTxt) -> TransferAreaComHandler {
-    let limits = TimeLimits::default()
-        .with_connect(CONNECT_LIMIT)
-        .with_read(READ_LIMIT)
-        .with_write(READ_LIMIT);
+    let limits = TimeLimits::default().connect(CONNECT_LIMIT).read(READ_LIMIT).write(READ_LIMIT);
     let ms = Duration::from_millis;
     let mut builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))
         .camera_port(txt.camera_port())

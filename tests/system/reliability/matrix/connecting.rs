@@ -49,7 +49,7 @@ pub(crate) fn rows() -> Vec<Row> {
 
 /// The outcome of a transfer that can't begin.
 pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
-    let limits = TimeLimits::default().with_connect(CONNECT_LIMIT).with_read(READ_LIMIT);
+    let limits = TimeLimits::default().connect(CONNECT_LIMIT).read(READ_LIMIT);
     let handler = builder.time_limits(limits).build().unwrap();
     let begin = Instant::now();
     let error = handler.begin_transfer().expect_err("there is no controller");

@@ -107,7 +107,7 @@ pub(crate) fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
 
 /// A program with a motor on.
 fn start(port: u16) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
+    let limits = TimeLimits::default().read(Duration::from_secs(1));
     let handler = handler_at(port).time_limits(limits).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();

@@ -77,7 +77,7 @@ impl Drop for Busy {
 
 /// A program with a motor on. Its limit is long enough for a busy machine.
 fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(DEADLINE);
+    let limits = TimeLimits::default().read(DEADLINE);
     let builder = handler_at(port).areas(areas).time_limits(limits);
     let handler = builder.build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;

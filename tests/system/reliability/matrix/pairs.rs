@@ -121,7 +121,7 @@ fn start(
     beside: Beside,
     reason: Reason,
 ) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(DEADLINE);
+    let limits = TimeLimits::default().read(DEADLINE);
     let builder = handler_at(proxy.port()).time_limits(limits);
     let builder = builder.camera_port(controller.txt.camera_port());
     let builder = match reason {

@@ -244,7 +244,7 @@ fn check_cause(error: &Error, place: Place, told_by: &str) {
 fn with_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     let controller = Controller::start(txt());
     let proxy = Proxy::start(controller.port(), strikes.iter().copied());
-    let limits = TimeLimits::default().with_read(DEADLINE);
+    let limits = TimeLimits::default().read(DEADLINE);
     let builder = handler_at(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
@@ -275,7 +275,7 @@ fn duty_in_gap() -> Outcome {
     let strikes =
         [response(Place::Exchange, Fault::Fin), response(Place::FirstExchange, Fault::Silence)];
     let proxy = Proxy::start(controller.port(), strikes);
-    let limits = TimeLimits::default().with_read(LIMIT);
+    let limits = TimeLimits::default().read(LIMIT);
     let builder = handler_at(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     let (_socket, nobody) = closed_port();

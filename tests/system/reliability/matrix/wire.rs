@@ -216,7 +216,7 @@ pub(crate) fn set_up(strike: Strike) -> (Controller, Proxy, TransferAreaComHandl
     let builder = handler_at(proxy.port())
         .mode(mode)
         .camera_port(controller.txt.camera_port())
-        .time_limits(TimeLimits::default().with_read(read));
+        .time_limits(TimeLimits::default().read(read));
     (controller, proxy, builder)
 }
 
@@ -271,7 +271,7 @@ fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
 }
 
 pub(crate) fn small_pictures() -> CameraOptions {
-    CameraOptions::default().with_size(16, 16)
+    CameraOptions::default().size(16, 16)
 }
 
 /// Does what makes the packet at this place appear, and ends the transfer.
