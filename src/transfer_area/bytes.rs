@@ -61,7 +61,7 @@ macro_rules! structs {
 
 integers! { u8 i16 u16 u32 }
 
-crate::__transfer_area_structs!(structs);
+super::layout::__transfer_area_structs!(structs);
 
 impl FishX1Transfer {
     /// Its size in bytes, as on the controller.
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn every_field_lies_where_it_is_in_memory() {
-        crate::__transfer_area_structs!(check);
+        super::super::layout::__transfer_area_structs!(check);
     }
 
     #[test]

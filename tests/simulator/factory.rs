@@ -208,12 +208,11 @@ fn the_ports_of_a_factory_are_in_a_row_and_a_taken_one_is_told() {
 
     let told = (30_000..40_000).step_by(7).find_map(|port| {
         let _taken = TcpListener::bind(("127.0.0.1", port + 3)).ok()?;
-        let sentence = start(port).unwrap_err().to_string();
+        let sentence = format!("{:#}", start(port).unwrap_err());
         sentence.contains("second").then_some((port, sentence))
     });
     let (port, sentence) = told.expect("five ports in a row are free somewhere");
-    let expected = format!("the simulated TXT could not be started (second, port {}: ", port + 3);
-    assert!(sentence.starts_with(&expected), "{sentence}");
+    assert!(sentence.contains(&format!(": second, port {}: ", port + 3)), "{sentence}");
 
     let error = start(65_531).unwrap_err();
     assert!(matches!(error, Error::OutOfRange { given: 65_531, most: 65_530, .. }), "{error}");

@@ -531,6 +531,6 @@ mod tests {
         let (_feed, entries, lost) = Feed::channel(1);
         let source = Source::Feed { entries, lost };
         let error = Recorder::record(pipe, source, Duration::from_millis(20)).unwrap_err();
-        assert!(error.to_string().contains("has not taken the beginning"), "{error}");
+        assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");
     }
 }
