@@ -49,12 +49,14 @@ impl SearchOptions {
     /// The addresses to ask, such as all those in a classroom: each a host with or without a port, as for
     /// [`builder`](crate::TransferAreaComHandler::builder). Default the [usual hosts](USUAL_HOSTS), each at
     /// [port 65000](crate::PORT).
+    #[must_use]
     pub fn addresses(mut self, addresses: impl IntoIterator<Item = impl ToString>) -> Self {
         self.addresses = Some(addresses.into_iter().map(|address| address.to_string()).collect());
         self
     }
 
     /// How long to wait for the answers of 64 addresses, 1 ms to an hour. Default 1.5 s.
+    #[must_use]
     pub fn limit(mut self, limit: Duration) -> Self {
         self.limit = limit;
         self

@@ -6,10 +6,28 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1, REMOTE_IO_2};
 use ft_transfer_area::tx::{Counter, Motor};
-use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferMode};
+use ft_transfer_area::{
+    CameraFrame, CycleLog, Error, Events, FirmwareVersion, I2cClient, TimeLimits,
+    TransferAreaComHandler, TransferAreas, TransferMode, TxtClient,
+};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
+
+/// Does not compile when a type can't be used by several threads at the same time.
+fn shared<T: Send + Sync>() {}
+
+#[test]
+fn what_a_handler_gives_can_be_shared_by_threads() {
+    shared::<TransferAreaComHandler>();
+    shared::<TransferAreas>();
+    shared::<Events>();
+    shared::<CycleLog>();
+    shared::<I2cClient>();
+    shared::<TxtClient>();
+    shared::<CameraFrame>();
+    shared::<Error>();
+}
 
 /// The connection is closed at this many StartOnline, as a TXT does whose firmware ends there.
 fn ending_at_start_online(count: u64) -> SimulatedTxt {
@@ -403,7 +421,7 @@ fn every_thread_that_ends_the_transfer_returns_when_it_has_ended() {
     let txt = unpaced().fault(Fault::at_exchange(20, FaultKind::Silence)).start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    assert!(txt.wait_until(DEADLINE, |machine| machine.exchanges() > 20));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 20, DEADLINE));
     thread::scope(|scope| {
         for _ in 0..3 {
             scope.spawn(|| {

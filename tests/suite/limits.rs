@@ -167,7 +167,7 @@ fn the_longest_time_makes_a_wait_last_until_it_has_what_it_waits_for() {
         for (name, wait) in waits {
             assert!(wait(&handler), "{name}, in lock-step: {lock_step}");
         }
-        assert!(txt.wait_until(EVER, |machine| machine.exchanges() > 0));
+        assert!(txt.wait_until(|machine| machine.exchanges() > 0, EVER));
         // A lost connection is re-established.
         txt.with_machine(|machine| machine.disturb(FaultKind::Close { after: 0 }));
         while handler.areas().wait_cycle().is_ok() {}

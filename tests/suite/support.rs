@@ -32,7 +32,7 @@ pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
 
 /// Waits until the condition holds for the simulated machine.
 pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(DEADLINE, condition), "{what} did not happen");
+    assert!(txt.wait_until(condition, DEADLINE), "{what} did not happen");
 }
 
 /// Checks that the client has done nothing that a correct client does not do.

@@ -299,7 +299,7 @@ fn the_exchange_goes_on_beside_a_hook_that_hangs() {
     handler.begin_transfer().unwrap();
     events.recv_timeout(DEADLINE).unwrap();
     let before = txt.with_machine(|machine| machine.exchanges());
-    let goes_on = txt.wait_until(DEADLINE / 6, |machine| machine.exchanges() > before + 20);
+    let goes_on = txt.wait_until(|machine| machine.exchanges() > before + 20, DEADLINE / 6);
     drop(give_up);
     assert!(goes_on, "no exchange after the first {before}");
 }

@@ -184,7 +184,7 @@ fn gaps_and_errors_are_in_the_file() {
     let handler = handler_for(&txt).reconnect(Duration::from_secs(30)).build().unwrap();
     let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
     handler.begin_transfer().unwrap();
-    assert!(txt.wait_until(Duration::from_secs(30), |machine| machine.exchanges() > 30));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 30, Duration::from_secs(30)));
     handler.end_transfer().unwrap();
     drop(handler);
     recorder.finish().unwrap();

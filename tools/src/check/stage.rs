@@ -257,7 +257,7 @@ impl Stage {
         loop {
             let log = &self.log;
             let is_there = |_: &Machine| log.lock().len() > index;
-            if self.txts[0].1.wait_until(LOOK, is_there) {
+            if self.txts[0].1.wait_until(is_there, LOOK) {
                 return Ok(());
             }
             if let Some(status) = self.program.ended().map_err(lost)? {

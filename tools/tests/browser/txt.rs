@@ -33,6 +33,6 @@ pub(crate) fn ensure_seen(
     what: &str,
     condition: fn(&Machine) -> bool,
 ) -> Result<()> {
-    ensure!(txt.wait_until(LIMIT, condition), "the TXT did not see: {what}");
+    ensure!(txt.wait_until(condition, LIMIT), "the TXT did not see: {what}");
     Ok(())
 }

@@ -59,7 +59,7 @@ impl Slot {
     /// Waits until no motor is on.
     pub(crate) fn wait_until_off(&self, limit: Duration) -> bool {
         let is_off = |machine: &Machine| Exchange::of(machine).is_off();
-        self.txt.wait_until(limit, is_off)
+        self.txt.wait_until(is_off, limit)
     }
 }
 

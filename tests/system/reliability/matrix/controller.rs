@@ -81,8 +81,8 @@ impl Controller {
                 let is_finished = || finished.load(Ordering::SeqCst);
                 // They may be off again before this thread wakes.
                 let was_on = || record.lock().unwrap().iter().any(|exchange| exchange.on);
-                txt.wait_until(FOREVER, |_| was_on() || is_finished());
-                txt.wait_until(FOREVER, |machine| !is_on(machine) || is_finished());
+                txt.wait_until(|_| was_on() || is_finished(), FOREVER);
+                txt.wait_until(|machine| !is_on(machine) || is_finished(), FOREVER);
                 (!is_finished()).then(Instant::now)
             })
         };
@@ -99,7 +99,7 @@ impl Controller {
     }
 
     pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {
-        assert!(self.txt.wait_until(DEADLINE, condition), "waited in vain for {what}");
+        assert!(self.txt.wait_until(condition, DEADLINE), "waited in vain for {what}");
     }
 
     /// Waits until a motor is on.
