@@ -89,7 +89,7 @@
 //! as done.
 //! Outputs [count again](TransferAreas#when-outputs-count) when the program knows what happened.
 //!
-//! [`guide::reliability`] says what happens when something breaks; [`guide::reliability_matrix`] lists each fault.
+//! [`guide::reliability`] says what happens when something breaks.
 //!
 //! # Logging
 //!

@@ -8,7 +8,7 @@ use crate::tx::IrDevice;
 use crate::wire::ExchangeDataResponse;
 
 /// What two responses say about one area, and the outputs to which the newer one is the response.
-struct Told<'a> {
+struct Pair<'a> {
     area: usize,
     sent: &'a Outgoing,
     before: &'a ExchangeDataResponse,
@@ -33,9 +33,9 @@ pub(crate) struct Comparison<'a> {
 }
 
 impl Comparison<'_> {
-    pub(crate) fn for_each_event(&self, mut tell: impl FnMut(Event)) {
+    pub(crate) fn for_each_event(&self, mut send: impl FnMut(Event)) {
         if !self.first && self.asks_for(EventKind::ExtensionChanged) {
-            self.compare_extensions(&mut tell);
+            self.compare_extensions(&mut send);
         }
         for (area, sent) in self.sent.iter().enumerate() {
             let (before, now) = (self.before.area(area), self.now.area(area));
@@ -44,18 +44,18 @@ impl Comparison<'_> {
             }
             let Some(now) = now else { continue };
             if let (Some(before), false) = (before, self.first) {
-                let told = Told { area, sent, before, now };
-                self.compare_inputs(&told, &mut tell);
-                self.compare_counters(&told, &mut tell);
-                self.compare_joysticks(&told, &mut tell);
+                let pair = Pair { area, sent, before, now };
+                self.compare_inputs(&pair, &mut send);
+                self.compare_counters(&pair, &mut send);
+                self.compare_joysticks(&pair, &mut send);
             }
             // Commands can be done in the first response already, but commands for an extension are sent
             // only after it was connected.
             let none = ExchangeDataResponse::default();
             if let Some(before) = before.or((area == LOCAL_IO).then_some(&none)) {
-                let told = Told { area, sent, before, now };
-                self.compare_resets(&told, &mut tell);
-                self.compare_motors(&told, &mut tell);
+                let pair = Pair { area, sent, before, now };
+                self.compare_resets(&pair, &mut send);
+                self.compare_motors(&pair, &mut send);
             }
         }
     }
@@ -64,26 +64,26 @@ impl Comparison<'_> {
         self.kinds.contains(kind)
     }
 
-    fn compare_extensions(&self, tell: &mut impl FnMut(Event)) {
+    fn compare_extensions(&self, send: &mut impl FnMut(Event)) {
         let changed = self.before.alive() ^ self.now.alive();
         for extension in
             (1..=MAX_EXTENSIONS).filter(|extension| changed >> (extension - 1) & 1 != 0)
         {
             let alive = self.now.alive() >> (extension - 1) & 1 != 0;
-            tell(Event::ExtensionChanged { extension, alive });
+            send(Event::ExtensionChanged { extension, alive });
         }
     }
 
-    fn compare_inputs(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
+    fn compare_inputs(&self, pair: &Pair<'_>, send: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::InputChanged) {
             return;
         }
-        let &Told { area, before, now, .. } = told;
+        let &Pair { area, before, now, .. } = pair;
         for input in Input::ALL {
             let pressed = now.uni[input.index()] != 0;
             let changed = pressed != (before.uni[input.index()] != 0);
             if changed && self.stays_digital(area, input) {
-                tell(Event::InputChanged { area, input, pressed });
+                send(Event::InputChanged { area, input, pressed });
             }
         }
     }
@@ -97,31 +97,31 @@ impl Comparison<'_> {
         now.is_some_and(|now| now.digital != 0) && now == config(self.configs_before)
     }
 
-    fn compare_counters(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
+    fn compare_counters(&self, pair: &Pair<'_>, send: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::CounterChanged) {
             return;
         }
-        let &Told { area, before, now, .. } = told;
+        let &Pair { area, before, now, .. } = pair;
         for counter in Counter::ALL {
             let count = now.counter[counter.index()];
             if count != before.counter[counter.index()] {
                 // The value is negative beyond 32767.
-                tell(Event::CounterChanged { area, counter, count: count as u16 });
+                send(Event::CounterChanged { area, counter, count: count as u16 });
             }
         }
     }
 
-    fn compare_joysticks(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
+    fn compare_joysticks(&self, pair: &Pair<'_>, send: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::JoystickMoved) {
             return;
         }
-        let &Told { area, before, now, .. } = told;
+        let &Pair { area, before, now, .. } = pair;
         for device in IrDevice::ALL {
             let (before, now) = (before.ir[device.index()], now.ir[device.index()]);
             let mut compare = |joystick, before, (x, y): (i8, i8)| {
                 if (x, y) != before {
                     let (x, y) = (x.into(), y.into());
-                    tell(Event::JoystickMoved { area, device, joystick, x, y });
+                    send(Event::JoystickMoved { area, device, joystick, x, y });
                 }
             };
             compare(Joystick::Left, (before.left_x, before.left_y), (now.left_x, now.left_y));
@@ -129,26 +129,26 @@ impl Comparison<'_> {
         }
     }
 
-    fn compare_resets(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
+    fn compare_resets(&self, pair: &Pair<'_>, send: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::CounterReset) {
             return;
         }
-        let &Told { area, sent, before, now } = told;
+        let &Pair { area, sent, before, now } = pair;
         for counter in Counter::ALL {
             let index = counter.index();
             let command_id = now.counter_reset_id[index];
             let changed = command_id != before.counter_reset_id[index];
             if changed && command_id == sent.output.cnt_reset_cmd_id[index] {
-                tell(Event::CounterReset { area, counter, command_id });
+                send(Event::CounterReset { area, counter, command_id });
             }
         }
     }
 
-    fn compare_motors(&self, told: &Told<'_>, tell: &mut impl FnMut(Event)) {
+    fn compare_motors(&self, pair: &Pair<'_>, send: &mut impl FnMut(Event)) {
         if !self.asks_for(EventKind::MotorReached) {
             return;
         }
-        let &Told { area, sent, before, now } = told;
+        let &Pair { area, sent, before, now } = pair;
         for motor in Motor::ALL {
             let index = motor.index();
             let output = &sent.output;
@@ -159,7 +159,7 @@ impl Comparison<'_> {
                 output.distance[index] != 0 && usize::from(output.master[index]) <= IZ_MOTOR;
             if changed && command_id == output.motor_ex_cmd_id[index] && has_distance {
                 let position = now.counter[motor.counter().index()] as u16;
-                tell(Event::MotorReached { area, motor, position, command_id });
+                send(Event::MotorReached { area, motor, position, command_id });
             }
         }
     }

@@ -144,10 +144,14 @@ fn counters_are_reported_without_a_sign() {
         inputs(response([5, 0, 32_767, 9]), &[]),
         inputs(response([0, 0, -32_768, -1]), &[]),
     );
-    let told = |counter, count| Event::CounterChanged { area: LOCAL_IO, counter, count };
+    let expected_event = |counter, count| Event::CounterChanged { area: LOCAL_IO, counter, count };
     assert_eq!(
         pair.events(),
-        [told(Counter::C1, 0), told(Counter::C3, 32_768), told(Counter::C4, 65_535)]
+        [
+            expected_event(Counter::C1, 0),
+            expected_event(Counter::C3, 32_768),
+            expected_event(Counter::C4, 65_535)
+        ]
     );
 }
 
@@ -157,8 +161,9 @@ fn a_reset_is_reported_when_the_id_that_was_sent_comes_back() {
     let mut pair = Pair::new(inputs(response(3), &[]), inputs(response(4), &[]));
     assert_eq!(pair.events(), [], "another command was sent");
     pair.sent[0].output.cnt_reset_cmd_id[1] = 4;
-    let told = Event::CounterReset { area: LOCAL_IO, counter: Counter::C2, command_id: 4 };
-    assert_eq!(pair.events(), [told]);
+    let expected_event =
+        Event::CounterReset { area: LOCAL_IO, counter: Counter::C2, command_id: 4 };
+    assert_eq!(pair.events(), [expected_event]);
     pair.before = pair.now.clone();
     assert_eq!(pair.events(), [], "it is reported once");
 }
@@ -176,10 +181,10 @@ fn a_motor_has_reached_its_position_when_its_own_command_with_a_distance_is_done
     assert_eq!(pair.events_of(&only), [], "leaving the mode is not an arrival");
     pair.sent[0].output.distance[3] = 101;
     let (area, motor) = (LOCAL_IO, Motor::M4);
-    let told = Event::MotorReached { area, motor, position: 101, command_id: 8 };
+    let expected_event = Event::MotorReached { area, motor, position: 101, command_id: 8 };
     for (master, expected) in [(0, 1), (1, 1), (4, 1), (5, 0), (8, 0)] {
         pair.sent[0].output.master[3] = master;
-        let expected = vec![told.clone(); expected];
+        let expected = vec![expected_event.clone(); expected];
         assert_eq!(pair.events_of(&only), expected, "master {master}");
     }
     pair.sent[0].output.master[3] = 0;
@@ -193,15 +198,15 @@ fn joysticks_are_reported_by_remote_and_side() {
     response.ir[1] = IrRemote { left_x: -15, bits: 1, ..IrRemote::default() };
     response.ir[4] = IrRemote { right_x: 3, right_y: 15, ..IrRemote::default() };
     let mut pair = Pair::new(inputs(Response::default(), &[]), inputs(response, &[]));
-    let told = |device, joystick, x, y| {
+    let expected_event = |device, joystick, x, y| {
         let area = LOCAL_IO;
         Event::JoystickMoved { area, device, joystick, x, y }
     };
     assert_eq!(
         pair.events(),
         [
-            told(IrDevice::OffOff, Joystick::Left, -15, 0),
-            told(IrDevice::OnOn, Joystick::Right, 3, 15),
+            expected_event(IrDevice::OffOff, Joystick::Left, -15, 0),
+            expected_event(IrDevice::OnOn, Joystick::Right, 3, 15),
         ]
     );
     pair.before = pair.now.clone();
@@ -215,15 +220,18 @@ fn disconnected_extensions_keep_their_values_and_are_compared_with_these_when_th
     let master = Response::default();
     let mut now = inputs(master, &[(1, pressed(&[Input::I1])), (8, master)]);
     let mut pair = Pair::new(now.clone(), now.clone());
-    let told = |extension, alive| Event::ExtensionChanged { extension, alive };
+    let expected_event = |extension, alive| Event::ExtensionChanged { extension, alive };
     respond(&mut now, master, &[(2, pressed(&[Input::I2]))]);
     pair.now = now.clone();
     // The second extension's first inputs are not a change.
-    assert_eq!(pair.events(), [told(1, false), told(2, true), told(8, false)]);
+    assert_eq!(
+        pair.events(),
+        [expected_event(1, false), expected_event(2, true), expected_event(8, false)]
+    );
     pair.before = now.clone();
     respond(&mut now, master, &[(1, pressed(&[])), (2, pressed(&[Input::I2]))]);
     pair.now = now;
-    assert_eq!(pair.events(), [told(1, true), changed(REMOTE_IO_1, Input::I1, false)]);
+    assert_eq!(pair.events(), [expected_event(1, true), changed(REMOTE_IO_1, Input::I1, false)]);
 }
 
 #[test]
@@ -232,8 +240,8 @@ fn extensions_without_an_area_are_reported_and_bits_without_an_extension_are_not
     now.take_compressed(0xFF80, &[1; 10 * 50], 50);
     let mut pair = Pair::new(inputs(Response::default(), &[]), now);
     pair.first = false;
-    let told = Event::ExtensionChanged { extension: 8, alive: true };
-    assert_eq!(pair.events_of(&[EventKind::ExtensionChanged]), [told]);
+    let expected_event = Event::ExtensionChanged { extension: 8, alive: true };
+    assert_eq!(pair.events_of(&[EventKind::ExtensionChanged]), [expected_event]);
 }
 
 #[test]

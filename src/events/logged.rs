@@ -23,7 +23,7 @@ pub struct LogEntry {
     pub what: Logged,
 }
 
-/// What a [`LogEntry`] tells.
+/// What a [`LogEntry`] has.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 #[allow(clippy::large_enum_variant, reason = "cycles are by value, so that none of them allocates")]

@@ -36,7 +36,7 @@ struct Standstill {
     order: Order,
     count: i16,
     since: Instant,
-    told: bool,
+    reported: bool,
 }
 
 /// What a motor should do. Another duty in the same direction is the same order, because a control loop
@@ -74,7 +74,7 @@ impl Stalls {
         comparison: &Comparison<'_>,
         response: u64,
         arrived: Instant,
-        mut tell: impl FnMut(Event),
+        mut send: impl FnMut(Event),
     ) {
         let is_next = self.response + 1 == response && !comparison.first;
         self.response = response;
@@ -97,11 +97,11 @@ impl Stalls {
                     order,
                     count,
                     since: arrived,
-                    told: false,
+                    reported: false,
                 });
-                if !standstill.told && arrived - standstill.since >= watched.limit {
-                    standstill.told = true;
-                    tell(Event::MotorStalled { area, motor, position: count as u16 });
+                if !standstill.reported && arrived - standstill.since >= watched.limit {
+                    standstill.reported = true;
+                    send(Event::MotorStalled { area, motor, position: count as u16 });
                 }
                 watched.standstill = Some(standstill);
             }
@@ -123,7 +123,7 @@ mod tests {
         response: u64,
         now: Instant,
         sent: Outgoing,
-        told: ExchangeDataResponse,
+        pair: ExchangeDataResponse,
         first: bool,
     }
 
@@ -131,14 +131,14 @@ mod tests {
         fn new() -> Self {
             let mut stalls = Stalls::default();
             stalls.set_limit(LOCAL_IO, Motor::M2, LIMIT);
-            let (sent, told) = (Outgoing::default(), ExchangeDataResponse::default());
-            Self { stalls, response: 0, now: Instant::now(), sent, told, first: false }
+            let (sent, pair) = (Outgoing::default(), ExchangeDataResponse::default());
+            Self { stalls, response: 0, now: Instant::now(), sent, pair, first: false }
         }
 
         /// Another response; returns whether it reports a standstill.
         fn step(&mut self) -> bool {
             let mut inputs = Inputs::default();
-            inputs.take_simple(self.told);
+            inputs.take_simple(self.pair);
             let configs = SentConfigs::default();
             let comparison = Comparison {
                 first: std::mem::take(&mut self.first),
@@ -153,7 +153,7 @@ mod tests {
             self.now += STEP;
             let mut events = Vec::new();
             self.stalls.look(&comparison, self.response, self.now, |event| events.push(event));
-            let position = self.told.counter[1] as u16;
+            let position = self.pair.counter[1] as u16;
             let (area, motor) = (LOCAL_IO, Motor::M2);
             let expected = [Event::MotorStalled { area, motor, position }];
             assert!(events.is_empty() || events == expected, "{events:?}");
@@ -185,11 +185,11 @@ mod tests {
         let mut machine = Machine::new();
         machine.sent.output.duty[3] = 512;
         for count in 0..20 {
-            machine.told.counter[1] = count;
+            machine.pair.counter[1] = count;
             assert!((0..5).all(|_| !machine.step()));
         }
         assert_eq!(machine.steps_until_told(), Some(1));
-        machine.told.counter[1] = 77;
+        machine.pair.counter[1] = 77;
         assert_eq!(machine.steps_until_told(), Some(6), "it turned and stands again");
     }
 
@@ -217,11 +217,11 @@ mod tests {
         machine.sent.output.duty[3] = 0;
         machine.sent.output.distance[1] = 100;
         machine.sent.output.motor_ex_cmd_id[1] = 7;
-        machine.told.motor_command_id[1] = 7;
+        machine.pair.motor_command_id[1] = 7;
         assert_eq!(machine.steps_until_told(), None, "it has reached the end of its distance");
-        machine.told.motor_command_id[1] = 6;
+        machine.pair.motor_command_id[1] = 6;
         assert_eq!(machine.steps_until_told(), Some(6), "it is stuck on its way");
-        machine.told.counter[1] += 1;
+        machine.pair.counter[1] += 1;
         machine.stalls.set_limit(LOCAL_IO, Motor::M2, Duration::MAX);
         assert_eq!(machine.steps_until_told(), None);
     }
@@ -233,7 +233,7 @@ mod tests {
         assert!((0..5).all(|_| !machine.step()));
         machine.first = true;
         assert_eq!(machine.steps_until_told(), Some(6));
-        machine.told.counter[1] += 1;
+        machine.pair.counter[1] += 1;
         assert!((0..5).all(|_| !machine.step()));
         machine.response += 1;
         assert_eq!(machine.steps_until_told(), Some(6));

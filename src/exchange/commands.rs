@@ -7,7 +7,7 @@
 //!   once with another id, so that it is the ninth.
 //! - Sounds play on after StopOnline, unless silence ends them.
 
-use super::inputs::Told;
+use super::inputs::AreaReport;
 use crate::transfer_area::{IZ_COUNTER, IZ_MOTOR, MAX_AREAS};
 use crate::wire::ExchangeData;
 
@@ -35,7 +35,7 @@ struct Sent<const N: usize> {
     /// The last one sent of each.
     newest: [u16; N],
     /// What the controller has said since then.
-    told: Option<[u16; N]>,
+    report: Option<[u16; N]>,
     all: [SentIds; N],
 }
 
@@ -77,17 +77,17 @@ impl Commands {
     }
 
     /// Takes in what the areas' responses say, and corrects it.
-    pub(super) fn receive<'a>(&mut self, told: impl Iterator<Item = Option<Told<'a>>>) {
-        for (commands, told) in self.areas.iter_mut().zip(told) {
-            if let Some(told) = told {
-                commands.receive(told);
+    pub(super) fn receive<'a>(&mut self, report: impl Iterator<Item = Option<AreaReport<'a>>>) {
+        for (commands, report) in self.areas.iter_mut().zip(report) {
+            if let Some(report) = report {
+                commands.receive(report);
             }
         }
     }
 }
 
 impl AreaCommands {
-    fn receive(&mut self, Told { data, silence }: Told<'_>) {
+    fn receive(&mut self, AreaReport { data, silence }: AreaReport<'_>) {
         let Self { motors, resets, sound } = self;
         motors.receive(data.motor_command_id);
         resets.receive(data.counter_reset_id);
@@ -101,7 +101,7 @@ impl AreaCommands {
 
 impl<const N: usize> Default for Sent<N> {
     fn default() -> Self {
-        Self { newest: [0; N], told: None, all: [SentIds::default(); N] }
+        Self { newest: [0; N], report: None, all: [SentIds::default(); N] }
     }
 }
 
@@ -112,17 +112,17 @@ impl<const N: usize> Sent<N> {
             for (sent, id) in self.all.iter_mut().zip(&mut *ids) {
                 *id = sent.send(*id);
             }
-            (self.newest, self.told) = (*ids, None);
+            (self.newest, self.report) = (*ids, None);
         }
     }
 
     /// The controller says that the commands of these ids were the last ones done.
     fn receive(&mut self, ids: [u16; N]) {
-        if self.told != Some(ids) {
+        if self.report != Some(ids) {
             for (sent, id) in self.all.iter_mut().zip(ids) {
                 sent.receive(id);
             }
-            self.told = Some(ids);
+            self.report = Some(ids);
         }
     }
 }
@@ -177,7 +177,7 @@ mod tests {
 
     /// The controller says this about the area with this index.
     fn receive(commands: &mut Commands, index: usize, data: &mut ExchangeDataResponse) {
-        commands.areas[index].receive(Told { data, silence: &mut None });
+        commands.areas[index].receive(AreaReport { data, silence: &mut None });
     }
 
     /// What is sent for these ids of a motor, one exchange each, when the controller reports this one.
@@ -186,11 +186,11 @@ mod tests {
             let mut outputs =
                 ExchangeData { motor_command_id: [0, id, 0, 0], ..ExchangeData::default() };
             commands.send(1, &mut outputs);
-            let mut told = ExchangeDataResponse {
+            let mut report = ExchangeDataResponse {
                 motor_command_id: [0, done, 0, 0],
                 ..ExchangeDataResponse::default()
             };
-            receive(commands, 1, &mut told);
+            receive(commands, 1, &mut report);
             outputs.motor_command_id[1]
         };
         ids.into_iter().map(exchange).collect()
@@ -201,7 +201,7 @@ mod tests {
         let mut commands = Commands::default();
         assert_eq!(sent(1..=7, &mut commands, 0), [1, 2, 3, 4, 5, 6, 7]);
         assert_eq!(sent([8, 8, 8], &mut commands, 0x8008), [0x8008, 8, 8]);
-        // The seven after it can be told apart.
+        // The seven after it can be report apart.
         assert_eq!(sent(9..=14, &mut commands, 0x8008), [9, 10, 11, 12, 13, 14]);
         assert_eq!(sent([15, 15], &mut commands, 0x8008), [0x800F, 15]);
     }
@@ -233,10 +233,10 @@ mod tests {
             ..ExchangeData::default()
         };
         commands.send(0, &mut outputs);
-        let mut told =
+        let mut report =
             ExchangeDataResponse { sound_command_id: done, ..ExchangeDataResponse::default() };
-        receive(commands, 0, &mut told);
-        ((outputs.sound_command_id, outputs.sound_index), told.sound_command_id)
+        receive(commands, 0, &mut report);
+        ((outputs.sound_command_id, outputs.sound_index), report.sound_command_id)
     }
 
     #[test]

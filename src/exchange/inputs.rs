@@ -46,7 +46,7 @@ struct AreaInputs {
 }
 
 /// What a response says of an area.
-pub(super) struct Told<'a> {
+pub(super) struct AreaReport<'a> {
     pub(super) data: &'a mut ExchangeDataResponse,
     /// The id of its last command for a sound, if that was silence.
     pub(super) silence: &'a mut Option<u16>,
@@ -69,12 +69,11 @@ impl Inputs {
     }
 
     /// What a response says of each area, to be changed before the program sees it.
-    pub(super) fn told_mut(&mut self) -> impl Iterator<Item = Option<Told<'_>>> {
+    pub(super) fn reports_mut(&mut self) -> impl Iterator<Item = Option<AreaReport<'_>>> {
         let silences = self.silences.iter_mut();
-        self.areas
-            .iter_mut()
-            .zip(silences)
-            .map(|(area, silence)| area.as_mut().map(|area| Told { data: &mut area.data, silence }))
+        self.areas.iter_mut().zip(silences).map(|(area, silence)| {
+            area.as_mut().map(|area| AreaReport { data: &mut area.data, silence })
+        })
     }
 
     /// Reports silence as done: the maker's firmware 4.7.0 (measured under emulation) never does that while nothing

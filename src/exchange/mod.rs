@@ -216,7 +216,7 @@ impl Exchange {
             }
             TransferMode::Compressed => self.compressed_response(response)?,
         }
-        self.commands.receive(self.inputs.told_mut());
+        self.commands.receive(self.inputs.reports_mut());
         Ok(&self.inputs)
     }
 

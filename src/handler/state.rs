@@ -33,7 +33,7 @@ pub(crate) struct State {
     pub(crate) camera: CameraWork,
     pub(crate) statistics: Statistics,
     pub(crate) clock: TransferClock,
-    tickets: Tickets,
+    pub(crate) tickets: Tickets,
     responses: Responses,
     hand_over: HandOver,
     watchdog: Watchdog,
@@ -60,14 +60,6 @@ pub(crate) struct Lease {
     pub(crate) cycle: u64,
     /// When it came in.
     pub(crate) arrived: Instant,
-}
-
-/// How far a wait for a response is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Progress {
-    Waits,
-    Woken,
-    Interrupted,
 }
 
 /// What the cycle hook's thread does next.
@@ -190,19 +182,6 @@ impl State {
         self.tickets.add(Stage::Waiting)
     }
 
-    pub(crate) fn progress(&self, ticket: TicketId) -> Progress {
-        match self.tickets.stage(ticket) {
-            Some(Stage::Waiting) => Progress::Waits,
-            Some(Stage::Wants { .. } | Stage::Holds(_)) => Progress::Woken,
-            Some(Stage::Interrupted | Stage::Leaving) | None => Progress::Interrupted,
-        }
-    }
-
-    /// The thread does not wait any more.
-    pub(crate) fn leave_line(&mut self, ticket: TicketId) {
-        self.tickets.remove(ticket);
-    }
-
     /// Whether the newest response has moved the time beyond a deadline, in lock-step.
     pub(crate) fn is_too_late(&self, deadline: Option<Instant>) -> bool {
         self.clock.is_lock_step() && deadline.is_some_and(|deadline| deadline < self.clock.now())
@@ -306,32 +285,14 @@ impl State {
     pub(crate) fn held_by(&self, thread: ThreadId) -> Option<Instant> {
         self.tickets.holder().filter(|hold| hold.thread.id() == thread).map(|hold| hold.since)
     }
-}
-
-/// What the cycle hook does.
-impl State {
-    /// No hook is set from now on. Returns the ticket of the one before.
-    pub(crate) fn clear_hook(&mut self) -> Option<TicketId> {
-        self.tickets.clear_hook()
-    }
-
-    /// A hook is set, with this ticket.
-    pub(crate) fn set_hook(&mut self) -> TicketId {
-        self.tickets.set_hook()
-    }
-
-    /// The calling thread is that of the hook.
-    pub(crate) fn hook_begins(&mut self, hook: TicketId) {
-        self.tickets.hook_begins(hook, thread_id());
-    }
 
     /// What the hook's thread does next.
     pub(crate) fn hook_step(&mut self, hook: TicketId, known: &mut Known) -> HookStep {
-        if self.hook() != Some(hook) {
+        if self.tickets.hook() != Some(hook) {
             self.tickets.change(hook, Stage::Leaving);
             return HookStep::Leave;
         }
-        if self.has_hook_before(hook) {
+        if self.tickets.has_hook_before(hook, thread_id()) {
             // Only one runs at a time.
             return HookStep::Wait;
         }
@@ -339,32 +300,12 @@ impl State {
             self.tickets.change(hook, Stage::Interrupted);
             return HookStep::Call(Err(error));
         }
-        if self.progress(hook) != Progress::Woken {
+        if !matches!(self.tickets.stage(hook), Some(Stage::Wants { .. })) {
             let stage = self.stage_of_wait(known.returned);
             self.tickets.change(hook, stage);
         }
         let lease = self.transfer.stop().is_none().then(|| self.take(hook, *known)).flatten();
         lease.map_or(HookStep::Wait, |lease| HookStep::Call(Ok(lease)))
-    }
-
-    /// The hook's thread has ended.
-    pub(crate) fn end_hook(&mut self, hook: TicketId) {
-        self.tickets.end_hook(hook);
-    }
-
-    /// The ticket of the hook that is set.
-    pub(crate) fn hook(&self) -> Option<TicketId> {
-        self.tickets.hook()
-    }
-
-    /// The number of the newest ticket.
-    pub(crate) fn newest_ticket(&self) -> TicketId {
-        self.tickets.newest()
-    }
-
-    /// Whether the thread of a hook before this ticket has not ended, other than the calling thread.
-    pub(crate) fn has_hook_before(&self, ticket: TicketId) -> bool {
-        self.tickets.has_hook_before(ticket, thread_id())
     }
 }
 

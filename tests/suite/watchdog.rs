@@ -130,24 +130,6 @@ fn a_program_that_polls_without_checking_does_not_switch_them_on_again() {
 }
 
 #[test]
-fn a_hook_that_hangs_does_not_keep_the_motors_running() {
-    let (go_on, gate) = mpsc::channel::<()>();
-    let watched = Watched::start_with(|handler| {
-        handler
-            .set_cycle_hook(move |_| {
-                // Until the test is over.
-                let _ = gate.recv();
-                ControlFlow::Continue(())
-            })
-            .unwrap();
-    });
-    watched.wait_until_stopped();
-    drop(go_on);
-    watched.handler.clear_cycle_hook();
-    drop(watched.handler.end_transfer());
-}
-
-#[test]
 fn two_threads_that_wait_for_each_other_do_not_keep_the_motors_running() {
     let watched = Watched::start();
     let (to_first, from_second) = mpsc::channel::<()>();
@@ -280,28 +262,6 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
     handler.begin_transfer().unwrap();
     let event = events.unwrap().recv_timeout(DEADLINE).unwrap().event;
     assert!(matches!(event, Event::TransferEnded { error: None, .. }));
-}
-
-#[test]
-fn the_exchange_goes_on_beside_a_hook_that_hangs() {
-    let txt = unpaced().start().unwrap();
-    let handler = handler_for(&txt).watchdog(LIMIT / 4).build().unwrap();
-    let (give_up, hangs) = mpsc::channel::<()>();
-    handler
-        .set_cycle_hook(move |areas| {
-            let areas = areas.unwrap();
-            areas[LOCAL_IO].output.duty[0] = 512;
-            let _ = hangs.recv();
-            ControlFlow::Continue(())
-        })
-        .unwrap();
-    let events = handler.areas().events(&[EventKind::WatchdogExpired], 9).unwrap();
-    handler.begin_transfer().unwrap();
-    events.recv_timeout(DEADLINE).unwrap();
-    let before = txt.with_machine(|machine| machine.exchanges());
-    let goes_on = txt.wait_until(|machine| machine.exchanges() > before + 20, DEADLINE / 6);
-    drop(give_up);
-    assert!(goes_on, "no exchange after the first {before}");
 }
 
 /// Set for the process whose standard error nobody reads: the address of its controller.

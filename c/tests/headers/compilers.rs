@@ -19,10 +19,10 @@ pub(crate) enum Language {
 }
 
 impl Language {
-    /// The oldest and the newest one; with `EVERY_STANDARD` in the environment those between, too, which
+    /// The oldest and the newest one; with `THOROUGH` in the environment those between, too, which
     /// takes a minute.
     fn standards(self) -> &'static [&'static str] {
-        match (self, std::env::var_os("EVERY_STANDARD").is_some()) {
+        match (self, std::env::var_os("THOROUGH").is_some()) {
             (Self::C, false) => &["c89", "c2x"],
             (Self::C, true) => &["c89", "c99", "c11", "c17", "gnu17", "c2x"],
             (Self::Cpp, false) => &["c++98", "c++17"],

@@ -30,10 +30,10 @@ use crate::pause::within_clock;
 /// fn print_switches(handler: &TransferAreaComHandler) -> Result<(), Error> {
 ///     let events = handler.areas().events(&[EventKind::InputChanged], 100)?;
 ///     thread::spawn(move || {
-///         for told in &events {
-///             match told.event {
+///         for received in &events {
+///             match received.event {
 ///                 Event::InputChanged { input: Input::I1, pressed: true, .. } => {
-///                     println!("I1 in cycle {}!", told.cycle);
+///                     println!("I1 in cycle {}!", received.cycle);
 ///                 }
 ///                 Event::TransferEnded { error: Some(error), .. } => println!("{error:#}"),
 ///                 _ => {}
@@ -177,10 +177,10 @@ impl Iterator for &Events {
         if self.at_end.swap(false, Ordering::Relaxed) {
             return None;
         }
-        let told = self.recv().ok()?;
-        let ended = matches!(told.event, Event::TransferEnded { .. });
+        let received = self.recv().ok()?;
+        let ended = matches!(received.event, Event::TransferEnded { .. });
         self.at_end.store(ended, Ordering::Relaxed);
-        Some(told)
+        Some(received)
     }
 }
 

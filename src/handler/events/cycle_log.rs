@@ -9,9 +9,7 @@ use crossbeam_channel::{Receiver, RecvError, RecvTimeoutError, TryRecvError};
 
 use super::listeners::Listeners;
 use super::log::Subscription;
-use crate::error::Error;
 use crate::events::LogEntry;
-use crate::handler::program::area::TransferAreas;
 use crate::pause::within_clock;
 
 /// Every cycle of a handler's transfers, on a channel; made by
@@ -114,49 +112,5 @@ impl fmt::Debug for CycleLog {
 impl Drop for CycleLog {
     fn drop(&mut self) {
         self.listeners.lock().logs().remove(&self.lost);
-    }
-}
-
-impl TransferAreas {
-    /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
-    /// gaps and ends of transfers. The channel holds up to `capacity` cycles, 1..=[`CycleLog::MAX_CAPACITY`],
-    /// each of about 4 kB; a few other entries have more room.
-    ///
-    /// The transfer thread does not wait for a log, and allocates nothing for a cycle. While the channel is
-    /// full, new entries are lost; the next one that fits [tells how many](crate::LogEntry::lost).
-    ///
-    /// If a transfer is running, the first entry is its beginning. If the handler was already dropped, the
-    /// channel has ended.
-    ///
-    /// ```
-    /// use ft_transfer_area_simulator::SimulatedTxt;
-    /// use ft_transfer_area::{Logged, TransferAreaComHandler};
-    ///
-    /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
-    /// let txt = SimulatedTxt::builder().start()?;
-    /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
-    /// let log = handler.areas().cycle_log(500)?; // five seconds
-    /// handler.begin_transfer()?;
-    /// handler.areas().wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
-    /// handler.end_transfer()?;
-    /// drop(handler);
-    ///
-    /// let entries: Vec<Logged> = log.map(|entry| entry.what).collect();
-    /// let Some(Logged::Began(began)) = entries.first() else { panic!("it begins so") };
-    /// assert_eq!(began.device_name, "TX2013");
-    /// let cycles = entries.iter().filter(|entry| matches!(entry, Logged::Cycle(_)));
-    /// assert!(cycles.count() >= 2, "the last one stops the motors");
-    /// # Ok(())
-    /// # }
-    /// # run().unwrap();
-    /// ```
-    ///
-    /// # Errors
-    ///
-    /// [`Error::OutOfRange`] for the capacity.
-    pub fn cycle_log(&self, capacity: usize) -> Result<CycleLog, Error> {
-        Error::check_range("capacity for a log", capacity, 1..=CycleLog::MAX_CAPACITY as i64)?;
-        let shared = self.shared();
-        Ok(CycleLog::new(Arc::clone(&shared.listeners), shared.add_log(capacity)))
     }
 }

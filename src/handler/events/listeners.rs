@@ -47,9 +47,9 @@ impl Listeners {
 
     /// Sends an event that comes from no response to all listeners for its kind, and to all logs. Does not
     /// block.
-    pub(crate) fn tell_all(&self, event: &TimedEvent) {
+    pub(crate) fn send_all(&self, event: &TimedEvent) {
         let mut list = self.lock();
-        tell(&list.listeners, event, u64::MAX);
+        send(&list.listeners, event, u64::MAX);
         list.logs.note(&Logged::Event(event.clone()));
     }
 
@@ -114,7 +114,7 @@ impl List {
 
     /// Sends the events of a response, which came in at this time as the transfer's `cycle`, to all listeners
     /// for their kinds. Does not block.
-    pub(crate) fn tell_response(
+    pub(crate) fn send_response(
         &mut self,
         comparison: &Comparison<'_>,
         response: u64,
@@ -122,15 +122,15 @@ impl List {
         arrived: Instant,
     ) {
         let Self { listeners, stalls, .. } = self;
-        let tell = |event| tell(listeners, &TimedEvent { event, cycle, arrived }, response);
-        comparison.for_each_event(tell);
+        let send = |event| send(listeners, &TimedEvent { event, cycle, arrived }, response);
+        comparison.for_each_event(send);
         if comparison.kinds.contains(EventKind::MotorStalled) {
-            stalls.look(comparison, response, arrived, tell);
+            stalls.look(comparison, response, arrived, send);
         }
     }
 
     /// Sends the end of a transfer to all listeners, whatever they listen for, and to all logs. Does not block.
-    pub(crate) fn tell_end(&mut self, event: &TimedEvent) {
+    pub(crate) fn send_end(&mut self, event: &TimedEvent) {
         self.logs.note(&Logged::Event(event.clone()));
         for listener in &self.listeners {
             listener.put(event.clone(), listener.capacity + 1);
@@ -143,7 +143,7 @@ impl List {
 }
 
 /// Sends an event of a response to all listeners for its kind. Does not block.
-fn tell(listeners: &[Listener], event: &TimedEvent, response: u64) {
+fn send(listeners: &[Listener], event: &TimedEvent, response: u64) {
     for listener in listeners.iter().filter(|listener| listener.since < response) {
         if listener.kinds.contains(event.event.kind()) {
             listener.put(event.clone(), listener.capacity);
@@ -204,7 +204,7 @@ mod tests {
     }
 
     fn received(events: &Events) -> Vec<Event> {
-        events.receiver().try_iter().map(|told| told.event).collect()
+        events.receiver().try_iter().map(|received| received.event).collect()
     }
 
     #[test]
@@ -212,11 +212,11 @@ mod tests {
         let listeners = listeners();
         let events = subscribe(&listeners, EventKind::ALL, 2);
         for extension in 1..=5 {
-            tell(&listeners.lock().listeners, &now(came(extension)), 1);
+            send(&listeners.lock().listeners, &now(came(extension)), 1);
         }
         assert_eq!(events.lost(), 3);
         assert_eq!(received(&events), [came(1), came(2)]);
-        tell(&listeners.lock().listeners, &now(came(6)), 2);
+        send(&listeners.lock().listeners, &now(came(6)), 2);
         assert_eq!((received(&events), events.lost()), (vec![came(6)], 3));
     }
 
@@ -224,14 +224,14 @@ mod tests {
     fn the_end_of_a_transfer_comes_even_into_a_full_channel() {
         let listeners = listeners();
         let events = subscribe(&listeners, EventKind::ALL, 1);
-        tell(&listeners.lock().listeners, &now(came(1)), 1);
-        listeners.lock().tell_end(&now(ENDED));
+        send(&listeners.lock().listeners, &now(came(1)), 1);
+        listeners.lock().send_end(&now(ENDED));
         assert_eq!(events.lost(), 0);
         // The next transfer's, while no event was received.
-        tell(&listeners.lock().listeners, &now(came(2)), 2);
+        send(&listeners.lock().listeners, &now(came(2)), 2);
         listeners
             .lock()
-            .tell_end(&now(Event::TransferEnded { error: Some(Error::ProgramPanicked) }));
+            .send_end(&now(Event::TransferEnded { error: Some(Error::ProgramPanicked) }));
         assert_eq!(events.lost(), 2);
         assert_eq!(received(&events), [came(1), ENDED]);
     }
@@ -240,10 +240,10 @@ mod tests {
     fn the_end_of_a_transfer_takes_no_place_from_others_while_there_is_room() {
         let listeners = listeners();
         let events = subscribe(&listeners, EventKind::ALL, 2);
-        listeners.lock().tell_end(&now(ENDED));
-        tell(&listeners.lock().listeners, &now(came(1)), 1);
-        tell(&listeners.lock().listeners, &now(came(2)), 1);
-        listeners.lock().tell_end(&now(ENDED));
+        listeners.lock().send_end(&now(ENDED));
+        send(&listeners.lock().listeners, &now(came(1)), 1);
+        send(&listeners.lock().listeners, &now(came(2)), 1);
+        listeners.lock().send_end(&now(ENDED));
         assert_eq!((received(&events), events.lost()), (vec![ENDED, came(1), ENDED], 1));
     }
 
@@ -255,9 +255,9 @@ mod tests {
         let nothing = subscribe(&listeners, &[], 9);
         listeners.lock().note_response(5);
         let late = subscribe(&listeners, EventKind::ALL, 9);
-        tell(&listeners.lock().listeners, &now(came(1)), 5);
-        tell(&listeners.lock().listeners, &now(came(2)), 6);
-        listeners.lock().tell_end(&now(ENDED));
+        send(&listeners.lock().listeners, &now(came(1)), 5);
+        send(&listeners.lock().listeners, &now(came(2)), 6);
+        listeners.lock().send_end(&now(ENDED));
         assert_eq!(received(&ends), [ENDED]);
         assert_eq!(received(&extensions), [came(1), came(2), ENDED]);
         assert_eq!(received(&nothing), [ENDED]);
@@ -288,7 +288,7 @@ mod tests {
         drop(events);
         assert_eq!(receiver.try_recv(), Err(TryRecvError::Disconnected));
         let events = subscribe(&listeners, EventKind::ALL, 1);
-        tell(&listeners.lock().listeners, &now(came(1)), 1);
+        send(&listeners.lock().listeners, &now(came(1)), 1);
         listeners.end();
         assert_eq!(events.recv().unwrap().event, came(1), "what is in it can still be received");
         let late = subscribe(&listeners, EventKind::ALL, 1);

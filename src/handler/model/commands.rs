@@ -58,7 +58,7 @@ fn ends(set: impl FnOnce(&mut Settings), losing: &[usize], longer: Duration) {
     let _ = handler.end_transfer();
     // A new transfer sends ids again that a stop has taken.
     handler.begin_transfer().unwrap();
-    drop(handler.wait_cycle());
+    drop(handler.areas().wait_cycle());
     let _ = handler.end_transfer();
     orders.join().unwrap();
     locks.join().unwrap();

@@ -67,8 +67,8 @@ fn lost_at_once(lock_step: bool) {
     side.leave(areas);
     side.finish(None);
     ends.join().unwrap();
-    for told in waits.map(|waits| waits.join().unwrap()) {
-        assert!(told <= 2, "told {told} times");
+    for reported in waits.map(|waits| waits.join().unwrap()) {
+        assert!(reported <= 2, "reported {reported} times");
     }
 }
 
@@ -89,26 +89,26 @@ fn lost_twice(lock_step: bool, others: usize) {
         settings.lock_step = lock_step;
     });
     controller.lose(&[2, 4]);
-    let events = handler.events(EventKind::ALL, 100).unwrap();
+    let events = handler.areas().events(EventKind::ALL, 100).unwrap();
     handler.begin_transfer().unwrap();
     let waits: Vec<_> = (0..others)
         .map(|_| program(&handler, |area| wait_to_the_end(&area, |_| ()).len()))
         .collect();
-    let (mut told, mut answered) = (0, 0);
-    while told < 2 || answered < 3 {
-        match handler.wait_cycle() {
+    let (mut reported, mut answered) = (0, 0);
+    while reported < 2 || answered < 3 {
+        match handler.areas().wait_cycle() {
             Ok(mut areas) => {
                 areas[0].output.duty[0] = 512;
                 answered += 1;
             }
             Err(Error::ConnectionLost { .. }) => {
-                told += 1;
-                handler.lock()[0].output.duty[1] = told;
+                reported += 1;
+                handler.areas().lock()[0].output.duty[1] = reported;
             }
             Err(error) => panic!("{error:#}"),
         }
     }
-    assert_eq!(told, 2);
+    assert_eq!(reported, 2);
     handler.end_transfer().unwrap();
     assert!(waits.into_iter().all(|waits| waits.join().unwrap() <= 2));
     let requests = controller.requests();

@@ -11,7 +11,7 @@ use crate::handler::com_handler::TransferAreaComHandler;
 
 const ORDERS: usize = 700;
 
-/// The responses for which a hook was called, and the errors that it was told.
+/// The responses for which a hook was called, and the errors that it was reported.
 pub(super) type Calls = Arc<Mutex<(Vec<u64>, Vec<Error>)>>;
 
 /// Sets a hook that answers each response with its number.
@@ -19,13 +19,13 @@ pub(super) fn set_answering_hook(handler: &TransferAreaComHandler) -> Calls {
     let calls = Calls::default();
     let noted = Arc::clone(&calls);
     let hook = handler.set_cycle_hook(move |areas| {
-        let (responses, told) = &mut *noted.lock().unwrap();
+        let (responses, reported) = &mut *noted.lock().unwrap();
         match areas {
             Ok(areas) => {
                 responses.push(areas.cycle());
                 areas[0].output.duty[0] = areas.cycle() as i16;
             }
-            Err(error) => told.push(error),
+            Err(error) => reported.push(error),
         }
         ControlFlow::Continue(())
     });
@@ -56,7 +56,7 @@ fn answers_first(lock_step: bool) {
         })
     };
     for _ in 0..3 {
-        let areas = handler.wait_cycle().unwrap();
+        let areas = handler.areas().wait_cycle().unwrap();
         assert_eq!(areas[0].output.duty[0], areas.cycle() as i16, "the hook came later");
     }
     handler.end_transfer().unwrap();
@@ -93,17 +93,20 @@ fn the_hook_is_called_once_for_a_response_and_not_for_the_last_one() {
             }
         });
         for _ in 0..2 {
-            drop(handler.wait_cycle().unwrap());
+            drop(handler.areas().wait_cycle().unwrap());
         }
         locks.join().unwrap();
         handler.end_transfer().unwrap();
         // No call begins now, but one may still be running.
         for _ in 0..3 {
-            drop(handler.lock());
+            drop(handler.areas().lock());
         }
         handler.clear_cycle_hook();
         let calls = &calls.lock().unwrap().0;
-        assert!(calls.iter().all(|call| *call < handler.statistics().cycles), "for the last one");
+        assert!(
+            calls.iter().all(|call| *call < handler.areas().statistics().cycles),
+            "for the last one"
+        );
         assert!(calls.windows(2).all(|pair| pair[0] < pair[1]), "twice for one: {calls:?}");
     });
 }
@@ -129,16 +132,19 @@ fn is_told_of_a_gap(lock_step: bool) {
     let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
     let mut answered = 0;
     while answered < 3 {
-        answered += usize::from(handler.wait_cycle().is_ok());
+        answered += usize::from(handler.areas().wait_cycle().is_ok());
     }
     handler.end_transfer().unwrap();
     waits.join().unwrap();
     handler.clear_cycle_hook();
     let calls = calls.lock().unwrap();
     assert!(calls.iter().filter(|number| **number == 0).count() <= 1, "{calls:?}");
-    let told = calls.iter().position(|number| *number == 0);
+    let reported = calls.iter().position(|number| *number == 0);
     let restored = calls.iter().position(|number| *number > 2);
-    assert!(restored.is_none_or(|call| told.is_some_and(|told| told < call)), "{calls:?}");
+    assert!(
+        restored.is_none_or(|call| reported.is_some_and(|reported| reported < call)),
+        "{calls:?}"
+    );
     let requests = controller.requests();
     assert_eq!(requests[2].outputs.duty[0], 0, "its answer went on across the gap");
 }

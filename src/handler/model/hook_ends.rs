@@ -39,18 +39,23 @@ fn replaced_and_cleared(lock_step: bool) {
     handler.begin_transfer().unwrap();
     let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
     let first = set_lonely_hook(&handler, &running, || ());
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     let second = set_lonely_hook(&handler, &running, || ());
     let of_first = first.load(Ordering::SeqCst);
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     handler.clear_cycle_hook();
     let of_second = second.load(Ordering::SeqCst);
-    drop(handler.wait_cycle().unwrap());
+    drop(handler.areas().wait_cycle().unwrap());
     assert_eq!(handler.end_transfer(), Ok(()));
     waits.join().unwrap();
     assert_eq!(first.load(Ordering::SeqCst), of_first, "called after it was replaced");
     assert_eq!(second.load(Ordering::SeqCst), of_second, "called after it was cleared");
-    assert!(!handler.areas().shared().state().has_hook_before(u64::MAX));
+    assert!(!handler
+        .areas()
+        .shared()
+        .state()
+        .tickets
+        .has_hook_before(u64::MAX, thread::current().id()));
 }
 
 #[test]
@@ -82,9 +87,9 @@ fn a_hook_replaces_itself_while_another_thread_clears_it() {
         });
         handler.begin_transfer().unwrap();
         let waits = program(&handler, |area| wait_to_the_end(&area, |_| ()));
-        drop(handler.wait_cycle());
+        drop(handler.areas().wait_cycle());
         handler.clear_cycle_hook();
-        drop(handler.wait_cycle());
+        drop(handler.areas().wait_cycle());
         assert_ne!(handler.end_transfer(), Err(Error::ProgramPanicked), "a hook failed");
         waits.join().unwrap();
         assert!(first.load(Ordering::SeqCst) <= 1, "called after it has replaced itself");
@@ -162,7 +167,7 @@ fn a_hook_that_hangs_stops_the_motors_and_goes_on_when_it_returns() {
             ControlFlow::Continue(())
         });
         hook.unwrap();
-        handler.lock()[0].output.duty[1] = 300;
+        handler.areas().lock()[0].output.duty[1] = 300;
         handler.begin_transfer().unwrap();
         let waits = program(&handler, |area| loop {
             match area.wait_cycle() {

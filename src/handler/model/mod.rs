@@ -64,7 +64,7 @@ fn check(orders: usize, model: impl Fn() + Send + Sync + Copy + 'static) {
     Runner::new(PctScheduler::new(DEPTH, orders), config).run(counted());
 }
 
-/// Counts the orders, and tells in which one a model failed.
+/// Counts the orders, and prints in which one a model failed.
 #[derive(Default)]
 struct Order(Arc<AtomicUsize>);
 
@@ -99,16 +99,16 @@ fn wait_to_the_end(
     area: &TransferAreas,
     mut answer: impl FnMut(&mut TransferAreaGuard<'_>),
 ) -> Vec<Error> {
-    let mut told = Vec::new();
+    let mut reported = Vec::new();
     loop {
         // Otherwise an order by priorities may run the transfer and this thread forever.
         thread::yield_now();
         match area.wait_cycle() {
             Ok(mut areas) => answer(&mut areas),
             Err(error @ (Error::ConnectionLost { .. } | Error::WatchdogExpired { .. })) => {
-                told.push(error);
+                reported.push(error);
             }
-            Err(_) => return told,
+            Err(_) => return reported,
         }
     }
 }

@@ -216,7 +216,7 @@ fn what_is_written_across_a_gap_moves_nothing() {
         assert_eq!(Side(&shared).outgoing()[0].output.duty[0], 0);
         let known = &mut Known::default();
         assert!(matches!(shared.feed_watchdog(known), Err(Error::ConnectionLost { .. })));
-        assert_eq!(shared.feed_watchdog(known), Ok(()), "told twice");
+        assert_eq!(shared.feed_watchdog(known), Ok(()), "reported twice");
         program.join().unwrap();
         assert_eq!(Side(&shared).outgoing()[0].output.duty[0], 0);
         Side(&shared).finish(None);

@@ -22,7 +22,7 @@ fn after_an_end_no_request_of_its_transfer_follows() {
             thread::spawn(move || {
                 for _ in 0..2 {
                     match handler.begin_transfer() {
-                        Ok(()) => handler.lock()[0].output.duty[0] = 512,
+                        Ok(()) => handler.areas().lock()[0].output.duty[0] = 512,
                         // The other thread has begun it, or has ended it meanwhile.
                         Err(Error::AlreadyStarted | Error::NotStarted) => {}
                         Err(error) => panic!("{error:#}"),
@@ -73,6 +73,6 @@ fn an_end_meets_threads_that_wait_and_lock_and_all_go_on() {
         let sent = controller.requests().len();
         [waits, locks, ends].into_iter().for_each(|thread| thread.join().unwrap());
         assert_eq!(controller.requests().len(), sent);
-        assert!(!handler.is_running());
+        assert!(!handler.areas().is_running());
     });
 }

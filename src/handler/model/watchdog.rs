@@ -23,8 +23,8 @@ fn interruptions(area: &TransferAreas) -> u64 {
     known.interruptions
 }
 
-/// Asks until nothing is left to be told; returns how often the watchdog was.
-fn told(area: &TransferAreas) -> usize {
+/// Asks until nothing is left to be reported; returns how often the watchdog was.
+fn count_reports(area: &TransferAreas) -> usize {
     let mut count = 0;
     loop {
         match area.feed_watchdog() {
@@ -74,11 +74,11 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
         handler.begin_transfer().unwrap();
         let over = Arc::new(AtomicBool::new(false));
         let is_over = Arc::clone(&over);
-        // It works, and acknowledges what it is told.
+        // It works, and acknowledges what it is reported.
         let works = program(&handler, move |area| {
             let mut count = 0;
             while !is_over.load(Ordering::SeqCst) {
-                count += told(&area);
+                count += count_reports(&area);
                 area.lock()[0].output.duty[0] = 512;
                 thread::yield_now();
             }
@@ -88,17 +88,17 @@ fn each_handle_is_told_each_time_once_and_only_then_its_outputs_count() {
         let expired = || interruptions(handler.areas()) as usize;
         pass(LIMIT);
         let before = expired();
-        let count = told(&aware);
+        let count = count_reports(&aware);
         assert!((before..=expired()).contains(&count), "{count} times of {before}");
         drop(unaware.lock());
         over.store(true, Ordering::SeqCst);
         let (works, mut count) = works.join().unwrap();
         let before = expired();
-        count += told(&works);
+        count += count_reports(&works);
         assert!((before..=expired()).contains(&count), "{count} times of {before}");
         // It has learned of nothing until now.
         let before = expired();
-        let count = told(&unaware);
+        let count = count_reports(&unaware);
         assert!((before..=expired()).contains(&count), "{count} times of {before}");
         handler.end_transfer().unwrap();
         assert_eq!(duties(&controller.requests()).last(), Some(&0));
@@ -122,7 +122,7 @@ fn what_a_handle_writes_that_does_not_know_of_it_moves_nothing_until_the_watchdo
             }
         });
         writes.join().unwrap();
-        assert!(!duties(&controller.requests()).contains(&512), "it was not told");
+        assert!(!duties(&controller.requests()).contains(&512), "it was not reported");
         let expired = handler.areas().feed_watchdog();
         assert_eq!(expired, Err(Error::WatchdogExpired { limit: LIMIT }));
         // Now the exchange goes on, and the others write again, until it expires again.

@@ -15,7 +15,7 @@ const KEPT: usize = 16;
 pub(crate) struct Interruptions {
     count: u64,
     /// By number, the error that reports it.
-    untold: VecDeque<(u64, Error)>,
+    unreported: VecDeque<(u64, Error)>,
 }
 
 impl Interruptions {
@@ -27,21 +27,21 @@ impl Interruptions {
     /// The outputs were stopped in a transfer that goes on.
     pub(crate) fn note(&mut self, error: Error) {
         self.count += 1;
-        if self.untold.len() == KEPT {
-            self.untold.pop_front();
+        if self.unreported.len() == KEPT {
+            self.unreported.pop_front();
         }
-        self.untold.push_back((self.count, error));
+        self.unreported.push_back((self.count, error));
     }
 
     /// A transfer ends. Its own error reports this.
     pub(crate) fn note_end(&mut self) {
         self.count += 1;
-        self.untold.clear();
+        self.unreported.clear();
     }
 
-    /// What a handle that knows of the first `known` has to be told next, and how many it then knows of.
+    /// What to report next by a handle that knows of the first `known`, and how many it knows of then.
     pub(crate) fn next_after(&self, known: u64) -> Option<(u64, Error)> {
-        self.untold.iter().find(|(number, _)| *number > known).cloned()
+        self.unreported.iter().find(|(number, _)| *number > known).cloned()
     }
 }
 

@@ -201,7 +201,9 @@ impl Tickets {
         let is_answering = |ticket: &Ticket| match &ticket.stage {
             Stage::Wants { answers, .. } => *answers == Some(response),
             Stage::Holds(hold) => hold.answers == Some(response),
-            Stage::Waiting | Stage::Interrupted | Stage::Leaving => false,
+            // The hook is called with the error, and then comes for the response.
+            Stage::Interrupted => ticket.of != Of::Thread,
+            Stage::Waiting | Stage::Leaving => false,
         };
         self.hurries && !self.list.iter().any(is_answering)
     }
@@ -397,6 +399,8 @@ mod tests {
         respond(&mut tickets);
         tickets.remove(waits);
         assert!(!tickets.all_have_answered(RESPONSE), "the hook has not answered");
+        tickets.change(hook, Stage::Interrupted);
+        assert!(!tickets.all_have_answered(RESPONSE), "it is called with an error first");
         tickets.change(hook, Stage::Waiting);
         assert!(tickets.all_have_answered(RESPONSE));
     }

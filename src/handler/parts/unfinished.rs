@@ -52,9 +52,10 @@ fn ids_of(area: &impl Sends) -> [u16; COMMANDS] {
 }
 
 /// The ids of the last commands that are done, in the order of [`ids_of`].
-fn done_of(told: &mut ExchangeDataResponse) -> impl Iterator<Item = &mut u16> {
-    let motors_and_resets = told.motor_command_id.iter_mut().chain(&mut told.counter_reset_id);
-    motors_and_resets.chain([&mut told.sound_command_id])
+fn done_of(reported: &mut ExchangeDataResponse) -> impl Iterator<Item = &mut u16> {
+    let motors_and_resets =
+        reported.motor_command_id.iter_mut().chain(&mut reported.counter_reset_id);
+    motors_and_resets.chain([&mut reported.sound_command_id])
 }
 
 /// The commands of all areas that were cut off and not replaced since then.
@@ -74,11 +75,11 @@ impl Unfinished {
     pub(crate) fn stop(&mut self, cut: Cut, inputs: &Inputs, areas: &mut [Outgoing]) {
         self.any = true;
         for (index, area) in areas.iter_mut().enumerate() {
-            let mut told = inputs.area(index).copied().unwrap_or_default();
+            let mut reported = inputs.area(index).copied().unwrap_or_default();
             let ordered = ids_of(area);
             area.output.stop_motors();
             let ids = ordered.into_iter().zip(ids_of(area));
-            let commands = self.areas[index].iter_mut().zip(done_of(&mut told)).zip(ids);
+            let commands = self.areas[index].iter_mut().zip(done_of(&mut reported)).zip(ids);
             let cut_off = match cut {
                 Cut::Connection => COMMANDS,
                 Cut::Motors => IZ_MOTOR,
@@ -109,11 +110,11 @@ impl Unfinished {
             }
             self.any = true;
             let mut nothing = ExchangeDataResponse::default();
-            let told = inputs.area_mut(index).unwrap_or(&mut nothing);
+            let reported = inputs.area_mut(index).unwrap_or(&mut nothing);
             let kept = ids_of(area);
-            let commands = self.areas[index].iter_mut().zip(done_of(told)).enumerate();
-            for (at, (command, told)) in commands.filter(|(at, _)| refused[*at] != began[*at]) {
-                refuse_one(command, kept[at], told);
+            let commands = self.areas[index].iter_mut().zip(done_of(reported)).enumerate();
+            for (at, (command, reported)) in commands.filter(|(at, _)| refused[*at] != began[*at]) {
+                refuse_one(command, kept[at], reported);
             }
         }
     }
@@ -127,11 +128,11 @@ impl Unfinished {
         self.any = false;
         for (index, (area, commands)) in areas.iter().zip(&mut self.areas).enumerate() {
             let mut nothing = ExchangeDataResponse::default();
-            let told = inputs.area_mut(index).unwrap_or(&mut nothing);
-            for ((command, ordered), told) in
-                commands.iter_mut().zip(ids_of(area)).zip(done_of(told))
+            let reported = inputs.area_mut(index).unwrap_or(&mut nothing);
+            for ((command, ordered), reported) in
+                commands.iter_mut().zip(ids_of(area)).zip(done_of(reported))
             {
-                self.any |= hide_one(command, ordered, told);
+                self.any |= hide_one(command, ordered, reported);
             }
         }
     }
@@ -147,18 +148,18 @@ fn note(command: &mut Option<CutOff>, ordered: u16, done: u16, id: u16) {
 }
 
 /// A new command was refused, and the output part keeps `id`: for the program this is the new one.
-fn refuse_one(command: &mut Option<CutOff>, id: u16, told: &mut u16) {
+fn refuse_one(command: &mut Option<CutOff>, id: u16, reported: &mut u16) {
     // The id before it, when this one is done already.
-    let done = if *told == id { id.wrapping_sub(1) } else { *told };
+    let done = if *reported == id { id.wrapping_sub(1) } else { *reported };
     *command = Some(CutOff { id, done });
-    *told = done;
+    *reported = done;
 }
 
 /// Hides a command if it is still to be hidden; returns whether it is.
-fn hide_one(command: &mut Option<CutOff>, ordered: u16, told: &mut u16) -> bool {
+fn hide_one(command: &mut Option<CutOff>, ordered: u16, reported: &mut u16) -> bool {
     *command = command.filter(|command| command.id == ordered);
     if let Some(command) = command {
-        *told = command.done;
+        *reported = command.done;
     }
     command.is_some()
 }
@@ -179,9 +180,9 @@ mod tests {
         inputs
     }
 
-    fn told(inputs: &Inputs) -> (u16, u16, u16) {
-        let told = inputs.area(0).unwrap();
-        (told.motor_command_id[0], told.counter_reset_id[0], told.sound_command_id)
+    fn reported(inputs: &Inputs) -> (u16, u16, u16) {
+        let reported = inputs.area(0).unwrap();
+        (reported.motor_command_id[0], reported.counter_reset_id[0], reported.sound_command_id)
     }
 
     /// An area with these commands.
@@ -212,7 +213,7 @@ mod tests {
             // Leaving the extended mode was done, and the others were done again.
             let mut inputs = inputs(6, 6, 7);
             unfinished.hide(&mut inputs, &areas);
-            assert_eq!(told(&inputs), (4, 5, 6));
+            assert_eq!(reported(&inputs), (4, 5, 6));
         }
     }
 
@@ -223,7 +224,7 @@ mod tests {
         unfinished.stop(Cut::Connection, &inputs(5, 6, 7), &mut areas);
         let mut inputs = inputs(6, 6, 7);
         unfinished.hide(&mut inputs, &areas);
-        assert_eq!(told(&inputs), (6, 6, 7));
+        assert_eq!(reported(&inputs), (6, 6, 7));
         assert!(!unfinished.any, "later responses need no check");
     }
 
@@ -236,7 +237,7 @@ mod tests {
         areas[0].txt_outputs.sound_cmd_id += 1;
         let mut inputs = inputs(7, 6, 8);
         unfinished.hide(&mut inputs, &areas);
-        assert_eq!(told(&inputs), (7, 5, 8));
+        assert_eq!(reported(&inputs), (7, 5, 8));
     }
 
     #[test]
@@ -248,7 +249,7 @@ mod tests {
         unfinished.stop(Cut::Connection, &inputs(4, 5, 6), &mut areas);
         let mut inputs = inputs(7, 6, 7);
         unfinished.hide(&mut inputs, &areas);
-        assert_eq!(told(&inputs), (4, 5, 6));
+        assert_eq!(reported(&inputs), (4, 5, 6));
     }
 
     #[test]
@@ -259,7 +260,7 @@ mod tests {
         assert_eq!(areas[0].txt_outputs.sound_index, 3);
         let mut inputs = inputs(6, 6, 7);
         unfinished.hide(&mut inputs, &areas);
-        assert_eq!(told(&inputs), (4, 6, 7));
+        assert_eq!(reported(&inputs), (4, 6, 7));
     }
 
     #[test]
@@ -271,15 +272,15 @@ mod tests {
             let (refused, mut kept) = (area(5, 6, 7), area(5, 5, 6));
             let mut seen = inputs(motor_done, 5, 6);
             unfinished.refuse(&began, &whole(refused), &kept, &mut seen);
-            assert_eq!(told(&seen), (4, 4, 5));
+            assert_eq!(reported(&seen), (4, 4, 5));
             let mut later = inputs(5, 5, 6);
             unfinished.hide(&mut later, &kept);
-            assert_eq!(told(&later), (4, 4, 5));
+            assert_eq!(reported(&later), (4, 4, 5));
             // The next commands are reported.
             kept[0].output.motor_ex_cmd_id[0] = 6;
             let mut later = inputs(6, 5, 6);
             unfinished.hide(&mut later, &kept);
-            assert_eq!(told(&later), (6, 4, 5));
+            assert_eq!(reported(&later), (6, 4, 5));
         }
     }
 
@@ -289,7 +290,7 @@ mod tests {
         let mut unfinished = Unfinished::default();
         let mut seen = inputs(5, 5, 6);
         unfinished.refuse(&began, &whole(area(4, 5, 6)), &area(5, 5, 6), &mut seen);
-        assert_eq!(told(&seen), (5, 5, 6));
+        assert_eq!(reported(&seen), (5, 5, 6));
         assert!(!unfinished.any);
     }
 }

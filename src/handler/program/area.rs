@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::error::Error;
 use crate::events::EventKind;
-use crate::handler::events::Events;
+use crate::handler::events::{CycleLog, Events};
 use crate::handler::parts::phase::Stop;
 use crate::handler::program::guard::TransferAreaGuard;
 use crate::handler::program::known::{AtomicKnown, Known};
@@ -311,6 +311,48 @@ impl TransferAreas {
         Ok(Events::new(&self.shared().listeners, kinds, capacity, shared))
     }
 
+    /// Logs every cycle from now on, for a recorder: each request with the response to it, and the beginnings,
+    /// gaps and ends of transfers. The channel holds up to `capacity` cycles, 1..=[`CycleLog::MAX_CAPACITY`],
+    /// each of about 4 kB; a few other entries have more room.
+    ///
+    /// The transfer thread does not wait for a log, and allocates nothing for a cycle. While the channel is
+    /// full, new entries are lost; the next one that fits [says how many](crate::LogEntry::lost).
+    ///
+    /// If a transfer is running, the first entry is its beginning. If the handler was already dropped, the
+    /// channel has ended.
+    ///
+    /// ```
+    /// use ft_transfer_area_simulator::SimulatedTxt;
+    /// use ft_transfer_area::{Logged, TransferAreaComHandler};
+    ///
+    /// # fn run() -> Result<(), Box<dyn std::error::Error>> {
+    /// let txt = SimulatedTxt::builder().start()?;
+    /// let handler = TransferAreaComHandler::builder(txt.address().to_string()).build()?;
+    /// let log = handler.areas().cycle_log(500)?; // five seconds
+    /// handler.begin_transfer()?;
+    /// handler.areas().wait_cycle()?.iter_mut().for_each(|area| area.output.duty[0] = 512);
+    /// handler.end_transfer()?;
+    /// drop(handler);
+    ///
+    /// let entries: Vec<Logged> = log.map(|entry| entry.what).collect();
+    /// let Some(Logged::Began(began)) = entries.first() else { panic!("it begins so") };
+    /// assert_eq!(began.device_name, "TX2013");
+    /// let cycles = entries.iter().filter(|entry| matches!(entry, Logged::Cycle(_)));
+    /// assert!(cycles.count() >= 2, "the last one stops the motors");
+    /// # Ok(())
+    /// # }
+    /// # run().unwrap();
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for the capacity.
+    pub fn cycle_log(&self, capacity: usize) -> Result<CycleLog, Error> {
+        Error::check_range("capacity for a log", capacity, 1..=CycleLog::MAX_CAPACITY as i64)?;
+        let shared = self.shared();
+        Ok(CycleLog::new(Arc::clone(&shared.listeners), shared.add_log(capacity)))
+    }
+
     /// Sends [`Event::MotorStalled`](crate::Event::MotorStalled) when a motor should turn but its counter does
     /// not change for `limit`. With [`Duration::MAX`], the default, this event is never sent.
     ///
@@ -333,9 +375,9 @@ impl TransferAreas {
     ///     area.set_stall_limit(LOCAL_IO, Motor::M1, Duration::from_millis(300))?;
     ///     let events = area.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
     ///     area.lock()[LOCAL_IO].output.duty[0] = 200;
-    ///     let told = events.recv_timeout(Duration::from_secs(10));
+    ///     let received = events.recv_timeout(Duration::from_secs(10));
     ///     area.lock()[LOCAL_IO].output.duty[0] = 0;
-    ///     Ok(told.is_ok_and(|told| matches!(told.event, Event::MotorStalled { .. })))
+    ///     Ok(received.is_ok_and(|received| matches!(received.event, Event::MotorStalled { .. })))
     /// }
     /// ```
     ///

@@ -5,7 +5,6 @@
 
 use std::ops::ControlFlow;
 use std::panic::{catch_unwind, AssertUnwindSafe};
-use std::time::Duration;
 
 use crate::error::Error;
 use crate::handler::com_handler::TransferAreaComHandler;
@@ -13,13 +12,8 @@ use crate::handler::parts::phase::Stop;
 use crate::handler::parts::tickets::TicketId;
 use crate::handler::program::area::TransferAreas;
 use crate::handler::program::guard::TransferAreaGuard;
-use crate::handler::shared::Shared;
-use crate::handler::state::{HookStep, Lease, State};
-use crate::handler::sync::{now, spawn, wait_until};
-
-/// How long setting and clearing a hook waits for the one before. The models' time moves at random.
-const PATIENCE: Duration =
-    if cfg!(all(test, shuttle)) { Duration::MAX } else { Duration::from_millis(500) };
+use crate::handler::state::{HookStep, Lease};
+use crate::handler::sync::{spawn, thread_id};
 
 impl TransferAreaComHandler {
     /// Calls a function in each cycle, between receiving inputs and sending outputs: the
@@ -125,7 +119,7 @@ impl HookThread {
         H: FnMut(Result<&mut TransferAreaGuard<'_>, Error>) -> ControlFlow<()>,
     {
         let shared = self.area.shared();
-        shared.state().hook_begins(self.ticket);
+        shared.state().tickets.hook_begins(self.ticket, thread_id());
         while let Some(call) = self.next_call() {
             // The guard has stopped its transfer already. Another one may have begun since.
             let has_guard = call.is_ok();
@@ -185,7 +179,7 @@ impl Drop for HookThread {
     fn drop(&mut self) {
         let shared = self.area.shared();
         let mut state = shared.state();
-        state.end_hook(self.ticket);
+        state.tickets.end_hook(self.ticket);
         shared.hook_has_ended(&state);
     }
 }
@@ -196,34 +190,4 @@ fn catch(code: impl FnOnce()) -> Result<(), ()> {
         // It may panic again when it is dropped.
         std::mem::forget(payload);
     })
-}
-
-impl Shared {
-    /// Sets another hook or none, and waits until the threads of earlier ones have ended, unless this is one.
-    /// Returns the ticket of the new one.
-    fn replace_hook(&self, set: bool) -> Option<TicketId> {
-        let mut state = self.state();
-        if let Some(before) = state.clear_hook() {
-            self.wake(before);
-        }
-        let ticket = set.then(|| state.set_hook());
-        let newest = state.newest_ticket();
-        let deadline = now().checked_add(PATIENCE);
-        while state.has_hook_before(newest) {
-            if wait_until(&self.changed, &mut state, deadline) {
-                break;
-            }
-        }
-        ticket
-    }
-
-    /// The thread of a hook has ended, and its ticket is gone.
-    fn hook_has_ended(&self, state: &State) {
-        self.changed.notify_all();
-        state.hook().into_iter().for_each(|next| self.wake(next));
-        self.wake_first(state);
-        if state.next_may_leave() {
-            self.attended.notify_one();
-        }
-    }
 }

@@ -10,11 +10,15 @@ use crate::handler::long_guard::name_of;
 use crate::handler::parts::camera_work::CameraCommand;
 use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::phase::Stop;
-use crate::handler::parts::tickets::TicketId;
+use crate::handler::parts::tickets::{Stage, TicketId};
 use crate::handler::program::known::Known;
 use crate::handler::shared::Shared;
-use crate::handler::state::{Lease, Progress, State};
+use crate::handler::state::{Lease, State};
 use crate::handler::sync::{current_thread, now, thread_id, wait_until, MutexGuard};
+
+/// How long setting and clearing a cycle hook waits for the one before. The models' time moves at random.
+const PATIENCE: Duration =
+    if cfg!(all(test, shuttle)) { Duration::MAX } else { Duration::from_millis(500) };
 
 impl Shared {
     /// Locks the areas and brings them up to date.
@@ -116,7 +120,7 @@ impl Shared {
                 MutexGuard::unlock_fair(state);
                 return Ok(lease);
             }
-            if state.progress(ticket) == Progress::Interrupted {
+            if let Some(Stage::Interrupted) = state.tickets.stage(ticket) {
                 return Err(self.interrupted(&mut state, ticket, known));
             }
             self.waker(ticket).wait(&mut state);
@@ -138,13 +142,13 @@ impl Shared {
         let by_clock = deadline.filter(|_| !self.is_lock_step());
         let mut timed_out = false;
         loop {
-            match state.progress(ticket) {
-                Progress::Woken if !state.is_too_late(deadline) => return Ok(true),
-                Progress::Waits if !timed_out => {
+            match state.tickets.stage(ticket) {
+                Some(Stage::Wants { .. }) if !state.is_too_late(deadline) => return Ok(true),
+                Some(Stage::Waiting) if !timed_out => {
                     timed_out = wait_until(self.waker(ticket), state, by_clock);
                 }
-                Progress::Interrupted => return Err(self.interrupted(state, ticket, known)),
-                Progress::Woken | Progress::Waits => {
+                Some(Stage::Interrupted) => return Err(self.interrupted(state, ticket, known)),
+                _ => {
                     self.leave_line(state, ticket);
                     return Ok(false);
                 }
@@ -154,7 +158,7 @@ impl Shared {
 
     /// The thread does not wait any more, and answers nothing.
     fn leave_line(&self, state: &mut State, ticket: TicketId) {
-        state.leave_line(ticket);
+        state.tickets.remove(ticket);
         self.wake_first(state);
         if state.next_may_leave() {
             self.attended.notify_one();
@@ -231,6 +235,34 @@ impl Shared {
             stream.pause();
         }
         state.camera.set_stream(stream);
+    }
+
+    /// Sets another hook or none, and waits until the threads of earlier ones have ended, unless this is one.
+    /// Returns the ticket of the new one.
+    pub(crate) fn replace_hook(&self, set: bool) -> Option<TicketId> {
+        let mut state = self.state();
+        if let Some(before) = state.tickets.clear_hook() {
+            self.wake(before);
+        }
+        let ticket = set.then(|| state.tickets.set_hook());
+        let newest = state.tickets.newest();
+        let deadline = now().checked_add(PATIENCE);
+        while state.tickets.has_hook_before(newest, thread_id()) {
+            if wait_until(&self.changed, &mut state, deadline) {
+                break;
+            }
+        }
+        ticket
+    }
+
+    /// The thread of a hook has ended, and its ticket is gone.
+    pub(crate) fn hook_has_ended(&self, state: &State) {
+        self.changed.notify_all();
+        state.tickets.hook().into_iter().for_each(|next| self.wake(next));
+        self.wake_first(state);
+        if state.next_may_leave() {
+            self.attended.notify_one();
+        }
     }
 
     /// Adds a log of all cycles.

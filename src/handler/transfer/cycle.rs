@@ -83,13 +83,13 @@ impl<'a> Cycle<'a> {
         self.run_command()?;
         let (delivery, locked) = self.exchange()?;
         if let Some(state) = locked {
-            // There is nothing to tell between the response and its window.
+            // There is nothing to send between the response and its window.
             return Ok(self.side.hold_window(Some(state), self.window, &mut self.areas));
         }
         Ok(self.finish(&delivery))
     }
 
-    /// Ends a cycle whose response has come in: tells the program of it, and takes its outputs; in lock-step
+    /// Ends a cycle whose response has come in: notifies the program, and takes its outputs; in lock-step
     /// they are taken later. Returns a stop if the transfer is to stop.
     pub(crate) fn finish(&mut self, delivery: &Delivery) -> Option<Stop> {
         self.announce(delivery);
@@ -144,7 +144,7 @@ impl<'a> Cycle<'a> {
             sent: &self.areas,
         };
         let Delivered { number, cycle, arrived, .. } = delivery.response;
-        self.side.0.listeners.lock().tell_response(&comparison, number, cycle, arrived);
+        self.side.0.listeners.lock().send_response(&comparison, number, cycle, arrived);
     }
 
     /// Does what has to be done for the camera.
@@ -152,7 +152,8 @@ impl<'a> Cycle<'a> {
     /// What must wait is tried again in the next cycle.
     fn run_command(&mut self) -> Result<(), Error> {
         let client = &mut self.link.client;
-        match self.side.camera_task() {
+        let task = self.side.state().camera.task();
+        match task {
             None => {}
             Some(CameraTask::Restart(start, server)) => {
                 if !is_camera_off(client, self.side)? {
@@ -192,7 +193,7 @@ impl<'a> Cycle<'a> {
         self.configs_changed = false;
         self.link = link;
         self.areas = self.side.outgoing();
-        self.side.restart_camera_at(camera);
+        self.side.state().camera.restart_at(camera);
         let (delivery, _) = self.exchange()?;
         Ok(delivery)
     }
@@ -202,7 +203,7 @@ impl<'a> Cycle<'a> {
         self.link.exchange.end_sounds();
         let (delivery, _) = self.exchange()?;
         self.announce(&delivery);
-        if self.side.camera_is_running() {
+        if self.side.state().camera.is_running() {
             self.link.client.stop_camera_online()?;
         }
         self.link.client.stop_online()

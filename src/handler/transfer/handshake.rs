@@ -33,7 +33,7 @@ const RESTART_PAUSE: Duration = Duration::from_millis(200);
 pub(crate) fn begin(settings: &Settings, side: Side<'_>) -> Result<(Link, u64), Error> {
     let limit = settings.limits.connect;
     let attempt = |limit| {
-        let found = |controller| side.set_controller(controller);
+        let found = |controller| side.state().set_controller(controller);
         connect(settings, limit, &side.0.i2c, &side.outgoing(), found)
     };
     let closed = match attempt(limit) {

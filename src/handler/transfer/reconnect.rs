@@ -35,7 +35,7 @@ pub(crate) fn reconnect(
     settings: &Settings,
     limit: Duration,
 ) -> Result<Attempts, Error> {
-    let (begin, lost_at) = (now(), side.clock().now());
+    let (begin, lost_at) = (now(), side.state().clock.now());
     let mut pause = FIRST_PAUSE;
     loop {
         if let Some(stop) = side.stop() {
@@ -45,7 +45,8 @@ pub(crate) fn reconnect(
         match attempt(cycle, side, settings, rest) {
             Ok(Attempts::Connected(delivered)) => {
                 notice!(Info, "connected again after {:?}", now() - begin);
-                side.resume(side.clock().now() - lost_at);
+                let now = side.state().clock.now();
+                side.resume(now - lost_at);
                 return Ok(Attempts::Connected(delivered));
             }
             Ok(stopped) => return Ok(stopped),
@@ -73,7 +74,7 @@ fn attempt(
     // Before the first response, by which the program learns of the connection.
     let found = |controller: Controller| {
         host = controller.address;
-        side.set_controller(controller);
+        side.state().set_controller(controller);
     };
     let (mut link, config_updates) =
         handshake::connect(settings, limit, &side.0.i2c, &side.outgoing(), found)?;
@@ -93,7 +94,7 @@ fn attempt(
             return Err(error);
         }
     };
-    side.count_config_updates(config_updates);
+    side.state().statistics.config_updates += config_updates;
     Ok(Attempts::Connected(delivered))
 }
 

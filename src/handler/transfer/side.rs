@@ -9,12 +9,10 @@ use crate::error::Error;
 use crate::events::{Event, KindSet, Logged, LoggedCycle};
 use crate::exchange::{Inputs, Outgoing};
 use crate::handler::long_guard::{warn_of, GUARD_IS_LONG};
-use crate::handler::parts::camera_work::CameraTask;
-use crate::handler::parts::clock::TransferClock;
 use crate::handler::parts::phase::Stop;
 use crate::handler::parts::tickets::TicketId;
 use crate::handler::shared::Shared;
-use crate::handler::state::{Controller, Delivered, State};
+use crate::handler::state::{Delivered, State};
 use crate::handler::sync::{now, wait_on_time, wait_until, MutexGuard};
 use crate::notices::notice;
 
@@ -35,20 +33,20 @@ pub(crate) struct Delivery {
 impl<'a> Side<'a> {
     /// The areas as the last guard left them.
     pub(crate) fn outgoing(self) -> Vec<Outgoing> {
-        self.0.state().outgoing().to_vec()
+        self.state().outgoing().to_vec()
     }
 
     pub(crate) fn is_lock_step(self) -> bool {
         self.0.is_lock_step()
     }
 
-    pub(crate) fn clock(self) -> TransferClock {
-        self.0.state().clock
+    pub(crate) fn state(self) -> MutexGuard<'a, State> {
+        self.0.state()
     }
 
     /// Why the transfer is to stop although the connection works.
     pub(crate) fn stop(self) -> Option<Stop> {
-        self.0.state().transfer.stop()
+        self.state().transfer.stop()
     }
 
     fn wake(self) -> impl Fn(TicketId) + 'a {
@@ -58,16 +56,11 @@ impl<'a> Side<'a> {
 
     // The beginning.
 
-    /// Sets the controller of the connection.
-    pub(crate) fn set_controller(self, controller: Controller) {
-        self.0.state().set_controller(controller);
-    }
-
     /// Begins a transfer for which this number of configurations was sent; returns an error when it was
     /// stopped meanwhile.
     pub(crate) fn run(self, config_updates: u64) -> Result<(), Stop> {
         let mut listeners = self.0.listeners.lock();
-        let mut state = self.0.state();
+        let mut state = self.state();
         state.run(config_updates)?;
         if let Some(beginning) = state.beginning().filter(|_| !listeners.logs().is_empty()) {
             listeners.logs().note(&Logged::Began(beginning));
@@ -80,7 +73,7 @@ impl<'a> Side<'a> {
     /// Stores why a transfer could not begin.
     pub(crate) fn fail(self, error: Error) {
         let mut listeners = self.0.listeners.lock();
-        let mut state = self.0.state();
+        let mut state = self.state();
         let at = state.clock.now();
         // A transfer that another thread has ended is not a failure.
         let error = Some(error).filter(|error| *error != Error::NotStarted);
@@ -136,13 +129,13 @@ impl<'a> Side<'a> {
 
     /// Opens the window for reactions to the last response.
     pub(crate) fn open_window(self) {
-        self.0.state().open_window(self.wake());
+        self.state().open_window(self.wake());
     }
 
     /// Logs a response that was delivered, with the areas of its request.
     pub(crate) fn log(self, response: &Delivered, sent: &[Outgoing], inputs: &Inputs) {
         let Delivered { cycle, arrived, first, .. } = *response;
-        let statistics = self.0.state().statistics;
+        let statistics = self.state().statistics;
         let cycle = LoggedCycle::exchanged(cycle, arrived, first, statistics, sent, inputs);
         self.0.listeners.lock().logs().note_cycle(&cycle);
     }
@@ -180,7 +173,7 @@ impl<'a> Side<'a> {
         drop(state);
         if let (Some(limit), Some(event)) = (expired, event) {
             notice!(Warn, "{}", Error::WatchdogExpired { limit });
-            self.0.listeners.tell_all(&event);
+            self.0.listeners.send_all(&event);
         }
         if let Some(held) = held {
             warn_of(&held, expired.is_some());
@@ -191,7 +184,7 @@ impl<'a> Side<'a> {
     /// In lock-step: waits until the program asks for the next response or a stop is requested; returns
     /// whether a command is to be sent first.
     pub(crate) fn wait_for_step(self) -> bool {
-        let mut state = self.0.state();
+        let mut state = self.state();
         if !self.is_lock_step() {
             return false;
         }
@@ -212,20 +205,15 @@ impl<'a> Side<'a> {
 
     // The camera.
 
-    /// What has to be done for the camera now.
-    pub(crate) fn camera_task(self) -> Option<CameraTask> {
-        self.0.state().camera.task()
-    }
-
     /// The program's command was sent.
     pub(crate) fn command_is_done(self) {
-        self.0.state().camera.command_is_done();
+        self.state().camera.command_is_done();
         self.0.changed.notify_all();
     }
 
     /// The camera server to start again, when the stream is ready for that.
     pub(crate) fn prepare_camera(self, server: &Endpoint) -> Option<CameraServer> {
-        let stream = self.0.state().camera.stream();
+        let stream = self.state().camera.stream();
         match stream {
             Some(stream) => stream.prepare(server),
             None => Some(CameraServer::not_connected(server.clone())),
@@ -234,26 +222,16 @@ impl<'a> Side<'a> {
 
     /// The controller's camera server was started again.
     pub(crate) fn resume_camera(self, server: CameraServer) {
-        let mut state = self.0.state();
+        let mut state = self.state();
         state.camera.is_restarted();
         if let Some(stream) = state.camera.stream() {
             stream.resume(server);
         }
     }
 
-    /// There is another connection: where its controller has its camera's server.
-    pub(crate) fn restart_camera_at(self, server: Option<Endpoint>) {
-        self.0.state().camera.restart_at(server);
-    }
-
-    /// Whether the controller's camera server runs.
-    pub(crate) fn camera_is_running(self) -> bool {
-        self.0.state().camera.is_running()
-    }
-
     /// Stops the stream of frames, which ends with the transfer.
     pub(crate) fn stop_camera(self) {
-        if let Some(stream) = self.0.state().camera.stream() {
+        if let Some(stream) = self.state().camera.stream() {
             stream.stop();
         }
     }
@@ -263,7 +241,7 @@ impl<'a> Side<'a> {
     /// The connection was lost, and another one is to be made: stops the outputs, takes them for the last
     /// request on this connection, and informs the program.
     pub(crate) fn lose_connection(self, error: &Error, areas: &mut [Outgoing]) {
-        let mut state = self.0.state();
+        let mut state = self.state();
         state.lose_connection(error, self.wake());
         self.0.wake_first(&state);
         areas.copy_from_slice(state.outgoing());
@@ -272,36 +250,31 @@ impl<'a> Side<'a> {
         }
         let event = state.happens_now(Event::ConnectionLost { error: error.clone() });
         drop(state);
-        self.0.listeners.tell_all(&event);
+        self.0.listeners.send_all(&event);
     }
 
     /// The connection is re-established, and its first response has come in.
     pub(crate) fn resume(self, lost_for: Duration) {
-        let mut state = self.0.state();
+        let mut state = self.state();
         state.resume();
         let event = state.happens_now(Event::ConnectionRestored { after: lost_for });
         drop(state);
-        self.0.listeners.tell_all(&event);
+        self.0.listeners.send_all(&event);
     }
 
     /// Waits until a stop is requested, but not beyond the deadline.
     pub(crate) fn wait_for_stop(self, deadline: Instant) {
-        let mut state = self.0.state();
+        let mut state = self.state();
         while state.transfer.stop().is_none() && now() < deadline {
             wait_until(&self.0.attended, &mut state, Some(deadline));
         }
-    }
-
-    /// Counts configurations that were sent outside an exchange.
-    pub(crate) fn count_config_updates(self, count: u64) {
-        self.0.state().statistics.config_updates += count;
     }
 
     // The end.
 
     /// The transfer is about to end: stops the outputs, and takes them for the last request.
     pub(crate) fn leave(self, areas: &mut [Outgoing]) {
-        let mut state = self.0.state();
+        let mut state = self.state();
         state.leave();
         // After a panic of the transfer thread even the number of areas may be wrong.
         for (area, outgoing) in areas.iter_mut().zip(state.outgoing()) {
@@ -313,13 +286,13 @@ impl<'a> Side<'a> {
     pub(crate) fn finish(self, error: Option<Error>) {
         // Locked until the listeners are informed, so that later ones do not get this end.
         let mut listeners = self.0.listeners.lock();
-        let mut state = self.0.state();
+        let mut state = self.state();
         state.finish(error.clone(), self.wake());
         self.0.wake_first(&state);
         let event = state.happens_now(Event::TransferEnded { error });
         drop(state);
         self.0.changed.notify_all();
-        listeners.tell_end(&event);
+        listeners.send_end(&event);
         drop(listeners);
         // Again, for a stream that was started at the last moment.
         self.stop_camera();

@@ -30,7 +30,7 @@ fn a_thread_that_waits_while_another_has_the_areas_is_no_sign_of_life() {
     std::thread::sleep(Duration::from_millis(2));
     // As a thread that begins to wait, and the hook that waits.
     shared.state().begin_wait(&mut Known::default(), 0).unwrap();
-    shared.state().set_hook();
+    shared.state().tickets.set_hook();
     deliver(&shared);
     assert!(shared.state().next_deadline(None).unwrap() <= taken + limit);
     shared.release(&mut held, false);
@@ -42,7 +42,7 @@ fn the_hook_is_not_called_for_a_response_before_a_gap_or_the_end() {
     use crate::handler::state::HookStep;
 
     let shared = Shared::running(None, false);
-    let hook = shared.state().set_hook();
+    let hook = shared.state().tickets.set_hook();
     let known = &mut Known::default();
     deliver(&shared);
     let error = Error::ConnectionClosed { command: "ExchangeData", received: 0 };

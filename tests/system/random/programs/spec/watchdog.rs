@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::{Error, Event};
 
 use super::{after, Case};
-use crate::programs::record::{Call, What, Who};
+use crate::programs::record::{Call, Hold, What, Who};
 
 /// It stops the motors when there was no sign of life for its limit, not before, and until the program knows.
 pub(super) fn keeps_its_limit(case: &Case<'_>) -> Vec<String> {
@@ -113,7 +113,9 @@ fn signs_of_life(case: &Case<'_>) -> Vec<Instant> {
     // The response that a wait returned was delivered during it.
     let returned = trace.calls.iter().filter(|call| call.what == What::Wait && call.result.is_ok());
     signs.extend(returned.map(|call| call.end));
-    signs.extend(trace.holds.iter().filter(|hold| hold.is_new).map(|hold| hold.got));
+    // A hook has waited for its response, too.
+    let waited = |hold: &&Hold| hold.is_new || hold.who == Who::Hook;
+    signs.extend(trace.holds.iter().filter(waited).map(|hold| hold.got));
     // While a hook is set, its thread may be about to wait.
     let waits = |call: &&Call| matches!(call.what, What::Wait | What::SetHook);
     let waits: Vec<&Call> = trace.calls.iter().filter(waits).collect();
