@@ -53,7 +53,8 @@ fn close(areas: &TransferAreas) -> Result<(), Error> {
     // C:     txt->SetOutMotorValues(ShmIfId_TXT::LOCAL_IO, Motor::M3, 0, Direction::Halt);
     areas.lock()[LOCAL_IO].set_out_motor_values(M3, 512, Direction::Ccw)?;
     plugged_in(areas.wait_until(pressed(I4), LIMIT))?;
-    areas.lock()[LOCAL_IO].set_out_motor_values(M3, 0, Direction::Halt)
+    areas.lock()[LOCAL_IO].set_out_motor_values(M3, 0, Direction::Halt)?;
+    Ok(())
     // C: }
 }
 

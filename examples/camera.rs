@@ -50,7 +50,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = env::args().nth(2).map_or_else(temporary_folder, PathBuf::from);
     fs::create_dir_all(&folder)?;
 
-    let frames = handler.start_camera(CameraOptions::default().with_size(WIDTH, HEIGHT))?;
+    let frames = handler.start_camera(CameraOptions::default().size(WIDTH, HEIGHT))?;
     println!("The camera is started; its first frame takes a second or two.");
 
     let (start, cycles) = (Instant::now(), areas.statistics().cycles);

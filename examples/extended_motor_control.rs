@@ -109,7 +109,8 @@ fn turn_half_a_second(areas: &TransferAreas) -> Result<(), Error> {
 
 fn set_both(area: &mut FishX1Transfer, duty: i16) -> Result<(), Error> {
     area.set_out_motor_values(M1, duty, Cw)?;
-    area.set_out_motor_values(M2, duty, Ccw)
+    area.set_out_motor_values(M2, duty, Ccw)?;
+    Ok(())
 }
 
 fn print_counters(what: &str, area: &FishX1Transfer) {

@@ -164,9 +164,9 @@ fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simul
     }
     println!("No address is given, so this is a simulated sorting line. It gets three discs.");
     let discs = [(1.0, Piece::White), (6.0, Piece::Red), (12.0, Piece::Blue)];
-    let put = |script: Script, (at, disc)| script.with_event(ScriptEvent::put(at, disc, "entry"));
+    let put = |script: Script, (at, disc)| script.event(ScriptEvent::put(at, disc, "entry"));
     let script = discs.into_iter().fold(Script::default(), put);
-    let world = World::shipped("sorting_line")?.with_script(script);
+    let world = World::shipped("sorting_line")?.script(script);
     let txt = SimulatedTxt::builder().world(world).start()?;
     Ok((txt.address().to_string(), Some(txt)))
 }

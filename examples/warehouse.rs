@@ -27,7 +27,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::prelude::*;
-use ft_transfer_area::tx::{IrDevice, JoystickAxis, JoystickSwitch, Sound};
+use ft_transfer_area::tx::{InvalidCall, IrDevice, JoystickAxis, JoystickSwitch, Sound};
 use ft_transfer_area_simulator::world::{Remote, Script, ScriptEvent, World};
 use ft_transfer_area_simulator::SimulatedTxt;
 
@@ -83,13 +83,13 @@ impl Axis {
         matches!(self.travel, Travel::Stands)
     }
 
-    fn search(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn search(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         area.stop_motor_ex_cmd(self.motor)?;
         self.travel = Travel::Searches;
         area.set_out_motor_power(self.motor, DUTY_MAX)
     }
 
-    fn move_to(&mut self, area: &mut FishX1Transfer, place: i32) -> Result<(), Error> {
+    fn move_to(&mut self, area: &mut FishX1Transfer, place: i32) -> Result<(), InvalidCall> {
         let way = place - self.place;
         if way == 0 {
             self.travel = Travel::Stands;
@@ -100,13 +100,13 @@ impl Axis {
         area.start_motor_ex_cmd(self.motor, DUTY_MAX, direction, &[], way.unsigned_abs())
     }
 
-    fn stop(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn stop(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         self.travel = Travel::Stands;
         area.stop_motor_ex_cmd(self.motor)
     }
 
     /// Once in each cycle.
-    fn tick(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn tick(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         match self.travel {
             Travel::Searches if area.get_in_io_value_binary(self.reference)? => {
                 area.set_out_motor_power(self.motor, 0)?;
@@ -216,7 +216,7 @@ struct Warehouse {
 }
 
 impl Warehouse {
-    fn new(orders: Vec<Shelf>, area: &mut FishX1Transfer) -> Result<Self, Error> {
+    fn new(orders: Vec<Shelf>, area: &mut FishX1Transfer) -> Result<Self, InvalidCall> {
         let mut warehouse = Self {
             mode: Mode::ForkHomes,
             horizontal: Axis::new(M2, C2, I5),
@@ -234,12 +234,12 @@ impl Warehouse {
         Ok(warehouse)
     }
 
-    fn drive_to(&mut self, area: &mut FishX1Transfer, to: (i32, i32)) -> Result<(), Error> {
+    fn drive_to(&mut self, area: &mut FishX1Transfer, to: (i32, i32)) -> Result<(), InvalidCall> {
         self.horizontal.move_to(area, to.0)?;
         self.vertical.move_to(area, to.1)
     }
 
-    fn begin_step(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn begin_step(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         self.cycles = 0;
         let shelf = self.orders[self.order];
         match STEPS[self.step].0 {
@@ -259,7 +259,11 @@ impl Warehouse {
     }
 
     /// Whether the step is done. Then what it has switched on is off again.
-    fn step_is_done(&self, area: &mut FishX1Transfer, on_pressed: bool) -> Result<bool, Error> {
+    fn step_is_done(
+        &self,
+        area: &mut FishX1Transfer,
+        on_pressed: bool,
+    ) -> Result<bool, InvalidCall> {
         // There is no light while something is in the way.
         let (motor, wanted) = match STEPS[self.step].0 {
             Action::ToShelf(_) | Action::ToBelt(_) => {
@@ -277,7 +281,7 @@ impl Warehouse {
         Ok(wanted)
     }
 
-    fn begin_order(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn begin_order(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let Some(shelf) = self.orders.get(self.order) else {
             self.mode = Mode::Done;
             return Ok(());
@@ -287,14 +291,14 @@ impl Warehouse {
         self.begin_step(area)
     }
 
-    fn begin_homing(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn begin_homing(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         self.said.push("looking for the references".to_owned());
         self.cycles = 0;
         self.mode = Mode::ForkHomes;
         area.set_out_motor_power(FORK, DUTY_MAX)
     }
 
-    fn stop_all(&mut self, area: &mut FishX1Transfer, reason: &str) -> Result<(), Error> {
+    fn stop_all(&mut self, area: &mut FishX1Transfer, reason: &str) -> Result<(), InvalidCall> {
         let step = STEPS.get(self.step).map_or("homing", |step| step.2);
         self.said.push(format!("stopped: {reason}, in step \"{step}\""));
         self.horizontal.stop(area)?;
@@ -306,7 +310,7 @@ impl Warehouse {
         area.set_sound(Sound::CarHornShort, 1)
     }
 
-    fn hand_control(&self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn hand_control(&self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let joystick = |area: &FishX1Transfer, axis| {
             let value = area.get_joystick_full(IrDevice::Any, axis);
             // Near the middle it means 0.
@@ -330,7 +334,7 @@ impl Warehouse {
     }
 
     /// One cycle: what the inputs say, what the outputs do, and what comes next.
-    fn tick(&mut self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn tick(&mut self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let on = area.get_joystick_but_swi(IrDevice::Any, JoystickSwitch::On);
         let on_pressed = on && !self.on_before;
         self.on_before = on;
@@ -445,9 +449,9 @@ fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simul
         "No address is given, so this is a simulated warehouse. Its remote is used by a script."
     );
     let remote = |at, on| ScriptEvent::remote(at, Remote { on, ..Remote::default() });
-    let script = Script::default().with_event(remote(18.0, true)).with_event(remote(18.5, false));
+    let script = Script::default().event(remote(18.0, true)).event(remote(18.5, false));
     let world = World::shipped("high_bay_warehouse")?;
-    let world = world.with_remote(Remote::default()).with_script(script);
+    let world = world.remote(Remote::default()).script(script);
     let txt = SimulatedTxt::builder().world(world).start()?;
     Ok((txt.address().to_string(), Some(txt)))
 }

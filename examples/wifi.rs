@@ -45,7 +45,7 @@ const WAY_LIMIT: Duration = Duration::from_secs(10);
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
     let builder = TransferAreaComHandler::builder(address)
-        .time_limits(TimeLimits::default().with_read(READ_LIMIT))
+        .time_limits(TimeLimits::default().read(READ_LIMIT))
         .watchdog(WATCHDOG)
         .reconnect(RECONNECT_LIMIT);
     let handler = Arc::new(builder.build()?);
@@ -149,16 +149,16 @@ fn controller() -> Result<(String, Option<SimulatedTxt>), ft_transfer_area_simul
 /// Switches the simulated TXT off for three seconds, and later ends the transfer.
 fn switch_off_and_on(txt: SimulatedTxt, handler: &TransferAreaComHandler) {
     let port = txt.port();
-    txt.wait_until(Duration::MAX, |machine| machine.exchanges() > 270);
+    txt.wait_until(|machine| machine.exchanges() > 270, Duration::MAX);
     println!("[The simulated TXT is switched off.]");
     drop(txt);
     thread::sleep(Duration::from_secs(3));
     println!("[It is switched on again.]");
     match SimulatedTxt::builder().port(port).world(World::default()).start() {
         Ok(txt) => {
-            txt.wait_until(Duration::MAX, |machine| machine.exchanges() > 300);
+            txt.wait_until(|machine| machine.exchanges() > 300, Duration::MAX);
             let _ = handler.end_transfer();
         }
-        Err(error) => eprintln!("{error}"),
+        Err(error) => eprintln!("{error:#}"),
     }
 }

@@ -15,20 +15,25 @@ pub(crate) use origin::Origin;
 
 use crate::firmware::FirmwareVersion;
 use crate::found::{FoundController, TriedAddress};
-use crate::terminals::{Input, Motor, Output};
+use crate::tx::InvalidCall;
 
 /// What can go wrong between a program and its controller.
 ///
-/// Every message is a sentence that says what happened and what to check. `Debug` shows the same
-/// sentence as `Display`, because Rust prints it when `main` returns an error:
+/// Every message is a sentence that says what happened and what to check. The
+/// [`source`](std::error::Error::source) is the operating system's error or the error that led to this one, if
+/// any. `{}` is the sentence alone; `{:#}` has what led to it, too, as with the crate `anyhow`. So has `{:?}`, because
+/// Rust prints it when `main` returns an error:
 ///
 /// ```
-/// # use ft_transfer_area::Error;
-/// assert_eq!(format!("{:?}", Error::NotStarted), "no transfer is running; call begin_transfer first");
-/// ```
+/// use std::io;
+/// use ft_transfer_area::Error;
 ///
-/// The [`source`](std::error::Error::source) is the operating system's error or the error that led to
-/// this one, if any. The sentence contains it, too.
+/// let cause = io::Error::other("too many threads").into();
+/// let error = Error::ThreadNotStarted { cause };
+/// assert!(error.to_string().starts_with("the operating system could not start a thread; check how many"));
+/// assert!(format!("{error:#}").ends_with("may have: too many threads"));
+/// assert_eq!(format!("{error:?}"), format!("{error:#}"));
+/// ```
 ///
 /// After an error in talking to the controller the connection can't be used any more: a
 /// [`TxtClient`](crate::TxtClient) returns the same error for every later call, and a
@@ -57,38 +62,9 @@ pub enum Error {
         /// The highest number allowed.
         most: i64,
     },
-    /// The call is for a motor, but these outputs are configured as two single ones. Nothing was
-    /// changed.
+    /// A call of [`tx`](crate::tx) was refused. Nothing was changed, and nothing sent.
     #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
-    NotAMotor {
-        /// The motor.
-        motor: Motor,
-    },
-    /// The call is for a single output, but this one is configured as half of a motor. Nothing was
-    /// changed.
-    #[doc(alias = "FTLIB_ERR_INVALID_PARAM")]
-    NotAnOutput {
-        /// The output.
-        output: Output,
-    },
-    /// A motor command has 0 pulses. To turn motors without a distance, use
-    /// [`start_synchronised`](crate::FishX1Transfer::start_synchronised). Nothing was changed.
-    ZeroPulses,
-    /// A motor command names this motor twice. Nothing was changed.
-    MotorTwice {
-        /// The motor.
-        motor: Motor,
-    },
-    /// The call is for a digital input, but this one reports a measured value.
-    NotDigital {
-        /// The input.
-        input: Input,
-    },
-    /// The call is for a measured value, but this input is digital.
-    NotAnalog {
-        /// The input.
-        input: Input,
-    },
+    InvalidCall(InvalidCall),
     /// `begin_transfer` was called while a transfer is running. That transfer goes on.
     #[doc(alias = "FTLIB_ERR_THREAD_IS_RUNNING")]
     AlreadyStarted,
@@ -303,7 +279,7 @@ pub enum Error {
 
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, f)
+        write!(f, "{self:#}")
     }
 }
 
@@ -320,6 +296,12 @@ impl std::error::Error for Error {
             return Some(&**cause);
         }
         None
+    }
+}
+
+impl From<InvalidCall> for Error {
+    fn from(refused: InvalidCall) -> Self {
+        Self::InvalidCall(refused)
     }
 }
 
@@ -361,3 +343,6 @@ impl Error {
         Self::ThreadPanicked { reason: text.unwrap_or("panic").to_owned() }
     }
 }
+
+#[cfg(test)]
+mod tests;

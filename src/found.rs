@@ -54,7 +54,7 @@ impl fmt::Display for ConnectionKind {
 /// One that answers serves no other program at that moment. A controller does not say whether a camera is
 /// plugged in: it answers the camera's start in the same way, and then no picture comes.
 ///
-/// Its `address` as text is what [`builder`](crate::TransferAreaComHandler::builder) takes. It prints as
+/// Its `address` is what [`builder`](crate::TransferAreaComHandler::builder) takes. It prints as
 /// `ROBO TXT with firmware 4.6.6 at 192.168.7.2:65000 (USB)`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -74,6 +74,16 @@ impl fmt::Display for FoundController {
         let Self { address, connection, name, firmware } = self;
         write!(f, "{name} with firmware {firmware} at {address} ({connection})")
     }
+}
+
+/// What a search has found, see [`find_controllers`](crate::find_controllers): each in the order of the addresses.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct FoundControllers {
+    /// The controllers that answered; at least one.
+    pub controllers: Vec<FoundController>,
+    /// The addresses where none answered.
+    pub others: Vec<TriedAddress>,
 }
 
 /// An address at which no controller answered, and what happened there.

@@ -51,6 +51,9 @@ pub struct I2cClient {
     response: Vec<u8>,
 }
 
+/// The port of I2C on a controller.
+const I2C_PORT: u16 = PORT + 2;
+
 impl I2cClient {
     /// Connects to an I2C port without a handler, for a controller that another program has online. Blocks up to
     /// `limits.connect`.
@@ -61,10 +64,9 @@ impl I2cClient {
     /// or has been silent for 4 s, and a TXT refuses that one. So use it for the simulated TXT, and for other servers
     /// that accept connections at any time.
     ///
-    /// `host` is a name or a numeric address, and `port` is 65002 for a real controller. An I2C port
-    /// after the host replaces `port`: `"192.168.7.2:65002"`, `"[::1]:65002"`. The host `auto` means the
-    /// only controller that [`find_controllers`](crate::find_controllers) finds. For slow devices, set a
-    /// longer time limit for reading.
+    /// `address` is a host, with an I2C port behind it unless that is 65002: `"192.168.7.2"`, `"[::1]:4002"`. The host
+    /// `auto` means the only controller that [`find_controllers`](crate::find_controllers) finds. For slow devices, set
+    /// a longer time limit for reading.
     ///
     /// # Errors
     ///
@@ -72,9 +74,9 @@ impl I2cClient {
     /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
     /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
     /// could be started to look for a host name.
-    pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
+    pub fn connect(address: impl ToString, limits: TimeLimits) -> Result<Self, Error> {
         limits.check()?;
-        Self::connect_in(&TCP, host, port, limits)
+        Self::connect_in(&TCP, &address.to_string(), I2C_PORT, limits)
     }
 
     pub(crate) fn connect_in(
@@ -330,7 +332,7 @@ mod tests {
                 }
             }
         });
-        (I2cClient::connect("127.0.0.1", port, TimeLimits::default()).unwrap(), streams)
+        (I2cClient::connect(format!("127.0.0.1:{port}"), TimeLimits::default()).unwrap(), streams)
     }
 
     fn read(client: &mut I2cClient) -> u8 {

@@ -6,8 +6,8 @@
 //! ```
 //! use ft_transfer_area::prelude::*;
 //!
-//! fn run(host: &str, port: u16) -> Result<(), Error> {
-//!     let handler = TransferAreaComHandler::builder(host).port(port).build()?;
+//! fn run(address: &str) -> Result<(), Error> {
+//!     let handler = TransferAreaComHandler::builder(address).build()?;
 //!     let areas = handler.areas();
 //!     handler.begin_transfer()?;
 //!     for _ in 0..100 {
@@ -19,9 +19,9 @@
 //! }
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // A real TXT is at 192.168.7.2 (USB), port 65000. This one is simulated.
+//! // A real TXT is at 192.168.7.2 (USB). This one is simulated.
 //! let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start()?;
-//! run("127.0.0.1", txt.port())?;
+//! run(&txt.address().to_string())?;
 //! # Ok(())
 //! # }
 //! ```
@@ -134,8 +134,7 @@ pub mod wire;
 
 pub use camera::{CameraFrame, CameraOptions, CameraStatistics, CameraStream, Picture, PowerLine};
 pub use client::{
-    ask_controllers_at, controller_address, find_controllers, find_controllers_at, TimeLimits,
-    TxtClient, PORT, USUAL_HOSTS,
+    controller_address, find_controllers, SearchOptions, TimeLimits, TxtClient, PORT, USUAL_HOSTS,
 };
 pub use error::{Error, IoError};
 pub use events::{
@@ -144,7 +143,7 @@ pub use events::{
 };
 pub use exchange::{Exchange, Inputs, TransferMode};
 pub use firmware::FirmwareVersion;
-pub use found::{ConnectionKind, FoundController, TriedAddress};
+pub use found::{ConnectionKind, FoundController, FoundControllers, TriedAddress};
 pub use handler::{
     CycleLog, Events, TransferAreaComHandler, TransferAreaComHandlerBuilder, TransferAreaGuard,
     TransferAreas,

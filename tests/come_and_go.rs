@@ -26,7 +26,7 @@ const SMALL_PICTURE: StartCameraOnline =
 const I2C_REQUEST: [u8; 16] = [0xB9, 0xDB, 0x3B, 0x39, 0, 0, 0, 0, 0x18, 0, 0, 0, 0, 0, 0, 0];
 
 fn client(txt: &SimulatedTxt) -> TxtClient {
-    TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap()
+    TxtClient::connect(txt.address(), TimeLimits::default()).unwrap()
 }
 
 fn connect(port: u16) -> TcpStream {

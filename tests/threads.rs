@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use ft_transfer_area::{find_controllers_at, TransferAreaComHandler};
+use ft_transfer_area::{find_controllers, SearchOptions, TransferAreaComHandler};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 #[cfg_attr(
@@ -19,8 +19,7 @@ fn no_thread_is_left_after_an_end_or_a_failure() {
     let txt = txt.start().unwrap();
     let mut failures = 0;
     for _ in 0..10 {
-        let handler =
-            TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+        let handler = TransferAreaComHandler::builder(txt.address()).build().unwrap();
         let result = handler
             .begin_transfer()
             .and_then(|()| (0..20).try_for_each(|_| handler.areas().wait_cycle().map(drop)));
@@ -32,7 +31,13 @@ fn no_thread_is_left_after_an_end_or_a_failure() {
     let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let addresses = [txt.port(), silent.local_addr().unwrap().port(), 1];
     let addresses = addresses.map(|port| format!("127.0.0.1:{port}"));
-    assert_eq!(find_controllers_at(&addresses, Duration::from_secs(1)).unwrap().len(), 1);
+    assert_eq!(
+        find_controllers(&SearchOptions::default().addresses(&addresses))
+            .unwrap()
+            .controllers
+            .len(),
+        1
+    );
     drop(txt);
     // The operating system removes a thread from its list shortly after it was joined.
     let deadline = Instant::now() + Duration::from_secs(10);

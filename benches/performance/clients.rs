@@ -142,7 +142,7 @@ pub(crate) struct Direct {
 
 impl Direct {
     pub(crate) fn connect(port: u16, load: Load) -> Result<Self> {
-        let mut client = TxtClient::connect("127.0.0.1", port, TimeLimits::default())?;
+        let mut client = TxtClient::connect(format!("127.0.0.1:{port}"), TimeLimits::default())?;
         let version = client.query_status()?.version;
         client.start_online()?;
         let exchange = Exchange::new(load.mode(), version);
@@ -176,7 +176,7 @@ pub(crate) struct Waiting {
 
 impl Waiting {
     pub(crate) fn connect(port: u16, load: Load) -> Result<Self> {
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(port);
+        let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}"));
         let handler = builder.areas(load.areas).mode(load.mode()).build()?;
         handler.begin_transfer()?;
         Ok(Self { handler, load })

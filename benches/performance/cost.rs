@@ -70,7 +70,7 @@ pub(crate) struct Memory {
 impl Memory {
     pub(crate) fn run(&self) -> Result<()> {
         let begin = || -> Result<TransferAreaComHandler> {
-            let builder = TransferAreaComHandler::builder("127.0.0.1").port(self.port);
+            let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{}", self.port));
             let handler = builder.areas(self.areas).build()?;
             handler.begin_transfer()?;
             drop(handler.areas().wait_cycle()?);

@@ -104,7 +104,7 @@ fn beside(crowd: &Crowd, responses: usize) -> Result<Seen> {
         master.uni[0] = asked;
     });
     let txt = txt.start()?;
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build()?;
+    let handler = TransferAreaComHandler::builder(txt.address()).build()?;
     handler.begin_transfer()?;
     // Before the others begin.
     answer(&handler, handler.areas().statistics().cycles + 1)?;

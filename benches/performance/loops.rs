@@ -79,7 +79,7 @@ pub(crate) fn measure(report: &Report) -> Result<()> {
 fn two_controllers(turn: Turn, cycles: u64) -> Result<[Reactions; 2]> {
     let start = |pace| -> Result<_> {
         let txt = SimulatedTxt::builder().pace(Duration::from_micros(pace)).start()?;
-        let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build()?;
+        let handler = TransferAreaComHandler::builder(txt.address()).build()?;
         handler.begin_transfer()?;
         Ok((txt, handler))
     };
@@ -99,7 +99,7 @@ fn two_controllers(turn: Turn, cycles: u64) -> Result<[Reactions; 2]> {
 /// Cycles per second.
 fn lock_step(cycles: usize) -> Result<f64> {
     let txt = SimulatedTxt::builder().lock_step().start()?;
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    let builder = TransferAreaComHandler::builder(txt.address());
     let handler = builder.lock_step().build()?;
     handler.begin_transfer()?;
     let begin = Instant::now();

@@ -59,13 +59,12 @@ impl Format {
             txt = txt.on_exchange(move |machine| machine.set_camera_picture(Some(picture.clone())));
         }
         let txt = txt.start()?;
-        let handler = TransferAreaComHandler::builder("127.0.0.1")
-            .port(txt.port())
+        let handler = TransferAreaComHandler::builder(txt.address())
             .camera_port(txt.camera_port())
             .build()?;
         handler.begin_transfer()?;
         handler.areas().wait_cycle()?;
-        let options = CameraOptions::default().with_size(self.width, self.height);
+        let options = CameraOptions::default().size(self.width, self.height);
         let frames = handler.start_camera(options)?;
         frames.recv().context("the simulated camera sends no frame")
     }

@@ -71,7 +71,8 @@ impl Program {
     }
 
     fn handler(&self) -> Result<Cost> {
-        let handler = TransferAreaComHandler::builder("127.0.0.1").port(self.port).build()?;
+        let handler =
+            TransferAreaComHandler::builder(format!("127.0.0.1:{}", self.port)).build()?;
         handler.begin_transfer()?;
         drop(handler.areas().wait_cycle()?);
         let (begin, first) = (Usage::now()?, handler.areas().statistics().cycles);

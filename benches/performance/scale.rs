@@ -87,7 +87,7 @@ impl Handlers {
 }
 
 fn handler(port: u16) -> Result<TransferAreaComHandler> {
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build()?;
+    let handler = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).build()?;
     handler.begin_transfer()?;
     Ok(handler)
 }

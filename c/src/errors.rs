@@ -1,5 +1,6 @@
 //! The codes by which the C libraries tell what went wrong.
 
+use ft_transfer_area::tx::InvalidCall;
 use ft_transfer_area::Error;
 
 /// A code with its name and its sentence.
@@ -69,8 +70,11 @@ pub(crate) fn code_of(error: &Error) -> u32 {
     match error {
         Error::OutOfRange { .. }
         | Error::BadAddress { .. }
-        | Error::MotorTwice { .. }
-        | Error::ZeroPulses => FTLIB_ERR_INVALID_PARAM,
+        | Error::InvalidCall(
+            InvalidCall::OutOfRange { .. }
+            | InvalidCall::MotorTwice { .. }
+            | InvalidCall::ZeroPulses,
+        ) => FTLIB_ERR_INVALID_PARAM,
         Error::AlreadyStarted => FTLIB_ERR_THREAD_IS_RUNNING,
         Error::NotStarted => FTLIB_ERR_THREAD_NOT_RUNNING,
         Error::NoAnswer { .. } | Error::NotTaken { .. } | Error::WaitTimedOut { .. } => {

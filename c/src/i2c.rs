@@ -272,7 +272,7 @@ impl<C: FnMut() -> Result<I2cClient, Error>> Worker<C> {
                 return;
             }
             if let Err(error) = &result {
-                if let Some(line) = self.told.line(&error.to_string(), Instant::now()) {
+                if let Some(line) = self.told.line(&format!("{error:#}"), Instant::now()) {
                     log::warn!("I2C: {line}");
                 }
             }

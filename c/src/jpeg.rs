@@ -34,10 +34,10 @@ pub(crate) fn camera_options(settings: [i32; 4]) -> Result<CameraOptions, Error>
         other => PowerLine::Other(other),
     };
     Ok(CameraOptions::default()
-        .with_size(width as u16, height as u16)
-        .with_framerate(framerate as u16)
-        .with_power_line(power_line)
-        .with_channel_frames(1))
+        .size(width as u16, height as u16)
+        .framerate(framerate as u16)
+        .power_line(power_line)
+        .channel_frames(1))
 }
 
 /// The last picture that a program got. Its bytes stay where they are until the next one.
@@ -51,7 +51,7 @@ impl Buffer {
         loop {
             match self.fill(&frames.recv_timeout(FRAME_LIMIT).ok()?) {
                 // The next frame is a better one.
-                Err(error) => log::debug!("a frame of the camera is left out: {error}"),
+                Err(error) => log::debug!("a frame of the camera is left out: {error:#}"),
                 Ok(filled) => return Some(filled),
             }
         }

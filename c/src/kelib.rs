@@ -253,7 +253,7 @@ fn transfer(device: u8, write: &[u8], read: &mut [u8]) -> Result<(), u32> {
 
 /// Says what went wrong. A program may read a device in a loop.
 fn tell(error: &Error) {
-    if let Some(line) = TOLD.lock().line(&error.to_string(), Instant::now()) {
+    if let Some(line) = TOLD.lock().line(&format!("{error:#}"), Instant::now()) {
         report::failure(line);
     }
 }

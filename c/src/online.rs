@@ -51,7 +51,7 @@ fn note(line: &str) {
             Ok(file) => *notes = Some((process::id(), file)),
             Err(error) => {
                 return log::warn!(
-                    "tx_run can't stop the motors if this program is killed: {error}"
+                    "tx_run can't stop the motors if this program is killed: {error:#}"
                 )
             }
         }

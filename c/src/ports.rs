@@ -15,7 +15,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use ft_transfer_area::{find_controllers, ConnectionKind};
+use ft_transfer_area::{find_controllers, ConnectionKind, SearchOptions};
 
 use crate::host;
 
@@ -151,10 +151,10 @@ impl Ports {
 
 /// The controllers at the usual addresses: how they are connected, and their names.
 fn found() -> Vec<(ConnectionKind, String)> {
-    match find_controllers(SEARCH_LIMIT) {
-        Ok(found) => found.into_iter().map(|it| (it.connection, it.name)).collect(),
+    match find_controllers(&SearchOptions::default().limit(SEARCH_LIMIT)) {
+        Ok(found) => found.controllers.into_iter().map(|it| (it.connection, it.name)).collect(),
         Err(error) => {
-            log::info!("{error}");
+            log::info!("{error:#}");
             Vec::new()
         }
     }

@@ -275,7 +275,7 @@ impl<A: Area> exit::Transfer for ProgramSession<A> {
 impl<A: Area> Drop for ProgramSession<A> {
     fn drop(&mut self) {
         if let Err(error) = self.stop() {
-            log::debug!("while a device is closed: {error}");
+            log::debug!("while a device is closed: {error:#}");
         }
     }
 }

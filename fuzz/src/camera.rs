@@ -26,9 +26,8 @@ fn stream(input: &mut Unstructured) -> Result<()> {
         pieces.push(take(input, 300)?.to_vec());
     }
     let bytes = pieces.concat();
-    let options = CameraOptions::default()
-        .with_channel_frames(channel_frames)
-        .with_max_frame_size(MAX_FRAME_SIZE);
+    let options =
+        CameraOptions::default().channel_frames(channel_frames).max_frame_size(MAX_FRAME_SIZE);
     let (frames, error, acknowledges) = read_frames(pieces, options);
 
     let (expected, expected_error) = expected_frames(&bytes);

@@ -102,7 +102,7 @@ fn world(input: &mut Unstructured) -> Result<(usize, World)> {
     let devices = (0..input.int_in_range(0..=3)?).map(|_| device(input)).collect::<Result<_>>()?;
     let mut script = Script::default();
     (script.period, script.events) = (period, events);
-    let mut world = World::new().with_master(master).with_script(script);
+    let mut world = World::new().master(master).script(script);
     (world.extensions, world.remotes, world.i2c) = (extensions, remotes, devices);
     add_carriers(&mut world, input)?;
     Ok((machine, world))
@@ -126,7 +126,7 @@ fn add_carriers(world: &mut World, input: &mut Unstructured) -> Result<()> {
                 let mut switch = AxisSwitch::new(socket(input)?, number(input)?);
                 switch.width = option(input, number)?;
                 switch.controller = option(input, |input| input.int_in_range(0..=2))?;
-                model.slide = model.slide.take().map(|slide| slide.with_switch(switch));
+                model.slide = model.slide.take().map(|slide| slide.switch(switch));
             }
         }
     }
@@ -138,7 +138,7 @@ fn add_carriers(world: &mut World, input: &mut Unstructured) -> Result<()> {
         (place.piece, place.content) = (option(input, piece)?, option(input, piece)?);
         let barrier = option(input, |input| plug(input, &Input::ALL))?;
         world.places.push(match barrier {
-            Some(barrier) => place.with_barrier(barrier),
+            Some(barrier) => place.barrier(barrier),
             None => place,
         });
     }
@@ -164,10 +164,10 @@ fn gripper(input: &mut Unstructured) -> Result<Gripper> {
     };
     let axes = (0..input.int_in_range(0..=3)?).map(|_| plug(input, &Motor::ALL));
     let axes = axes.collect::<Result<Vec<_>>>()?;
-    let mut gripper = Gripper::new(&name(input)?, &axes, grip).with_tolerance(number(input)?);
+    let mut gripper = Gripper::new(&name(input)?, &axes, grip).tolerance(number(input)?);
     for _ in 0..input.int_in_range(0..=3)? {
         let at = axes.iter().map(|_| number(input)).collect::<Result<Vec<_>>>()?;
-        gripper = gripper.with_position(&name(input)?, &at);
+        gripper = gripper.position(&name(input)?, &at);
     }
     Ok(gripper)
 }
@@ -253,7 +253,7 @@ fn slide(input: &mut Unstructured) -> Result<Slide> {
     } else {
         Travel::Mm { length: number(input)?, per_turn: number(input)? }
     };
-    let mut slide = Slide::new(travel).with_position(number(input)?);
+    let mut slide = Slide::new(travel).position(number(input)?);
     slide.start_switch = option(input, socket)?;
     slide.end_switch = option(input, socket)?;
     slide.seen_by = option(input, |input| {
@@ -277,7 +277,7 @@ fn event(input: &mut Unstructured) -> Result<ScriptEvent> {
 
 fn device(input: &mut Unstructured) -> Result<I2cDevice> {
     let device = I2cDevice::new(input.int_in_range(0..=4)?);
-    Ok(device.with_registers(input.arbitrary()?, input.bytes(2)?))
+    Ok(device.registers(input.arbitrary()?, input.bytes(2)?))
 }
 
 fn remote(input: &mut Unstructured) -> Result<Remote> {

@@ -1,5 +1,6 @@
 //! Why a simulated TXT could not be started.
 
+use std::error::Error as _;
 use std::fmt;
 use std::io::ErrorKind;
 use std::ops::RangeInclusive;
@@ -11,7 +12,8 @@ use ft_transfer_area::IoError;
 
 /// Why a simulated TXT or its world could not be made. Nothing was started.
 ///
-/// `Debug` shows the same sentence as `Display`, because Rust prints it when `main` returns an error.
+/// `{}` is a sentence without the error of the operating system that led to it; `{:#}` and `{:?}` have that, too, as
+/// with [`ft_transfer_area::Error`].
 #[derive(Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Error {
@@ -81,6 +83,17 @@ impl Error {
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.sentence(f)?;
+        match self.source() {
+            Some(cause) if f.alternate() => write!(f, ": {cause:#}"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Error {
+    /// Writes what happened, without what led to it.
+    fn sentence(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::World { line: 0, reason } => {
                 write!(f, "the simulated world can't be used: {reason}")
@@ -88,8 +101,8 @@ impl fmt::Display for Error {
             Self::World { line, reason } => {
                 write!(f, "line {line} of the simulated world is wrong: {reason}")
             }
-            Self::WorldNotRead { path, cause } => {
-                write!(f, "the simulated world in {} can't be read ({cause})", path.display())
+            Self::WorldNotRead { path, cause: _ } => {
+                write!(f, "the simulated world in {} can't be read", path.display())
             }
             Self::TooManyExtensions { given } => {
                 write!(f, "there can be {MAX_EXTENSIONS} extensions at most, and not {given}")
@@ -98,7 +111,7 @@ impl fmt::Display for Error {
                 write!(f, "the {what} is {given}, but has to be {least} to {most}")
             }
             Self::NotStarted { cause } => {
-                write!(f, "the simulated TXT could not be started ({cause})")?;
+                write!(f, "the simulated TXT could not be started")?;
                 match cause.kind() {
                     ErrorKind::AddrInUse => {
                         f.write_str("; check that no other program uses its port")
@@ -115,7 +128,7 @@ impl fmt::Display for Error {
 
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        fmt::Display::fmt(self, f)
+        write!(f, "{self:#}")
     }
 }
 
@@ -130,7 +143,6 @@ impl std::error::Error for Error {
 
 #[cfg(test)]
 mod tests {
-    use std::error::Error as _;
     use std::io;
 
     use super::*;
@@ -144,7 +156,8 @@ mod tests {
         ] {
             let source = error.source().and_then(|source| source.downcast_ref::<io::Error>());
             assert_eq!(source.and_then(io::Error::raw_os_error), Some(1), "{error}");
-            assert!(error.to_string().contains(&cause.to_string()), "{error}");
+            assert!(!error.to_string().contains(&cause.to_string()), "{error}");
+            assert!(format!("{error:#}").ends_with(&format!(": {cause}")), "{error}");
         }
     }
 }

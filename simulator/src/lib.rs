@@ -201,7 +201,7 @@ impl SimulatedTxt {
     /// Blocks until the condition holds; `false` when the limit is reached first, with [`Duration::MAX`] never.
     ///
     /// The condition is checked immediately, after every command and connection change, and at the limit.
-    pub fn wait_until(&self, limit: Duration, condition: impl FnMut(&Machine) -> bool) -> bool {
+    pub fn wait_until(&self, condition: impl FnMut(&Machine) -> bool, limit: Duration) -> bool {
         self.shared.wait_until(limit, condition)
     }
 }

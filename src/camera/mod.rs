@@ -56,7 +56,7 @@ pub enum PowerLine {
 /// ```
 /// use ft_transfer_area::{CameraOptions, PowerLine};
 ///
-/// let options = CameraOptions::default().with_size(640, 480).with_power_line(PowerLine::Hz60);
+/// let options = CameraOptions::default().size(640, 480).power_line(PowerLine::Hz60);
 /// assert_eq!(options.framerate, 15);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -101,37 +101,37 @@ impl Default for CameraOptions {
 
 impl CameraOptions {
     /// Requests pictures of this size, in pixels.
-    pub const fn with_size(self, width: u16, height: u16) -> Self {
+    pub const fn size(self, width: u16, height: u16) -> Self {
         Self { width, height, ..self }
     }
 
     /// Requests this number of frames per second.
-    pub const fn with_framerate(self, framerate: u16) -> Self {
+    pub const fn framerate(self, framerate: u16) -> Self {
         Self { framerate, ..self }
     }
 
     /// Tells the camera the frequency of the mains.
-    pub const fn with_power_line(self, power_line: PowerLine) -> Self {
+    pub const fn power_line(self, power_line: PowerLine) -> Self {
         Self { power_line, ..self }
     }
 
     /// Sets how many frames the channel holds. With 1 it holds only the newest frame.
-    pub const fn with_channel_frames(self, channel_frames: usize) -> Self {
+    pub const fn channel_frames(self, channel_frames: usize) -> Self {
         Self { channel_frames, ..self }
     }
 
     /// Sets how long connecting to the camera server may take.
-    pub const fn with_start_limit(self, start_limit: Duration) -> Self {
+    pub const fn start_limit(self, start_limit: Duration) -> Self {
         Self { start_limit, ..self }
     }
 
     /// Sets how long a frame may take to come in.
-    pub const fn with_frame_limit(self, frame_limit: Duration) -> Self {
+    pub const fn frame_limit(self, frame_limit: Duration) -> Self {
         Self { frame_limit, ..self }
     }
 
     /// Sets the largest size of a frame's JPEG data, in bytes.
-    pub const fn with_max_frame_size(self, max_frame_size: usize) -> Self {
+    pub const fn max_frame_size(self, max_frame_size: usize) -> Self {
         Self { max_frame_size, ..self }
     }
 

@@ -33,7 +33,7 @@ impl CameraServer {
         let limits = TimeLimits { connect: EARLY_LIMIT, read: frame_limit, write: frame_limit };
         let early = endpoint.open(&limits);
         if let Err(error) = &early {
-            notice!(Debug, "the camera accepts no connection before its start: {error}");
+            notice!(Debug, "the camera accepts no connection before its start: {error:#}");
         }
         Self { endpoint, early: early.ok() }
     }

@@ -26,7 +26,7 @@ impl TxtClient {
     /// use ft_transfer_area::{CameraOptions, TimeLimits, TxtClient, PORT};
     ///
     /// # fn main() -> Result<(), ft_transfer_area::Error> {
-    /// let mut client = TxtClient::connect("192.168.7.2", PORT, TimeLimits::default())?;
+    /// let mut client = TxtClient::connect("192.168.7.2", TimeLimits::default())?;
     /// client.start_online()?;
     /// let (mut stream, frames) = client.start_camera(PORT + 1, CameraOptions::default())?;
     /// if let Ok(frame) = frames.recv() {

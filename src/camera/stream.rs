@@ -118,7 +118,7 @@ impl Reader {
         // The reason is known before the channel ends, so the program can ask for it then.
         drop(self);
         match error {
-            Some(error) => notice!(Warn, "the camera stream has ended: {error}"),
+            Some(error) => notice!(Warn, "the camera stream has ended: {error:#}"),
             None => notice!(Info, "the camera stream has ended"),
         }
     }

@@ -12,7 +12,7 @@ use super::tcp::TCP;
 use super::transport::{Addresses, Endpoint, Network};
 use super::{TxtClient, PORT};
 use crate::error::Error;
-use crate::found::{ConnectionKind, FoundController, TriedAddress};
+use crate::found::{ConnectionKind, FoundController, FoundControllers, TriedAddress};
 use crate::notices::notice;
 
 /// The host that means the only controller that is found.
@@ -31,55 +31,73 @@ pub const USUAL_HOSTS: &[&str] = &["127.0.0.1"];
 /// How many addresses are asked in parallel, so that a long list does not take all threads.
 const AT_A_TIME: usize = 64;
 
-/// Finds the controllers at the usual addresses: USB (192.168.7.2), Wi-Fi (192.168.8.2), Bluetooth
-/// (192.168.9.2) and the controller on which the program runs (127.0.0.1), each at
-/// [port 65000](crate::PORT).
+/// Where a search looks, and how long: the options of [`find_controllers`].
+#[derive(Clone, Debug)]
+pub struct SearchOptions {
+    /// `None` for the usual ones.
+    addresses: Option<Vec<String>>,
+    limit: Duration,
+}
+
+impl Default for SearchOptions {
+    fn default() -> Self {
+        Self { addresses: None, limit: AUTO_LIMIT }
+    }
+}
+
+impl SearchOptions {
+    /// The addresses to ask, such as all those in a classroom: each a host with or without a port, as for
+    /// [`builder`](crate::TransferAreaComHandler::builder). Default the [usual hosts](USUAL_HOSTS), each at
+    /// [port 65000](crate::PORT).
+    #[must_use]
+    pub fn addresses(mut self, addresses: impl IntoIterator<Item = impl ToString>) -> Self {
+        self.addresses = Some(addresses.into_iter().map(|address| address.to_string()).collect());
+        self
+    }
+
+    /// How long to wait for the answers of 64 addresses, 1 ms to an hour. Default 1.5 s.
+    #[must_use]
+    pub fn limit(mut self, limit: Duration) -> Self {
+        self.limit = limit;
+        self
+    }
+}
+
+/// Finds controllers: at the usual addresses USB (192.168.7.2), Wi-Fi (192.168.8.2), Bluetooth (192.168.9.2) and the
+/// controller on which the program runs (127.0.0.1), or at [given ones](SearchOptions::addresses).
 ///
-/// Blocks for up to `limit`, 1 ms to an hour, and for all of it if one of the addresses does not answer at
-/// all; 1 to 2 s is a good limit. A controller that is connected in two ways is found twice; the one on which the program
-/// runs is found only once.
+/// Blocks for up to the [limit](SearchOptions::limit), and for all of it if one of the addresses does not answer at
+/// all. Up to 64 addresses are asked in parallel, so more of them take the limit again for each 64. The lookup of a
+/// host name that takes longer goes on in the background until it ends; numeric addresses need no lookup. A
+/// controller that is connected in two ways is found twice; at the usual addresses, the one on which the program runs
+/// is found only once.
 ///
 /// Each controller is asked for its name and firmware, and the connection is closed. This moves nothing and
 /// does not begin online mode. A controller that another program uses serves only that program, so it is
-/// not found.
+/// not found, but an address where it [may be](TriedAddress::perhaps_in_use) is among the others.
 ///
 /// ```no_run
-/// use std::time::Duration;
+/// use ft_transfer_area::{find_controllers, SearchOptions};
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
-/// for controller in ft_transfer_area::find_controllers(Duration::from_secs(1))? {
+/// for controller in find_controllers(&SearchOptions::default())?.controllers {
 ///     println!("{controller}"); // ROBO TXT with firmware 4.6.6 at 192.168.7.2:65000 (USB)
 /// }
 /// # Ok(())
 /// # }
 /// ```
 ///
-/// # Errors
-///
-/// [`Error::NoController`] when none answered, with what happened at each address;
-/// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
-pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> {
-    find_usual(&TCP, PORT, limit)
-}
-
-/// Finds the controllers at given addresses, such as all those in a classroom. Returns those that answer,
-/// in the order of the addresses.
-///
-/// An address is a host with or without a port, as for
-/// [`builder`](crate::TransferAreaComHandler::builder). Up to 64 addresses are asked in parallel, so this
-/// blocks for up to `limit` per 64 addresses. The lookup of a host name that takes longer goes on in the
-/// background until it ends; numeric addresses need no lookup. The rest is as for [`find_controllers`].
-///
 /// ```
 /// use std::time::Duration;
-/// use ft_transfer_area::find_controllers_at;
+/// use ft_transfer_area::{find_controllers, SearchOptions};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let txt = ft_transfer_area_simulator::SimulatedTxt::builder().start()?;
-/// let addresses = [format!("127.0.0.1:{}", txt.port()), "127.0.0.1:1".to_owned()];
-/// let found = find_controllers_at(&addresses, Duration::from_secs(2))?;
-/// assert_eq!(found.len(), 1);
-/// assert_eq!(found[0].address.to_string(), addresses[0]);
+/// let addresses = [txt.address().to_string(), "127.0.0.1:1".to_owned()];
+/// let options = SearchOptions::default().addresses(&addresses).limit(Duration::from_secs(2));
+/// let found = find_controllers(&options)?;
+/// assert_eq!(found.controllers[0].address, txt.address());
+/// assert_eq!(found.others[0].address, addresses[1]); // 127.0.0.1:1 (this machine): nothing listens there
 /// # Ok(())
 /// # }
 /// ```
@@ -88,77 +106,32 @@ pub fn find_controllers(limit: Duration) -> Result<Vec<FoundController>, Error> 
 ///
 /// [`Error::NoController`] when none answered, with what happened at each address;
 /// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
-pub fn find_controllers_at<A>(
-    addresses: &[A],
-    limit: Duration,
-) -> Result<Vec<FoundController>, Error>
-where
-    A: AsRef<str> + Sync,
-{
-    find_at(&TCP, addresses, limit)
+pub fn find_controllers(options: &SearchOptions) -> Result<FoundControllers, Error> {
+    match &options.addresses {
+        Some(addresses) => find_at(&TCP, addresses, options.limit),
+        None => find_usual(&TCP, PORT, options.limit),
+    }
 }
 
 fn find_at(
     network: &'static dyn Network,
-    addresses: &[impl AsRef<str> + Sync],
+    addresses: &[String],
     limit: Duration,
-) -> Result<Vec<FoundController>, Error> {
-    let (mut found, mut tried) = (Vec::new(), Vec::new());
-    for answer in ask_at(network, addresses, limit)? {
-        match answer {
-            Ok(controller) => found.push(controller),
-            Err(address) => tried.push(address),
+) -> Result<FoundControllers, Error> {
+    Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
+    let (mut controllers, mut others) = (Vec::new(), Vec::new());
+    for some in addresses.chunks(AT_A_TIME) {
+        for answer in ask_side_by_side(network, some, limit)? {
+            match answer {
+                Ok(controller) => controllers.push(controller),
+                Err(address) => others.push(address),
+            }
         }
     }
-    if found.is_empty() {
-        return Err(Error::NoController { tried });
+    if controllers.is_empty() {
+        return Err(Error::NoController { tried: others });
     }
-    Ok(found)
-}
-
-/// Asks the controllers at given addresses, such as the [usual ones](USUAL_HOSTS), and returns what happened
-/// at each, in their order. For a list that also shows where a controller may be [in
-/// use](TriedAddress::perhaps_in_use); the rest is as for [`find_controllers_at`].
-///
-/// ```
-/// use std::time::Duration;
-/// use ft_transfer_area::ask_controllers_at;
-///
-/// # fn main() -> Result<(), ft_transfer_area::Error> {
-/// for answer in ask_controllers_at(&["127.0.0.1:1"], Duration::from_secs(2))? {
-///     match answer {
-///         Ok(controller) => println!("{controller}"),
-///         Err(tried) => println!("{tried}"), // 127.0.0.1:1 (this machine): nothing listens there
-///     }
-/// }
-/// # Ok(())
-/// # }
-/// ```
-///
-/// # Errors
-///
-/// [`Error::OutOfRange`] for the limit; [`Error::ThreadNotStarted`].
-pub fn ask_controllers_at<A>(
-    addresses: &[A],
-    limit: Duration,
-) -> Result<Vec<Result<FoundController, TriedAddress>>, Error>
-where
-    A: AsRef<str> + Sync,
-{
-    ask_at(&TCP, addresses, limit)
-}
-
-fn ask_at(
-    network: &'static dyn Network,
-    addresses: &[impl AsRef<str> + Sync],
-    limit: Duration,
-) -> Result<Vec<Answer>, Error> {
-    Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
-    let mut answers = Vec::with_capacity(addresses.len());
-    for some in addresses.chunks(AT_A_TIME) {
-        answers.extend(ask_side_by_side(network, some, limit)?);
-    }
-    Ok(answers)
+    Ok(FoundControllers { controllers, others })
 }
 
 /// The address of a controller's main port, from what a person writes: a host with or without a port, or `auto`, as
@@ -187,7 +160,7 @@ pub fn controller_address(host: &str, limit: Duration) -> Result<SocketAddr, Err
     Error::check_millis("limit for the search in ms", limit, LIMIT_RANGE)?;
     let (name, port) = host_and_port(host, PORT)?;
     if is_auto(name) {
-        return Ok(only(find_usual(&TCP, port, limit)?)?.address);
+        return Ok(only(find_usual(&TCP, port, limit)?.controllers)?.address);
     }
     let all = SYSTEM.addresses(name, port, &mut TimeLeft::new(limit, Instant::now()))?;
     let ipv4 = all.iter().find(|address| address.is_ipv4());
@@ -210,7 +183,7 @@ pub(crate) fn found_host(
     if !is_auto(host) {
         return Ok(host.to_owned());
     }
-    let controller = only(find_usual(network, port, limit.min(AUTO_LIMIT))?)?;
+    let controller = only(find_usual(network, port, limit.min(AUTO_LIMIT))?.controllers)?;
     notice!(Info, "found {controller}");
     Ok(controller.address.ip().to_string())
 }
@@ -227,9 +200,11 @@ fn find_usual(
     network: &'static dyn Network,
     port: u16,
     limit: Duration,
-) -> Result<Vec<FoundController>, Error> {
+) -> Result<FoundControllers, Error> {
     let addresses: Vec<_> = USUAL_HOSTS.iter().map(|host| format!("{host}:{port}")).collect();
-    Ok(without_doubles(find_at(network, &addresses, limit)?))
+    let mut found = find_at(network, &addresses, limit)?;
+    found.controllers = without_doubles(found.controllers);
+    Ok(found)
 }
 
 /// A program on the controller reaches it by each of the controller's addresses.
@@ -247,7 +222,7 @@ type Answer = Result<FoundController, TriedAddress>;
 
 fn ask_side_by_side(
     network: &'static dyn Network,
-    addresses: &[impl AsRef<str> + Sync],
+    addresses: &[String],
     limit: Duration,
 ) -> Result<Vec<Answer>, Error> {
     // The scope waits for all its threads, even when one could not be started.
@@ -256,7 +231,7 @@ fn ask_side_by_side(
         for address in addresses {
             let thread = thread::Builder::new()
                 .name("find-controller".to_owned())
-                .spawn_scoped(scope, move || ask(network, address.as_ref(), limit));
+                .spawn_scoped(scope, move || ask(network, address, limit));
             threads.push(thread.map_err(Error::not_started)?);
         }
         let answers = threads.into_iter().map(ScopedJoinHandle::join);
@@ -330,7 +305,7 @@ fn outcome(error: &Error, limit: Duration) -> String {
                 .to_owned()
         }
         Error::WrongId { .. } | Error::WrongSize { .. } => "what answers is not a TXT".to_owned(),
-        other => other.to_string(),
+        other => format!("{other:#}"),
     }
 }
 

@@ -105,7 +105,7 @@ impl I2cLine {
                 Ok(connection) => drop(self.0.held.try_lock_until(deadline).map(|mut held| {
                     *held = self.admit(connection, session).ok();
                 })),
-                Err(error) => notice!(Debug, "no I2C connection: {error}"),
+                Err(error) => notice!(Debug, "no I2C connection: {error:#}"),
             }
         }
         I2cSession { line: self.clone(), number: session }

@@ -21,7 +21,7 @@ pub(super) const SHORTEST_LIMIT: Duration = Duration::from_millis(1);
 /// use std::time::Duration;
 /// use ft_transfer_area::{TimeLimits, TransferAreaComHandler};
 ///
-/// let limits = TimeLimits::default().with_read(Duration::from_secs(4));
+/// let limits = TimeLimits::default().read(Duration::from_secs(4));
 /// let builder = TransferAreaComHandler::builder("192.168.8.2").time_limits(limits);
 /// # let _ = builder;
 /// ```
@@ -58,19 +58,19 @@ impl Default for TimeLimits {
 impl TimeLimits {
     /// These limits with another one for [`connect`](Self::connect).
     #[must_use]
-    pub const fn with_connect(self, connect: Duration) -> Self {
+    pub const fn connect(self, connect: Duration) -> Self {
         Self { connect, ..self }
     }
 
     /// These limits with another one for [`read`](Self::read).
     #[must_use]
-    pub const fn with_read(self, read: Duration) -> Self {
+    pub const fn read(self, read: Duration) -> Self {
         Self { read, ..self }
     }
 
     /// These limits with another one for [`write`](Self::write).
     #[must_use]
-    pub const fn with_write(self, write: Duration) -> Self {
+    pub const fn write(self, write: Duration) -> Self {
         Self { write, ..self }
     }
 

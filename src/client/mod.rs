@@ -27,9 +27,7 @@ use std::time::{Duration, Instant};
 pub(crate) use address::host_and_port;
 pub(crate) use connection::Connection;
 pub(crate) use find::found_host;
-pub use find::{
-    ask_controllers_at, controller_address, find_controllers, find_controllers_at, USUAL_HOSTS,
-};
+pub use find::{controller_address, find_controllers, SearchOptions, USUAL_HOSTS};
 pub(crate) use i2c_line::I2cLine;
 use i2c_line::I2cSession;
 #[cfg(test)]
@@ -76,10 +74,10 @@ const BUFFER_SIZE: usize = CmprHeader::LEN + MAX_EXTRA_SIZE + 1;
 ///
 /// ```no_run
 /// use ft_transfer_area::wire::ExchangeData;
-/// use ft_transfer_area::{TimeLimits, TxtClient, PORT};
+/// use ft_transfer_area::{TimeLimits, TxtClient};
 ///
 /// # fn main() -> Result<(), ft_transfer_area::Error> {
-/// let mut client = TxtClient::connect("192.168.7.2", PORT, TimeLimits::default())?;
+/// let mut client = TxtClient::connect("192.168.7.2", TimeLimits::default())?;
 /// println!("firmware {}", client.query_status()?.version);
 /// client.start_online()?;
 /// let mut outputs = ExchangeData::default();
@@ -126,10 +124,8 @@ pub(crate) struct I2cAccess {
 impl TxtClient {
     /// Connects to the controller. Blocks up to `limits.connect`.
     ///
-    /// `host` is a name or a numeric address, and `port` is [`PORT`] for a real controller. A port in
-    /// `host` is used instead of `port`: `"192.168.7.2:65000"`, `"[::1]:65000"`. The host `auto`
-    /// means the only controller that is found, as for
-    /// [`builder`](crate::TransferAreaComHandler::builder); the search takes up to 1.5 s more.
+    /// `address` is as for [`builder`](crate::TransferAreaComHandler::builder): a host, with a port behind it unless
+    /// that is 65000. The host `auto` means the only controller that is found; the search takes up to 1.5 s more.
     ///
     /// # Errors
     ///
@@ -137,9 +133,9 @@ impl TxtClient {
     /// [`Error::BadAddress`], [`Error::HostNotFound`], [`Error::LookupTimedOut`], [`Error::ConnectionRefused`],
     /// [`Error::ConnectTimedOut`], [`Error::ConnectFailed`], or [`Error::ThreadNotStarted`] when no thread
     /// could be started to look up a host name.
-    pub fn connect(host: &str, port: u16, limits: TimeLimits) -> Result<Self, Error> {
+    pub fn connect(address: impl ToString, limits: TimeLimits) -> Result<Self, Error> {
         limits.check()?;
-        Self::connect_within(&TCP, host, port, limits)
+        Self::connect_within(&TCP, &address.to_string(), PORT, limits)
     }
 
     /// Connects with limits that may be shorter than a program's: what is left of another limit.

@@ -67,10 +67,10 @@ fn listen() -> (TcpListener, u16) {
 #[test]
 fn the_limit_for_a_response_holds_in_a_storm_of_signals() {
     let (_silent, port) = listen();
-    let mut client = TxtClient::connect("127.0.0.1", port, LIMITS).unwrap();
+    let mut client = TxtClient::connect(format!("127.0.0.1:{port}"), LIMITS).unwrap();
     let no_answer = |command| Err(Error::NoAnswer { command, limit: LIMIT, received: 0 });
     assert_eq!(in_a_storm(|| client.query_status()).map(drop), no_answer("QueryStatus"));
-    let mut client = I2cClient::connect("127.0.0.1", port, LIMITS).unwrap();
+    let mut client = I2cClient::connect(format!("127.0.0.1:{port}"), LIMITS).unwrap();
     assert_eq!(in_a_storm(|| client.write(0x18, 1, &[2])), no_answer("an I2C request"));
 }
 
@@ -78,7 +78,7 @@ fn the_limit_for_a_response_holds_in_a_storm_of_signals() {
 fn a_response_that_comes_in_a_storm_of_signals_is_taken() {
     let (listener, port) = listen();
     let limits = TimeLimits { read: STORM, ..LIMITS };
-    let mut client = TxtClient::connect("127.0.0.1", port, limits).unwrap();
+    let mut client = TxtClient::connect(format!("127.0.0.1:{port}"), limits).unwrap();
     let server = thread::spawn(move || {
         let mut stream = listener.accept().unwrap().0;
         stream.read_exact(&mut [0; 68]).unwrap();
@@ -105,7 +105,7 @@ fn the_limit_for_sending_holds_in_a_storm_of_signals() {
 #[test]
 fn signals_do_not_cut_the_last_bytes_short() {
     let (listener, port) = listen();
-    let mut client = TxtClient::connect("127.0.0.1", port, LIMITS).unwrap();
+    let mut client = TxtClient::connect(format!("127.0.0.1:{port}"), LIMITS).unwrap();
     let server = thread::spawn(move || {
         let mut stream = listener.accept().unwrap().0;
         let mut words = Vec::new();
@@ -121,7 +121,7 @@ fn signals_do_not_cut_the_last_bytes_short() {
     assert_eq!(server.join().unwrap(), expected);
 
     let (_silent, port) = listen();
-    let mut client = TxtClient::connect("127.0.0.1", port, LIMITS).unwrap();
+    let mut client = TxtClient::connect(format!("127.0.0.1:{port}"), LIMITS).unwrap();
     in_a_storm(|| client.abandon(&[1, 2, 3]));
 }
 
@@ -136,7 +136,7 @@ fn the_limit_for_connecting_holds_in_a_storm_of_signals() {
         queue.push(stream);
         assert!(queue.len() < 10_000, "the queue is never full");
     }
-    let result = in_a_storm(|| TxtClient::connect("127.0.0.1", port, LIMITS));
+    let result = in_a_storm(|| TxtClient::connect(format!("127.0.0.1:{port}"), LIMITS));
     let timed_out = Error::ConnectTimedOut { address: address.to_string(), limit: LIMIT };
     assert_eq!(result.unwrap_err(), timed_out);
 }

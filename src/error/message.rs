@@ -1,11 +1,23 @@
 //! The errors' messages: a sentence for a robot builder, with what to check.
 
+use std::error::Error as _;
 use std::fmt;
 
 use super::Error;
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.sentence(f)?;
+        match self.source() {
+            Some(cause) if f.alternate() => write!(f, ": {cause:#}"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Error {
+    /// Writes what happened and what to check, without what led to it.
+    fn sentence(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::AreaCount { given } => write!(
                 f,
@@ -15,40 +27,7 @@ impl fmt::Display for Error {
             Self::OutOfRange { what, given, least, most } => {
                 write!(f, "the {what} is {given}, but has to be {least} to {most}")
             }
-            Self::NotAMotor { motor } => {
-                let [first, second] = motor.outputs();
-                write!(
-                    f,
-                    "{motor} is configured as the single outputs {first} and {second}; make it a motor \
-                     by set_ft_motor_config, or use set_out_pwm_values"
-                )
-            }
-            Self::NotAnOutput { output } => write!(
-                f,
-                "{output} belongs to {}, which is configured as a motor; make it two single outputs \
-                 by set_ft_motor_config, or use set_out_motor_values",
-                output.motor()
-            ),
-            Self::ZeroPulses => write!(
-                f,
-                "a distance is 1 to 65535 pulses, not 0; to turn motors without a distance, alone or \
-                 together, call start_synchronised"
-            ),
-            Self::MotorTwice { motor } => write!(
-                f,
-                "{motor} is named twice in one motor command; master and slaves have to be \
-                 different motors"
-            ),
-            Self::NotDigital { input } => write!(
-                f,
-                "{input} is configured to report its measured value; make it digital by \
-                 set_ft_uni_config, or use get_in_io_value_analogue"
-            ),
-            Self::NotAnalog { input } => write!(
-                f,
-                "{input} is configured as digital; make it report its measured value by \
-                 set_ft_uni_config, or use get_in_io_value_binary"
-            ),
+            Self::InvalidCall(refused) => write!(f, "{refused}"),
             Self::AlreadyStarted => write!(
                 f,
                 "the transfer is already running; call end_transfer before begin_transfer"
@@ -97,9 +76,9 @@ impl fmt::Display for Error {
                  \"auto\", so that the right machine moves",
                 list(found)
             ),
-            Self::HostNotFound { host, cause } => write!(
+            Self::HostNotFound { host, cause: _ } => write!(
                 f,
-                "there is no host {host:?} ({cause}); check the spelling, or use the address: \
+                "there is no host {host:?}; check the spelling, or use the address: \
                  192.168.7.2 for USB, 192.168.8.2 for Wi-Fi, 192.168.9.2 for Bluetooth"
             ),
             Self::LookupTimedOut { host, limit } => write!(
@@ -118,9 +97,9 @@ impl fmt::Display for Error {
                 "{address} did not answer within {limit:?}; check that the TXT is switched on and \
                  connected by USB, Wi-Fi or Bluetooth, or allow more time for connecting by time_limits"
             ),
-            Self::ConnectFailed { address, cause } => write!(
+            Self::ConnectFailed { address, cause: _ } => write!(
                 f,
-                "no connection to {address} ({cause}); check that the TXT is switched on and \
+                "no connection to {address}; check that the TXT is switched on and \
                  connected by USB, Wi-Fi or Bluetooth"
             ),
             Self::NotTaken { command, limit } => write!(
@@ -152,9 +131,9 @@ impl fmt::Display for Error {
                  bytes came); check that the TXT is still on; its firmware may have ended, and is back in \
                  some seconds"
             ),
-            Self::Io { command, cause } => write!(
+            Self::Io { command, cause: _ } => write!(
                 f,
-                "the connection broke during {command} ({cause}); check that the TXT is still on \
+                "the connection broke during {command}; check that the TXT is still on \
                  and in reach"
             ),
             Self::WrongId { packet, expected, found } => write!(
@@ -217,20 +196,19 @@ impl fmt::Display for Error {
                 "the program showed no sign of life for {limit:?}, so the watchdog has set all outputs to \
                  0; find out where it hung, or allow more time by watchdog; to go on, set the outputs again"
             ),
-            Self::ConnectionLost { cause } => write!(
+            Self::ConnectionLost { cause: _ } => write!(
                 f,
                 "the connection to the controller was lost and is being re-established; motors may go on \
-                 until then; all outputs in the areas are 0 and all commands forgotten, so set them again; \
-                 what went wrong: {cause}"
+                 until then; all outputs in the areas are 0 and all commands forgotten, so set them again"
             ),
-            Self::ReconnectFailed { limit, cause } => write!(
+            Self::ReconnectFailed { limit, cause: _ } => write!(
                 f,
                 "the connection to the controller was lost and could not be re-established within {limit:?}, \
-                 the limit that reconnect has set; the last error: {cause}"
+                 the limit that reconnect has set"
             ),
-            Self::ThreadNotStarted { cause } => write!(
+            Self::ThreadNotStarted { cause: _ } => write!(
                 f,
-                "the operating system could not start a thread ({cause}); check how many threads this \
+                "the operating system could not start a thread; check how many threads this \
                  program has, and how many it may have"
             ),
             Self::ThreadPanicked { reason } => write!(
@@ -262,11 +240,11 @@ mod tests {
     use crate::wire::CommandId;
 
     #[test]
-    fn debug_shows_the_sentence_that_display_shows() {
+    fn debug_shows_the_sentence_and_what_led_to_it() {
         let range = Error::OutOfRange { what: "duty", given: 513, least: -512, most: 512 };
         assert_eq!(format!("{range:?}"), "the duty is 513, but has to be -512 to 512");
         let lost = Error::ConnectionLost { cause: Box::new(range) };
-        assert_eq!(format!("{lost:?}"), lost.to_string());
+        assert_eq!(format!("{lost:?}"), format!("{lost:#}"));
     }
 
     #[test]

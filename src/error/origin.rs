@@ -33,12 +33,7 @@ impl Error {
             | Self::WrongCrc { .. } => Origin::Bytes,
             Self::AreaCount { .. }
             | Self::OutOfRange { .. }
-            | Self::NotAMotor { .. }
-            | Self::NotAnOutput { .. }
-            | Self::ZeroPulses
-            | Self::MotorTwice { .. }
-            | Self::NotDigital { .. }
-            | Self::NotAnalog { .. }
+            | Self::InvalidCall(_)
             | Self::AlreadyStarted
             | Self::NotStarted
             | Self::NotOnline { .. }

@@ -17,11 +17,17 @@ pub(crate) struct Stalls {
     response: u64,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Watched {
-    /// `None` if the motor is not watched.
-    limit: Option<Duration>,
+    /// [`Duration::MAX`] if the motor is not watched.
+    limit: Duration,
     standstill: Option<Standstill>,
+}
+
+impl Default for Watched {
+    fn default() -> Self {
+        Self { limit: Duration::MAX, standstill: None }
+    }
 }
 
 /// A motor that should turn but has not done so since then.
@@ -30,7 +36,7 @@ struct Standstill {
     order: Order,
     count: i16,
     since: Instant,
-    pair: bool,
+    reported: bool,
 }
 
 /// What a motor should do. Another duty in the same direction is the same order, because a control loop
@@ -55,8 +61,8 @@ impl Order {
 }
 
 impl Stalls {
-    /// Sets the limit for a motor; `None` to stop watching it.
-    pub(crate) fn set_limit(&mut self, area: usize, motor: Motor, limit: Option<Duration>) {
+    /// Sets the limit for a motor; with [`Duration::MAX`] it is not watched.
+    pub(crate) fn set_limit(&mut self, area: usize, motor: Motor, limit: Duration) {
         if let Some(motors) = self.motors.get_mut(area) {
             motors[motor.index()] = Watched { limit, standstill: None };
         }
@@ -76,7 +82,9 @@ impl Stalls {
             let takes_part = area == LOCAL_IO || comparison.now.alive() >> (area - 1) & 1 != 0;
             let now = comparison.now.area(area).filter(|_| takes_part);
             for (motor, watched) in Motor::ALL.into_iter().zip(motors) {
-                let Some(limit) = watched.limit else { continue };
+                if watched.limit == Duration::MAX {
+                    continue;
+                }
                 let order = now.and_then(|now| Some((now, Order::new(sent, now, motor)?)));
                 let Some((now, order)) = order else {
                     watched.standstill = None;
@@ -89,10 +97,10 @@ impl Stalls {
                     order,
                     count,
                     since: arrived,
-                    pair: false,
+                    reported: false,
                 });
-                if !standstill.pair && arrived - standstill.since >= limit {
-                    standstill.pair = true;
+                if !standstill.reported && arrived - standstill.since >= watched.limit {
+                    standstill.reported = true;
                     send(Event::MotorStalled { area, motor, position: count as u16 });
                 }
                 watched.standstill = Some(standstill);
@@ -122,7 +130,7 @@ mod tests {
     impl Machine {
         fn new() -> Self {
             let mut stalls = Stalls::default();
-            stalls.set_limit(LOCAL_IO, Motor::M2, Some(LIMIT));
+            stalls.set_limit(LOCAL_IO, Motor::M2, LIMIT);
             let (sent, pair) = (Outgoing::default(), ExchangeDataResponse::default());
             Self { stalls, response: 0, now: Instant::now(), sent, pair, first: false }
         }
@@ -214,7 +222,7 @@ mod tests {
         machine.pair.motor_command_id[1] = 6;
         assert_eq!(machine.steps_until_told(), Some(6), "it is stuck on its way");
         machine.pair.counter[1] += 1;
-        machine.stalls.set_limit(LOCAL_IO, Motor::M2, None);
+        machine.stalls.set_limit(LOCAL_IO, Motor::M2, Duration::MAX);
         assert_eq!(machine.steps_until_told(), None);
     }
 

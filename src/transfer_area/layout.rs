@@ -6,8 +6,7 @@ use super::*;
 
 /// Passes all structs of the area to another macro, each with its fields in their order: the only list of
 /// them.
-#[doc(hidden)]
-#[macro_export]
+#[cfg_attr(feature = "__structs", doc(hidden), macro_export)]
 macro_rules! __transfer_area_structs {
     ($use_them:ident) => {
         $use_them! {
@@ -59,6 +58,8 @@ macro_rules! __transfer_area_structs {
     };
 }
 
+pub(super) use __transfer_area_structs;
+
 /// The size of the field that `_field` returns.
 #[allow(dead_code, reason = "Rust 1.85 does not see that the constant below uses it")]
 pub(super) const fn size_of_field<T, F>(_field: fn(&T) -> &F) -> usize {
@@ -81,5 +82,5 @@ macro_rules! without_gaps {
 
 const _: () = {
     assert!(size_of::<FishX1Transfer>() == FishX1Transfer::LEN);
-    crate::__transfer_area_structs!(without_gaps);
+    __transfer_area_structs!(without_gaps);
 };

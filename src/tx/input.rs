@@ -1,7 +1,6 @@
 //! Universal inputs, the microphone and the extensions.
 
-use super::Input;
-use crate::error::Error;
+use super::{Input, InvalidCall};
 use crate::transfer_area::FishX1Transfer;
 
 /// What a universal input reports. Closed on purpose: it has the two values of the C call.
@@ -30,11 +29,11 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::NotDigital`] when the input reports a measured value.
+    /// [`InvalidCall::NotDigital`] when the input reports a measured value.
     #[doc(alias = "GetInIOValueBinary")]
-    pub fn get_in_io_value_binary(&self, input: Input) -> Result<bool, Error> {
+    pub fn get_in_io_value_binary(&self, input: Input) -> Result<bool, InvalidCall> {
         if self.config.uni[input.index()].digital == 0 {
-            return Err(Error::NotDigital { input });
+            return Err(InvalidCall::NotDigital { input });
         }
         Ok(self.input.uni[input.index()] != 0)
     }
@@ -43,11 +42,11 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAnalog`] when the input is digital.
+    /// [`InvalidCall::NotAnalog`] when the input is digital.
     #[doc(alias = "GetInIOValueAnalogue")]
-    pub fn get_in_io_value_analogue(&self, input: Input) -> Result<i16, Error> {
+    pub fn get_in_io_value_analogue(&self, input: Input) -> Result<i16, InvalidCall> {
         if self.config.uni[input.index()].digital != 0 {
-            return Err(Error::NotAnalog { input });
+            return Err(InvalidCall::NotAnalog { input });
         }
         Ok(self.input.uni[input.index()])
     }
@@ -114,9 +113,12 @@ mod tests {
         let (digital, analog) = (Input::I1, Input::I2);
         assert_eq!(
             area.get_in_io_value_analogue(digital),
-            Err(Error::NotAnalog { input: digital })
+            Err(InvalidCall::NotAnalog { input: digital })
         );
-        assert_eq!(area.get_in_io_value_binary(analog), Err(Error::NotDigital { input: analog }));
+        assert_eq!(
+            area.get_in_io_value_binary(analog),
+            Err(InvalidCall::NotDigital { input: analog })
+        );
         assert!(!area.get_in_io_value(digital).over_range);
     }
 

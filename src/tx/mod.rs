@@ -7,13 +7,13 @@
 //! holds, and what it writes goes out with the next exchange.
 //!
 //! Terminals, directions, modes and sounds have types, so no call can get a wrong number: `try_from`,
-//! which makes them from numbers, refuses it. A call that returns an error changes nothing.
+//! which makes them from numbers, refuses it. A call that returns an [`InvalidCall`] changes nothing.
 //!
 //! ```
-//! use ft_transfer_area::tx::{Direction, Motor, Output, Sound};
-//! use ft_transfer_area::{Error, FishX1Transfer};
+//! use ft_transfer_area::tx::{Direction, InvalidCall, Motor, Output, Sound};
+//! use ft_transfer_area::FishX1Transfer;
 //!
-//! # fn main() -> Result<(), Error> {
+//! # fn main() -> Result<(), InvalidCall> {
 //! let mut area = FishX1Transfer::default(); // in a handler: areas[LOCAL_IO]
 //! area.set_ft_motor_config(Motor::M4, false); // O7 and O8
 //! area.set_out_pwm_values(Output::O7, 300)?;
@@ -21,7 +21,7 @@
 //! area.start_motor_ex_cmd(Motor::M2, 400, Direction::Cw, &[(Motor::M3, Direction::Cw)], 1000)?;
 //! assert!(!area.is_motor_ex_ready(Motor::M2));
 //! area.set_sound(Sound::Bell, 1)?;
-//! assert!(matches!(Motor::try_from(4), Err(Error::OutOfRange { .. })));
+//! assert!(matches!(Motor::try_from(4), Err(InvalidCall::OutOfRange { .. })));
 //! # Ok(())
 //! # }
 //! ```
@@ -41,6 +41,7 @@
 mod config;
 mod counter;
 mod input;
+mod invalid_call;
 mod joystick;
 mod motor_ex;
 mod number;
@@ -49,6 +50,7 @@ mod sound;
 
 pub use crate::terminals::{Counter, Input, Motor, Output};
 pub use input::IoValue;
+pub use invalid_call::InvalidCall;
 pub use joystick::{IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
 pub use output::{check_duty, check_power, Direction};
 pub use sound::{Sound, SILENCE};

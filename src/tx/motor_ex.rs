@@ -1,8 +1,7 @@
 //! Motors in the extended mode: distances and synchronisation.
 
 use super::output::check_duty;
-use super::{next_id, Direction, Motor};
-use crate::error::Error;
+use super::{next_id, Direction, InvalidCall, Motor};
 use crate::transfer_area::{FishX1Transfer, IZ_MOTOR};
 
 impl FishX1Transfer {
@@ -39,8 +38,8 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the duty and the pulses, [`Error::ZeroPulses`],
-    /// [`Error::MotorTwice`] for a slave that is the master or is given twice, [`Error::NotAMotor`] for
+    /// [`InvalidCall::OutOfRange`] for the duty and the pulses, [`InvalidCall::ZeroPulses`],
+    /// [`InvalidCall::MotorTwice`] for a slave that is the master or is given twice, [`InvalidCall::NotAMotor`] for
     /// a pair of single outputs.
     #[doc(alias = "StartMotorExCmd")]
     #[doc(alias = "StartMotorExCmd4")]
@@ -51,12 +50,12 @@ impl FishX1Transfer {
         direction: Direction,
         slaves: &[(Motor, Direction)],
         pulses: u32,
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidCall> {
         check_duty(duty)?;
         if pulses == 0 {
-            return Err(Error::ZeroPulses);
+            return Err(InvalidCall::ZeroPulses);
         }
-        Error::check_range("number of pulses", pulses, 1..=u16::MAX.into())?;
+        InvalidCall::check_range("number of pulses", pulses.into(), 1..=u16::MAX.into())?;
         self.check_group(motor, slaves)?;
         // Checked above.
         self.begin_group(motor, duty, direction, slaves, pulses as u16);
@@ -88,8 +87,8 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the duty, [`Error::MotorTwice`] for a slave that is the master or is
-    /// given twice, [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`InvalidCall::OutOfRange`] for the duty, [`InvalidCall::MotorTwice`] for a slave that is the master or is
+    /// given twice, [`InvalidCall::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "StartMotorExCmd")]
     #[doc(alias = "StartMotorExCmd4")]
     pub fn start_synchronised(
@@ -98,7 +97,7 @@ impl FishX1Transfer {
         duty: i16,
         direction: Direction,
         slaves: &[(Motor, Direction)],
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidCall> {
         check_duty(duty)?;
         self.check_group(motor, slaves)?;
         self.begin_group(motor, duty, direction, slaves, 0);
@@ -121,13 +120,13 @@ impl FishX1Transfer {
     }
 
     /// An error unless these are different motors.
-    fn check_group(&self, motor: Motor, slaves: &[(Motor, Direction)]) -> Result<(), Error> {
+    fn check_group(&self, motor: Motor, slaves: &[(Motor, Direction)]) -> Result<(), InvalidCall> {
         self.check_motor(motor)?;
         let mut named = [false; IZ_MOTOR];
         named[motor.index()] = true;
         for &(slave, _) in slaves {
             if std::mem::replace(&mut named[slave.index()], true) {
-                return Err(Error::MotorTwice { motor: slave });
+                return Err(InvalidCall::MotorTwice { motor: slave });
             }
             self.check_motor(slave)?;
         }
@@ -191,9 +190,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`InvalidCall::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "StopMotorExCmd")]
-    pub fn stop_motor_ex_cmd(&mut self, motor: Motor) -> Result<(), Error> {
+    pub fn stop_motor_ex_cmd(&mut self, motor: Motor) -> Result<(), InvalidCall> {
         self.check_motor(motor)?;
         self.leave_motor_ex(motor);
         Ok(())
@@ -250,12 +249,17 @@ mod tests {
         let mut area = FishX1Transfer::default();
         area.set_ft_motor_config(M4, false);
         let before = area;
-        assert_eq!(area.start_motor_ex_cmd(M1, 512, Cw, &[], 0), Err(Error::ZeroPulses));
+        assert_eq!(area.start_motor_ex_cmd(M1, 512, Cw, &[], 0), Err(InvalidCall::ZeroPulses));
         for pulses in [65_536, u32::MAX] {
             let given = pulses.into();
             assert_eq!(
                 area.start_motor_ex_cmd(M1, 512, Cw, &[], pulses),
-                Err(Error::OutOfRange { what: "number of pulses", given, least: 1, most: 65_535 })
+                Err(InvalidCall::OutOfRange {
+                    what: "number of pulses",
+                    given,
+                    least: 1,
+                    most: 65_535
+                })
             );
         }
         for duty in [-1, 513] {
@@ -263,20 +267,20 @@ mod tests {
                 area.start_motor_ex_cmd(M1, duty, Cw, &[], 1).unwrap_err(),
                 area.start_synchronised(M1, duty, Cw, &[]).unwrap_err(),
             ] {
-                assert!(matches!(error, Error::OutOfRange { what: "duty", .. }), "{error}");
+                assert!(matches!(error, InvalidCall::OutOfRange { what: "duty", .. }), "{error}");
             }
         }
         for (master, slaves, error) in [
-            (M1, &[(M1, Cw)][..], Error::MotorTwice { motor: M1 }),
-            (M1, &[(M2, Cw), (M2, Ccw)], Error::MotorTwice { motor: M2 }),
-            (M1, &[(M2, Cw), (M3, Cw), (M1, Cw), (M3, Cw)], Error::MotorTwice { motor: M1 }),
-            (M4, &[], Error::NotAMotor { motor: M4 }),
-            (M1, &[(M2, Cw), (M4, Cw)], Error::NotAMotor { motor: M4 }),
+            (M1, &[(M1, Cw)][..], InvalidCall::MotorTwice { motor: M1 }),
+            (M1, &[(M2, Cw), (M2, Ccw)], InvalidCall::MotorTwice { motor: M2 }),
+            (M1, &[(M2, Cw), (M3, Cw), (M1, Cw), (M3, Cw)], InvalidCall::MotorTwice { motor: M1 }),
+            (M4, &[], InvalidCall::NotAMotor { motor: M4 }),
+            (M1, &[(M2, Cw), (M4, Cw)], InvalidCall::NotAMotor { motor: M4 }),
         ] {
-            assert_eq!(area.start_synchronised(master, 512, Cw, slaves), Err(error.clone()));
+            assert_eq!(area.start_synchronised(master, 512, Cw, slaves), Err(error));
             assert_eq!(area.start_motor_ex_cmd(master, 512, Cw, slaves, 1), Err(error));
         }
-        assert_eq!(area.stop_motor_ex_cmd(M4), Err(Error::NotAMotor { motor: M4 }));
+        assert_eq!(area.stop_motor_ex_cmd(M4), Err(InvalidCall::NotAMotor { motor: M4 }));
         assert_eq!(area, before);
     }
 

@@ -1,15 +1,19 @@
 //! Conversion of a C program's numbers to the types of the calls.
 
-use super::{Counter, Direction, Input, IrDevice, Motor, Output, Sound};
-use crate::error::Error;
+use super::{Counter, Direction, Input, InvalidCall, IrDevice, Motor, Output, Sound};
 use crate::transfer_area::{CounterMode, InputMode};
 
 /// The variant with this number; all variants, in order, have the numbers from `least` on.
-fn variant<T: Copy>(what: &'static str, given: i64, least: i64, all: &[T]) -> Result<T, Error> {
+fn variant<T: Copy>(
+    what: &'static str,
+    given: i64,
+    least: i64,
+    all: &[T],
+) -> Result<T, InvalidCall> {
     let place = usize::try_from(given - least).ok();
     let found = place.and_then(|place| all.get(place)).copied();
     let most = least + all.len() as i64 - 1;
-    found.ok_or(Error::OutOfRange { what, given, least, most })
+    found.ok_or(InvalidCall::OutOfRange { what, given, least, most })
 }
 
 /// Implements `TryFrom` for types whose variants have consecutive numbers: from the integer type that
@@ -26,11 +30,11 @@ macro_rules! from_numbers {
         ///
         /// # Errors
         ///
-        /// [`Error::OutOfRange`] for any other number.
+        /// [`InvalidCall::OutOfRange`] for any other number.
         impl TryFrom<$number> for $type {
-            type Error = Error;
+            type Error = InvalidCall;
 
-            fn try_from(number: $number) -> Result<Self, Error> {
+            fn try_from(number: $number) -> Result<Self, InvalidCall> {
                 variant($what, i64::try_from(number).unwrap_or(i64::MAX), $least, &$all)
             }
         }
@@ -68,7 +72,7 @@ mod tests {
     /// Checks that these numbers become the variants in order, and that numbers around them are refused.
     fn check<T, N>(numbers: RangeInclusive<i64>, all: &[T])
     where
-        T: TryFrom<N, Error = Error> + PartialEq + Debug,
+        T: TryFrom<N, Error = InvalidCall> + PartialEq + Debug,
         N: TryFrom<i64>,
     {
         for (number, variant) in numbers.clone().zip(all) {
@@ -81,7 +85,7 @@ mod tests {
                 let error = T::try_from(wrong).unwrap_err();
                 let (least, most) = (*numbers.start(), *numbers.end());
                 assert!(
-                    matches!(error, Error::OutOfRange { given, least: l, most: m, .. }
+                    matches!(error, InvalidCall::OutOfRange { given, least: l, most: m, .. }
                         if (given, l, m) == (number, least, most)),
                     "{error:?}"
                 );

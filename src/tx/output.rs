@@ -1,7 +1,6 @@
 //! Motors at plain speed control, and single outputs.
 
-use super::{Motor, Output};
-use crate::error::Error;
+use super::{InvalidCall, Motor, Output};
 use crate::transfer_area::{FishX1Transfer, DUTY_MAX, DUTY_MIN};
 
 /// Which way a motor turns. The numbers are FtTxtLib's. Closed on purpose: there is no other way.
@@ -24,14 +23,14 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the duty, [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`InvalidCall::OutOfRange`] for the duty, [`InvalidCall::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "SetOutMotorValues")]
     pub fn set_out_motor_values(
         &mut self,
         motor: Motor,
         duty: i16,
         direction: Direction,
-    ) -> Result<(), Error> {
+    ) -> Result<(), InvalidCall> {
         check_duty(duty)?;
         self.check_motor(motor)?;
         self.set_duties(motor, duty, direction);
@@ -43,9 +42,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the power, [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`InvalidCall::OutOfRange`] for the power, [`InvalidCall::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "SetOutMotorValues")]
-    pub fn set_out_motor_power(&mut self, motor: Motor, power: i16) -> Result<(), Error> {
+    pub fn set_out_motor_power(&mut self, motor: Motor, power: i16) -> Result<(), InvalidCall> {
         check_power(power)?;
         let direction = if power < 0 { Direction::Ccw } else { Direction::Cw };
         self.set_out_motor_values(motor, power.abs(), direction)
@@ -55,9 +54,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`InvalidCall::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "SetOutMotorInverse")]
-    pub fn set_out_motor_inverse(&mut self, motor: Motor) -> Result<(), Error> {
+    pub fn set_out_motor_inverse(&mut self, motor: Motor) -> Result<(), InvalidCall> {
         self.check_motor(motor)?;
         let [first, second] = motor.outputs();
         self.output.duty.swap(first.index(), second.index());
@@ -68,9 +67,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAMotor`] for a pair of single outputs.
+    /// [`InvalidCall::NotAMotor`] for a pair of single outputs.
     #[doc(alias = "GetOutMotorValues")]
-    pub fn get_out_motor_values(&self, motor: Motor) -> Result<i16, Error> {
+    pub fn get_out_motor_values(&self, motor: Motor) -> Result<i16, InvalidCall> {
         self.check_motor(motor)?;
         let [first, second] = motor.outputs().map(|output| self.output.duty[output.index()]);
         Ok(first.saturating_sub(second))
@@ -80,9 +79,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for the duty, [`Error::NotAnOutput`] for half of a motor.
+    /// [`InvalidCall::OutOfRange`] for the duty, [`InvalidCall::NotAnOutput`] for half of a motor.
     #[doc(alias = "SetOutPwmValues")]
-    pub fn set_out_pwm_values(&mut self, output: Output, duty: i16) -> Result<(), Error> {
+    pub fn set_out_pwm_values(&mut self, output: Output, duty: i16) -> Result<(), InvalidCall> {
         check_duty(duty)?;
         self.check_output(output)?;
         self.output.duty[output.index()] = duty;
@@ -93,9 +92,9 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::NotAnOutput`] for half of a motor.
+    /// [`InvalidCall::NotAnOutput`] for half of a motor.
     #[doc(alias = "GetOutPwmValues")]
-    pub fn get_out_pwm_values(&self, output: Output) -> Result<i16, Error> {
+    pub fn get_out_pwm_values(&self, output: Output) -> Result<i16, InvalidCall> {
         self.check_output(output)?;
         Ok(self.output.duty[output.index()])
     }
@@ -113,17 +112,17 @@ impl FishX1Transfer {
     }
 
     /// An error when the pair is two single outputs.
-    pub(super) fn check_motor(&self, motor: Motor) -> Result<(), Error> {
+    pub(super) fn check_motor(&self, motor: Motor) -> Result<(), InvalidCall> {
         if self.is_motor(motor) {
             Ok(())
         } else {
-            Err(Error::NotAMotor { motor })
+            Err(InvalidCall::NotAMotor { motor })
         }
     }
 
-    fn check_output(&self, output: Output) -> Result<(), Error> {
+    fn check_output(&self, output: Output) -> Result<(), InvalidCall> {
         if self.is_motor(output.motor()) {
-            Err(Error::NotAnOutput { output })
+            Err(InvalidCall::NotAnOutput { output })
         } else {
             Ok(())
         }
@@ -134,8 +133,8 @@ impl FishX1Transfer {
 ///
 /// # Errors
 ///
-/// [`Error::OutOfRange`].
-pub fn check_duty(duty: impl Into<i64>) -> Result<i16, Error> {
+/// [`InvalidCall::OutOfRange`].
+pub fn check_duty(duty: impl Into<i64>) -> Result<i16, InvalidCall> {
     checked(duty.into(), DUTY_MIN)
 }
 
@@ -143,13 +142,13 @@ pub fn check_duty(duty: impl Into<i64>) -> Result<i16, Error> {
 ///
 /// # Errors
 ///
-/// [`Error::OutOfRange`].
-pub fn check_power(power: impl Into<i64>) -> Result<i16, Error> {
+/// [`InvalidCall::OutOfRange`].
+pub fn check_power(power: impl Into<i64>) -> Result<i16, InvalidCall> {
     checked(power.into(), -DUTY_MAX)
 }
 
-fn checked(given: i64, least: i16) -> Result<i16, Error> {
-    Error::check_range("duty", given, least.into()..=DUTY_MAX.into())?;
+fn checked(given: i64, least: i16) -> Result<i16, InvalidCall> {
+    InvalidCall::check_range("duty", given, least.into()..=DUTY_MAX.into())?;
     // Checked above.
     Ok(given as i16)
 }
@@ -184,13 +183,16 @@ mod tests {
         let before = area;
         for duty in [-1, 513, i16::MIN, i16::MAX] {
             let given = i64::from(duty);
-            let refused = Err(Error::OutOfRange { what: "duty", given, least: 0, most: 512 });
+            let refused = Err(InvalidCall::OutOfRange { what: "duty", given, least: 0, most: 512 });
             assert_eq!(area.set_out_motor_values(Motor::M1, duty, Direction::Cw), refused);
             assert_eq!(area.set_out_pwm_values(Output::O7, duty), refused);
         }
         for power in [-513, 513, i16::MIN, i16::MAX] {
             let error = area.set_out_motor_power(Motor::M1, power).unwrap_err();
-            assert!(matches!(error, Error::OutOfRange { least: -512, most: 512, .. }), "{error}");
+            assert!(
+                matches!(error, InvalidCall::OutOfRange { least: -512, most: 512, .. }),
+                "{error}"
+            );
         }
         assert_eq!(area, before);
         area.set_out_motor_power(Motor::M1, -512).unwrap();
@@ -205,13 +207,13 @@ mod tests {
         area.set_out_pwm_values(Output::O8, 40).unwrap();
         let before = area;
         let (motor, output) = (Motor::M4, Output::O1);
-        let not_a_motor = Error::NotAMotor { motor };
-        assert_eq!(area.set_out_motor_values(motor, 1, Direction::Cw), Err(not_a_motor.clone()));
-        assert_eq!(area.set_out_motor_power(motor, 1), Err(not_a_motor.clone()));
-        assert_eq!(area.set_out_motor_inverse(motor), Err(not_a_motor.clone()));
+        let not_a_motor = InvalidCall::NotAMotor { motor };
+        assert_eq!(area.set_out_motor_values(motor, 1, Direction::Cw), Err(not_a_motor));
+        assert_eq!(area.set_out_motor_power(motor, 1), Err(not_a_motor));
+        assert_eq!(area.set_out_motor_inverse(motor), Err(not_a_motor));
         assert_eq!(area.get_out_motor_values(motor), Err(not_a_motor));
-        assert_eq!(area.set_out_pwm_values(output, 1), Err(Error::NotAnOutput { output }));
-        assert_eq!(area.get_out_pwm_values(output), Err(Error::NotAnOutput { output }));
+        assert_eq!(area.set_out_pwm_values(output, 1), Err(InvalidCall::NotAnOutput { output }));
+        assert_eq!(area.get_out_pwm_values(output), Err(InvalidCall::NotAnOutput { output }));
         assert_eq!(area, before);
         assert_eq!(area.get_out_pwm_values(Output::O8), Ok(40));
     }

@@ -1,7 +1,6 @@
 //! Sounds.
 
-use super::next_id;
-use crate::error::Error;
+use super::{next_id, InvalidCall};
 use crate::transfer_area::FishX1Transfer;
 
 /// The index for no sound: it stops the sound that is playing.
@@ -116,12 +115,12 @@ impl FishX1Transfer {
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] for a number below 0 or with more than two digits.
+    /// [`InvalidCall::OutOfRange`] for a number below 0 or with more than two digits.
     #[doc(alias = "SetSound")]
-    pub fn set_sound(&mut self, sound: impl TryInto<i64>, repeat: u16) -> Result<(), Error> {
+    pub fn set_sound(&mut self, sound: impl TryInto<i64>, repeat: u16) -> Result<(), InvalidCall> {
         // What does not fit is out of range in any case.
         let index = sound.try_into().unwrap_or(i64::MAX);
-        Error::check_range("sound's index", index, 0..=SOUND_MAX)?;
+        InvalidCall::check_range("sound's index", index, 0..=SOUND_MAX)?;
         self.txt_outputs.sound_index = index as u16;
         self.txt_outputs.sound_repeat = repeat;
         self.raise_sound_cmd_id();
@@ -181,7 +180,7 @@ mod tests {
     #[test]
     fn a_sound_is_a_number_of_any_type_or_a_name() {
         let mut area = FishX1Transfer::default();
-        let mut index_after = |result: fn(&mut FishX1Transfer) -> Result<(), Error>| {
+        let mut index_after = |result: fn(&mut FishX1Transfer) -> Result<(), InvalidCall>| {
             result(&mut area).unwrap();
             area.txt_outputs.sound_index
         };
@@ -199,7 +198,8 @@ mod tests {
         for index in [100, -1, 65_536 + 1, i32::MAX] {
             let error = area.set_sound(index, 1).unwrap_err();
             let given = index.into();
-            let expected = Error::OutOfRange { what: "sound's index", given, least: 0, most: 99 };
+            let expected =
+                InvalidCall::OutOfRange { what: "sound's index", given, least: 0, most: 99 };
             assert_eq!(error, expected);
         }
         assert!(area.set_sound(u64::MAX, 1).is_err());

@@ -81,6 +81,6 @@ fn a_client_that_writes_and_never_reads_is_cut_off() {
     use ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
     let is_cut_off = [BrokenPipe, ConnectionAborted, ConnectionReset].contains(&error.kind());
     assert!(is_cut_off, "{error}");
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     Client::online(&txt);
 }

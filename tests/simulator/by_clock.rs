@@ -118,7 +118,7 @@ fn who_looks_at_the_machine_sees_it_as_it_is_now() {
     client.exchange(&m1(512));
     wait_for_pulses(&txt, 10);
     // No command comes, so it looks at the beginning and at the end.
-    assert!(txt.wait_until(MOMENT, |machine| machine.controllers[0].counter[0] >= 15));
+    assert!(txt.wait_until(|machine| machine.controllers[0].counter[0] >= 15, MOMENT));
 }
 
 /// How far M1 has turned, and the machine's time.
@@ -132,7 +132,7 @@ fn a_motor_turns_until_its_client_is_cut_off() {
     let txt = SimulatedTxt::builder().pace(pace).idle_limit(MOMENT).start().unwrap();
     let mut client = Client::online(&txt);
     client.exchange(&m1(512));
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     // 50 ms of silence, and up to a pace for the response, also if this computer was late to notice it.
     let (pulses, _) = state(&txt);
     assert!((10..=12).contains(&pulses), "{pulses} pulses");
@@ -146,12 +146,12 @@ fn all_stands_still_while_nobody_is_online() {
     wait_for_pulses(&txt, 10);
     first.exchange(&m1(0));
     drop(first);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     let before = state(&txt);
     thread::sleep(MOMENT);
     assert_eq!(state(&txt), before);
     let mut second = Client::connect(&txt);
-    assert!(txt.wait_until(LIMIT, |machine| machine.connected()));
+    assert!(txt.wait_until(|machine| machine.connected(), LIMIT));
     thread::sleep(MOMENT);
     assert_eq!(state(&txt), before);
     let begin = Instant::now();
@@ -169,7 +169,7 @@ fn a_motor_that_is_on_turns_on_when_its_client_is_gone_until_the_next_start() {
     let mut first = Client::online(&txt);
     first.exchange(&m1(512));
     drop(first);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     let (before, _) = state(&txt);
     wait_for_pulses(&txt, before + 10);
     let mut second = Client::connect(&txt);
@@ -189,8 +189,8 @@ fn a_watchdog_of_the_board_stops_a_motor_after_its_time_without_an_exchange() {
     client.exchange(&m1(512));
     drop(client);
     let is_on = |machine: &Machine| machine.controllers[0].outputs.duty != [0; 8];
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
-    assert!(txt.wait_until(LIMIT, |machine| !is_on(machine)));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
+    assert!(txt.wait_until(|machine| !is_on(machine), LIMIT));
     // 200 pulses per second until then, however late this computer notices it.
     let (pulses, _) = state(&txt);
     assert!((38..=41).contains(&pulses), "{pulses} pulses");

@@ -60,7 +60,7 @@ fn frames_show_rising_numbers_and_end_with_garbage() {
     garbage.sort();
     garbage.dedup();
     assert_eq!(garbage.len(), 10);
-    assert!(txt.wait_until(LIMIT, |machine| machine.camera_acknowledges() == 10));
+    assert!(txt.wait_until(|machine| machine.camera_acknowledges() == 10, LIMIT));
     assert!(txt.with_machine(|machine| machine.camera_frames()) >= 10);
 }
 

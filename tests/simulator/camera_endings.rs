@@ -74,7 +74,7 @@ fn each_way_to_stop_the_camera_ends_its_connection() {
         camera.receive();
         end(main);
         assert_eq!(camera.until_closed(), 0);
-        assert!(txt.wait_until(LIMIT, |machine| machine.camera().is_none()));
+        assert!(txt.wait_until(|machine| machine.camera().is_none(), LIMIT));
         assert_closed(&txt);
     }
 }
@@ -119,7 +119,7 @@ fn a_stalled_camera_is_silent_and_open_until_it_is_stopped() {
             camera.acknowledge();
         }
         let acknowledged = |machine: &Machine| machine.camera_acknowledges() == 2 * connections;
-        assert!(txt.wait_until(LIMIT, acknowledged));
+        assert!(txt.wait_until(acknowledged, LIMIT));
         camera.stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
         let silence = camera.stream.peek(&mut [0]).unwrap_err().kind();
         // The system decides which of the two.
@@ -152,7 +152,7 @@ fn dropping_does_not_wait_for_the_cameras_client() {
         let mut main = Client::online(&txt);
         main.start_camera(settings(160, 120, 15));
         let camera = CameraClient::connect(&txt);
-        assert!(txt.wait_until(LIMIT, |machine| machine.camera_frames() == frames));
+        assert!(txt.wait_until(|machine| machine.camera_frames() == frames, LIMIT));
         assert_drops(txt);
         drop(camera);
     }

@@ -30,7 +30,7 @@ fn a_wrong_checksum_ends_the_connection() {
     command.extend([0xFD, 0x07]);
     client.send(&command);
     assert_eq!(client.until_closed(), []);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online() && !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.online() && !machine.connected(), LIMIT));
     assert_serves(&txt);
 }
 
@@ -76,7 +76,7 @@ fn a_connection_without_commands_is_closed() {
     let begin = Instant::now();
     assert_eq!(Client::connect(&txt).until_closed(), []);
     assert!(begin.elapsed() >= idle_limit);
-    assert!(txt.wait_until(LIMIT, |machine| machine.connections() == 1 && !machine.connected()));
+    assert!(txt.wait_until(|machine| machine.connections() == 1 && !machine.connected(), LIMIT));
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn a_lost_client_and_stop_online_leave_the_outputs_and_start_online_clears_them(
             assert_eq!(txt.with_machine(|machine| outputs(machine)), [[1; 8]; 2]);
         }
         drop(client);
-        assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+        assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
         assert!(!txt.with_machine(|machine| machine.online()));
         assert_eq!(txt.with_machine(|machine| outputs(machine)), [[1; 8]; 2]);
     }
@@ -108,7 +108,7 @@ fn waiting_in_vain_ends_at_the_limit() {
     let txt = unpaced().start().unwrap();
     let limit = Duration::from_millis(20);
     let begin = Instant::now();
-    assert!(!txt.wait_until(limit, |machine| machine.connected()));
+    assert!(!txt.wait_until(|machine| machine.connected(), limit));
     assert!(begin.elapsed() >= limit);
 }
 

@@ -74,7 +74,7 @@ fn a_delay_or_pace_of_more_than_an_hour_is_refused() {
 fn a_long_delay_does_not_hold_up_the_end() {
     let txt = disturbed(FaultKind::Delay(Duration::from_secs(3600)));
     let mut client = begin_exchange(&txt);
-    assert!(txt.wait_until(LIMIT, |machine| machine.exchanges() == 1), "the delay has not begun");
+    assert!(txt.wait_until(|machine| machine.exchanges() == 1, LIMIT), "the delay has not begun");
     let begin = Instant::now();
     drop(txt);
     assert!(begin.elapsed() < LIMIT);
@@ -260,7 +260,7 @@ fn a_controller_that_is_away_serves_nobody_new_until_it_is_back() {
     connected.send_compressed(&[[0; 27]], 0);
     connected.receive_compressed();
     drop(connected);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     for _ in 0..3 {
         assert!(Client::connect(&txt).until_closed().is_empty());
     }

@@ -114,7 +114,7 @@ fn the_camera_starts_up_by_machine_time() {
 /// and fro. Now and then it pauses for this long, which is longer than a connection may be idle.
 fn run_program(pause: Duration) -> Vec<String> {
     let txt = lock_step().idle_limit(Duration::from_millis(5)).start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    let builder = TransferAreaComHandler::builder(txt.address());
     let handler = builder.areas(2).lock_step().build().unwrap();
     handler.begin_transfer().unwrap();
     let mut seen = Vec::new();

@@ -27,8 +27,7 @@ fn this_crates_client_reads_both() {
         let firmware = FirmwareVersion::new(4, 2, patch);
         let txt = unpaced().firmware(firmware).microphone(microphone).start().unwrap();
         txt.with_machine(|machine| machine.controllers[0].mic_lin = 7);
-        let handler =
-            TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+        let handler = TransferAreaComHandler::builder(txt.address()).build().unwrap();
         handler.begin_transfer().unwrap();
         let master: FishX1Transfer = handler.areas().wait_cycle().unwrap()[0];
         assert_eq!(master.txt_inputs2.mic_lin, loudness);

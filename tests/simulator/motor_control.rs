@@ -43,9 +43,9 @@ fn distances_end_within_a_few_pulses_up_to_a_tenth_of_a_second_of_inertia() {
     {
         let top_speed = pulses_per_second / MotorModel::ENCODER;
         let motor = MotorModel::encoder_motor()
-            .with_load(load)
-            .with_time_constant(time_constant)
-            .with_top_speed(top_speed);
+            .load(load)
+            .time_constant(time_constant)
+            .top_speed(top_speed);
         let mut machine = machine_with(&[motor]);
         let full = pulses_per_second * (1.0 - load);
         for (id, distance) in (1..).zip([1, 2, 7, 30, 400]) {

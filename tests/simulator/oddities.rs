@@ -183,13 +183,8 @@ fn a_motor_that_can_not_be_counted_is_odd_once_per_session() {
 /// A handler for two areas that waits at most half a second for an answer.
 fn hasty_handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     // Long enough for a busy machine.
-    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
-    TransferAreaComHandler::builder("127.0.0.1")
-        .port(txt.port())
-        .areas(2)
-        .time_limits(limits)
-        .build()
-        .unwrap()
+    let limits = TimeLimits::default().read(Duration::from_secs(1));
+    TransferAreaComHandler::builder(txt.address()).areas(2).time_limits(limits).build().unwrap()
 }
 
 /// The extension is cut off and comes back all the time.
@@ -201,12 +196,8 @@ fn flicker(machine: &mut Machine) {
 fn this_crates_client_is_not_odd() {
     for mode in [TransferMode::Compressed, TransferMode::Simple] {
         let txt = unpaced().extensions(1).on_exchange(flicker).start().unwrap();
-        let handler = TransferAreaComHandler::builder("127.0.0.1")
-            .port(txt.port())
-            .areas(2)
-            .mode(mode)
-            .build()
-            .unwrap();
+        let handler =
+            TransferAreaComHandler::builder(txt.address()).areas(2).mode(mode).build().unwrap();
         for _ in 0..2 {
             handler.begin_transfer().unwrap();
             for cycle in 0..20 {
@@ -246,7 +237,7 @@ fn assert_farewell_is_not_odd(kind: FaultKind, response: u64) {
     let handler = hasty_handler(&txt);
     handler.begin_transfer().unwrap();
     while handler.areas().wait_cycle().is_ok() {}
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     assert_eq!(oddities(&txt), [""; 0], "{kind:?} {response}");
     let said = txt.with_machine(|machine| machine.commands().next_back());
     assert_eq!(said, Some(CommandId::StopOnline), "{kind:?} {response}");
@@ -265,7 +256,7 @@ fn a_start_while_the_i2c_server_of_the_session_before_waits_is_odd() {
     // An I2C client that has come and gone ends the server.
     drop(TcpStream::connect((Ipv4Addr::LOCALHOST, txt.i2c_port())).unwrap());
     let gone = |machine: &Machine| machine.i2c_connections() == 1 && !machine.i2c_connected();
-    assert!(txt.wait_until(LIMIT, gone));
+    assert!(txt.wait_until(gone, LIMIT));
     let before = oddities(&txt).len();
     client.start_online();
     assert_eq!(oddities(&txt).len(), before);
@@ -278,7 +269,7 @@ fn an_i2c_client_is_odd_unless_it_is_the_first_one_in_a_session() {
         drop(TcpStream::connect((Ipv4Addr::LOCALHOST, txt.i2c_port())).unwrap());
         let gone =
             |machine: &Machine| machine.i2c_connections() == count && !machine.i2c_connected();
-        assert!(txt.wait_until(LIMIT, gone));
+        assert!(txt.wait_until(gone, LIMIT));
     };
     connect(1);
     assert_odd(&txt, "an I2C client came that is not the first one");
@@ -320,7 +311,7 @@ fn a_camera_that_is_started_twice_or_left_open_is_odd() {
     };
     let served = |txt: &SimulatedTxt, frames: u64| {
         let stream = TcpStream::connect((Ipv4Addr::LOCALHOST, txt.camera_port())).unwrap();
-        assert!(txt.wait_until(LIMIT, |machine| machine.camera_frames() == frames));
+        assert!(txt.wait_until(|machine| machine.camera_frames() == frames, LIMIT));
         stream
     };
     let txt = unpaced().camera_start_up(Duration::ZERO).start().unwrap();
@@ -349,6 +340,6 @@ fn oddities_outlast_the_client() {
     client.command(CommandId::StopOnline);
     ResponseId::StopOnline.check(&client.receive(4)).unwrap();
     drop(client);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), LIMIT));
     assert_eq!(oddities(&txt).len(), 1);
 }

@@ -66,8 +66,8 @@ fn a_client_that_has_left_is_served_when_it_comes_again() {
 fn this_crates_client_reports_that_it_gets_no_answer() {
     let txt = unpaced().start().unwrap();
     let _first = Client::online(&txt);
-    let limits = TimeLimits::default().with_read(Duration::from_millis(200));
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    let limits = TimeLimits::default().read(Duration::from_millis(200));
+    let builder = TransferAreaComHandler::builder(txt.address());
     let error = builder.time_limits(limits).build().unwrap().begin_transfer().unwrap_err();
     assert!(matches!(error, Error::NoAnswer { .. }), "{error:?}");
 }

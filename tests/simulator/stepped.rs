@@ -19,7 +19,7 @@ pub(crate) fn machine_with(motors: &[MotorModel]) -> Machine {
 
 /// A machine with encoder motors that have these loads, from M1 on.
 pub(crate) fn machine(loads: &[f64]) -> Machine {
-    let motors = loads.iter().map(|&load| MotorModel::encoder_motor().with_load(load));
+    let motors = loads.iter().map(|&load| MotorModel::encoder_motor().load(load));
     machine_with(&motors.collect::<Vec<_>>())
 }
 

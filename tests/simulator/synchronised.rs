@@ -34,10 +34,7 @@ impl Draw {
         let load = [0.0, 0.95, self.part()][self.below(3)];
         let time_constant = [time_constant, time_constant * self.part()][self.below(2)];
         let top_speed = [1.0, 0.3 + 0.7 * self.part()][self.below(2)] * 200.0 / MotorModel::ENCODER;
-        MotorModel::encoder_motor()
-            .with_load(load)
-            .with_time_constant(time_constant)
-            .with_top_speed(top_speed)
+        MotorModel::encoder_motor().load(load).time_constant(time_constant).top_speed(top_speed)
     }
 }
 
@@ -158,7 +155,7 @@ fn an_injected_error_shifts_the_difference_by_itself_under_any_load() {
                 // Light enough to catch up in time.
                 let motor = draw.motor(time_constant);
                 let load = motor.load.min(0.8);
-                motor.with_load(load)
+                motor.load(load)
             });
             let mut machine = machine_with(&motors);
             let (mut pulses, mut expected) = (Pulses::default(), 0);

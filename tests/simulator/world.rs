@@ -43,8 +43,7 @@ fn wait_until(
 #[test]
 fn a_program_runs_the_slide_to_its_end_switch_and_back_by_a_distance() {
     let txt = unpaced().world(World::shipped("slide").unwrap()).start().unwrap();
-    let handler = TransferAreaComHandler::builder("127.0.0.1")
-        .port(txt.port())
+    let handler = TransferAreaComHandler::builder(txt.address())
         .reaction_window(Duration::ZERO)
         .build()
         .unwrap();
@@ -159,9 +158,9 @@ fn leave_lamp_and_motor_on(txt: SimulatedTxtBuilder, is_on: bool) {
 #[test]
 fn buttons_follow_their_script_again_and_again() {
     let event = |at, pressed| ScriptEvent::press(at, 1, Input::I8, pressed);
-    let extension = Board::default().with_input(Input::I8, Sensor::BUTTON);
-    let script = Script::default().with_event(event(0.02, false)).with_event(event(0.01, true));
-    let world = World::new().with_extension(extension).with_script(script.with_period(0.05));
+    let extension = Board::default().input(Input::I8, Sensor::BUTTON);
+    let script = Script::default().event(event(0.02, false)).event(event(0.01, true));
+    let world = World::new().extension(extension).script(script.period(0.05));
     let mut machine = Machine::with_world(1, world).unwrap();
     let mut pressed = Vec::new();
     for ms in 0..200 {
@@ -182,14 +181,13 @@ fn buttons_follow_their_script_again_and_again() {
 fn a_script_moves_remotes_and_sets_the_registers_of_i2c_devices() {
     let [ahead, back] = [15, -8].map(|left_y| Remote { dip2: true, left_y, ..Remote::default() });
     let script = Script::default()
-        .with_event(ScriptEvent::remote(0.02, ahead))
-        .with_event(ScriptEvent::i2c(0.03, 24, 255, &[7, 8]))
-        .with_event(ScriptEvent::i2c(0.05, 25, 0, &[9]))
-        .with_event(ScriptEvent::remote(0.05, back));
-    let [first, second] = [24, 25].map(|address| I2cDevice::new(address).with_registers(1, &[5]));
+        .event(ScriptEvent::remote(0.02, ahead))
+        .event(ScriptEvent::i2c(0.03, 24, 255, &[7, 8]))
+        .event(ScriptEvent::i2c(0.05, 25, 0, &[9]))
+        .event(ScriptEvent::remote(0.05, back));
+    let [first, second] = [24, 25].map(|address| I2cDevice::new(address).registers(1, &[5]));
     let remote = Remote { dip2: true, ..Remote::default() };
-    let world =
-        World::new().with_script(script).with_remote(remote).with_i2c(first).with_i2c(second);
+    let world = World::new().script(script).remote(remote).i2c(first).i2c(second);
     let mut machine = Machine::with_world(0, world).unwrap();
     // The script does not plug it in again.
     assert!(machine.remove_i2c_device(25));
@@ -209,12 +207,12 @@ fn a_script_moves_remotes_and_sets_the_registers_of_i2c_devices() {
 #[test]
 fn a_slide_presses_switches_along_its_travel_also_on_another_controller() {
     let slide = Slide::new(Travel::Mm { length: 100.0, per_turn: 10.0 })
-        .with_switch(AxisSwitch::new(Input::I1, 40.0).with_width(10.0))
-        .with_switch(AxisSwitch::new(Input::I2, 60.0).with_controller(0).with_width(10.0));
-    let switch = || Board::default().with_input(Input::I1, Sensor::SWITCH);
-    let extension = switch().with_motor(Motor::M1, MotorModel::default().with_slide(slide));
-    let master = switch().with_input(Input::I2, Sensor::SWITCH);
-    let world = World::new().with_master(master).with_extension(extension);
+        .switch(AxisSwitch::new(Input::I1, 40.0).width(10.0))
+        .switch(AxisSwitch::new(Input::I2, 60.0).controller(0).width(10.0));
+    let switch = || Board::default().input(Input::I1, Sensor::SWITCH);
+    let extension = switch().motor(Motor::M1, MotorModel::default().slide(slide));
+    let master = switch().input(Input::I2, Sensor::SWITCH);
+    let world = World::new().master(master).extension(extension);
     let mut machine = Machine::with_world(1, world).unwrap();
     let moved_by = |controller, input| machine.world().unwrap().moved_by(controller, input);
     assert_eq!((moved_by(0, Input::I2), moved_by(0, Input::I1)), (Some(Motor::M1), None));

@@ -41,7 +41,7 @@ fn faulty_txt(response: u64, kind: FaultKind) -> SimulatedTxt {
 
 /// Runs a transfer until it fails, and checks what all failures have in common.
 fn failure_of(txt: &SimulatedTxt, mode: TransferMode) -> Error {
-    let limits = TimeLimits::default().with_read(Duration::from_secs(20));
+    let limits = TimeLimits::default().read(Duration::from_secs(20));
     let handler = handler_for(txt).mode(mode).time_limits(limits).build().unwrap();
     let before = handler.areas().lock()[LOCAL_IO];
     let error = match handler.begin_transfer() {
@@ -82,7 +82,7 @@ fn a_host_that_does_not_exist() {
 #[test]
 fn a_port_without_a_listener() {
     let port = unused_ports();
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+    let handler = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).build().unwrap();
     let error = handler.begin_transfer().unwrap_err();
     let address = format!("127.0.0.1:{port}");
     assert!(error.to_string().contains(&address), "{error}");
@@ -242,8 +242,8 @@ fn a_response_that_trickles_in_for_longer_than_the_limit() {
             std::thread::sleep(Duration::from_millis(50));
         }
     });
-    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).time_limits(limits);
+    let limits = TimeLimits::default().read(Duration::from_secs(1));
+    let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).time_limits(limits);
     let error = builder.build().unwrap().begin_transfer().unwrap_err();
     assert!(matches!(error, Error::NoAnswer { received: 1..24, .. }), "{error:?}");
     server.join().unwrap();

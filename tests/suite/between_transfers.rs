@@ -168,7 +168,7 @@ fn a_panic_under_a_guard_while_the_transfer_begins_is_not_forgotten() {
     // Between the two, the handshake takes as long as the test wants.
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+    let handler = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).build().unwrap();
     let area = handler.areas().clone();
     thread::scope(|scope| {
         let begins = scope.spawn(|| handler.begin_transfer());
@@ -205,7 +205,7 @@ fn a_panic_under_a_guard_while_the_transfer_begins_is_not_forgotten() {
 fn another_thread_may_end_a_transfer_that_begins() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(port).build().unwrap();
+    let handler = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).build().unwrap();
     thread::scope(|scope| {
         let begins = scope.spawn(|| handler.begin_transfer());
         let (client, _) = listener.accept().unwrap();

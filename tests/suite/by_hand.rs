@@ -13,7 +13,7 @@ use crate::support::{check_client, handler_for, strict};
 
 /// A client that is online, and its exchange.
 fn online(txt: &SimulatedTxt, mode: TransferMode) -> (TxtClient, Exchange) {
-    let mut client = TxtClient::connect("127.0.0.1", txt.port(), TimeLimits::default()).unwrap();
+    let mut client = TxtClient::connect(txt.address(), TimeLimits::default()).unwrap();
     let exchange = Exchange::new(mode, client.query_status().unwrap().version);
     client.start_online().unwrap();
     (client, exchange)

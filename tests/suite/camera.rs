@@ -47,7 +47,7 @@ fn check_end(frames: &Receiver<CameraFrame>) {
 #[test]
 fn frames_come_in_and_decode_while_the_exchange_goes_on() {
     let (txt, handler) = begin(unpaced().camera_tables(false));
-    let options = CameraOptions::default().with_framerate(60).with_power_line(PowerLine::Hz60);
+    let options = CameraOptions::default().framerate(60).power_line(PowerLine::Hz60);
     let frames = handler.start_camera(options).unwrap();
     assert_eq!(
         txt.with_machine(|machine| machine.camera()),
@@ -81,7 +81,7 @@ fn frames_come_in_and_decode_while_the_exchange_goes_on() {
 fn a_consumer_that_keeps_up_gets_every_frame() {
     let (txt, handler) = begin(SimulatedTxt::builder());
     // A bigger channel than the default, because a busy machine may delay the consumer.
-    let options = CameraOptions::default().with_size(640, 480).with_channel_frames(20);
+    let options = CameraOptions::default().size(640, 480).channel_frames(20);
     let channel = handler.start_camera(options).unwrap();
     let frames: Vec<_> = (0..30).map(|_| receive(&channel)).collect();
     let sent = txt.with_machine(|machine| machine.camera_frames());
@@ -99,7 +99,7 @@ fn a_consumer_that_keeps_up_gets_every_frame() {
 #[test]
 fn a_slow_consumer_gets_one_of_the_newest_frames() {
     let (_txt, handler) = begin(unpaced());
-    let options = CameraOptions::default().with_framerate(200);
+    let options = CameraOptions::default().framerate(200);
     let frames = handler.start_camera(options).unwrap();
     let mut received = 0;
     for round in 1..5 {
@@ -127,7 +127,7 @@ fn the_server_may_start_slowly() {
 #[test]
 fn a_camera_may_deliver_another_size() {
     let (_txt, handler) = begin(unpaced());
-    let options = CameraOptions::default().with_size(1280, 960);
+    let options = CameraOptions::default().size(1280, 960);
     let frames = handler.start_camera(options).unwrap();
     let frame = receive(&frames);
     // The frame says what was asked for, the picture what was delivered.
@@ -247,11 +247,11 @@ fn calls_at_the_wrong_time_err_and_change_nothing() {
     let defaults = CameraOptions::default();
     let highest = i64::try_from(usize::MAX).unwrap_or(i64::MAX);
     for (option, given, options) in [
-        ("camera's width", 0, defaults.with_size(0, 240)),
-        ("camera's height", 0, defaults.with_size(320, 0)),
-        ("camera's framerate", 0, defaults.with_framerate(0)),
-        ("camera's channel_frames", 0, defaults.with_channel_frames(0)),
-        ("camera's channel_frames", highest, defaults.with_channel_frames(usize::MAX)),
+        ("camera's width", 0, defaults.size(0, 240)),
+        ("camera's height", 0, defaults.size(320, 0)),
+        ("camera's framerate", 0, defaults.framerate(0)),
+        ("camera's channel_frames", 0, defaults.channel_frames(0)),
+        ("camera's channel_frames", highest, defaults.channel_frames(usize::MAX)),
     ] {
         let error = handler.start_camera(options).unwrap_err();
         assert!(

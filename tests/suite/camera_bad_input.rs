@@ -58,9 +58,8 @@ fn stream_at(port: u16, frame_limit: Duration) -> (usize, Option<Error>) {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions::default()
-        .with_start_limit(Duration::from_millis(300))
-        .with_frame_limit(frame_limit);
+    let options =
+        CameraOptions::default().start_limit(Duration::from_millis(300)).frame_limit(frame_limit);
     let frames = handler.start_camera(options).unwrap();
     let mut count = 0;
     let end = loop {
@@ -107,7 +106,7 @@ fn a_port_that_refuses_at_first_is_tried_again() {
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).camera_port(port).build().unwrap();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions::default().with_start_limit(DEADLINE);
+    let options = CameraOptions::default().start_limit(DEADLINE);
     let frames = handler.start_camera(options).unwrap();
     assert_eq!(frames.recv_timeout(DEADLINE).unwrap().data, [0; 1000]);
     handler.end_transfer().unwrap();

@@ -15,7 +15,7 @@ fn txt(connection: CameraConnection) -> SimulatedTxtBuilder {
 
 /// A short limit, for a connection that a server that looks once never serves.
 fn options() -> CameraOptions {
-    CameraOptions::default().with_size(16, 16).with_frame_limit(Duration::from_secs(5))
+    CameraOptions::default().size(16, 16).frame_limit(Duration::from_secs(5))
 }
 
 #[test]

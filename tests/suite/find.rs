@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{
-    ask_controllers_at, find_controllers_at, ConnectionKind, Error, FirmwareVersion,
+    find_controllers, ConnectionKind, Error, FirmwareVersion, FoundControllers, SearchOptions,
     TransferAreaComHandler, TriedAddress,
 };
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt, SimulatedTxtBuilder};
@@ -35,9 +35,14 @@ fn listening() -> (TcpListener, String) {
     (listener, address)
 }
 
+/// What a search at these addresses has found.
+fn find(addresses: &[impl std::fmt::Display], limit: Duration) -> Result<FoundControllers, Error> {
+    find_controllers(&SearchOptions::default().addresses(addresses).limit(limit))
+}
+
 /// What happened at these addresses, when no controller has answered.
 fn tried(addresses: &[&str], limit: Duration) -> Vec<TriedAddress> {
-    match find_controllers_at(addresses, limit) {
+    match find(addresses, limit) {
         Err(Error::NoController { tried }) => tried,
         other => panic!("{other:?}"),
     }
@@ -48,7 +53,7 @@ fn controllers_that_answer_are_found_in_order_with_name_and_firmware() {
     let (first, second) = (named("left").start().unwrap(), named("right").start().unwrap());
     let (_silent, silence) = listening();
     let addresses = [address(&second), REFUSES.to_owned(), silence, address(&first)];
-    let found = find_controllers_at(&addresses, LIMIT).unwrap();
+    let found = find(&addresses, LIMIT).unwrap().controllers;
     let names: Vec<_> = found.iter().map(|controller| &*controller.name).collect();
     assert_eq!(names, ["right", "left"]);
     for (controller, txt) in found.iter().zip([&second, &first]) {
@@ -65,7 +70,7 @@ fn controllers_that_answer_are_found_in_order_with_name_and_firmware() {
 #[test]
 fn the_address_of_a_controller_that_was_found_leads_to_it() {
     let txt = named("here").start().unwrap();
-    let found = find_controllers_at(&[address(&txt)], DEADLINE).unwrap();
+    let found = find(&[address(&txt)], DEADLINE).unwrap().controllers;
     let handler = TransferAreaComHandler::builder(found[0].address.to_string()).build().unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.device_name().as_deref(), Some("here"));
@@ -134,7 +139,7 @@ fn a_running_transfer_is_not_disturbed() {
     assert_eq!(handler.areas().statistics().gaps, 0);
     handler.end_transfer().unwrap();
     check_client(&txt);
-    assert_eq!(find_controllers_at(&[address(&txt)], DEADLINE).unwrap().len(), 1);
+    assert_eq!(find(&[address(&txt)], DEADLINE).unwrap().controllers.len(), 1);
 }
 
 #[test]
@@ -143,18 +148,17 @@ fn what_happened_is_told_for_each_address_in_order() {
     let handler = handler_for(&used).build().unwrap();
     handler.begin_transfer().unwrap();
     let addresses = [address(&used), REFUSES.to_owned(), address(&free)];
-    let answers = ask_controllers_at(&addresses, LIMIT).unwrap();
-    let [Err(in_use), Err(refused), Ok(found)] = &answers[..] else { panic!("{answers:?}") };
+    let answers = find(&addresses, LIMIT).unwrap();
+    let [in_use, refused] = &answers.others[..] else { panic!("{answers:?}") };
     assert_eq!((&in_use.address, in_use.perhaps_in_use), (&addresses[0], true));
     assert_eq!((&refused.address, refused.perhaps_in_use), (&addresses[1], false));
-    assert_eq!(found.name, "free");
+    assert_eq!(answers.controllers[0].name, "free");
     handler.end_transfer().unwrap();
-    assert_eq!(ask_controllers_at::<&str>(&[], LIMIT), Ok(vec![]));
 }
 
 #[test]
 fn without_addresses_no_controller_is_found() {
-    let error = find_controllers_at::<&str>(&[], LIMIT).unwrap_err();
+    let error = find(&[""; 0], LIMIT).unwrap_err();
     assert_eq!(error, Error::NoController { tried: vec![] });
     assert!(error.to_string().starts_with("no controller was found; switch the TXT on"), "{error}");
 }
@@ -180,7 +184,7 @@ fn auto_is_the_controller_that_is_found_and_stays_the_same_one() {
 #[test]
 fn auto_begins_no_transfer_without_a_controller() {
     // No server gets this port by chance.
-    let builder = TransferAreaComHandler::builder("auto").port(1);
+    let builder = TransferAreaComHandler::builder("auto:1");
     let error = builder.build().unwrap().begin_transfer().unwrap_err();
     assert!(matches!(error, Error::NoController { .. }), "{error}");
 }

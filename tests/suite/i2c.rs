@@ -19,7 +19,7 @@ const GOOD: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 2, 0, 0, 0, 1, 0, 2, 0];
 const NO_DEVICE: [u8; 12] = [0x87, 0xFD, 0x0D, 0x90, 0, 0, 0, 0, 0, 0, 0, 0];
 
 fn client_of(txt: &SimulatedTxt) -> I2cClient {
-    I2cClient::connect("127.0.0.1", txt.i2c_port(), TimeLimits::default()).unwrap()
+    I2cClient::connect(format!("127.0.0.1:{}", txt.i2c_port()), TimeLimits::default()).unwrap()
 }
 
 fn i2c_connections(txt: &SimulatedTxt) -> u64 {
@@ -81,7 +81,7 @@ fn controller(
         let serve = |connection: Serve| connection.run(listener.accept().unwrap().0);
         connections.into_iter().map(serve).collect()
     });
-    (I2cClient::connect("127.0.0.1", port, limits).unwrap(), server)
+    (I2cClient::connect(format!("127.0.0.1:{port}"), limits).unwrap(), server)
 }
 
 #[test]
@@ -243,7 +243,7 @@ fn a_device_that_is_not_there_is_an_error_and_the_connection_goes_on() {
 fn what_no_request_can_hold_is_refused_and_nothing_is_sent() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
-    let mut i2c = I2cClient::connect("127.0.0.1", port, TimeLimits::default()).unwrap();
+    let mut i2c = I2cClient::connect(format!("127.0.0.1:{port}"), TimeLimits::default()).unwrap();
     let out_of_range =
         |what, given, least, most| Err(Error::OutOfRange { what, given, least, most });
     let (read, write) = ("number of bytes to read", "number of bytes to write");
@@ -316,7 +316,7 @@ fn no_answer_in_time_is_an_error_and_the_next_request_has_a_new_connection() {
         Serve::then_close(&[&[&GOOD[..], &[3, 4]].concat()]),
     ];
     let limit = Duration::from_millis(500);
-    let limits = TimeLimits::default().with_read(limit);
+    let limits = TimeLimits::default().read(limit);
     let (mut i2c, server) = controller(connections, limits);
     let mut values = [7; 2];
     let no_answer = Error::NoAnswer { command: "an I2C request", limit, received: 13 };
@@ -349,7 +349,7 @@ fn a_connection_that_the_controller_has_closed_for_its_silence_is_made_again() {
 fn a_controller_that_is_away_is_an_error_until_it_is_back() {
     let port = unused_ports();
     let away = Error::ConnectionRefused { address: format!("127.0.0.1:{port}") };
-    let refused = I2cClient::connect("127.0.0.1", port, TimeLimits::default());
+    let refused = I2cClient::connect(format!("127.0.0.1:{port}"), TimeLimits::default());
     assert_eq!(refused.unwrap_err(), away);
 
     let start = || unpaced().i2c_port(port).start().unwrap();

@@ -6,10 +6,28 @@ use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1, REMOTE_IO_2};
 use ft_transfer_area::tx::{Counter, Motor};
-use ft_transfer_area::{Error, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferMode};
+use ft_transfer_area::{
+    CameraFrame, CycleLog, Error, Events, FirmwareVersion, I2cClient, TimeLimits,
+    TransferAreaComHandler, TransferAreas, TransferMode, TxtClient,
+};
 use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
 
 use crate::support::{check_client, handler_for, unpaced, wait_until, DEADLINE};
+
+/// Does not compile when a type can't be used by several threads at the same time.
+fn shared<T: Send + Sync>() {}
+
+#[test]
+fn what_a_handler_gives_can_be_shared_by_threads() {
+    shared::<TransferAreaComHandler>();
+    shared::<TransferAreas>();
+    shared::<Events>();
+    shared::<CycleLog>();
+    shared::<I2cClient>();
+    shared::<TxtClient>();
+    shared::<CameraFrame>();
+    shared::<Error>();
+}
 
 /// The connection is closed at this many StartOnline, as a TXT does whose firmware ends there.
 fn ending_at_start_online(count: u64) -> SimulatedTxt {
@@ -31,7 +49,7 @@ fn a_controller_that_ends_at_start_online_is_tried_again() {
 #[test]
 fn a_controller_that_always_ends_at_start_online_is_an_error_within_the_limit_for_connecting() {
     let txt = ending_at_start_online(100);
-    let limits = TimeLimits::default().with_connect(Duration::from_millis(300));
+    let limits = TimeLimits::default().connect(Duration::from_millis(300));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     let closed = Error::ConnectionClosed { command: "StartOnline", received: 0 };
     assert_eq!(handler.begin_transfer(), Err(closed.clone()));
@@ -41,7 +59,7 @@ fn a_controller_that_always_ends_at_start_online_is_an_error_within_the_limit_fo
 #[test]
 fn a_transfer_that_is_tried_again_can_be_ended() {
     let txt = ending_at_start_online(10_000);
-    let limits = TimeLimits::default().with_connect(Duration::from_secs(3600));
+    let limits = TimeLimits::default().connect(Duration::from_secs(3600));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     thread::scope(|scope| {
         let begun = scope.spawn(|| handler.begin_transfer());
@@ -342,12 +360,14 @@ fn a_thread_that_waits_gets_the_end() {
 #[test]
 fn a_controller_that_says_nothing_ends_every_wait_in_time() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-    let limits = TimeLimits::default().with_read(Duration::from_millis(50));
-    let handler = TransferAreaComHandler::builder("127.0.0.1")
-        .port(listener.local_addr().unwrap().port())
-        .time_limits(limits)
-        .build()
-        .unwrap();
+    let limits = TimeLimits::default().read(Duration::from_millis(50));
+    let handler = TransferAreaComHandler::builder(format!(
+        "127.0.0.1:{}",
+        listener.local_addr().unwrap().port()
+    ))
+    .time_limits(limits)
+    .build()
+    .unwrap();
     let error = handler.begin_transfer().unwrap_err();
     let expected = Error::NoAnswer { command: "QueryStatus", limit: limits.read, received: 0 };
     assert_eq!(error, expected);
@@ -358,7 +378,7 @@ fn a_controller_that_says_nothing_ends_every_wait_in_time() {
 fn a_controller_that_falls_silent_ends_the_transfer_with_an_error() {
     let fault = Fault::at_response(10, FaultKind::Silence);
     let txt = unpaced().fault(fault).start().unwrap();
-    let limits = TimeLimits::default().with_read(Duration::from_secs(2));
+    let limits = TimeLimits::default().read(Duration::from_secs(2));
     let handler = handler_for(&txt).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();
     let error = loop {
@@ -401,7 +421,7 @@ fn every_thread_that_ends_the_transfer_returns_when_it_has_ended() {
     let txt = unpaced().fault(Fault::at_exchange(20, FaultKind::Silence)).start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
     handler.begin_transfer().unwrap();
-    assert!(txt.wait_until(DEADLINE, |machine| machine.exchanges() > 20));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 20, DEADLINE));
     thread::scope(|scope| {
         for _ in 0..3 {
             scope.spawn(|| {

@@ -5,9 +5,9 @@ use std::time::Duration;
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::tx::{Counter, Input, Motor};
 use ft_transfer_area::{
-    ask_controllers_at, controller_address, find_controllers, find_controllers_at, CameraOptions,
-    Error, EventKind, FishX1Transfer, I2cClient, TimeLimits, TransferAreaComHandler,
-    TransferAreaComHandlerBuilder, TxtClient,
+    controller_address, find_controllers, CameraOptions, Error, EventKind, FishX1Transfer,
+    I2cClient, SearchOptions, TimeLimits, TransferAreaComHandler, TransferAreaComHandlerBuilder,
+    TxtClient,
 };
 use ft_transfer_area_simulator::world::World;
 use ft_transfer_area_simulator::{Fault, FaultKind, Machine, SimulatedTxt, SimulatedTxtBuilder};
@@ -27,13 +27,17 @@ type Call<'a> = (&'a str, Duration, Duration, &'a dyn Fn(Duration) -> Result<(),
 fn build(
     set: impl Fn(TransferAreaComHandlerBuilder) -> TransferAreaComHandlerBuilder,
 ) -> Result<(), Error> {
-    set(TransferAreaComHandler::builder(NOBODY.0).port(NOBODY.1)).build().map(drop)
+    set(TransferAreaComHandler::builder(format!("{}:{}", NOBODY.0, NOBODY.1))).build().map(drop)
 }
 
 /// Gives these limits to all calls that take some; returns the first error.
 fn limits(limits: TimeLimits) -> Result<(), Error> {
-    TxtClient::connect(NOBODY.0, NOBODY.1, limits).map(drop).or_else(unless_refused)?;
-    I2cClient::connect(NOBODY.0, NOBODY.1, limits).map(drop).or_else(unless_refused)?;
+    TxtClient::connect(format!("{}:{}", NOBODY.0, NOBODY.1), limits)
+        .map(drop)
+        .or_else(unless_refused)?;
+    I2cClient::connect(format!("{}:{}", NOBODY.0, NOBODY.1), limits)
+        .map(drop)
+        .or_else(unless_refused)?;
     build(|builder| builder.time_limits(limits))
 }
 
@@ -54,19 +58,19 @@ fn camera(options: CameraOptions) -> Result<(), Error> {
 #[test]
 fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
     let address = &[format!("{}:{}", NOBODY.0, NOBODY.1)];
-    let calls: [Call<'_>; 14] = [
+    let calls: [Call<'_>; 13] = [
         ("reaction_window", Duration::ZERO, MINUTE, &|time| build(|b| b.reaction_window(time))),
         ("watchdog", MS, HOUR, &|time| build(|b| b.watchdog(time))),
-        ("with_connect", MS, HOUR, &|time| limits(TimeLimits::default().with_connect(time))),
-        ("with_read", MS, HOUR, &|time| limits(TimeLimits::default().with_read(time))),
-        ("with_write", MS, HOUR, &|time| limits(TimeLimits::default().with_write(time))),
-        ("start_limit", MS, HOUR, &|time| camera(CameraOptions::default().with_start_limit(time))),
-        ("frame_limit", MS, HOUR, &|time| camera(CameraOptions::default().with_frame_limit(time))),
+        ("connect", MS, HOUR, &|time| limits(TimeLimits::default().connect(time))),
+        ("read", MS, HOUR, &|time| limits(TimeLimits::default().read(time))),
+        ("write", MS, HOUR, &|time| limits(TimeLimits::default().write(time))),
+        ("start_limit", MS, HOUR, &|time| camera(CameraOptions::default().start_limit(time))),
+        ("frame_limit", MS, HOUR, &|time| camera(CameraOptions::default().frame_limit(time))),
         ("controller_address", MS, HOUR, &|time| controller_address("127.0.0.1", time).map(drop)),
-        ("find_controllers_at", MS, HOUR, &|time| {
-            find_controllers_at(address, time).map(drop).or_else(unless_refused)
+        ("find_controllers", MS, HOUR, &|time| {
+            let options = SearchOptions::default().addresses(address).limit(time);
+            find_controllers(&options).map(drop).or_else(unless_refused)
         }),
-        ("ask_controllers_at", MS, HOUR, &|time| ask_controllers_at(address, time).map(drop)),
         // Any port is free, and nothing connects.
         ("pace", Duration::ZERO, HOUR, &|time| simulated(|b| b.pace(time))),
         ("pace in lock-step", Duration::ZERO, HOUR, &|time| {
@@ -96,7 +100,7 @@ fn a_time_out_of_its_range_is_refused_by_the_first_call_that_can() {
     }
     assert!(mistakes.is_empty(), "{mistakes:#?}");
     // This one would ask the usual addresses, so only with a wrong limit.
-    let error = find_controllers(Duration::MAX).unwrap_err();
+    let error = find_controllers(&SearchOptions::default().limit(Duration::MAX)).unwrap_err();
     assert!(matches!(error, Error::OutOfRange { .. }), "{error}");
 }
 
@@ -139,8 +143,8 @@ fn the_longest_time_makes_a_wait_last_until_it_has_what_it_waits_for() {
             handler.areas().wait_input_change(LOCAL_IO, Input::I1, EVER).is_ok()
         }),
         ("Events::recv_timeout", |handler| {
-            handler.areas().set_stall_limit(LOCAL_IO, Motor::M1, Some(EVER)).unwrap();
-            handler.areas().set_stall_limit(LOCAL_IO, Motor::M2, Some(Duration::ZERO)).unwrap();
+            handler.areas().set_stall_limit(LOCAL_IO, Motor::M1, EVER).unwrap();
+            handler.areas().set_stall_limit(LOCAL_IO, Motor::M2, Duration::ZERO).unwrap();
             let kinds = [EventKind::InputChanged, EventKind::MotorStalled];
             let events = handler.areas().events(&kinds, 10).unwrap();
             events.recv_timeout(EVER).is_ok()
@@ -163,7 +167,7 @@ fn the_longest_time_makes_a_wait_last_until_it_has_what_it_waits_for() {
         for (name, wait) in waits {
             assert!(wait(&handler), "{name}, in lock-step: {lock_step}");
         }
-        assert!(txt.wait_until(EVER, |machine| machine.exchanges() > 0));
+        assert!(txt.wait_until(|machine| machine.exchanges() > 0, EVER));
         // A lost connection is re-established.
         txt.with_machine(|machine| machine.disturb(FaultKind::Close { after: 0 }));
         while handler.areas().wait_cycle().is_ok() {}

@@ -339,7 +339,7 @@ fn a_stop_does_not_wait_for_the_pause_before_the_camera() {
         let is_stopped = |machine: &Machine| {
             machine.commands().any(|command| command == CommandId::StopCameraOnline)
         };
-        assert!(txt.wait_until(DEADLINE, is_stopped));
+        assert!(txt.wait_until(is_stopped, DEADLINE));
         // The camera is not started yet.
         handler.end_transfer().unwrap();
     });

@@ -32,7 +32,7 @@ impl Running {
         }
         let txt = txt.start().unwrap();
         // For a controller that falls silent; long enough for a busy machine.
-        let limits = TimeLimits::default().with_read(Duration::from_secs(1));
+        let limits = TimeLimits::default().read(Duration::from_secs(1));
         let handler = handler_for(&txt).time_limits(limits).build().unwrap();
         let mut areas = handler.areas().lock();
         let output = &mut areas[LOCAL_IO].output;

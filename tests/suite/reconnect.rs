@@ -20,7 +20,7 @@ const STRIKES_AT: u64 = 60;
 
 fn handler(txt: &SimulatedTxt) -> TransferAreaComHandler {
     // A gap is noticed within this limit at the latest.
-    let limits = TimeLimits::default().with_read(Duration::from_secs(3));
+    let limits = TimeLimits::default().read(Duration::from_secs(3));
     handler_for(txt).time_limits(limits).reconnect(DEADLINE).build().unwrap()
 }
 
@@ -310,7 +310,7 @@ fn the_camera_starts_again_and_its_channel_goes_on() {
     let handler = handler(&txt);
     let area = handler.areas().clone();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions::default().with_size(32, 16);
+    let options = CameraOptions::default().size(32, 16);
     let frames = handler.start_camera(options).unwrap();
     let first = frames.recv_timeout(DEADLINE).unwrap();
     drop(txt);
@@ -344,7 +344,7 @@ fn a_connection_that_fails_in_its_first_exchange_is_closed_and_told() {
         .on_exchange(move |machine| noted.note(machine))
         .start()
         .unwrap();
-    let limits = TimeLimits::default().with_read(Duration::from_secs(2));
+    let limits = TimeLimits::default().read(Duration::from_secs(2));
     let builder = handler_for(&txt).time_limits(limits).reconnect(DEADLINE / 3);
     let handler = builder.build().unwrap();
     let area = handler.areas().clone();

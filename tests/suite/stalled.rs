@@ -30,7 +30,7 @@ fn a_motor_that_is_blocked_is_told_once_by_the_machines_time_and_a_free_one_neve
     let world = World::from_toml(SLIDE).unwrap();
     let txt = SimulatedTxt::builder().world(world).lock_step().start().unwrap();
     let handler = handler_for(&txt).lock_step().build().unwrap();
-    handler.areas().set_stall_limit(LOCAL_IO, Motor::M1, Some(LIMIT)).unwrap();
+    handler.areas().set_stall_limit(LOCAL_IO, Motor::M1, LIMIT).unwrap();
     // M2 has no encoder, and the events of M2 are not asked for.
     handler.areas().lock()[LOCAL_IO].output.duty[2] = 512;
     let events = handler.areas().events(&[EventKind::MotorStalled], 10).unwrap();
@@ -67,6 +67,6 @@ fn a_motor_that_is_blocked_is_told_once_by_the_machines_time_and_a_free_one_neve
 #[test]
 fn an_area_that_does_not_exist_has_no_motors() {
     let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
-    let error = handler.areas().set_stall_limit(1, Motor::M1, Some(LIMIT)).unwrap_err();
+    let error = handler.areas().set_stall_limit(1, Motor::M1, LIMIT).unwrap_err();
     assert!(matches!(error, Error::OutOfRange { given: 1, .. }), "{error}");
 }

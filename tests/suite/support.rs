@@ -27,12 +27,12 @@ pub(crate) fn strict() -> SimulatedTxtBuilder {
 /// Settings for a handler of this simulated TXT.
 pub(crate) fn handler_for(txt: &SimulatedTxt) -> TransferAreaComHandlerBuilder {
     // A panic of a hook takes long when a backtrace is printed.
-    TransferAreaComHandler::builder("127.0.0.1").port(txt.port())
+    TransferAreaComHandler::builder(txt.address())
 }
 
 /// Waits until the condition holds for the simulated machine.
 pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(DEADLINE, condition), "{what} did not happen");
+    assert!(txt.wait_until(condition, DEADLINE), "{what} did not happen");
 }
 
 /// Checks that the client has done nothing that a correct client does not do.

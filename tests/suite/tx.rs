@@ -6,10 +6,10 @@ use ft_transfer_area::transfer_area::{
     CounterMode, FishX1Transfer, InputMode, LOCAL_IO, NO_ULTRASONIC, R2_OVR, R_OVR, U_OVR,
 };
 use ft_transfer_area::tx::{
-    Counter, Direction, Input, IoValue, IrDevice, JoystickAxis, JoystickPart, JoystickSwitch,
-    Motor, Output, Sound, SILENCE,
+    Counter, Direction, Input, InvalidCall, IoValue, IrDevice, JoystickAxis, JoystickPart,
+    JoystickSwitch, Motor, Output, Sound, SILENCE,
 };
-use ft_transfer_area::{Error, TransferAreaComHandler};
+use ft_transfer_area::TransferAreaComHandler;
 use ft_transfer_area_simulator::world::{Board, MotorModel, Remote, Sensor, World};
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
@@ -30,7 +30,7 @@ const APART: u16 = 6;
 fn world() -> World {
     let loads = [0.0, 0.3, 0.1, 0.2];
     let motors = Motor::ALL.into_iter().zip(loads);
-    let motors = motors.map(|(motor, load)| (motor, encoder_motor().with_load(load)));
+    let motors = motors.map(|(motor, load)| (motor, encoder_motor().load(load)));
     let inputs = [
         (Input::I1, Sensor::BUTTON),
         (Input::I2, Sensor::Ultrasonic { cm: 30.0 }),
@@ -40,7 +40,7 @@ fn world() -> World {
     ];
     let mut master = Board::default();
     (master.inputs, master.motors) = (BTreeMap::from(inputs), motors.collect());
-    World::new().with_master(master)
+    World::new().master(master)
 }
 
 fn encoder_motor() -> MotorModel {
@@ -151,7 +151,7 @@ fn motors_turn_and_lamps_shine_as_they_are_set() {
 
     let lamp = || txt.with_machine(|machine| machine.world()?.lamp(0, Output::O7)).unwrap();
     let refused = call(&handler, |area| area.set_out_pwm_values(Output::O7, 256));
-    assert_eq!(refused, Err(Error::NotAnOutput { output: Output::O7 }));
+    assert_eq!(refused, Err(InvalidCall::NotAnOutput { output: Output::O7 }));
     call(&handler, |area| area.set_ft_motor_config(M4, false));
     call(&handler, |area| area.set_out_pwm_values(Output::O7, 256)).unwrap();
     until(&handler, "light", |_| lamp() > 0.0);

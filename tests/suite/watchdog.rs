@@ -234,7 +234,7 @@ fn a_program_that_waits_for_a_late_response_is_alive() {
     use ft_transfer_area::TimeLimits;
     use ft_transfer_area_simulator::{Fault, FaultKind};
     let late = || Fault::at_exchange(5, FaultKind::Delay(LIMIT + LIMIT / 2));
-    let limits = TimeLimits::default().with_read(DEADLINE);
+    let limits = TimeLimits::default().read(DEADLINE);
     let waits = unpaced().fault(late()).start().unwrap();
     let handler = handler_for(&waits).watchdog(LIMIT).time_limits(limits).build().unwrap();
     handler.begin_transfer().unwrap();

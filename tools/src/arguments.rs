@@ -36,7 +36,7 @@ fn name_or_file(given: &OsStr) -> Result<&str, &Path> {
 }
 
 fn shipped<T>(world: Result<T, ft_transfer_area_simulator::Error>) -> anyhow::Result<T> {
-    world.map_err(|error| anyhow!("{error}; those of the lessons are lesson1 to lesson10; or write the path of a .toml file"))
+    world.map_err(|error| anyhow!("{error:#}; those of the lessons are lesson1 to lesson10; or write the path of a .toml file"))
 }
 
 /// A simulated TXT with this world.

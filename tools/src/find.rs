@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area::{
-    ask_controllers_at, CameraOptions, Error, FoundController, TransferAreaComHandler,
+    find_controllers, CameraOptions, Error, FoundController, SearchOptions, TransferAreaComHandler,
     TriedAddress, PORT, USUAL_HOSTS,
 };
 use indicatif::ProgressBar;
@@ -56,13 +56,18 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let progress = ProgressBar::new_spinner().with_message("asking for controllers");
     progress.tick();
     let mut all = Findings::default();
-    for answer in ask_controllers_at(&addresses, LIMIT)? {
-        match answer {
-            // It may have been asked by its name, too.
-            Ok(controller) if all.has(controller.address) => {}
-            Ok(controller) => all.found.push(Found { controller, camera: None }),
-            Err(tried) => all.tried.push(tried),
+    match find_controllers(&SearchOptions::default().addresses(addresses).limit(LIMIT)) {
+        Ok(answers) => {
+            for controller in answers.controllers {
+                // It may have been asked by its name, too.
+                if !all.has(controller.address) {
+                    all.found.push(Found { controller, camera: None });
+                }
+            }
+            all.tried = answers.others;
         }
+        Err(Error::NoController { tried }) => all.tried = tried,
+        Err(error) => return Err(error.into()),
     }
     if args.try_camera {
         progress.set_message("starting the cameras");
@@ -126,12 +131,12 @@ impl Findings {
                 let address = controller.address;
                 let asked = thread::Builder::new().spawn_scoped(scope, move || {
                     *camera = has_camera(&address.to_string()).unwrap_or_else(|error| {
-                        log::warn!("{address}: {error}");
+                        log::warn!("{address}: {error:#}");
                         None
                     });
                 });
                 if let Err(error) = asked {
-                    log::warn!("{address}: no thread could be started for its camera: {error}");
+                    log::warn!("{address}: no thread could be started for its camera: {error:#}");
                 }
             }
         });

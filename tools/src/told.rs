@@ -198,7 +198,7 @@ pub(crate) fn halted(gone: Gone, error: Option<&io::Error>) -> String {
     match error {
         None => format!("{gone}: all outputs of the controller were switched off"),
         Some(error) => format!(
-            "{gone}, and the controller can't be told to switch its outputs off ({error}): motors may go on"
+            "{gone}, and the controller can't be told to switch its outputs off ({error:#}): motors may go on"
         ),
     }
 }

@@ -131,7 +131,7 @@ fn ctrl_c_ends_a_film_well_but_not_an_unfinished_count() {
         assert_eq!(ended, status, "{said}");
         assert!(said.contains(sentence), "{said}");
         assert!(fs::read(&film).unwrap().ends_with(&[0xFF, 0xD9]));
-        assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()));
+        assert!(txt.wait_until(|machine| !machine.connected(), DEADLINE));
     }
 }
 
@@ -146,7 +146,7 @@ fn a_full_disk_ends_it_with_a_sentence() {
     let said = text(&output.stderr);
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(said.contains("0 picture(s) saved") && said.contains("No space left"), "{said}");
-    assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()));
+    assert!(txt.wait_until(|machine| !machine.connected(), DEADLINE));
 }
 
 #[cfg(not(unix))]
@@ -200,7 +200,7 @@ fn a_controller_that_goes_away_ends_it_with_a_sentence() {
     let film = folder.path().join("film.mjpeg");
     let mut command = camera(&txt.address().to_string());
     let running = start(command.arg("-o").arg(&film));
-    assert!(txt.wait_until(DEADLINE, |machine| machine.camera_acknowledges() >= 2));
+    assert!(txt.wait_until(|machine| machine.camera_acknowledges() >= 2, DEADLINE));
     drop(txt);
     let (status, said) = end(running);
     assert_eq!(status, Some(1));

@@ -35,7 +35,7 @@ impl Default for Plan {
 fn record(path: &str, plan: &Plan) {
     let txt = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).lock_step();
     let txt = plan.fault.iter().cloned().fold(txt, |txt, fault| txt.fault(fault)).start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).lock_step();
+    let builder = TransferAreaComHandler::builder(txt.address()).lock_step();
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     for _ in 0..plan.before {
         handler.begin_transfer().unwrap();
@@ -43,7 +43,7 @@ fn record(path: &str, plan: &Plan) {
         handler.areas().wait_cycle().map(drop).unwrap();
         handler.end_transfer().unwrap();
     }
-    let options = Options::default().with_capacity(6_000);
+    let options = Options::default().capacity(6_000);
     let recorder = Recorder::start(&handler, Path::new(path), options).unwrap();
     handler.begin_transfer().unwrap();
     for cycle in 1..=plan.cycles {
@@ -169,11 +169,11 @@ fn cycles_that_one_has_lost_are_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let [one, other] = ["one.mcap", "other.mcap"].map(|name| in_folder(&folder, name));
     let txt = SimulatedTxt::builder().pace(Duration::ZERO).lock_step().start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).lock_step();
+    let builder = TransferAreaComHandler::builder(txt.address()).lock_step();
     let handler = builder.build().unwrap();
-    let all = Recorder::start(&handler, &one, Options::default().with_capacity(6_000)).unwrap();
+    let all = Recorder::start(&handler, &one, Options::default().capacity(6_000)).unwrap();
     // Checked too rarely for so few places.
-    let some = Recorder::start(&handler, &other, Options::default().with_capacity(1)).unwrap();
+    let some = Recorder::start(&handler, &other, Options::default().capacity(1)).unwrap();
     handler.begin_transfer().unwrap();
     for number in 0..3_000 {
         handler.areas().wait_cycle().unwrap()[LOCAL_IO].output.duty[2] = number % 512;

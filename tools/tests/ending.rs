@@ -36,7 +36,7 @@ pub(crate) fn full_pipe() -> (TempDir, (String, File)) {
 fn begun(txt: &SimulatedTxt, path: &str) -> Running {
     let arguments = ["record", &txt.address().to_string(), "-o", path];
     let running = Running::start(&mut recording::txt(&arguments));
-    assert!(txt.wait_until(DEADLINE, |machine| machine.exchanges() > 20));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 20, DEADLINE));
     running
 }
 
@@ -58,7 +58,7 @@ fn a_second_ctrl_c_ends_it_at_once() {
     let running = begun(&txt, &path);
     running.signal("TERM");
     // The transfer ends before the file.
-    assert!(txt.wait_until(DEADLINE, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), DEADLINE));
     // Signals that come together are one.
     thread::sleep(Duration::from_millis(400));
     running.signal("INT");

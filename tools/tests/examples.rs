@@ -317,7 +317,7 @@ fn recording() -> TempDir {
     let txt = SimulatedTxt::builder().extensions(1).lock_step().start().unwrap();
     let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(2);
     let handler = builder.lock_step().build().unwrap();
-    let options = Options::default().with_capacity(6_000);
+    let options = Options::default().capacity(6_000);
     let recorder = Recorder::start(&handler, folder.path().join("run.mcap"), options).unwrap();
     handler.begin_transfer().unwrap();
     (0..1_100).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));

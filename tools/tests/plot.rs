@@ -35,7 +35,7 @@ fn record() -> PathBuf {
     let builder = SimulatedTxt::builder().world(World::shipped("slide").unwrap()).extensions(1);
     let fault = "silence@exchange:120".parse().unwrap();
     let txt = builder.fault(fault).device_name("<Slide>").start().unwrap();
-    let limits = TimeLimits::default().with_read(GAP);
+    let limits = TimeLimits::default().read(GAP);
     let builder = TransferAreaComHandler::builder(txt.address().to_string()).areas(2);
     let handler = builder.time_limits(limits).reconnect(DEADLINE).build().unwrap();
     let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();

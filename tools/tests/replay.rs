@@ -21,7 +21,7 @@ type Decisions = Vec<(u16, String)>;
 
 /// A handler in lock-step, so that each run is the same whatever else the computer does.
 fn handler(port: u16) -> TransferAreaComHandler {
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port).lock_step();
+    let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}")).lock_step();
     builder.reconnect(DEADLINE).build().unwrap()
 }
 
@@ -76,7 +76,7 @@ pub(crate) fn record(path: &str, fault: Option<Fault>, transfers: usize) -> Vec<
     }
     let txt = txt.device_name("SLIDE").start().unwrap();
     let handler = handler(txt.port());
-    let options = Options::default().with_capacity(6_000);
+    let options = Options::default().capacity(6_000);
     let recorder = Recorder::start(&handler, Path::new(path), options).unwrap();
     let decisions = (0..transfers).map(|_| program(&handler, DUTY_MAX)).collect();
     assert_eq!(recorder.finish().unwrap().lost, 0);
@@ -160,7 +160,8 @@ fn a_program_that_leaves_sooner_or_later_is_told_so() {
     record(&path, None, 1);
     let replay = Replay::start(&path, &["--fast", "--once"]);
     // One that was killed, so it has stopped no motors.
-    let mut killed = TxtClient::connect("127.0.0.1", replay.port, TimeLimits::default()).unwrap();
+    let mut killed =
+        TxtClient::connect(format!("127.0.0.1:{}", replay.port), TimeLimits::default()).unwrap();
     let version = killed.query_status().unwrap().version;
     killed.start_online().unwrap();
     let mut exchange = Exchange::new(TransferMode::Compressed, version);
@@ -202,7 +203,8 @@ fn play(path: &str, stop: &Stop) -> (bool, String) {
         _ => None,
     });
     let recorded: Vec<FishX1Transfer> = recorded.collect();
-    let mut client = TxtClient::connect("127.0.0.1", replay.port, TimeLimits::default()).unwrap();
+    let mut client =
+        TxtClient::connect(format!("127.0.0.1:{}", replay.port), TimeLimits::default()).unwrap();
     let version = client.query_status().unwrap().version;
     client.start_online().unwrap();
     let mut exchange = Exchange::new(TransferMode::Compressed, version);
@@ -310,7 +312,7 @@ fn recorded_pictures_come_again() {
     recorder.finish().unwrap();
 
     let replay = Replay::start(&path, &["--fast"]);
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(replay.port);
+    let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{}", replay.port));
     let handler = builder.camera_port(replay.port + 1).lock_step().build().unwrap();
     handler.begin_transfer().unwrap();
     let frames = handler.start_camera(CameraOptions::default()).unwrap();

@@ -37,8 +37,8 @@ const DIFFERENT: &[&str] = &["input-15k", "input-digital-ultrasonic"];
 
 /// A controller with M1, its encoder, a button at I1, and an I2C device.
 fn txt() -> SimulatedTxt {
-    let board = Board::default().with_motor(Motor::M1, MotorModel::encoder_motor());
-    let world = World::new().with_master(board.with_input(Input::I1, Sensor::BUTTON));
+    let board = Board::default().motor(Motor::M1, MotorModel::encoder_motor());
+    let world = World::new().master(board.input(Input::I1, Sensor::BUTTON));
     let builder = SimulatedTxt::builder().firmware(FirmwareVersion::new(4, 7, 0)).world(world);
     let txt = builder.device_name("Bench").strict(true).start().unwrap();
     txt.with_machine(|machine| machine.i2c_device(0x18)[0] = 1);
@@ -77,7 +77,7 @@ fn row(running: &Running, name: &str) -> String {
 
 /// Nothing moves, and nobody is online any more.
 fn assert_stopped(txt: &SimulatedTxt) {
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     txt.with_machine(|machine| assert_eq!(machine.area(0).output.duty, [0; 8]));
 }
 
@@ -127,7 +127,7 @@ fn m1_is_measured_and_ctrl_c_stops_it() {
     }
     // Nobody is there, and M1 turns on.
     let is_left = |machine: &Machine| machine.area(0).output.duty[0] != 0 && !machine.online();
-    assert!(txt.wait_until(LIMIT, is_left));
+    assert!(txt.wait_until(is_left, LIMIT));
     running.signal("INT");
     fails(&running.end(), "interrupted");
     assert_stopped(&txt);
@@ -147,11 +147,11 @@ fn m1_is_stopped_when_the_program_is_killed() {
     let running = Running::start(&mut selftest(&host, &["--motors", "--yes"], &file));
     // What needs no motor comes first, and takes a minute.
     let turns = |machine: &Machine| machine.area(0).output.duty[0] != 0;
-    assert!(txt.wait_until(3 * LIMIT, turns));
+    assert!(txt.wait_until(turns, 3 * LIMIT));
     drop(running);
     // What it leaves behind connects anew.
     let is_left = |machine: &Machine| !machine.connected() && machine.area(0).output.duty == [0; 8];
-    assert!(txt.wait_until(LIMIT, is_left));
+    assert!(txt.wait_until(is_left, LIMIT));
 }
 
 #[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]

@@ -16,7 +16,7 @@ fn a_controller_that_a_killed_client_left_on_is_stopped() {
     let left = duties.lock().unwrap().len();
     // It sends no last exchange.
     drop(client);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     let output = run(&["stop", &txt.address().to_string()]);
     assert!(output.status.success(), "{}", said(&output));
     assert_eq!(String::from_utf8_lossy(&output.stdout), "all outputs of TX2013 are off\n");
@@ -24,7 +24,7 @@ fn a_controller_that_a_killed_client_left_on_is_stopped() {
     assert_eq!(duties[left - 1][0][0], 512);
     assert!(duties.len() > left, "nothing was sent");
     assert_eq!(duties.last().unwrap()[..], [[0; 8]; 2]);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
 }
 
 #[test]

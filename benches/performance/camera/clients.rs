@@ -66,7 +66,7 @@ impl Channel {
     /// Begins a transfer with the peer on this port, and starts the camera on the other.
     pub(crate) fn connect(port: u16, camera_port: u16) -> Result<Self> {
         let handler = transfer(port, camera_port)?;
-        let options = CameraOptions::default().with_channel_frames(CHANNEL_FRAMES);
+        let options = CameraOptions::default().channel_frames(CHANNEL_FRAMES);
         let frames = handler.start_camera(options)?;
         Ok(Self { handler, frames })
     }
@@ -90,7 +90,7 @@ impl Client for Channel {
 
 /// A handler with a running transfer.
 pub(crate) fn transfer(port: u16, camera_port: u16) -> Result<TransferAreaComHandler> {
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(port);
+    let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}"));
     let handler = builder.camera_port(camera_port).build()?;
     handler.begin_transfer()?;
     Ok(handler)

@@ -2,7 +2,7 @@
 #![allow(unreachable_pub, reason = "the linker exports it")]
 
 use ft_transfer_area::transfer_area::{CounterMode, FishX1Transfer, InputMode};
-use ft_transfer_area::tx::{Counter, Direction, Input, Motor, Output};
+use ft_transfer_area::tx::{Counter, Direction, Input, InvalidCall, Motor, Output};
 use ft_transfer_area::Error;
 
 use super::handler::Ex2;
@@ -17,7 +17,7 @@ impl Ex2 {
     fn edit(
         &self,
         area: i32,
-        edit: impl FnOnce(&mut FishX1Transfer) -> Result<(), Error>,
+        edit: impl FnOnce(&mut FishX1Transfer) -> Result<(), InvalidCall>,
     ) -> Result<(), Error> {
         let most = self.count() as i64 - 1;
         let index = usize::try_from(area).ok().filter(|index| *index < self.count());
@@ -37,7 +37,7 @@ impl Ex2 {
 fn edit_area(
     array: &AreaArray<FishX1Transfer>,
     index: usize,
-    edit: impl FnOnce(&mut FishX1Transfer) -> Result<(), Error>,
+    edit: impl FnOnce(&mut FishX1Transfer) -> Result<(), InvalidCall>,
 ) -> Result<(), Error> {
     let places = array.places(index);
     let mut area = FishX1Transfer::default();

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::FishX1Transfer;
-use ft_transfer_area::{CameraFrame, Error, I2cClient, TimeLimits, TransferMode, TxtClient, PORT};
+use ft_transfer_area::{CameraFrame, Error, I2cClient, TimeLimits, TransferMode, TxtClient};
 use parking_lot::Mutex;
 
 use crate::exit;
@@ -176,7 +176,7 @@ impl Ex2 {
             return Ok(version.code());
         }
         exit::watch_signals();
-        let mut client = TxtClient::connect(&self.host, PORT, TimeLimits::default())?;
+        let mut client = TxtClient::connect(&self.host, TimeLimits::default())?;
         Ok(client.query_status()?.version.code())
     }
 

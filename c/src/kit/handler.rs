@@ -8,7 +8,7 @@ use std::time::Instant;
 use ft_transfer_area::channel::Receiver;
 use ft_transfer_area::transfer_area::{FishX1Transfer, Timer};
 use ft_transfer_area::{
-    CameraFrame, CameraStream, Error, Exchange, TimeLimits, TransferMode, TxtClient, PORT,
+    CameraFrame, CameraStream, Error, Exchange, TimeLimits, TransferMode, TxtClient,
 };
 use parking_lot::Mutex;
 
@@ -42,7 +42,7 @@ pub(super) struct Failure(String);
 
 impl<E: Display> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self(error.to_string())
+        Self(format!("{error:#}"))
     }
 }
 
@@ -110,7 +110,7 @@ impl Kit {
 
     fn connect(&self) -> Result<TxtClient, Failure> {
         exit::watch_signals();
-        Ok(TxtClient::connect(&self.host, PORT, TimeLimits::default())?)
+        Ok(TxtClient::connect(&self.host, TimeLimits::default())?)
     }
 
     pub(super) fn begin(&self) -> Result<(), Failure> {
@@ -216,7 +216,7 @@ impl Kit {
         let filled = self.picture.lock().next(&frames);
         filled.ok_or_else(|| {
             match self.camera.lock().as_ref().map(|camera| camera.stream.error()) {
-                Some(Some(error)) => format!("the camera has ended: {error}").into(),
+                Some(Some(error)) => format!("the camera has ended: {error:#}").into(),
                 Some(None) => "no frame of the camera came in".into(),
                 None => "the camera has ended: it was stopped".into(),
             }
@@ -244,7 +244,7 @@ impl Link {
 fn leave(link: Option<Link>, camera: Option<Camera>) {
     let Some(mut link) = link else { return };
     if let Err(error) = link.leave(camera) {
-        log::debug!("while a transfer is ended: {error}");
+        log::debug!("while a transfer is ended: {error:#}");
     }
 }
 

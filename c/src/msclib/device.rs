@@ -96,7 +96,7 @@ impl Device {
         *self.forgotten.lock() = Statistics::default();
         started.map_err(|error| {
             if !report::is_told_by_code(&error) {
-                log::error!("{}: {error}", self.host);
+                log::error!("{}: {error:#}", self.host);
             }
             code_of(&error)
         })

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use ft_transfer_area::{controller_address, find_controllers_at, Error, FoundController};
+use ft_transfer_area::{
+    controller_address, find_controllers, Error, FoundController, SearchOptions,
+};
 use parking_lot::Mutex;
 
 use super::arguments::Handle;
@@ -135,7 +137,7 @@ impl Library {
         let mut state = self.state.lock();
         state.opening.retain(|opening| *opening != host);
         let controller = controller.map_err(|error| {
-            log::error!("{name}: {error}");
+            log::error!("{name}: {error:#}");
             FTLIB_ERR_OPEN_COM
         })?;
         // Also when the library was closed meanwhile.
@@ -209,8 +211,8 @@ impl Library {
 /// Asks the controller at a host for its name.
 fn find(host: &str) -> Result<FoundController, Error> {
     let address = controller_address(host, OPEN_LIMIT)?;
-    let mut found = find_controllers_at(&[address.to_string()], OPEN_LIMIT)?;
-    found.pop().ok_or(Error::NoController { tried: Vec::new() })
+    let options = SearchOptions::default().addresses([address]).limit(OPEN_LIMIT);
+    find_controllers(&options)?.controllers.pop().ok_or(Error::NoController { tried: Vec::new() })
 }
 
 #[cfg(test)]

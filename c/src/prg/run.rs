@@ -49,16 +49,16 @@ pub(super) fn run(init: PrgInit, tic: PrgTic) -> c_int {
     let host = host::or_auto();
     match connect(&host) {
         Ok(handler) => Program::run(handler, &host, init, tic).unwrap_or_else(|error| {
-            words::say(&error.to_string());
+            words::say(&format!("{error:#}"));
             FAILED
         }),
         // This one says itself that there is none, and where it was looked for.
         Err(error @ Error::NoController { .. }) => {
-            words::say(&error.to_string());
+            words::say(&format!("{error:#}"));
             FAILED
         }
         Err(error) => {
-            words::say(&format!("no controller at {host}: {error}"));
+            words::say(&format!("no controller at {host}: {error:#}"));
             FAILED
         }
     }
@@ -274,7 +274,7 @@ fn end_soon() {
 fn last_word(end: End, error: Option<Error>, summary: &str) -> c_int {
     let outputs = match error {
         None => "all outputs are off".to_owned(),
-        Some(error) => format!("the end of the exchange failed: {error}"),
+        Some(error) => format!("the end of the exchange failed: {error:#}"),
     };
     let (what, status) = match end {
         End::Returned(0) => ("PrgTic has returned 0, the end".to_owned(), 0),
@@ -282,7 +282,7 @@ fn last_word(end: End, error: Option<Error>, summary: &str) -> c_int {
         End::Asked(reason) => (format!("ended by {}", signals::end_name(reason)), FAILED),
         // The end has the same error.
         End::Lost(error) => {
-            words::say(&format!("the exchange has ended: {error} ({summary})"));
+            words::say(&format!("the exchange has ended: {error:#} ({summary})"));
             return FAILED;
         }
     };

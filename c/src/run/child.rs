@@ -78,7 +78,7 @@ fn words_of_stop(stopped: Result<(), Error>) -> String {
     match stopped {
         Ok(()) => "it could send no last exchange, so tx_run has sent it: all outputs are off".into(),
         Err(error) => format!(
-            "it could send no last exchange, and tx_run could not either, so motors may go on: {error}"
+            "it could send no last exchange, and tx_run could not either, so motors may go on: {error:#}"
         ),
     }
 }

@@ -68,7 +68,7 @@ fn main() -> ExitCode {
             // Programs on Windows have longer ones than an `ExitCode` can be.
             Ok(status) => process::exit(status),
             Err(error) => {
-                say(&error.to_string());
+                say(&format!("{error:#}"));
                 ExitCode::FAILURE
             }
         },

@@ -73,10 +73,10 @@ fn read_world(name: &OsStr) -> Result<Option<World>, Sentence> {
     match name.to_str() {
         Some("none") => Ok(None),
         Some(shipped) if !is_file => World::shipped(shipped).map(Some).map_err(|error| {
-            format!("{error}; or use none for no world, or the path of a .toml file").into()
+            format!("{error:#}; or use none for no world, or the path of a .toml file").into()
         }),
         _ => World::load(path)
             .map(Some)
-            .map_err(|error| format!("{}: {error}", path.display()).into()),
+            .map_err(|error| format!("{}: {error:#}", path.display()).into()),
     }
 }

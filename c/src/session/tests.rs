@@ -24,9 +24,9 @@ fn drives_a_motor_and_stops<A: Area>() {
     assert!(session.is_running());
     session.array().store(duty(&session), 300);
     let limit = Duration::from_secs(10);
-    assert!(txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == 300));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 300, limit));
     session.stop().expect("it runs");
-    assert!(txt.wait_until(limit, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), limit));
     assert_eq!(session.array().load(duty(&session)), 0);
 }
 
@@ -61,11 +61,11 @@ fn what_is_written_whole_goes_out_whole() {
     session.write_whole(|array| {
         array.store(duty(&session), 300);
         let now = txt.with_machine(|machine| machine.exchanges());
-        assert!(txt.wait_until(limit, |machine| machine.exchanges() > now + 5));
+        assert!(txt.wait_until(|machine| machine.exchanges() > now + 5, limit));
         assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 0);
         array.store(duty(&session).wrapping_add(2), 200);
     });
-    assert!(txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == 300));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 300, limit));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[2]), 200);
 }
 
@@ -78,7 +78,7 @@ fn a_program_whose_callback_is_quick_goes_on_after_its_computer_was_too_busy() {
     session.array().store(duty(&session), 300);
     let limit = Duration::from_secs(10);
     let has_duty =
-        |duty: i16| txt.wait_until(limit, |machine| machine.controllers[0].outputs.duty[0] == duty);
+        |duty: i16| txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == duty, limit);
     assert!(has_duty(300));
     // Meanwhile the thread that exchanges has to wait.
     session.write_whole(|_| assert!(has_duty(0)));
@@ -97,7 +97,7 @@ fn a_callback_that_takes_too_long_ends_the_transfer_which_can_begin_again() {
     })));
     session.start().expect("it answers");
     let limit = Duration::from_secs(10);
-    assert!(txt.wait_until(limit, |machine| machine.connections() == 1 && !machine.online()));
+    assert!(txt.wait_until(|machine| machine.connections() == 1 && !machine.online(), limit));
     session.set_cycle_call(None);
     while session.is_running() {
         thread::sleep(Duration::from_millis(1));

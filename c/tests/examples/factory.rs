@@ -87,7 +87,7 @@ fn run(station: &str, arguments: &str, txt: &SimulatedTxt, broker: &Broker) -> S
     let output = tx_run_with(&line, &[("FACTORY_BROKER", format!("127.0.0.1:{}", broker.port))]);
     let (said, errors) = (text(&output.stdout), text(&output.stderr));
     assert!(output.status.success(), "{station}: {}: {said}{errors}", output.status);
-    assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()), "the connection stays open");
+    assert!(txt.wait_until(|machine| !machine.connected(), DEADLINE), "the connection stays open");
     let mishaps = txt.with_machine(|machine| Some(machine.world()?.mishaps()));
     assert_eq!(mishaps, Some(Vec::new()), "{said}");
     said
@@ -141,9 +141,10 @@ fn order(robot: &SimulatedTxt, wanted: Piece) {
     });
     assert!(put, "{wanted} can't be delivered");
     let is_there = |places: Places| piece(&places, "robot.pickup") == Some(wanted);
-    let comes = robot.wait_until(DEADLINE, |machine| {
-        machine.world().is_some_and(|world| is_there(world.places()))
-    });
+    let comes = robot.wait_until(
+        |machine| machine.world().is_some_and(|world| is_there(world.places())),
+        DEADLINE,
+    );
     assert!(comes, "{wanted} does not come back");
     assert_eq!(robot.with_machine(|machine| machine.world_mut()?.take("pickup")), Some(wanted));
 }

@@ -132,7 +132,7 @@ fn finish(sample: &str) -> Option<Run> {
     arguments[at + 1] = txt.address().to_string();
     let output = tx_run(&arguments);
 
-    assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()), "the connection stays open");
+    assert!(txt.wait_until(|machine| !machine.connected(), DEADLINE), "the connection stays open");
     txt.with_machine(|machine| {
         for (index, controller) in machine.controllers.iter().enumerate() {
             assert_eq!(controller.outputs.duty, [0; 8], "controller {index} is not stopped");

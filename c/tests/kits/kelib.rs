@@ -181,7 +181,7 @@ fn a_callback_takes_itself_away() {
     let Some(mut running) = started(&txt, "away") else { return };
     wait_duty(&txt, 2, 1);
     let before = txt.with_machine(|machine| machine.exchanges());
-    assert!(txt.wait_until(super::support::DEADLINE, |machine| machine.exchanges() > before + 10));
+    assert!(txt.wait_until(|machine| machine.exchanges() > before + 10, super::support::DEADLINE));
     assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty[2]), 1);
     set_input(&txt, 0, 1);
     running.expect("input");

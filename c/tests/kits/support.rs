@@ -194,7 +194,7 @@ pub(crate) fn simulated() -> SimulatedTxtBuilder {
 }
 
 pub(crate) fn wait_until(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(DEADLINE, condition), "{what} did not happen");
+    assert!(txt.wait_until(condition, DEADLINE), "{what} did not happen");
 }
 
 /// Waits for a duty of the master.

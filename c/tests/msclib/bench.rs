@@ -83,7 +83,7 @@ pub(crate) fn wait(what: &str, mut condition: impl FnMut() -> bool) {
 
 /// Waits until the machine is so.
 pub(crate) fn machine(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(LIMIT, condition), "{what} does not happen");
+    assert!(txt.wait_until(condition, LIMIT), "{what} does not happen");
 }
 
 /// The machine stands still, and its client has left.

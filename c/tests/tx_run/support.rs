@@ -34,7 +34,7 @@ pub(crate) fn txt() -> SimulatedTxtBuilder {
 /// Waits until the machine is as expected.
 #[track_caller]
 pub(crate) fn wait_for(txt: &SimulatedTxt, what: &str, condition: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(LIMIT, condition), "never: {what}");
+    assert!(txt.wait_until(condition, LIMIT), "never: {what}");
 }
 
 /// Waits for something that no machine tells.

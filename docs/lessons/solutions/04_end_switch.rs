@@ -32,5 +32,6 @@ fn wait_for(areas: &TransferAreas, input: Input) -> Result<(), Error> {
 fn go(areas: &TransferAreas, direction: Direction, until: Input) -> Result<(), Error> {
     areas.lock()[LOCAL_IO].set_out_motor_values(M1, DUTY_MAX, direction)?;
     wait_for(areas, until)?;
-    areas.lock()[LOCAL_IO].set_out_motor_values(M1, 0, Direction::Halt)
+    areas.lock()[LOCAL_IO].set_out_motor_values(M1, 0, Direction::Halt)?;
+    Ok(())
 }

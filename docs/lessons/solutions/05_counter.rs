@@ -28,5 +28,6 @@ fn main() -> Result<(), Error> {
 }
 
 fn turn(areas: &TransferAreas, direction: Direction) -> Result<(), Error> {
-    areas.lock()[LOCAL_IO].set_out_motor_values(M1, DUTY_MAX, direction)
+    areas.lock()[LOCAL_IO].set_out_motor_values(M1, DUTY_MAX, direction)?;
+    Ok(())
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::prelude::*;
+use ft_transfer_area::tx::InvalidCall;
 
 /// What the traffic light shows. All but green have begun at some time.
 #[derive(Clone, Copy)]
@@ -27,7 +28,7 @@ impl State {
     }
 
     /// Sets all three lamps.
-    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let (red, yellow, green) = match self {
             Self::Green => (0, 0, DUTY_MAX),
             Self::Yellow(_) => (0, DUTY_MAX, 0),

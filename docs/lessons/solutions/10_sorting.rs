@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use ft_transfer_area::prelude::*;
+use ft_transfer_area::tx::InvalidCall;
 
 /// The colour sensor measures more without a disc, and less for a white one, in mV.
 const NOTHING: i16 = 2000;
@@ -26,7 +27,7 @@ enum State {
 }
 
 impl State {
-    fn next(self, area: &FishX1Transfer) -> Result<Self, Error> {
+    fn next(self, area: &FishX1Transfer) -> Result<Self, InvalidCall> {
         // There is no light while a disc is in the light barrier.
         let has_disc = |input| area.get_in_io_value_binary(input).map(|light| !light);
         let pulses = area.get_in_cnt_count(C1);
@@ -45,7 +46,7 @@ impl State {
     }
 
     /// Belt, valve and compressor in this state.
-    fn show(self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn show(self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let runs = !matches!(self, Self::Waits);
         let blows = matches!(self, Self::Blows);
         let compresses = matches!(self, Self::Travels { .. } | Self::Blows);

@@ -35,13 +35,13 @@ impl Belt {
     }
 
     /// Sets the place that gets what runs off at its start.
-    pub fn with_start(mut self, place: &str) -> Self {
+    pub fn start(mut self, place: &str) -> Self {
         self.start = Some(place.to_owned());
         self
     }
 
     /// Sets the place that gets what runs off at its end.
-    pub fn with_end(mut self, place: &str) -> Self {
+    pub fn end(mut self, place: &str) -> Self {
         self.end = Some(place.to_owned());
         self
     }

@@ -34,19 +34,19 @@ pub struct Board {
 
 impl Board {
     /// Plugs a sensor into this input, in place of an earlier one.
-    pub fn with_input(mut self, input: Input, sensor: Sensor) -> Self {
+    pub fn input(mut self, input: Input, sensor: Sensor) -> Self {
         self.inputs.insert(input, sensor);
         self
     }
 
     /// Plugs a motor into this output, in place of an earlier one.
-    pub fn with_motor(mut self, output: Motor, motor: MotorModel) -> Self {
+    pub fn motor(mut self, output: Motor, motor: MotorModel) -> Self {
         self.motors.insert(output, motor);
         self
     }
 
     /// Plugs a lamp into this output, which must not be a terminal of a motor.
-    pub fn with_lamp(mut self, output: Output) -> Self {
+    pub fn lamp(mut self, output: Output) -> Self {
         self.lamps.insert(output);
         self
     }

@@ -53,7 +53,7 @@ pub struct Factory {
 impl From<World> for Factory {
     /// A single controller, with an empty name.
     fn from(world: World) -> Self {
-        Self::new().with_controller("", world)
+        Self::new().controller("", world)
     }
 }
 
@@ -67,13 +67,13 @@ impl Factory {
     }
 
     /// Adds a controller with its world.
-    pub fn with_controller(mut self, name: &str, world: World) -> Self {
+    pub fn controller(mut self, name: &str, world: World) -> Self {
         self.controllers.push((name.to_owned(), world));
         self
     }
 
     /// Makes two places the same. The first one is a place that does not move and has nothing at the start.
-    pub fn with_same_places(mut self, first: &str, second: &str) -> Self {
+    pub fn same_places(mut self, first: &str, second: &str) -> Self {
         self.same_places.push([first.to_owned(), second.to_owned()]);
         self
     }

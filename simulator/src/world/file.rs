@@ -383,7 +383,7 @@ mod tests {
 
     #[test]
     fn only_a_file_of_a_sensible_length_is_read() {
-        let sentence = |path: &Path| World::load(path).unwrap_err().to_string();
+        let sentence = |path: &Path| format!("{:#}", World::load(path).unwrap_err());
         assert!(sentence(&std::env::temp_dir()).contains("it is a folder"));
         // The first has no end.
         if cfg!(unix) {

@@ -34,8 +34,8 @@ const LIFT: f64 = 20.0;
 ///     lower: None,
 /// };
 /// let robot = Gripper::new("robot", &[Motor::M1.into(), Motor::M2.into()], grip)
-///     .with_position("delivery", &[20.0, 750.0])
-///     .with_position("storage", &[400.0, 800.0]);
+///     .position("delivery", &[20.0, 750.0])
+///     .position("storage", &[400.0, 800.0]);
 /// assert_eq!(robot.positions.len(), 2);
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -104,13 +104,13 @@ impl Gripper {
     }
 
     /// Adds a position in which it reaches this place: one number for each axis.
-    pub fn with_position(mut self, place: &str, at: &[f64]) -> Self {
+    pub fn position(mut self, place: &str, at: &[f64]) -> Self {
         self.positions.push(GripperPosition { place: place.to_owned(), at: at.to_vec() });
         self
     }
 
     /// Sets how far each axis may be from a position, in the unit of its travel, at least 0.
-    pub fn with_tolerance(mut self, tolerance: f64) -> Self {
+    pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
     }

@@ -17,8 +17,8 @@ const BYTES: &str = "expected a list of bytes, as in values = [0, 64]";
 /// ```
 /// use ft_transfer_area_simulator::world::{I2cDevice, World};
 ///
-/// let sensor = I2cDevice::new(0x18).with_registers(0x00, &[0xFA]).with_registers(0x02, &[0, 64]);
-/// let world = World::new().with_i2c(sensor);
+/// let sensor = I2cDevice::new(0x18).registers(0x00, &[0xFA]).registers(0x02, &[0, 64]);
+/// let world = World::new().i2c(sensor);
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -36,7 +36,7 @@ impl I2cDevice {
     }
 
     /// Sets this register and the following ones to these values. After register 255 comes 0.
-    pub fn with_registers(mut self, first: u8, values: &[u8]) -> Self {
+    pub fn registers(mut self, first: u8, values: &[u8]) -> Self {
         for (offset, value) in (0..=u8::MAX).zip(values) {
             self.registers.insert(first.wrapping_add(offset), *value);
         }
@@ -48,7 +48,7 @@ impl I2cDevice {
         let address = keys.required("address", address())?;
         let written = keys.or("registers", Vec::new(), list(REGISTERS, registers))?;
         Ok(written.into_iter().fold(Self::new(address), |device, (register, values)| {
-            device.with_registers(register, &values)
+            device.registers(register, &values)
         }))
     }
 

@@ -159,9 +159,9 @@ impl World {
     ///
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
     /// let master = Board::default()
-    ///     .with_input(I1, Sensor::BUTTON)
-    ///     .with_motor(M1, MotorModel::encoder_motor().with_load(0.2));
-    /// let machine = Machine::with_world(0, World::new().with_master(master))?;
+    ///     .input(I1, Sensor::BUTTON)
+    ///     .motor(M1, MotorModel::encoder_motor().load(0.2));
+    /// let machine = Machine::with_world(0, World::new().master(master))?;
     /// # Ok(())
     /// # }
     /// ```
@@ -179,49 +179,49 @@ impl World {
     }
 
     /// Plugs this into the master.
-    pub fn with_master(mut self, board: Board) -> Self {
+    pub fn master(mut self, board: Board) -> Self {
         self.master = board;
         self
     }
 
     /// Adds an extension with this plugged in.
-    pub fn with_extension(mut self, board: Board) -> Self {
+    pub fn extension(mut self, board: Board) -> Self {
         self.extensions.push(board);
         self
     }
 
     /// Sets the script.
-    pub fn with_script(mut self, script: Script) -> Self {
+    pub fn script(mut self, script: Script) -> Self {
         self.script = script;
         self
     }
 
     /// Adds an infrared remote.
-    pub fn with_remote(mut self, remote: Remote) -> Self {
+    pub fn remote(mut self, remote: Remote) -> Self {
         self.remotes.push(remote);
         self
     }
 
     /// Adds an I2C device.
-    pub fn with_i2c(mut self, device: I2cDevice) -> Self {
+    pub fn i2c(mut self, device: I2cDevice) -> Self {
         self.i2c.push(device);
         self
     }
 
     /// Adds a place for workpieces.
-    pub fn with_place(mut self, place: Place) -> Self {
+    pub fn place(mut self, place: Place) -> Self {
         self.places.push(place);
         self
     }
 
     /// Adds an ejector.
-    pub fn with_ejector(mut self, ejector: Ejector) -> Self {
+    pub fn ejector(mut self, ejector: Ejector) -> Self {
         self.ejectors.push(ejector);
         self
     }
 
     /// Adds a gripper.
-    pub fn with_gripper(mut self, gripper: Gripper) -> Self {
+    pub fn gripper(mut self, gripper: Gripper) -> Self {
         self.grippers.push(gripper);
         self
     }

@@ -61,43 +61,43 @@ impl MotorModel {
     }
 
     /// Sets the speed at duty 512, in turns per second: more than 0, at most 100.
-    pub fn with_top_speed(mut self, top_speed: f64) -> Self {
+    pub fn top_speed(mut self, top_speed: f64) -> Self {
         self.top_speed = top_speed;
         self
     }
 
     /// Sets the inertia in seconds, 0..=1.
-    pub fn with_time_constant(mut self, seconds: f64) -> Self {
+    pub fn time_constant(mut self, seconds: f64) -> Self {
         self.time_constant = seconds;
         self
     }
 
     /// Sets the load, as a part of the starting torque, 0..=1.
-    pub fn with_load(mut self, load: f64) -> Self {
+    pub fn load(mut self, load: f64) -> Self {
         self.load = load;
         self
     }
 
     /// Adds an encoder that gives this many pulses per turn: more than 0, at most 1000.
-    pub fn with_pulses_per_turn(mut self, pulses: f64) -> Self {
+    pub fn pulses_per_turn(mut self, pulses: f64) -> Self {
         self.pulses_per_turn = Some(pulses);
         self
     }
 
     /// Swaps its two wires, so that it turns the other way.
-    pub fn with_wires_swapped(mut self) -> Self {
+    pub fn wires_swapped(mut self) -> Self {
         self.reversed = !self.reversed;
         self
     }
 
     /// Adds a slide that it moves.
-    pub fn with_slide(mut self, slide: Slide) -> Self {
+    pub fn slide(mut self, slide: Slide) -> Self {
         self.slide = Some(slide);
         self
     }
 
     /// Adds a belt that it drives.
-    pub fn with_belt(mut self, belt: Belt) -> Self {
+    pub fn belt(mut self, belt: Belt) -> Self {
         self.belt = Some(belt);
         self
     }

@@ -18,8 +18,8 @@ pub(super) const PLACE: &str = "expected a place, as in { name = \"storage\" }";
 /// use ft_transfer_area_simulator::world::{Piece, Place};
 /// use ft_transfer_area::tx::{Input, Motor};
 ///
-/// let entry = Place::new("entry").with_position(Motor::M1, 15.0).with_barrier(Input::I1);
-/// let storage = Place::new("storage").with_piece(Piece::White);
+/// let entry = Place::new("entry").position(Motor::M1, 15.0).barrier(Input::I1);
+/// let storage = Place::new("storage").piece(Piece::White);
 /// assert_eq!((entry.at, storage.on), (15.0, None));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -72,43 +72,43 @@ impl Place {
     }
 
     /// Sets the motor whose belt or slide it is on, and where.
-    pub fn with_position(mut self, motor: impl Into<Plug<Motor>>, at: f64) -> Self {
+    pub fn position(mut self, motor: impl Into<Plug<Motor>>, at: f64) -> Self {
         (self.on, self.at) = (Some(motor.into()), at);
         self
     }
 
     /// Sets how far from there the middle of a workpiece, or the slide, may be.
-    pub fn with_reach(mut self, reach: f64) -> Self {
+    pub fn reach(mut self, reach: f64) -> Self {
         self.reach = Some(reach);
         self
     }
 
     /// Adds a light barrier on an input. A photo transistor has to be plugged in there.
-    pub fn with_barrier(mut self, input: impl Into<Plug<Input>>) -> Self {
+    pub fn barrier(mut self, input: impl Into<Plug<Input>>) -> Self {
         self.barrier = Some(Barrier::Input(input.into()));
         self
     }
 
     /// Adds a light barrier on a counter input that no encoder uses.
-    pub fn with_counter_barrier(mut self, counter: impl Into<Plug<Counter>>) -> Self {
+    pub fn counter_barrier(mut self, counter: impl Into<Plug<Counter>>) -> Self {
         self.barrier = Some(Barrier::Counter(counter.into()));
         self
     }
 
     /// Adds a colour sensor. One has to be plugged in there.
-    pub fn with_colour(mut self, input: impl Into<Plug<Input>>) -> Self {
+    pub fn colour(mut self, input: impl Into<Plug<Input>>) -> Self {
         self.colour = Some(input.into());
         self
     }
 
     /// Sets what is here at the start.
-    pub fn with_piece(mut self, piece: Piece) -> Self {
+    pub fn piece(mut self, piece: Piece) -> Self {
         self.piece = Some(piece);
         self
     }
 
     /// Puts a workpiece into the container that is here at the start.
-    pub fn with_content(mut self, piece: Piece) -> Self {
+    pub fn content(mut self, piece: Piece) -> Self {
         self.content = Some(piece);
         self
     }

@@ -22,9 +22,9 @@ const EVENT: &str = "expected an event, as in { at = 1, input = \"I3\", pressed 
 /// use ft_transfer_area::tx::Input;
 ///
 /// let script = Script::default()
-///     .with_event(ScriptEvent::press(0.5, 0, Input::I1, true))
-///     .with_event(ScriptEvent::press(1.5, 0, Input::I1, false))
-///     .with_period(2.0);
+///     .event(ScriptEvent::press(0.5, 0, Input::I1, true))
+///     .event(ScriptEvent::press(1.5, 0, Input::I1, false))
+///     .period(2.0);
 /// assert_eq!(script.events.len(), 2);
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,13 +38,13 @@ pub struct Script {
 
 impl Script {
     /// Repeats the script with this period in seconds, at least 0.001.
-    pub fn with_period(mut self, seconds: f64) -> Self {
+    pub fn period(mut self, seconds: f64) -> Self {
         self.period = Some(seconds);
         self
     }
 
     /// Adds an event.
-    pub fn with_event(mut self, event: ScriptEvent) -> Self {
+    pub fn event(mut self, event: ScriptEvent) -> Self {
         self.events.push(event);
         self
     }

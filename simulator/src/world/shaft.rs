@@ -181,19 +181,19 @@ mod tests {
 
     #[test]
     fn a_motor_with_swapped_wires_turns_the_other_way() {
-        let mut shaft = Shaft::new(&MotorModel::encoder_motor().with_wires_swapped());
+        let mut shaft = Shaft::new(&MotorModel::encoder_motor().wires_swapped());
         assert!(turn(&mut shaft, 1.0, 1000) > 150 && shaft.speed() < -2.9, "{}", shaft.speed());
     }
 
     #[test]
     fn a_slide_in_millimetres_stops_at_its_ends() {
-        let slide = Slide::new(Travel::Mm { length: 100.0, per_turn: 4.0 })
-            .with_position(50.0)
-            .with_seen_by(super::super::SeenBy {
+        let slide = Slide::new(Travel::Mm { length: 100.0, per_turn: 4.0 }).position(50.0).seen_by(
+            super::super::SeenBy {
                 input: ft_transfer_area::tx::Input::I4,
                 start_cm: 20.0,
                 end_cm: 10.0,
-            });
+            },
+        );
         let mut shaft =
             Shaft::new(&MotorModel { slide: Some(slide), ..MotorModel::encoder_motor() });
         assert_eq!((shaft.at_stops(), shaft.seen_at()), ([false, false], Some(15.0)));

@@ -54,31 +54,31 @@ impl Slide {
     }
 
     /// Sets the position at the start, in the unit of its travel, from 0 to its length.
-    pub fn with_position(mut self, position: f64) -> Self {
+    pub fn position(mut self, position: f64) -> Self {
         self.position = position;
         self
     }
 
     /// Sets the input of the switch at its start. A switch has to be plugged in there.
-    pub fn with_start_switch(mut self, input: Input) -> Self {
+    pub fn start_switch(mut self, input: Input) -> Self {
         self.start_switch = Some(input);
         self
     }
 
     /// Sets the input of the switch at its end. A switch has to be plugged in there.
-    pub fn with_end_switch(mut self, input: Input) -> Self {
+    pub fn end_switch(mut self, input: Input) -> Self {
         self.end_switch = Some(input);
         self
     }
 
     /// Sets the ultrasonic sensor that looks at it.
-    pub fn with_seen_by(mut self, seen_by: SeenBy) -> Self {
+    pub fn seen_by(mut self, seen_by: SeenBy) -> Self {
         self.seen_by = Some(seen_by);
         self
     }
 
     /// Adds a switch that it presses somewhere along its travel. A switch has to be plugged in there.
-    pub fn with_switch(mut self, switch: AxisSwitch) -> Self {
+    pub fn switch(mut self, switch: AxisSwitch) -> Self {
         self.switches.push(switch);
         self
     }
@@ -202,13 +202,13 @@ impl AxisSwitch {
     }
 
     /// Sets the controller that it is plugged into: 0 the master, 1..=8 an extension.
-    pub fn with_controller(mut self, controller: usize) -> Self {
+    pub fn controller(mut self, controller: usize) -> Self {
         self.controller = Some(controller);
         self
     }
 
     /// Sets the width of the part of the travel in which it is pressed, more than 0.
-    pub fn with_width(mut self, width: f64) -> Self {
+    pub fn width(mut self, width: f64) -> Self {
         self.width = Some(width);
         self
     }

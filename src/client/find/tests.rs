@@ -51,7 +51,7 @@ fn auto_is_the_only_controller_that_is_found() {
     thread::scope(|scope| {
         // One for the search, one for the client.
         scope.spawn(|| answer(&listener, 2));
-        let mut client = TxtClient::connect("auto", port, TimeLimits::default()).unwrap();
+        let mut client = TxtClient::connect(format!("auto:{port}"), TimeLimits::default()).unwrap();
         assert_eq!(client.query_status().unwrap().name(), "TXT");
         scope.spawn(|| answer(&listener, 1));
         let host = found_host(&TCP, "auto", port, AMPLE);
@@ -89,7 +89,7 @@ fn every_way_to_write_an_address_is_understood() {
 #[test]
 fn auto_without_a_controller_lists_the_addresses_and_what_to_check() {
     // No server gets this port by chance.
-    let error = TxtClient::connect("auto:1", PORT, TimeLimits::default()).unwrap_err();
+    let error = TxtClient::connect("auto:1", TimeLimits::default()).unwrap_err();
     let tried = TriedAddress {
         address: "127.0.0.1:1".to_owned(),
         connection: ConnectionKind::SameMachine,
@@ -163,7 +163,7 @@ fn a_search_says_what_happened_at_an_address() {
         (Ok(sending(no_txt)), "what answers is not a TXT", false),
     ] {
         let network = ScriptedNetwork::new([opening]);
-        let error = find_at(network, &["txt"], AMPLE).unwrap_err();
+        let error = find_at(network, &["txt".to_owned()], AMPLE).unwrap_err();
         let Error::NoController { tried } = error else { panic!("{error}") };
         assert!(tried[0].outcome.contains(outcome), "{tried:?}");
         assert_eq!(tried[0].perhaps_in_use, perhaps_in_use, "{tried:?}");
@@ -174,7 +174,7 @@ fn a_search_says_what_happened_at_an_address() {
     }
     let network = ScriptedNetwork::new([Ok(sending(response()))]);
     let expected = found("192.168.7.2:65000", ConnectionKind::Usb);
-    assert_eq!(find_at(network, &["txt"], AMPLE), Ok(vec![expected]));
+    assert_eq!(find_at(network, &["txt".to_owned()], AMPLE).unwrap().controllers, [expected]);
 }
 
 #[test]

@@ -36,7 +36,7 @@ use crate::pause::within_clock;
 ///                 Event::InputChanged { input: I1, pressed: true, .. } => {
 ///                     println!("I1 in cycle {}!", received.cycle);
 ///                 }
-///                 Event::TransferEnded { error: Some(error), .. } => println!("{error}"),
+///                 Event::TransferEnded { error: Some(error), .. } => println!("{error:#}"),
 ///                 _ => {}
 ///             }
 ///         }

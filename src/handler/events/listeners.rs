@@ -99,8 +99,8 @@ impl List {
         self.logs.add(capacity, running)
     }
 
-    /// Sets the limit after which a motor's standstill is an event; `None` for never.
-    pub(crate) fn set_stall_limit(&mut self, area: usize, motor: Motor, limit: Option<Duration>) {
+    /// Sets the limit after which a motor's standstill is an event; with [`Duration::MAX`] never.
+    pub(crate) fn set_stall_limit(&mut self, area: usize, motor: Motor, limit: Duration) {
         self.stalls.set_limit(area, motor, limit);
     }
 

@@ -105,7 +105,7 @@ fn lost_twice(lock_step: bool, others: usize) {
                 reported += 1;
                 handler.areas().lock()[0].output.duty[1] = reported;
             }
-            Err(error) => panic!("{error}"),
+            Err(error) => panic!("{error:#}"),
         }
     }
     assert_eq!(reported, 2);

@@ -25,7 +25,7 @@ fn after_an_end_no_request_of_its_transfer_follows() {
                         Ok(()) => handler.areas().lock()[0].output.duty[0] = 512,
                         // The other thread has begun it, or has ended it meanwhile.
                         Err(Error::AlreadyStarted | Error::NotStarted) => {}
-                        Err(error) => panic!("{error}"),
+                        Err(error) => panic!("{error:#}"),
                     }
                     let number = handler.areas().shared().state().transfer.number();
                     assert_eq!(handler.end_transfer(), Ok(()));

@@ -30,7 +30,7 @@ fn count_reports(area: &TransferAreas) -> usize {
         match area.feed_watchdog() {
             Ok(()) | Err(Error::NotStarted) => return count,
             Err(Error::WatchdogExpired { .. }) => count += 1,
-            Err(error) => panic!("{error}"),
+            Err(error) => panic!("{error:#}"),
         }
     }
 }

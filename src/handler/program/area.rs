@@ -356,12 +356,12 @@ impl TransferAreas {
     }
 
     /// Sends [`Event::MotorStalled`](crate::Event::MotorStalled) when a motor should turn but its counter does
-    /// not change for `limit`. With `None`, the default, this event is never sent.
+    /// not change for `limit`. With [`Duration::MAX`], the default, this event is never sent.
     ///
     /// This is for motors with an encoder at the counter of the same number; for others an unchanged counter
     /// means nothing. The time is measured between responses, and starts with the response to the first
     /// request that makes the motor turn. Choose a limit above the time that the motor needs to start, about
-    /// 100 ms; zero sends it with that response, and [`Duration::MAX`] never. The limit is the same for all
+    /// 100 ms; zero sends it with that response. The limit is the same for all
     /// listeners, and stays for later transfers. It is checked only while there is a listener for this kind
     /// of event.
     ///
@@ -373,7 +373,7 @@ impl TransferAreas {
     ///
     /// /// Drives M1 against its stop, which has no switch; returns whether it got there in time.
     /// fn drive_to_stop(areas: &TransferAreas) -> Result<bool, Error> {
-    ///     areas.set_stall_limit(LOCAL_IO, M1, Some(Duration::from_millis(300)))?;
+    ///     areas.set_stall_limit(LOCAL_IO, M1, Duration::from_millis(300))?;
     ///     let events = areas.events(&[EventKind::MotorStalled, EventKind::TransferEnded], 10)?;
     ///     areas.lock()[LOCAL_IO].output.duty[O1] = 200;
     ///     let received = events.recv_timeout(Duration::from_secs(10));
@@ -385,12 +385,7 @@ impl TransferAreas {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] for an area that does not exist.
-    pub fn set_stall_limit(
-        &self,
-        area: usize,
-        motor: Motor,
-        limit: Option<Duration>,
-    ) -> Result<(), Error> {
+    pub fn set_stall_limit(&self, area: usize, motor: Motor, limit: Duration) -> Result<(), Error> {
         self.check_area(area)?;
         self.shared().listeners.lock().set_stall_limit(area, motor, limit);
         Ok(())

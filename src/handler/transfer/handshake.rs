@@ -52,7 +52,7 @@ pub(crate) fn begin(settings: &Settings, side: Side<'_>) -> Result<(Link, u64), 
         match attempt(rest.max(RESTART_PAUSE)) {
             Err(error @ Error::FirmwareTooOld { .. }) => return Err(error),
             Err(_) if rest.is_zero() => return Err(closed),
-            Err(error) => notice!(Debug, "not connected yet: {error}"),
+            Err(error) => notice!(Debug, "not connected yet: {error:#}"),
             connected => return connected,
         }
     }

@@ -55,7 +55,7 @@ pub(crate) fn reconnect(
             Err(error) if now() - begin >= limit => {
                 return Err(Error::ReconnectFailed { limit, cause: Box::new(error) });
             }
-            Err(error) => notice!(Debug, "not connected again yet: {error}"),
+            Err(error) => notice!(Debug, "not connected again yet: {error:#}"),
         }
         let rest = limit.saturating_sub(now() - begin);
         side.wait_for_stop(now() + pause.min(rest));
@@ -102,7 +102,7 @@ fn attempt(
 
 /// Tells the program that the connection is lost, stops the motors if it still works, and closes it.
 pub(crate) fn lose(cycle: &mut Cycle<'_>, side: Side<'_>, error: &Error) {
-    notice!(Warn, "the connection is lost and is being re-established: {error}");
+    notice!(Warn, "the connection is lost and is being re-established: {error:#}");
     side.lose_connection(error, cycle.areas_mut());
     cycle.abandon();
 }

@@ -55,7 +55,7 @@ impl<'a> TransferThread<'a> {
         self.side.finish(result.clone().err());
         match result {
             Ok(()) => notice!(Info, "the transfer has ended"),
-            Err(error) => notice!(Error, "the transfer has ended: {error}"),
+            Err(error) => notice!(Error, "the transfer has ended: {error:#}"),
         }
     }
 
@@ -133,7 +133,7 @@ mod tests {
 
     /// The work of a transfer thread, not yet begun.
     fn work<'a>(peer: &Peer, shared: &'a Shared, areas: usize) -> TransferThread<'a> {
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(peer.port);
+        let builder = TransferAreaComHandler::builder(format!("127.0.0.1:{}", peer.port));
         let handler = builder.reaction_window(Duration::ZERO).build().unwrap();
         let settings = handler.settings().clone();
         let areas = vec![Outgoing::default(); areas];

@@ -37,7 +37,7 @@ fn run(command: &mut Command) -> String {
 }
 
 fn assert_offline(txt: &SimulatedTxt) {
-    assert!(txt.wait_until(DEADLINE, |machine| !machine.online()), "it is online");
+    assert!(txt.wait_until(|machine| !machine.online(), DEADLINE), "it is online");
 }
 
 #[test]
@@ -129,8 +129,8 @@ fn the_motor_follows_the_newest_frame() {
     let mut program = Running(example("camera_newest").arg(host).spawn().unwrap());
     let duty = |machine: &Machine| machine.controllers[0].outputs.duty[0];
     // A white bar moves over the test card.
-    assert!(txt.wait_until(DEADLINE, |machine| duty(machine) == 512), "never bright");
-    assert!(txt.wait_until(DEADLINE, |machine| duty(machine) == 0), "bright forever");
+    assert!(txt.wait_until(|machine| duty(machine) == 512, DEADLINE), "never bright");
+    assert!(txt.wait_until(|machine| duty(machine) == 0, DEADLINE), "bright forever");
     let begin = Instant::now();
     while program.0.try_wait().unwrap().is_none() {
         assert!(begin.elapsed() < DEADLINE, "it does not end");

@@ -32,7 +32,7 @@ fn a_factory_says_which_port_belongs_to_which_controller() {
     writeln!(typed, "PUT red delivery\nrobot PUT red delivery").unwrap();
 
     let [main, ..] = ports[1];
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(main).build().unwrap();
+    let handler = TransferAreaComHandler::builder(format!("127.0.0.1:{main}")).build().unwrap();
     handler.begin_transfer().unwrap();
     assert_eq!(handler.device_name().as_deref(), Some("robot"));
     let begin = Instant::now();

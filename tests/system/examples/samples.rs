@@ -150,14 +150,14 @@ fn assert_ctrl_c_stops(Table { name, user, on }: Table) {
         machine.controllers[controller].outputs.duty[output] > 0
     };
     let all_on = |machine: &Machine| on.iter().all(|output| is_on(machine, output));
-    assert!(txt.wait_until(DEADLINE, all_on), "{name} does nothing");
+    assert!(txt.wait_until(all_on, DEADLINE), "{name} does nothing");
     run.interrupt();
     let lines = run.finish();
     if ["c_program", "extended_motor_control"].contains(&name) {
         assert_eq!(lines.last().unwrap(), "Stopped by Ctrl-C.", "{name} was not interrupted");
     }
 
-    assert!(txt.wait_until(DEADLINE, |machine| !machine.connected()), "{name}");
+    assert!(txt.wait_until(|machine| !machine.connected(), DEADLINE), "{name}");
     let last = last.lock().unwrap();
     assert!(last.iter().all(|outputs| outputs.duty == [0; 8]), "{name}: {last:?}");
     if name == "sound_and_lamps" {
@@ -181,7 +181,7 @@ fn a_remote_with_other_switches_drives_nothing() {
         .start()
         .unwrap();
     let run = Run::start("infrared_remote", &[&txt.address().to_string()]);
-    assert!(txt.wait_until(DEADLINE, |machine| machine.exchanges() > 50));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 50, DEADLINE));
     txt.with_machine(|machine| assert_eq!(machine.controllers[0].outputs.duty, [0; 8]));
     run.interrupt();
     let lines = run.finish();

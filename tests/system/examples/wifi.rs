@@ -42,12 +42,12 @@ fn after_a_gap_the_motor_stands_until_the_program_looks_for_the_start_and_the_wa
     };
     let txt = start();
     let mut run = Run::start("wifi", &[&txt.address().to_string()]);
-    assert!(txt.wait_until(DEADLINE, drives), "it does not drive");
+    assert!(txt.wait_until(drives, DEADLINE), "it does not drive");
     drop(txt);
     run.wait_for("Lost: ");
     record.lock().unwrap().clear();
     let txt = start();
-    assert!(txt.wait_until(DEADLINE, drives), "it does not drive again");
+    assert!(txt.wait_until(drives, DEADLINE), "it does not drive again");
     run.interrupt();
     let lines = run.finish();
     assert_in_order(&lines, &GAP);

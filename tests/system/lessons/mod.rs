@@ -192,9 +192,10 @@ fn the_programs_of_the_first_steps_turn_m1_while_i1_is_pressed() {
         let mut child = example(name).arg(txt.address().to_string()).spawn().unwrap();
         for (pressed, duty) in [(true, 512), (false, 0), (true, 512)] {
             txt.with_machine(|machine| machine.world_mut().unwrap().press(0, Input::I1, pressed));
-            let turns = txt.wait_until(DEADLINE, |machine| {
-                machine.online() && machine.controllers[0].outputs.duty[0] == duty
-            });
+            let turns = txt.wait_until(
+                |machine| machine.online() && machine.controllers[0].outputs.duty[0] == duty,
+                DEADLINE,
+            );
             assert!(turns, "{name}: I1 {pressed}");
         }
         // The connection is lost, so the program ends with an error.

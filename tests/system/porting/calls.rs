@@ -15,8 +15,8 @@ use ft_transfer_area::transfer_area::{CounterMode, InputValues, OutputValues};
 use ft_transfer_area::tx::{IoValue, IrDevice, JoystickAxis, JoystickPart, JoystickSwitch};
 use ft_transfer_area::wire::crc_of_words;
 use ft_transfer_area::{
-    CameraOptions, EventKind, Exchange, FirmwareVersion, I2cClient, Statistics, TimeLimits,
-    TransferAreaGuard, TransferMode, TxtClient, PORT,
+    CameraOptions, Error, EventKind, Exchange, FirmwareVersion, FishX1Transfer, I2cClient,
+    Statistics, TimeLimits, TransferAreaComHandler, TransferAreaGuard, TransferMode, TxtClient,
 };
 
 /// The TXT's kit: `ftIF2013TransferAreaComHandler`
@@ -51,7 +51,7 @@ fn kit(areas: &mut [FishX1Transfer], words: &[u16], elapsed: Duration) -> Result
     handler.end_transfer()?;
 
     // BeginTransfer() → bool, in a loop of its own
-    let mut client = TxtClient::connect("192.168.7.2", PORT, TimeLimits::default())?;
+    let mut client = TxtClient::connect("192.168.7.2", TimeLimits::default())?;
     client.start_online()?;
 
     // GetVersion() → UINT32, in a loop of its own

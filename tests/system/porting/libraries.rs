@@ -64,7 +64,7 @@ pub(crate) const CALLS: &[Calls] = &[
             ),
             (
                 &["GetTransferAreaStatusAddr", "GetComStatus", "GetRoboTxMasterState"],
-                "`handler.is_running()` and `handler.error()`",
+                "`handler.areas().is_running()` and `handler.areas().error()`",
             ),
             (&["ResetTrapStatistic"], "each transfer counts from 0"),
             (

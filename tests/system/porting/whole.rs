@@ -74,7 +74,7 @@ fn run(start: impl FnOnce(&str) -> Command) -> Done {
     let noted: Arc<Mutex<Vec<Outputs>>> = Arc::default();
     let note = Arc::clone(&noted);
     let mut hand = Hand::default();
-    let world = World::shipped("high_bay_warehouse").unwrap().with_remote(Remote::default());
+    let world = World::shipped("high_bay_warehouse").unwrap().remote(Remote::default());
     let txt = SimulatedTxt::builder()
         .pace(Duration::ZERO)
         .world(world)

@@ -147,7 +147,7 @@ impl Program {
 
     /// Settings for a handler for it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
-        TransferAreaComHandler::builder("127.0.0.1").port(self.ports[0])
+        TransferAreaComHandler::builder(format!("127.0.0.1:{}", self.ports[0]))
     }
 
     /// Ends it as Ctrl-C does. Returns its output on stderr.

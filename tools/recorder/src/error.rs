@@ -1,5 +1,6 @@
 //! What can go wrong with a file.
 
+use std::error::Error as _;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -9,7 +10,9 @@ use ft_transfer_area::IoError;
 use crate::format::FORMAT;
 
 /// What can go wrong with a recording.
-#[derive(Debug)]
+///
+/// `{}` is a sentence without the error of the operating system that led to it; `{:#}` and `{:?}` have that, too, as
+/// with [`ft_transfer_area::Error`].
 #[non_exhaustive]
 pub enum Error {
     /// The file can't be opened or read.
@@ -80,12 +83,29 @@ pub enum Error {
     },
 }
 
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self:#}")
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.sentence(f)?;
+        match self.source() {
+            Some(cause) if f.alternate() => write!(f, ": {cause:#}"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Error {
+    /// Writes what happened, without what led to it.
+    fn sentence(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Read { path, cause } => write!(f, "can't read {}: {cause}", path.display()),
-            Self::Write { path, cause, cycles } => {
-                write!(f, "can't write {}: {cause}", path.display())?;
+            Self::Read { path, cause: _ } => write!(f, "can't read {}", path.display()),
+            Self::Write { path, cause: _, cycles } => {
+                write!(f, "can't write {}", path.display())?;
                 match cycles {
                     0 => Ok(()),
                     _ => write!(f, "; it has about {cycles} cycles from before, which can be read"),
@@ -105,7 +125,7 @@ impl fmt::Display for Error {
                 path.display()
             ),
             Self::Damaged { path, cause } => write!(f, "{} is damaged: {cause}", path.display()),
-            Self::NotStarted { cause } => write!(f, "the recording can't be started: {cause}"),
+            Self::NotStarted { cause: _ } => write!(f, "the recording can't be started"),
             Self::NoColumn { name } => write!(
                 f,
                 "there is no {name:?}: write I1 to I8, C1 to C4, M1 to M4 or O1 to O8, and E1.I1 for extension 1"

@@ -126,7 +126,7 @@ impl From<&ft_transfer_area::Error> for Failure {
             ConnectionClosed { .. } | Io { .. } | ReconnectFailed { .. } => FailureKind::Closed,
             _ => FailureKind::Other,
         };
-        Self { kind, error: error.to_string() }
+        Self { kind, error: format!("{error:#}") }
     }
 }
 

@@ -50,7 +50,7 @@ impl Default for Options {
 impl Options {
     /// With this number of cycles that wait for a slow disk, 1..=[`CycleLog::MAX_CAPACITY`].
     #[must_use]
-    pub fn with_capacity(self, capacity: usize) -> Self {
+    pub fn capacity(self, capacity: usize) -> Self {
         Self { capacity, ..self }
     }
 }
@@ -532,6 +532,6 @@ mod tests {
         let (_feed, entries, lost) = Feed::channel(1);
         let source = Source::Feed { entries, lost };
         let error = Recorder::record(pipe, source, Duration::from_millis(20)).unwrap_err();
-        assert!(error.to_string().contains("has not taken the beginning"), "{error}");
+        assert!(format!("{error:#}").contains("has not taken the beginning"), "{error}");
     }
 }

@@ -33,9 +33,9 @@ fn pythons_mcap_reads_all_channels() {
             machine.controllers[0].uni[0] = number;
         });
     let txt = txt.start().unwrap();
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).areas(2).build();
+    let handler = TransferAreaComHandler::builder(txt.address()).areas(2).build();
     let handler = handler.unwrap();
-    let options = Options::default().with_capacity(5_000);
+    let options = Options::default().capacity(5_000);
     let recorder = Recorder::start(&handler, &path, options).unwrap();
     handler.begin_transfer().unwrap();
     (0..400).for_each(|_| drop(handler.areas().wait_cycle().unwrap()));

@@ -19,7 +19,7 @@ use tempfile::TempDir;
 
 /// Room for all cycles of a test, however slow the disk is.
 fn roomy() -> Options {
-    Options::default().with_capacity(5_000)
+    Options::default().capacity(5_000)
 }
 
 fn unpaced() -> SimulatedTxtBuilder {
@@ -184,7 +184,7 @@ fn gaps_and_errors_are_in_the_file() {
     let handler = handler_for(&txt).reconnect(Duration::from_secs(30)).build().unwrap();
     let recorder = Recorder::start(&handler, &path, roomy()).unwrap();
     handler.begin_transfer().unwrap();
-    assert!(txt.wait_until(Duration::from_secs(30), |machine| machine.exchanges() > 30));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 30, Duration::from_secs(30)));
     handler.end_transfer().unwrap();
     drop(handler);
     recorder.finish().unwrap();
@@ -265,7 +265,7 @@ fn what_is_no_recording_is_told_in_a_sentence() {
         fs::write(&path, bytes).unwrap();
         path
     };
-    let sentence = |path: &Path| read(path).unwrap_err().to_string();
+    let sentence = |path: &Path| format!("{:#}", read(path).unwrap_err());
 
     assert!(sentence(&folder.path().join("none")).starts_with("can't read "));
     assert!(sentence(folder.path()).starts_with("can't read "));
@@ -331,7 +331,7 @@ fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {
     });
     let txt = unpaced().start().unwrap();
     let handler = handler_for(&txt).build().unwrap();
-    let recorder = Recorder::start(&handler, &pipe, Options::default().with_capacity(20)).unwrap();
+    let recorder = Recorder::start(&handler, &pipe, Options::default().capacity(20)).unwrap();
     let mut file = opening.join().unwrap();
     handler.begin_transfer().unwrap();
     let mut noise = 0_u32;
@@ -372,10 +372,14 @@ fn on_a_slow_disk_cycles_are_lost_and_counted_and_the_transfer_goes_on() {}
 #[test]
 fn a_full_disk_is_told_in_a_sentence() {
     let handler = TransferAreaComHandler::builder("127.0.0.1").build().unwrap();
-    let full = Recorder::start(&handler, "/dev/full", roomy()).unwrap_err().to_string();
+    let full = Recorder::start(&handler, "/dev/full", roomy()).unwrap_err();
+    let full = format!("{full:#}");
     assert!(full.starts_with("can't write /dev/full: No space left on device"), "{full}");
     let missing = Recorder::start(&handler, "/no/such/folder/run.mcap", roomy()).unwrap_err();
-    assert!(missing.to_string().starts_with("can't write /no/such/folder/run.mcap: "), "{missing}");
+    assert!(
+        format!("{missing:#}").starts_with("can't write /no/such/folder/run.mcap: "),
+        "{missing}"
+    );
 }
 
 /// Set for the process that has the limit: its file, which ends this test there.
@@ -415,7 +419,7 @@ fn record_up_to_the_limit(path: &Path) {
     }
     handler.areas().wait_cycle().map(drop).unwrap();
     handler.end_transfer().unwrap();
-    let error = recorder.finish().unwrap_err().to_string();
+    let error = format!("{:#}", recorder.finish().unwrap_err());
     assert!(error.contains("File too large"), "{error}");
 }
 

@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use ft_transfer_area::transfer_area::{CounterMode, InputMode, DUTY_MAX, MAX_EXTENSIONS};
-use ft_transfer_area::tx::{Counter, Input, Motor, Output};
-use ft_transfer_area::{Error, FishX1Transfer};
+use ft_transfer_area::tx::{Counter, Input, InvalidCall, Motor, Output};
+use ft_transfer_area::FishX1Transfer;
 
 use super::payload::{named, short, Fields};
 use super::topics::{HEARTBEAT, STOP};
@@ -87,16 +87,16 @@ impl Received {
 }
 
 /// An error as a sentence, with what to send.
-fn explain(error: Error) -> String {
+fn explain(error: InvalidCall) -> String {
     match error {
-        Error::NotAMotor { motor } => {
+        InvalidCall::NotAMotor { motor } => {
             let [first, second] = motor.outputs();
             format!(
                 "{motor} is the two outputs {first} and {second}; send {{\"mode\": \"motor\"}} to \
                  {motor}/mode, or use {first}/set"
             )
         }
-        Error::NotAnOutput { output } => {
+        InvalidCall::NotAnOutput { output } => {
             let motor = output.motor();
             let [first, second] = motor.outputs();
             format!(
@@ -104,7 +104,7 @@ fn explain(error: Error) -> String {
                  {motor}/mode, or use {motor}/set"
             )
         }
-        other => sentence(&other),
+        other => sentence(&other.into()),
     }
 }
 

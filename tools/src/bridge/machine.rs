@@ -44,7 +44,7 @@ pub(crate) struct Machine<'a> {
 pub(crate) fn handler(host: &str, areas: usize) -> Result<TransferAreaComHandler, Error> {
     TransferAreaComHandler::builder(host)
         .areas(areas)
-        .time_limits(TimeLimits::default().with_connect(CONNECT_LIMIT))
+        .time_limits(TimeLimits::default().connect(CONNECT_LIMIT))
         .reconnect(GAP_LIMIT)
         .watchdog(WATCHDOG)
         .build()
@@ -74,7 +74,7 @@ impl<'a> Machine<'a> {
         self.left_on.fetch_or(self.is_cut || ended.is_err(), Ordering::Relaxed);
         let reason = match &worked {
             Ok(()) => "the bridge was ended".to_owned(),
-            Err(error) => error.to_string(),
+            Err(error) => format!("{error:#}"),
         };
         self.relay.leave(&reason);
         worked?;
@@ -125,11 +125,11 @@ impl<'a> Machine<'a> {
                 }
                 Err(error @ Error::ConnectionLost { .. }) => {
                     self.is_cut = true;
-                    self.relay.enter(Stage::Gap, Some(error.to_string()));
+                    self.relay.enter(Stage::Gap, Some(format!("{error:#}")));
                     continue;
                 }
                 Err(error @ Error::WatchdogExpired { .. }) => {
-                    self.relay.stopped(error.to_string());
+                    self.relay.stopped(format!("{error:#}"));
                     continue;
                 }
                 Err(error) => {

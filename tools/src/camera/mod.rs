@@ -69,26 +69,26 @@ pub(crate) const PICTURE_MAX: usize = 2 << 20;
 
 /// How the camera is started here.
 pub(crate) fn options() -> CameraOptions {
-    CameraOptions::default().with_max_frame_size(PICTURE_MAX)
+    CameraOptions::default().max_frame_size(PICTURE_MAX)
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let interrupted = interrupt::receiver()?;
     let (width, height) = args.size;
-    let options = options().with_size(width, height).with_framerate(args.fps);
+    let options = options().size(width, height).framerate(args.fps);
     match args.output {
         Some(path) => {
             let mut target = Target::new(&path, args.force)?;
             // Two seconds in which a slow disk loses nothing, if that many fit into 64 MiB.
             let frames = (2 * usize::from(args.fps)).min((64 << 20) / PICTURE_MAX);
-            let options = options.with_channel_frames(frames);
+            let options = options.channel_frames(frames);
             let source = Source::start(args.host, options)?;
             let plan = Plan { count: args.count, every: args.every };
             save::save(&source, &mut target, plan, &interrupted)
         }
         None => {
             let page = watch::Page::listen(args.port, args.size)?;
-            let source = Source::start(args.host, options.with_channel_frames(1))?;
+            let source = Source::start(args.host, options.channel_frames(1))?;
             watch::watch(&source, page, !args.no_browser, &interrupted)
         }
     }

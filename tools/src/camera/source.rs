@@ -47,7 +47,7 @@ impl Source {
                 Ok(frame) => Ok(match frame.jpeg() {
                     Ok(jpeg) => Next::Picture(jpeg.into_owned()),
                     Err(error) => {
-                        log::warn!("picture {}: {error}", frame.sequence);
+                        log::warn!("picture {}: {error:#}", frame.sequence);
                         Next::Damaged
                     }
                 }),

@@ -257,7 +257,7 @@ impl Stage {
         loop {
             let log = &self.log;
             let is_there = |_: &Machine| log.lock().len() > index;
-            if self.txts[0].1.wait_until(LOOK, is_there) {
+            if self.txts[0].1.wait_until(is_there, LOOK) {
                 return Ok(());
             }
             if let Some(status) = self.program.ended().map_err(lost)? {
@@ -329,7 +329,7 @@ fn silent(at_start: bool) -> Wrong {
 /// The operating system does not say how the program is.
 fn lost(error: std::io::Error) -> Wrong {
     Wrong::new(
-        format!("The program can't be watched: {error}"),
-        format!("Das Programm lässt sich nicht beobachten: {error}"),
+        format!("The program can't be watched: {error:#}"),
+        format!("Das Programm lässt sich nicht beobachten: {error:#}"),
     )
 }

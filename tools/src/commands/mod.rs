@@ -7,9 +7,9 @@ mod tests;
 
 use ft_transfer_area::transfer_area::{CounterMode, InputMode};
 use ft_transfer_area::tx::{
-    check_duty, check_power, Counter, Direction, Input, Motor, Output, SILENCE,
+    check_duty, check_power, Counter, Direction, Input, InvalidCall, Motor, Output, SILENCE,
 };
-use ft_transfer_area::{Error, FishX1Transfer};
+use ft_transfer_area::FishX1Transfer;
 use serde::Serialize;
 
 pub(crate) use self::sentence::sentence;
@@ -91,7 +91,7 @@ impl Pair {
 
 impl Command {
     /// Changes the area as the command says. An error leaves it as it is.
-    pub(crate) fn apply(&self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    pub(crate) fn apply(&self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         let mut changed = *area;
         self.change(&mut changed)?;
         *area = changed;
@@ -99,7 +99,7 @@ impl Command {
     }
 
     /// An error if the command is wrong for every area: a number is out of range, or a motor is named twice.
-    pub(crate) fn check(&self) -> Result<(), Error> {
+    pub(crate) fn check(&self) -> Result<(), InvalidCall> {
         let mut area = FishX1Transfer::default();
         if let Self::Output { output, .. } = self {
             area.set_ft_motor_config(output.motor(), false);
@@ -107,7 +107,7 @@ impl Command {
         self.change(&mut area)
     }
 
-    fn change(&self, area: &mut FishX1Transfer) -> Result<(), Error> {
+    fn change(&self, area: &mut FishX1Transfer) -> Result<(), InvalidCall> {
         match *self {
             Self::InputMode { input, mode, digital } => {
                 area.set_ft_uni_config(input, mode, digital);
@@ -132,7 +132,7 @@ fn turn(
     motor: Motor,
     duty: i64,
     stops_followers: bool,
-) -> Result<(), Error> {
+) -> Result<(), InvalidCall> {
     if stops_followers {
         for other in Motor::ALL {
             if usize::from(area.output.master[other.index()]) == motor.index() + 1 {
@@ -153,7 +153,7 @@ fn go(
     duty: i64,
     pulses: Option<u32>,
     with: &[Follower],
-) -> Result<(), Error> {
+) -> Result<(), InvalidCall> {
     let duty = check_power(duty)?;
     let (ahead, back) = match duty {
         ..0 => (Direction::Ccw, Direction::Cw),

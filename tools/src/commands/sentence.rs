@@ -1,16 +1,17 @@
 //! The library's errors as sentences for people who do not program.
 
+use ft_transfer_area::tx::InvalidCall;
 use ft_transfer_area::Error;
 
 /// What went wrong. The sentences of the library, except where they are for programmers.
 pub(crate) fn sentence(error: &Error) -> String {
     match error {
-        Error::ZeroPulses => "a distance is 1 to 65535 pulses, not 0".to_owned(),
-        Error::NotAMotor { motor } => {
+        Error::InvalidCall(InvalidCall::ZeroPulses) => "a distance is 1 to 65535 pulses, not 0".to_owned(),
+        Error::InvalidCall(InvalidCall::NotAMotor { motor }) => {
             let [first, second] = motor.outputs();
             format!("{motor} is set to the single outputs {first} and {second}; make it a motor")
         }
-        Error::NotAnOutput { output } => {
+        Error::InvalidCall(InvalidCall::NotAnOutput { output }) => {
             format!("{output} belongs to {}; make that two single outputs", output.motor())
         }
         Error::ConnectTimedOut { address, limit } => format!(
@@ -28,6 +29,6 @@ pub(crate) fn sentence(error: &Error) -> String {
              off afterwards; what went wrong: {}",
             sentence(cause)
         ),
-        other => other.to_string(),
+        other => format!("{other:#}"),
     }
 }

@@ -31,8 +31,9 @@ fn without_pulses_motors_turn_together_and_0_pulses_are_no_distance() {
     let mut area = FishX1Transfer::default();
     let follower = Follower { motor: Motor::M4, opposite: false };
     moved(Motor::M2, 9, None, &[follower]).apply(&mut area).unwrap();
-    assert_eq!((*area.output.master, *area.output.distance), ([0, 0, 0, 2], [0; 4]));
-    assert_eq!(moved(Motor::M2, 9, Some(0), &[]).apply(&mut area), Err(Error::ZeroPulses));
+    assert_eq!(area.output.master, [0, 0, 0, 2]);
+    assert_eq!(area.output.distance, [0; 4]);
+    assert_eq!(moved(Motor::M2, 9, Some(0), &[]).apply(&mut area), Err(InvalidCall::ZeroPulses));
 }
 
 #[test]
@@ -68,9 +69,9 @@ fn what_is_wrong_for_this_area_changes_nothing() {
     let before = area;
     let plain = Command::Motor { motor: Motor::M1, duty: 1, stops_followers: true };
     assert_eq!(plain.check(), Ok(()));
-    assert_eq!(plain.apply(&mut area), Err(Error::NotAMotor { motor: Motor::M1 }));
+    assert_eq!(plain.apply(&mut area), Err(InvalidCall::NotAMotor { motor: Motor::M1 }));
     assert_eq!(area, before);
     let output = Command::Output { output: Output::O4, duty: 9 };
     assert_eq!(output.check(), Ok(()));
-    assert_eq!(output.apply(&mut area), Err(Error::NotAnOutput { output: Output::O4 }));
+    assert_eq!(output.apply(&mut area), Err(InvalidCall::NotAnOutput { output: Output::O4 }));
 }

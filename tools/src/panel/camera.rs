@@ -131,6 +131,6 @@ fn switch(
     let (width, height) =
         (request.width.unwrap_or(options.width), request.height.unwrap_or(options.height));
     let framerate = request.fps.unwrap_or(options.framerate);
-    let options = options.with_size(width, height).with_framerate(framerate);
-    handler.start_camera(options.with_frame_limit(FRAME_LIMIT))
+    let options = options.size(width, height).framerate(framerate);
+    handler.start_camera(options.frame_limit(FRAME_LIMIT))
 }

@@ -100,7 +100,7 @@ impl Host {
         simulated: Option<Arc<Simulated>>,
         common: &Arc<Common>,
     ) -> Result<Self, Error> {
-        let limits = ft_transfer_area::TimeLimits::default().with_connect(CONNECT_LIMIT);
+        let limits = ft_transfer_area::TimeLimits::default().connect(CONNECT_LIMIT);
         let handler = TransferAreaComHandler::builder(&*address)
             .areas(areas)
             .time_limits(limits)

@@ -122,7 +122,7 @@ fn start_hosts(args: &Args, common: &Arc<Common>) -> anyhow::Result<Vec<Host>> {
 fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
     let Some(name) = name else {
         // The hand at the mouse presses the buttons here, not the script.
-        return Ok(Some(World::default().with_script(Script::default())));
+        return Ok(Some(World::default().script(Script::default())));
     };
     match name {
         "none" => Ok(None),

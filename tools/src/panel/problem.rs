@@ -1,5 +1,6 @@
 //! What went wrong, for a page: a code that it can translate, and a sentence.
 
+use ft_transfer_area::tx::InvalidCall;
 use ft_transfer_area::Error;
 use serde::Serialize;
 
@@ -49,13 +50,21 @@ impl From<Error> for Problem {
     }
 }
 
+impl From<InvalidCall> for Problem {
+    fn from(refused: InvalidCall) -> Self {
+        Error::from(refused).into()
+    }
+}
+
 fn code(error: &Error) -> &'static str {
     match error {
-        Error::OutOfRange { .. } => "out_of_range",
-        Error::NotAMotor { .. } => "not_a_motor",
-        Error::NotAnOutput { .. } => "not_an_output",
-        Error::ZeroPulses => "zero_pulses",
-        Error::MotorTwice { .. } => "motor_twice",
+        Error::OutOfRange { .. } | Error::InvalidCall(InvalidCall::OutOfRange { .. }) => {
+            "out_of_range"
+        }
+        Error::InvalidCall(InvalidCall::NotAMotor { .. }) => "not_a_motor",
+        Error::InvalidCall(InvalidCall::NotAnOutput { .. }) => "not_an_output",
+        Error::InvalidCall(InvalidCall::ZeroPulses) => "zero_pulses",
+        Error::InvalidCall(InvalidCall::MotorTwice { .. }) => "motor_twice",
         Error::BadAddress { .. } => "bad_address",
         Error::NoController { .. } => "no_controller",
         Error::SeveralControllers { .. } => "several_controllers",

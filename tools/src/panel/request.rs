@@ -1,6 +1,6 @@
 //! What a page asks for.
 
-use ft_transfer_area::Error;
+use ft_transfer_area::tx::InvalidCall;
 use serde::de::DeserializeOwned;
 use serde::Deserialize;
 use serde_json::Value;
@@ -161,7 +161,10 @@ fn command(name: &str, message: &Value) -> Result<Command, Problem> {
 }
 
 /// The terminal with the index that a message has under this key.
-fn terminal<T: TryFrom<i32, Error = Error>>(message: &Value, key: &str) -> Result<T, Problem> {
+fn terminal<T: TryFrom<i32, Error = InvalidCall>>(
+    message: &Value,
+    key: &str,
+) -> Result<T, Problem> {
     Ok(T::try_from(field(message, key)?)?)
 }
 

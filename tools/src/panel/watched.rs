@@ -225,7 +225,7 @@ const NO_ANSWER: &str = "no_answer";
 fn problem(told: &Told) -> Option<Problem> {
     let (code, text) = match &told.what {
         Happened::Refused(error) => {
-            ("connect_failed", format!("the controller refuses the connection: {error}"))
+            ("connect_failed", format!("the controller refuses the connection: {error:#}"))
         }
         Happened::Halted { gone, error } => {
             let code = if error.is_none() { "halted" } else { "halt_failed" };

@@ -87,7 +87,7 @@ impl Worker {
         }
         let ended = self.controller.handler.end_transfer();
         if let Err(error) = &ended {
-            log::info!("the transfer ended: {error}");
+            log::info!("the transfer ended: {error:#}");
         }
         // One that never answered has nothing on.
         !self.is_cut && (self.phase != Phase::Running || ended.is_ok())

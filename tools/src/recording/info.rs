@@ -59,7 +59,7 @@ fn text(survey: &Survey) -> String {
     line("events", if events.is_empty() { "none".to_owned() } else { events.join(", ") });
     line("pictures", survey.pictures.to_string());
     for (at, error) in survey.errors.iter().take(LISTED) {
-        line("error", format!("{at:.2} s: {error}"));
+        line("error", format!("{at:.2} s: {error:#}"));
     }
     if survey.errors.len() > LISTED {
         line("", format!("and {} more errors", survey.errors.len() - LISTED));

@@ -71,7 +71,7 @@ const _: () = assert!(KINDS.len() == 1 + InputMode::ALL.len());
 
 fn parse_input(given: &str) -> Result<(Column, UniConfig), String> {
     let (name, kind) = given.split_once('=').ok_or("write I1=cm, for example")?;
-    let column: Column = name.parse().map_err(|error| format!("{error}"))?;
+    let column: Column = name.parse().map_err(|error| format!("{error:#}"))?;
     if column.input().is_none() {
         return Err(format!("{column} is not a universal input"));
     }
@@ -117,9 +117,7 @@ fn handler(
     simulated: Option<&SimulatedTxt>,
 ) -> anyhow::Result<TransferAreaComHandler> {
     let builder = match simulated {
-        Some(txt) => TransferAreaComHandler::builder("127.0.0.1")
-            .port(txt.port())
-            .camera_port(txt.camera_port()),
+        Some(txt) => TransferAreaComHandler::builder(txt.address()).camera_port(txt.camera_port()),
         None => TransferAreaComHandler::builder(&*args.host),
     };
     let handler = builder.areas(MAX_AREAS).reconnect(RECONNECT).build()?;

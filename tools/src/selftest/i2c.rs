@@ -59,7 +59,7 @@ impl I2c {
                 Ok(I2cAnswer::Read(self.line.receive(parsed.read_len.into())?))
             }
             Ok(_) => Ok(I2cAnswer::Failed(header)),
-            Err(error) => Err(Trouble::Lost(error.to_string())),
+            Err(error) => Err(Trouble::Lost(format!("{error:#}"))),
         }
     }
 

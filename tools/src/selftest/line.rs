@@ -39,7 +39,7 @@ impl Line {
         let stream = match TcpStream::connect_timeout(&address, LIMIT) {
             Ok(stream) => stream,
             Err(error) if is_end(error.kind()) => return Ok(None),
-            Err(error) => return Err(Trouble::Lost(format!("no connection: {error}"))),
+            Err(error) => return Err(Trouble::Lost(format!("no connection: {error:#}"))),
         };
         // A request is one segment, sent at once.
         stream.set_nodelay(true).map_err(|error| Trouble::Lost(error.to_string()))?;

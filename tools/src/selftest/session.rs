@@ -172,7 +172,7 @@ impl Session {
 
     /// Reads an answer of the compressed exchange.
     pub(super) fn take_answer(&mut self) -> Result<(), Trouble> {
-        let lost = |error: ft_transfer_area::Error| Trouble::Lost(error.to_string());
+        let lost = |error: ft_transfer_area::Error| Trouble::Lost(format!("{error:#}"));
         let header = self.main.receive(CmprHeader::LEN)?;
         let header = CmprHeader::parse_response(&header).map_err(lost)?;
         let data = self.main.receive(header.extra_size as usize)?;
@@ -215,7 +215,7 @@ pub(super) fn command(
     command: CommandId,
     request: &[u8],
 ) -> Result<Vec<u8>, Trouble> {
-    let lost = |error: ft_transfer_area::Error| Trouble::Lost(error.to_string());
+    let lost = |error: ft_transfer_area::Error| Trouble::Lost(format!("{error:#}"));
     let response = command.response();
     let answer = line.ask(request, response.size(&[]).map_err(lost)?);
     let answer = answer.map_err(|trouble| trouble.during(command.name()))?;

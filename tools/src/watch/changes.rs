@@ -58,7 +58,7 @@ impl Changes {
                 // A reader that has seen enough, such as head, is not an error.
                 if error.kind() != ErrorKind::BrokenPipe {
                     log::warn!(
-                        "no more lines are printed: {error}; everything is passed on as before"
+                        "no more lines are printed: {error:#}; everything is passed on as before"
                     );
                 }
             }
@@ -93,7 +93,7 @@ impl Changes {
                 json!({"what": "connected", "connection": line, "from": from.to_string()})
             }
             Happened::Refused(error) => {
-                json!({"what": "refused", "connection": line, "why": error.to_string()})
+                json!({"what": "refused", "connection": line, "why": format!("{error:#}")})
             }
             Happened::Closed => {
                 self.told.remove(&told.connection);

@@ -292,7 +292,7 @@ impl Notes {
         match &told.what {
             Happened::Refused(error) if !*refused => {
                 *refused = true;
-                log::warn!("the controller refuses the {line} connection: {error}");
+                log::warn!("the controller refuses the {line} connection: {error:#}");
             }
             Happened::NotUnderstood { side, why } => {
                 log::warn!("{}", not_understood(told.line, *side, why));

@@ -92,7 +92,7 @@ impl Record {
         }
         if let Some(error) = self.recorder.error() {
             if !std::mem::replace(&mut self.failed, true) {
-                log::warn!("{error}; everything is passed on as before");
+                log::warn!("{error:#}; everything is passed on as before");
             }
         }
     }
@@ -176,7 +176,7 @@ impl Record {
             self.feed.transfer(told.at, began);
             if let Err(error) = self.output.begun(&mut self.recorder) {
                 let path = self.recorder.path().display();
-                log::warn!("{error}; the recording goes on as {path}");
+                log::warn!("{error:#}; the recording goes on as {path}");
             }
         }
         let statistics = &mut self.statistics;

@@ -329,7 +329,7 @@ pub(crate) fn is_state(state: &'static str) -> impl Fn(&Value) -> bool {
 
 /// Waits until the simulated machine is as it should be.
 pub(crate) fn wait_machine(txt: &SimulatedTxt, what: &str, right: impl FnMut(&Machine) -> bool) {
-    assert!(txt.wait_until(LONGEST_WAIT, right), "the machine never came to this: {what}");
+    assert!(txt.wait_until(right, LONGEST_WAIT), "the machine never came to this: {what}");
 }
 
 /// The duty of the master's M1, clockwise.

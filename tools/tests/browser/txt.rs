@@ -13,7 +13,7 @@ pub(crate) const FIRST: i16 = 160;
 pub(crate) const STOPPED: &str = ".directions [aria-label='Stop M1'][aria-pressed=true]";
 
 pub(crate) fn simulated_txt() -> Result<SimulatedTxt> {
-    let world = World::default().with_script(Script::default());
+    let world = World::default().script(Script::default());
     Ok(SimulatedTxt::builder().world(world).start()?)
 }
 
@@ -33,6 +33,6 @@ pub(crate) fn ensure_seen(
     what: &str,
     condition: fn(&Machine) -> bool,
 ) -> Result<()> {
-    ensure!(txt.wait_until(LIMIT, condition), "the TXT did not see: {what}");
+    ensure!(txt.wait_until(condition, LIMIT), "the TXT did not see: {what}");
     Ok(())
 }

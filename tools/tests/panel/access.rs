@@ -46,9 +46,9 @@ fn a_page_of_another_origin_neither_reads_nor_drives() {
             assert_eq!(post_stop(&panel, &panel.token, &origin), 403, "{origin}");
         }
     }
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     assert_eq!(post_stop(&panel, &panel.token, &format!("Origin: {own}\r\n")), 204);
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
 }
 
 #[test]

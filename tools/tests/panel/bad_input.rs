@@ -30,7 +30,7 @@ fn garbage_and_huge_requests_are_refused_and_the_motor_turns_on() {
     assert_eq!(status(&request(&panel, "GET /", &panel.address, body)), 200);
     let twice = "Content-Length: 5\r\nContent-Length: 6\r\n";
     assert_eq!(status(&request(&panel, "GET /", &panel.address, twice)), 400);
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
 }
 
 #[test]
@@ -39,10 +39,10 @@ fn a_huge_message_ends_the_page_that_sent_it() {
     let panel = Panel::of(&[&txt]);
     let mut page = panel.driver();
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     page.send(&"x".repeat(1 << 20));
     page.wait_for_end();
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
     panel.driver();
 }
 
@@ -72,9 +72,9 @@ fn half_requests_keep_nobody_out() {
         .collect();
     let mut page = panel.driver();
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     assert_eq!(post_stop(&panel, &panel.token, ""), 204);
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
     drop(half);
 }
 

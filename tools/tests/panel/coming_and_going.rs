@@ -47,7 +47,7 @@ fn a_controller_that_goes_away_and_comes_back_is_told_and_its_motors_stay_off() 
         assert_eq!((one.outputs.duty, one.config.uni[4].mode), ([0; 8], 3));
     });
     page.done(json!({"do": "motor", "motor": 0, "duty": 300}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 300));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 300, LIMIT));
     // The other one was not disturbed.
     assert_eq!(other.with_machine(|machine| machine.controllers[0].outputs.duty[0]), 512);
 }
@@ -68,7 +68,7 @@ fn a_controller_that_is_not_there_yet_is_tried_again() {
     let state = page.state(0, is_running);
     assert_eq!(state["link"]["firmware"], "4.7.0");
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
 }
 
 #[test]

@@ -22,13 +22,13 @@ fn terminals_change_their_mode_in_place() {
         let configured = |uni: &ft_transfer_area::transfer_area::UniConfig| {
             (uni.mode, uni.digital) == (number, 0)
         };
-        assert!(txt.wait_until(LIMIT, |machine| configured(&machine.controllers[1].config.uni[2])));
+        assert!(txt.wait_until(|machine| configured(&machine.controllers[1].config.uni[2]), LIMIT));
         let input =
             json!({"mode": mode, "digital": false, "value": 77, "unit": unit, "overrun": false});
         page.state(0, |state| state["areas"][1]["inputs"][2] == input);
     }
     page.done(json!({"do": "counter_mode", "counter": 3, "mode": "inverted"}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].config.cnt[3].mode == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].config.cnt[3].mode == 0, LIMIT));
     page.state(0, |state| state["areas"][0]["counters"][3]["mode"] == "inverted");
 }
 
@@ -40,7 +40,7 @@ fn a_counter_is_reset() {
     let mut page = panel.driver();
     page.state(0, |state| state["areas"][0]["counters"][1]["value"] == 123);
     page.done(json!({"do": "reset_counter", "counter": 1}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].counter[1] == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].counter[1] == 0, LIMIT));
     page.state(0, |state| {
         let counter = &state["areas"][0]["counters"][1];
         counter["value"] == 0 && counter["resetting"] == false
@@ -55,17 +55,23 @@ fn a_pair_becomes_two_outputs_and_a_motor_again() {
     assert_eq!(page.refused(json!({"do": "output", "output": 7, "duty": 200})), "not_an_output");
     page.done(json!({"do": "motor_kind", "motor": 3, "outputs": true}));
     page.done(json!({"do": "output", "output": 7, "duty": 200}));
-    assert!(txt.wait_until(LIMIT, |machine| {
-        let one = &machine.controllers[0];
-        one.config.motor == [1, 1, 1, 0] && one.outputs.duty[7] == 200
-    }));
+    assert!(txt.wait_until(
+        |machine| {
+            let one = &machine.controllers[0];
+            one.config.motor == [1, 1, 1, 0] && one.outputs.duty[7] == 200
+        },
+        LIMIT
+    ));
     page.state(0, |state| state["areas"][0]["motors"][3]["outputs"] == true);
     assert_eq!(page.refused(json!({"do": "motor", "motor": 3, "duty": 1})), "not_a_motor");
     page.done(json!({"do": "motor_kind", "motor": 3, "outputs": false}));
-    assert!(txt.wait_until(LIMIT, |machine| {
-        let one = &machine.controllers[0];
-        one.config.motor == [1; 4] && one.outputs.duty == [0; 8]
-    }));
+    assert!(txt.wait_until(
+        |machine| {
+            let one = &machine.controllers[0];
+            one.config.motor == [1; 4] && one.outputs.duty == [0; 8]
+        },
+        LIMIT
+    ));
 }
 
 #[test]
@@ -90,10 +96,13 @@ fn a_distance_is_driven_with_progress_and_plain_speed_follows() {
     assert_eq!(motor(&arrived, 0)["distance"], 100);
     page.state(0, |state| motor(state, 1)["done"].as_u64() >= Some(100));
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| {
-        let one = &machine.controllers[0];
-        one.outputs.distance == [0; 4] && one.counter[0] > 150
-    }));
+    assert!(txt.wait_until(
+        |machine| {
+            let one = &machine.controllers[0];
+            one.outputs.distance == [0; 4] && one.counter[0] > 150
+        },
+        LIMIT
+    ));
     // Nothing of all this was what a correct client does not do.
     txt.with_machine(|machine| assert_eq!(machine.oddities().collect::<Vec<_>>(), [""; 0]));
 }
@@ -104,10 +113,13 @@ fn a_sound_plays() {
     let panel = Panel::of(&[&txt]);
     let mut page = panel.driver();
     page.done(json!({"do": "sound", "index": 3, "repeat": 0}));
-    assert!(txt.wait_until(LIMIT, |machine| {
-        let one = &machine.controllers[0];
-        one.playing_sound().is_some() && one.outputs.sound_index == 3
-    }));
+    assert!(txt.wait_until(
+        |machine| {
+            let one = &machine.controllers[0];
+            one.playing_sound().is_some() && one.outputs.sound_index == 3
+        },
+        LIMIT
+    ));
     page.state(0, |state| {
         state["areas"][0]["sound"] == json!({"index": 3, "repeat": 0, "playing": true})
     });
@@ -122,9 +134,9 @@ fn a_stop_ends_a_sound_too() {
     let mut page = panel.driver();
     let plays = |machine: &Machine| machine.controllers[0].playing_sound().is_some();
     page.done(json!({"do": "sound", "index": 3, "repeat": 200}));
-    assert!(txt.wait_until(LIMIT, plays));
+    assert!(txt.wait_until(plays, LIMIT));
     page.done(json!({"do": "stop"}));
-    assert!(txt.wait_until(LIMIT, |machine| !plays(machine)), "it plays on");
+    assert!(txt.wait_until(|machine| !plays(machine), LIMIT), "it plays on");
 }
 
 #[test]
@@ -133,7 +145,7 @@ fn what_is_wrong_is_told_in_a_sentence_and_stops_the_motors_of_the_driver() {
     let panel = Panel::of(&[&txt]);
     let (mut page, mut looks) = (panel.driver(), panel.page());
     let turns =
-        |duty| txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == duty);
+        |duty| txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == duty, LIMIT);
     for (wrong, code) in [
         (json!({"do": "motor", "motor": 1, "duty": 513}), "out_of_range"),
         (json!({"do": "motor", "motor": 4, "duty": 1}), "out_of_range"),

@@ -89,13 +89,13 @@ fn a_driver_that_never_reads_is_dropped_and_its_motors_stop() {
     let panel = Panel::of(&[&txt]);
     let mut page = panel.driver();
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     // It says that it is there, but takes nothing.
     let stopped = || txt.with_machine(|machine| machine.controllers[0].outputs.duty[0] == 0);
     let deadline = Instant::now() + LIMIT;
     while !stopped() {
         assert!(Instant::now() < deadline, "the motor still turns");
-        txt.wait_until(Duration::from_millis(100), |_| false);
+        txt.wait_until(|_| false, Duration::from_millis(100));
     }
     let mut other = panel.page();
     other.state(0, |state| state["driver"].is_null() && is_running(state));

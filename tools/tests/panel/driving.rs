@@ -15,17 +15,17 @@ fn turn(page: &mut Page, txt: &SimulatedTxt) {
 }
 
 fn wait_for_duty(txt: &SimulatedTxt, duty: i16) {
-    let arrived = txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == duty);
+    let arrived = txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == duty, LIMIT);
     assert!(arrived, "the controller did not get duty {duty}");
 }
 
 fn wait_for_stop(txt: &SimulatedTxt) {
     let stopped = |outputs: &ft_transfer_area::wire::ExchangeData| outputs.duty == [0; 8];
     assert!(
-        txt.wait_until(LIMIT, |machine| machine
-            .controllers
-            .iter()
-            .all(|one| stopped(&one.outputs))),
+        txt.wait_until(
+            |machine| machine.controllers.iter().all(|one| stopped(&one.outputs)),
+            LIMIT
+        ),
         "the motors still run"
     );
 }
@@ -39,8 +39,8 @@ fn a_page_turns_a_motor_and_stops_it() {
     page.done(json!({"do": "motor", "area": 1, "motor": 3, "duty": -300}));
     let state = page.state(0, |state| state["areas"][1]["motors"][3]["duty"] == json!([0, 300]));
     assert_eq!((&state["you_drive"], &state["driver"]), (&json!(true), &json!(page.number)));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].counter[0] > 0));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[1].outputs.duty[7] == 300));
+    assert!(txt.wait_until(|machine| machine.controllers[0].counter[0] > 0, LIMIT));
+    assert!(txt.wait_until(|machine| machine.controllers[1].outputs.duty[7] == 300, LIMIT));
     page.done(json!({"do": "stop"}));
     wait_for_stop(&txt);
     // What was on its way before the stop has no effect after it, so the page takes control again.
@@ -151,7 +151,7 @@ fn a_stop_reaches_the_others_while_one_controller_hangs() {
     page.state(1, super::page::is_running);
     page.done(json!({"do": "motor", "host": 1, "motor": 0, "duty": 512}));
     wait_for_duty(&txt, 512);
-    assert!(hangs.wait_until(LIMIT, |machine| machine.exchanges() >= 150));
+    assert!(hangs.wait_until(|machine| machine.exchanges() >= 150, LIMIT));
     assert_eq!(post_stop(&panel, &panel.token, ""), 204);
     wait_for_stop(&txt);
 }

@@ -19,7 +19,7 @@ fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
         page.state(1, super::page::is_running);
         for (host, txt) in txts.iter().enumerate() {
             page.done(json!({"do": "motor", "host": host, "motor": 0, "duty": 512}));
-            assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+            assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
         }
         panel.running.signal(signal);
         let status = panel.running.end().status;
@@ -32,7 +32,7 @@ fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
                     && machine.controllers[0].outputs.duty[0] == 0
                     && last == Some(CommandId::StopOnline)
             };
-            assert!(txt.wait_until(LIMIT, is_off), "{signal}");
+            assert!(txt.wait_until(is_off, LIMIT), "{signal}");
             let starts = |machine: &mut Machine| {
                 machine.commands().filter(|command| *command == CommandId::StartOnline).count()
             };
@@ -80,9 +80,9 @@ fn another_guardian_takes_the_place_of_one_that_is_killed() {
     assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
     wait_for(&first);
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     panel.running.signal("KILL");
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
 }
 
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
@@ -100,7 +100,7 @@ fn a_controller_that_is_away_at_the_end_is_stopped_when_it_is_back() {
     let panel = Panel::by(&mut command);
     let mut page = panel.driver();
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 512, LIMIT));
     txt.with_machine(|machine| {
         machine.set_absent(true);
         machine.disturb(FaultKind::Close { after: 0 });
@@ -109,7 +109,7 @@ fn a_controller_that_is_away_at_the_end_is_stopped_when_it_is_back() {
     panel.running.signal("INT");
     assert!(panel.running.end().status.success());
     txt.with_machine(|machine| machine.set_absent(false));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].outputs.duty[0] == 0, LIMIT));
 }
 
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]

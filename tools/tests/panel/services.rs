@@ -63,7 +63,7 @@ fn i2c_that_hangs_hinders_nothing_else() {
     let mut page = panel.driver();
     page.send("{\"do\":\"i2c_scan\",\"seq\":1000}");
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].counter[0] > 0));
+    assert!(txt.wait_until(|machine| machine.controllers[0].counter[0] > 0, LIMIT));
     // Only now the scan is given up.
     let answer = page.wait(|answer| answer["type"] == "answer");
     assert_eq!((&answer["seq"], &answer["error"]["code"]), (&json!(1000), &json!("no_answer")));
@@ -94,7 +94,7 @@ fn the_camera_shows_its_pictures() {
     assert_eq!((settings.width, settings.height, settings.framerate), (160, 120, 30));
     page.state(0, |state| state["camera"]["frames"].as_u64() > Some(2));
     page.done(json!({"do": "camera", "on": false}));
-    assert!(txt.wait_until(LIMIT, |machine| machine.camera().is_none()));
+    assert!(txt.wait_until(|machine| machine.camera().is_none(), LIMIT));
     page.state(0, |state| state["camera"]["running"] == false);
 }
 

@@ -39,14 +39,14 @@ fn the_controller_is_stopped_when_it_is_killed() {
     let script = r#"echo $$; exec "$TXT" record "$0" -o run.mcap"#;
     let watch = Running::start(shell(&txt, script).current_dir(folder.path()));
     let program = watch.line();
-    assert!(txt.wait_until(LIMIT, |machine| machine.exchanges() > 3));
+    assert!(txt.wait_until(|machine| machine.exchanges() > 3, LIMIT));
     assert!(Command::new("kill").args(["-KILL", &program]).status().unwrap().success());
     let output = watch.end();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(said(&output).contains("were switched off"), "{}", said(&output));
     assert!(said(&output).contains("SIGKILL"), "{}", said(&output));
     assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
 }
 
 #[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]

@@ -203,7 +203,7 @@ fn a_client_of_its_own_for_i2c_connects_two_ports_behind_the_main_port() {
     let handler = watch.handler().build().unwrap();
     handler.begin_transfer().unwrap();
     let host = format!("127.0.0.1:{}", watch.port + 2);
-    let mut i2c = I2cClient::connect(&host, 65_002, TimeLimits::default()).unwrap();
+    let mut i2c = I2cClient::connect(&host, TimeLimits::default()).unwrap();
     let mut read = [0];
     i2c.read(0x18, 7, &mut read).unwrap();
     assert_eq!(read, [99]);

@@ -65,7 +65,7 @@ fn all_outputs_go_off_when_the_program_is_killed() {
         // Wine loses a reset when it reports it, and then it is an end.
         told(&watch, if resets && cfg!(not(windows)) { "reset" } else { "closed" });
         assert_eq!(last(&duties), [[0; 8]; 2], "{number}");
-        assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+        assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     }
 }
 
@@ -130,7 +130,7 @@ fn outputs_stay_when_that_is_wanted_or_the_session_has_ended() {
     let mut left = program(&watch);
     left.exchange(M1);
     drop(left);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     assert_eq!(last(&duties), [M1]);
 
     let watch = Watch::with_lines(txt.address());

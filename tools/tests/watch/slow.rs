@@ -44,7 +44,7 @@ fn a_reader_of_the_lines_that_pauses_holds_nothing_up() {
     let mut line = String::new();
     out.read_line(&mut line).unwrap();
     let port = listening(&line);
-    cycle(TransferAreaComHandler::builder("127.0.0.1").port(port));
+    cycle(TransferAreaComHandler::builder(format!("127.0.0.1:{port}")));
 }
 
 #[test]

@@ -87,7 +87,7 @@ impl Watch {
 
     /// Settings for a handler that goes through it.
     pub(super) fn handler(&self) -> TransferAreaComHandlerBuilder {
-        TransferAreaComHandler::builder("127.0.0.1").port(self.port)
+        TransferAreaComHandler::builder(format!("127.0.0.1:{}", self.port))
     }
 }
 

@@ -109,7 +109,7 @@ fn a_recording_says_that_an_answer_was_missing_before_the_program_ended() {
     handler.begin_transfer().unwrap();
     while handler.areas().wait_cycle_for(LIMIT).is_ok() {}
     drop(handler);
-    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    assert!(txt.wait_until(|machine| !machine.online(), LIMIT));
     watch.running.signal("INT");
     assert!(watch.running.end().status.success());
     let transfers = transfers(&path);

@@ -143,7 +143,7 @@ impl WorldState {
     /// use ft_transfer_area_simulator::Machine;
     ///
     /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
-    /// let world = World::new().with_place(Place::new("storage"));
+    /// let world = World::new().place(Place::new("storage"));
     /// let mut machine = Machine::with_world(0, world)?;
     /// let world = machine.world_mut().expect("it has one");
     /// assert!(world.put(Piece::Red, "storage"));

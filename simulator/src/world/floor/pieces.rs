@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn fallen_pieces_need_no_memory() {
-        let world = World::new().with_place(Place::new("table"));
+        let world = World::new().place(Place::new("table"));
         let mut floor = Plan::of(&[("", &world)], &[]).unwrap().floor;
         for fallen in 1..=100 {
             floor.add(Piece::Red, 0).unwrap();

@@ -14,7 +14,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let handler = TransferAreaComHandler::builder(host).build()?;
     handler.begin_transfer()?;
     // However slow a browser is, its next picture is the newest one.
-    let frames = handler.start_camera(CameraOptions::default().with_channel_frames(1))?;
+    let frames = handler.start_camera(CameraOptions::default().channel_frames(1))?;
     let listener = TcpListener::bind(address)?;
     println!("open http://{}/", listener.local_addr()?);
     for browser in listener.incoming() {

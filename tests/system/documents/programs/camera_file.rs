@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let host = std::env::args().nth(1).unwrap_or("auto".to_owned());
     let handler = TransferAreaComHandler::builder(host).build()?;
     handler.begin_transfer()?;
-    let options = CameraOptions::default().with_framerate(15).with_channel_frames(30);
+    let options = CameraOptions::default().framerate(15).channel_frames(30);
     let frames = handler.start_camera(options)?;
     let mut file = BufWriter::new(File::create("camera.mjpeg")?);
     for frame in frames.iter().take(150) {

@@ -9,7 +9,7 @@ fn main() -> Result<(), Error> {
     let handler = TransferAreaComHandler::builder(host).build()?;
     let areas = handler.areas();
     handler.begin_transfer()?;
-    let frames = handler.start_camera(CameraOptions::default().with_channel_frames(1))?;
+    let frames = handler.start_camera(CameraOptions::default().channel_frames(1))?;
     let (mut bright, mut looks) = (false, 0);
     while looks < 100 {
         // This comes before the areas are locked, because decoding takes some milliseconds.

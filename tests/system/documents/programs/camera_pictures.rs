@@ -8,7 +8,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let host = std::env::args().nth(1).unwrap_or("auto".to_owned());
     let handler = TransferAreaComHandler::builder(host).build()?;
     handler.begin_transfer()?;
-    let frames = handler.start_camera(CameraOptions::default().with_size(320, 240))?;
+    let frames = handler.start_camera(CameraOptions::default().size(320, 240))?;
     for frame in frames.iter().take(3) {
         let rgb = frame.to_rgb()?;
         let picture = RgbImage::from_raw(rgb.width.into(), rgb.height.into(), rgb.data)

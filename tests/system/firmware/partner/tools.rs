@@ -141,7 +141,7 @@ fn watch(controller: &Controller) {
     // Behind another port than 65000, which the firmware has here, the sample does not know where I2C is.
     no_i2c_server_waits();
     for _ in 0..5 {
-        let builder = TransferAreaComHandler::builder(ADDRESS).port(65_100).i2c_port(65_102);
+        let builder = TransferAreaComHandler::builder(format!("{ADDRESS}:65100")).i2c_port(65_102);
         let handler = builder.build().unwrap();
         handler.begin_transfer().unwrap();
         drop(handler.areas().wait_cycle().unwrap());

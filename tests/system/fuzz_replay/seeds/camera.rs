@@ -115,9 +115,9 @@ fn simulated(tables: bool) -> Vec<Vec<u8>> {
         .camera_start_up(Duration::ZERO)
         .start()
         .unwrap();
-    let handler = TransferAreaComHandler::builder("127.0.0.1").port(txt.port()).build().unwrap();
+    let handler = TransferAreaComHandler::builder(txt.address()).build().unwrap();
     handler.begin_transfer().unwrap();
-    let options = CameraOptions::default().with_size(32, 24);
+    let options = CameraOptions::default().size(32, 24);
     let frames = handler.start_camera(options).unwrap();
     frames.iter().take(2).map(|frame| frame.data).collect()
 }

@@ -36,7 +36,10 @@ pub(crate) fn lamp(handler: &TransferAreaComHandler, mistake: &str) -> Result<()
 }
 
 pub(crate) fn blink(handler: &TransferAreaComHandler, mistake: &str) -> Result<(), Error> {
-    let set = |duty| handler.areas().wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, duty);
+    let set = |duty| -> Result<(), Error> {
+        handler.areas().wait_cycle()?[LOCAL_IO].set_out_pwm_values(Output::O8, duty)?;
+        Ok(())
+    };
     let (on, off) = match mistake {
         // A little more than is looked for: on a busy computer the lamp may be seen later.
         "slow" => (1.3, 1.3),

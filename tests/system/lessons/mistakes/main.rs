@@ -8,6 +8,7 @@ use std::error::Error;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::LOCAL_IO;
+use ft_transfer_area::tx::InvalidCall;
 use ft_transfer_area::tx::Motor;
 use ft_transfer_area::{Error as TxtError, FishX1Transfer, TransferAreaComHandler};
 
@@ -65,7 +66,7 @@ fn set_up(handler: &TransferAreaComHandler, mistake: &str) {
 /// Answers each exchange, without end.
 fn each_cycle(
     handler: &TransferAreaComHandler,
-    mut answer: impl FnMut(&mut FishX1Transfer) -> Result<(), TxtError>,
+    mut answer: impl FnMut(&mut FishX1Transfer) -> Result<(), InvalidCall>,
 ) -> Result<(), TxtError> {
     loop {
         answer(&mut handler.areas().wait_cycle()?[LOCAL_IO])?;

@@ -59,7 +59,7 @@ impl Slot {
     /// Waits until no motor is on.
     pub(crate) fn wait_until_off(&self, limit: Duration) -> bool {
         let is_off = |machine: &Machine| Exchange::of(machine).is_off();
-        self.txt.wait_until(limit, is_off)
+        self.txt.wait_until(is_off, limit)
     }
 }
 
@@ -90,13 +90,9 @@ fn controller(setup: &Setup, seed: u64, which: usize, record: &Arc<Record>) -> S
 }
 
 fn handler(setup: &Setup, port: u16, txt: &SimulatedTxt) -> TransferAreaComHandler {
-    let limits = TimeLimits::default()
-        .with_connect(CONNECT_LIMIT)
-        .with_read(READ_LIMIT)
-        .with_write(READ_LIMIT);
+    let limits = TimeLimits::default().connect(CONNECT_LIMIT).read(READ_LIMIT).write(READ_LIMIT);
     let ms = Duration::from_millis;
-    let mut builder = TransferAreaComHandler::builder("127.0.0.1")
-        .port(port)
+    let mut builder = TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))
         .camera_port(txt.camera_port())
         .i2c_port(txt.i2c_port())
         .areas(1 + usize::from(setup.extension))

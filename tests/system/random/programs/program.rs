@@ -367,9 +367,9 @@ pub(crate) fn call_without_areas(
             handler.areas().events(EventKind::ALL, 5).map(drop)
         }),
         Op::StartCamera(which) => on_handler(which, What::Camera, &|handler| {
-            let options = CameraOptions::default().with_size(64, 48).with_framerate(60);
+            let options = CameraOptions::default().size(64, 48).framerate(60);
             let limit = Duration::from_millis(300);
-            let options = options.with_start_limit(limit).with_frame_limit(limit);
+            let options = options.start_limit(limit).frame_limit(limit);
             handler.start_camera(options).map(drop)
         }),
         Op::StopCamera(which) => {

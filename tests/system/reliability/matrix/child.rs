@@ -109,7 +109,7 @@ fn number<T: std::str::FromStr>(text: &str) -> T {
 
 /// A handler with a motor on.
 fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler {
-    let handler = TransferAreaComHandler::builder(host).port(port).time_limits(limits);
+    let handler = TransferAreaComHandler::builder(format!("{host}:{port}")).time_limits(limits);
     let handler = handler.build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler
@@ -117,7 +117,7 @@ fn handler(host: &str, port: u16, limits: TimeLimits) -> TransferAreaComHandler 
 
 /// Runs a motor until there is an error or the parent ends it.
 fn program(host: &str, port: u16, read_ms: u64) {
-    let limits = TimeLimits::default().with_read(Duration::from_millis(read_ms));
+    let limits = TimeLimits::default().read(Duration::from_millis(read_ms));
     let handler = handler(host, port, limits);
     let is_wanted = begin_until_told(&handler);
     while is_wanted.load(Ordering::SeqCst) {
@@ -145,7 +145,7 @@ fn begin_until_told(handler: &TransferAreaComHandler) -> Arc<AtomicBool> {
 
 /// Runs a motor until the connection is lost, goes on when it is restored, and prints the error that it got.
 fn reconnecting(host: &str, port: u16) {
-    let builder = TransferAreaComHandler::builder(host).port(port);
+    let builder = TransferAreaComHandler::builder(format!("{host}:{port}"));
     let handler = builder.reconnect(Duration::from_secs(60)).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     let is_wanted = begin_until_told(&handler);
@@ -167,7 +167,7 @@ fn reconnecting(host: &str, port: u16) {
 
 /// Tries to begin a transfer.
 fn begin(host: &str, port: u16) {
-    let limits = TimeLimits::default().with_connect(Duration::from_secs(1));
+    let limits = TimeLimits::default().connect(Duration::from_secs(1));
     let handler = handler(host, port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
@@ -178,7 +178,7 @@ fn begin(host: &str, port: u16) {
 /// and then in the transfer thread.
 fn signalled(port: u16) {
     let take_no_more = take_interrupts();
-    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
+    let limits = TimeLimits::default().read(Duration::from_secs(1));
     let handler = handler("127.0.0.1", port, limits);
     say_now("begins", "Ok");
     let result = handler.begin_transfer();
@@ -231,7 +231,7 @@ fn in_transfer(port: u16, run_out: fn()) {
     say_result("begun", &handler.areas().wait_cycle());
     run_out();
     let limits = Duration::from_millis(300);
-    let options = CameraOptions::default().with_start_limit(limits);
+    let options = CameraOptions::default().start_limit(limits);
     let camera = handler.start_camera(options).map(|frames| for _ in frames {});
     say_result("camera", &camera.and_then(|()| handler.camera_error().map_or(Ok(()), Err)));
     say_result("i2c", &handler.i2c());

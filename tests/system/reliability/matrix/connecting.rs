@@ -23,17 +23,17 @@ pub(crate) fn rows() -> Vec<Row> {
     vec![
         row("nothing listens", "`ConnectionRefused`", "immediately").test(|| {
             let (_socket, port) = closed_port();
-            Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(port)))
+            Ok(begin(TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))))
         }),
         row("SYN dropped", "`ConnectTimedOut`", "the connect limit (1 s)").test(|| {
             let deaf = Deaf::start();
-            Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(deaf.port())))
+            Ok(begin(TransferAreaComHandler::builder(format!("127.0.0.1:{}", deaf.port()))))
         }),
         row("connected, but never accepted", "`NoAnswer` to QueryStatus", "the read limit (1 s)")
             .test(|| {
                 let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
                 let port = listener.local_addr().unwrap().port();
-                Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(port)))
+                Ok(begin(TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))))
             }),
         row("unknown name", "`HostNotFound`", "the connect limit").test(|| {
             // No part of a name has more than 63 characters, so no server is asked for this name.
@@ -42,14 +42,14 @@ pub(crate) fn rows() -> Vec<Row> {
         row("another program is online", "`NoAnswer`", "the read limit (1 s)").test(|| Ok(busy())),
         row("firmware below 4.1.6", "`FirmwareTooOld`", "immediately").test(|| {
             let txt = txt().firmware(FirmwareVersion::new(4, 1, 5)).start().unwrap();
-            Ok(begin(TransferAreaComHandler::builder("127.0.0.1").port(txt.port())))
+            Ok(begin(TransferAreaComHandler::builder(txt.address())))
         }),
     ]
 }
 
 /// The outcome of a transfer that can't begin.
 pub(crate) fn begin(builder: TransferAreaComHandlerBuilder) -> Outcome {
-    let limits = TimeLimits::default().with_connect(CONNECT_LIMIT).with_read(READ_LIMIT);
+    let limits = TimeLimits::default().connect(CONNECT_LIMIT).read(READ_LIMIT);
     let handler = builder.time_limits(limits).build().unwrap();
     let begin = Instant::now();
     let error = handler.begin_transfer().expect_err("there is no controller");

@@ -1,6 +1,5 @@
 //! A simulated TXT that records when its motors ran.
 
-use std::net::Ipv4Addr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
@@ -46,6 +45,11 @@ pub(crate) fn txt() -> SimulatedTxtBuilder {
     SimulatedTxt::builder().idle_limit(FOREVER).camera_start_up(Duration::ZERO)
 }
 
+/// Settings for a handler of what listens at this port.
+pub(crate) fn handler_at(port: u16) -> TransferAreaComHandlerBuilder {
+    TransferAreaComHandler::builder(format!("127.0.0.1:{port}"))
+}
+
 /// Whether a motor is on.
 pub(crate) fn is_on(machine: &Machine) -> bool {
     machine.controllers.iter().any(|controller| controller.outputs.duty != [0; 8])
@@ -77,8 +81,8 @@ impl Controller {
                 let is_finished = || finished.load(Ordering::SeqCst);
                 // They may be off again before this thread wakes.
                 let was_on = || record.lock().unwrap().iter().any(|exchange| exchange.on);
-                txt.wait_until(FOREVER, |_| was_on() || is_finished());
-                txt.wait_until(FOREVER, |machine| !is_on(machine) || is_finished());
+                txt.wait_until(|_| was_on() || is_finished(), FOREVER);
+                txt.wait_until(|machine| !is_on(machine) || is_finished(), FOREVER);
                 (!is_finished()).then(Instant::now)
             })
         };
@@ -91,11 +95,11 @@ impl Controller {
 
     /// Settings for a handler of it.
     pub(crate) fn handler(&self) -> TransferAreaComHandlerBuilder {
-        TransferAreaComHandler::builder(Ipv4Addr::LOCALHOST.to_string()).port(self.port())
+        TransferAreaComHandler::builder(self.txt.address())
     }
 
     pub(crate) fn wait(&self, what: &str, condition: impl FnMut(&Machine) -> bool) {
-        assert!(self.txt.wait_until(DEADLINE, condition), "waited in vain for {what}");
+        assert!(self.txt.wait_until(condition, DEADLINE), "waited in vain for {what}");
     }
 
     /// Waits until a motor is on.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, TimeLimits, TransferAreaComHandler, TransferAreas};
 
-use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
+use super::controller::{handler_at, txt, Controller, DUTY, IDLE_LIMIT};
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
 use crate::proxy::fault::{Fault, Strike};
 use crate::proxy::packets::Place;
@@ -106,9 +106,9 @@ pub(crate) fn error_of(waiters: Vec<JoinHandle<Error>>) -> Error {
 }
 
 /// A program with a motor on.
-fn start(controller: &Controller, port: u16) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(Duration::from_secs(1));
-    let handler = controller.handler().port(port).time_limits(limits).build().unwrap();
+fn start(port: u16) -> TransferAreaComHandler {
+    let limits = TimeLimits::default().read(Duration::from_secs(1));
+    let handler = handler_at(port).time_limits(limits).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
     handler
@@ -116,7 +116,7 @@ fn start(controller: &Controller, port: u16) -> TransferAreaComHandler {
 
 fn with_waiters(end: End) -> Outcome {
     let controller = Controller::start(txt());
-    let handler = start(&controller, controller.port());
+    let handler = start(controller.port());
     controller.wait_on();
     let waiters = waiters(&handler.areas().clone());
     let struck = Instant::now();
@@ -130,7 +130,7 @@ fn with_waiters(end: End) -> Outcome {
 /// The motors stop while the guard is still held.
 fn under_guard(end: End) -> Outcome {
     let controller = Controller::start(txt());
-    let handler = start(&controller, controller.port());
+    let handler = start(controller.port());
     controller.wait_on();
     let area = handler.areas().clone();
     let (sender, receiver) = mpsc::channel();
@@ -162,7 +162,7 @@ fn under_guard(end: End) -> Outcome {
 /// A motor that was on stays off in the next transfer.
 fn between_transfers(write: Write) -> Outcome {
     let controller = Controller::start(txt());
-    let handler = start(&controller, controller.port());
+    let handler = start(controller.port());
     controller.wait_on();
     let area = handler.areas().clone();
     let struck = Instant::now();
@@ -182,7 +182,7 @@ fn lost_under_guard() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Fin };
     let proxy = Proxy::start(controller.port(), [strike]);
-    let handler = start(&controller, proxy.port());
+    let handler = start(proxy.port());
     let area = handler.areas().clone();
     let guard = handler.areas().lock();
     // While a guard is held no thread gets the areas, so only the end of the transfer ends this.
@@ -205,7 +205,7 @@ fn in_silence(end: End) -> Outcome {
     let controller = Controller::with_idle_limit(txt(), IDLE_LIMIT);
     let strike = Strike { place: Place::Exchange, in_request: false, fault: Fault::Cut };
     let proxy = Proxy::start(controller.port(), [strike]);
-    let handler = start(&controller, proxy.port());
+    let handler = start(proxy.port());
     let waiters = waiters(&handler.areas().clone());
     proxy.wait_struck();
     end(handler);

@@ -9,7 +9,7 @@ use ft_transfer_area::transfer_area::{LOCAL_IO, REMOTE_IO_1};
 use ft_transfer_area::{FirmwareVersion, TimeLimits, TransferAreaComHandler};
 use ft_transfer_area_simulator::SimulatedTxt;
 
-use super::controller::{is_on, txt, Controller, DUTY};
+use super::controller::{handler_at, is_on, txt, Controller, DUTY};
 use super::row::{By, Outcome, Row, Seen, Skipped, Turn, DEADLINE};
 use super::system::only_unix;
 use crate::proxy::fault::{Fault, Strike};
@@ -77,8 +77,8 @@ impl Drop for Busy {
 
 /// A program with a motor on. Its limit is long enough for a busy machine.
 fn start(controller: &Controller, port: u16, areas: usize) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(DEADLINE);
-    let builder = controller.handler().port(port).areas(areas).time_limits(limits);
+    let limits = TimeLimits::default().read(DEADLINE);
+    let builder = handler_at(port).areas(areas).time_limits(limits);
     let handler = builder.build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
@@ -173,7 +173,7 @@ fn many_transfers() -> Result<Outcome, Skipped> {
         for _ in 0..PROGRAMS {
             scope.spawn(|| {
                 let txt = SimulatedTxt::builder().pace(Duration::ZERO).start().unwrap();
-                let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+                let builder = TransferAreaComHandler::builder(txt.address());
                 let handler = builder.build().unwrap();
                 for _ in 0..TRANSFERS / PROGRAMS {
                     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;

@@ -9,7 +9,7 @@ use ft_transfer_area::{Error, Event, EventKind, TimeLimits, TransferAreaComHandl
 use ft_transfer_area_simulator::FaultKind;
 
 use super::beside::{Beside, Waiting};
-use super::controller::{is_on, txt, Controller, DUTY};
+use super::controller::{handler_at, is_on, txt, Controller, DUTY};
 use super::fake::closed_port;
 use super::panics::ON_PURPOSE;
 use super::row::{By, Outcome, Row, Seen, Turn, DEADLINE, MARGIN};
@@ -121,8 +121,8 @@ fn start(
     beside: Beside,
     reason: Reason,
 ) -> TransferAreaComHandler {
-    let limits = TimeLimits::default().with_read(DEADLINE);
-    let builder = controller.handler().port(proxy.port()).time_limits(limits);
+    let limits = TimeLimits::default().read(DEADLINE);
+    let builder = handler_at(proxy.port()).time_limits(limits);
     let builder = builder.camera_port(controller.txt.camera_port());
     let builder = match reason {
         Reason::Watchdog if beside == Beside::CameraCommand => builder.watchdog(SHORT_LIMIT),

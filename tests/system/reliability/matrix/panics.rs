@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use ft_transfer_area::transfer_area::LOCAL_IO;
 use ft_transfer_area::{Error, EventKind, TransferAreaComHandler};
 
-use super::controller::{is_on, txt, Controller, DUTY};
+use super::controller::{handler_at, is_on, txt, Controller, DUTY};
 use super::logger;
 use super::row::{panic_text, By, Outcome, Row, Seen, DEADLINE};
 use crate::proxy::fault::{Fault, Strike};
@@ -274,7 +274,7 @@ fn while_beginning() -> Outcome {
     let controller = Controller::start(txt());
     let strike = Strike { place: Place::StartOnline, in_request: false, fault: Fault::SlowDrip };
     let proxy = Proxy::start(controller.port(), [strike]);
-    let handler = controller.handler().port(proxy.port()).build().unwrap();
+    let handler = handler_at(proxy.port()).build().unwrap();
     let area = handler.areas().clone();
     let struck = thread::scope(|scope| {
         let panicking = scope.spawn(|| {

@@ -90,7 +90,7 @@ fn begin_beside_end() -> Outcome {
         }
     });
     let txt = txt.start().unwrap();
-    let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+    let builder = TransferAreaComHandler::builder(txt.address());
     let handler = builder.build().unwrap();
     for round in 0..ROUNDS {
         handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
@@ -98,7 +98,7 @@ fn begin_beside_end() -> Outcome {
         let ended = thread::scope(|scope| {
             let ending = scope.spawn(|| {
                 let connected = |machine: &Machine| machine.connections() > before;
-                assert!(txt.wait_until(DEADLINE, connected));
+                assert!(txt.wait_until(connected, DEADLINE));
                 spin(round, Duration::from_micros(20));
                 assert_eq!(handler.end_transfer(), Ok(()));
                 Instant::now()
@@ -111,7 +111,7 @@ fn begin_beside_end() -> Outcome {
         assert!(!handler.areas().is_running(), "round {round}");
         let sent = duties.lock().unwrap().iter().filter(|(_, at)| *at > ended).count();
         assert_eq!(sent, 0, "a duty was sent after end_transfer in round {round}");
-        assert!(txt.wait_until(DEADLINE, |machine| !is_on(machine)));
+        assert!(txt.wait_until(|machine| !is_on(machine), DEADLINE));
     }
     // The next beginning works.
     assert_eq!(handler.begin_transfer(), Ok(()));
@@ -131,7 +131,7 @@ fn order_beside_end(order: Order, wait: Wait, check: Check) -> Outcome {
     let (mut refused, mut took) = (0, Vec::new());
     for round in 0..ROUNDS {
         // A handler with no command before this one.
-        let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+        let builder = TransferAreaComHandler::builder(txt.address());
         let handler = builder.build().unwrap();
         let area = handler.areas().clone();
         handler.begin_transfer().unwrap();

@@ -10,7 +10,7 @@ use ft_transfer_area::{
     Error, EventKind, FirmwareVersion, TimeLimits, TransferAreaComHandler, TransferAreas,
 };
 
-use super::controller::{is_on, txt, Controller, DUTY};
+use super::controller::{handler_at, is_on, txt, Controller, DUTY};
 use super::fake::closed_port;
 use super::panics::ON_PURPOSE;
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
@@ -244,8 +244,8 @@ fn check_cause(error: &Error, place: Place, told_by: &str) {
 fn with_waiters(strikes: &'static [Strike], gaps: usize) -> Outcome {
     let controller = Controller::start(txt());
     let proxy = Proxy::start(controller.port(), strikes.iter().copied());
-    let limits = TimeLimits::default().with_read(DEADLINE);
-    let builder = controller.handler().port(proxy.port()).time_limits(limits);
+    let limits = TimeLimits::default().read(DEADLINE);
+    let builder = handler_at(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;
     handler.begin_transfer().unwrap();
@@ -275,8 +275,8 @@ fn duty_in_gap() -> Outcome {
     let strikes =
         [response(Place::Exchange, Fault::Fin), response(Place::FirstExchange, Fault::Silence)];
     let proxy = Proxy::start(controller.port(), strikes);
-    let limits = TimeLimits::default().with_read(LIMIT);
-    let builder = controller.handler().port(proxy.port()).time_limits(limits);
+    let limits = TimeLimits::default().read(LIMIT);
+    let builder = handler_at(proxy.port()).time_limits(limits);
     let handler = builder.reconnect(DEADLINE).build().unwrap();
     let (_socket, nobody) = closed_port();
     handler.begin_transfer().unwrap();
@@ -302,7 +302,7 @@ fn duty_in_gap() -> Outcome {
 fn start(limit: Duration) -> (Controller, Proxy, TransferAreaComHandler) {
     let controller = Controller::start(txt().firmware(VERSION));
     let proxy = Proxy::start(controller.port(), [response(Place::NewConfig, Fault::Fin)]);
-    let builder = controller.handler().port(proxy.port());
+    let builder = handler_at(proxy.port());
     let builder = builder.camera_port(controller.txt.camera_port()).reconnect(limit);
     let handler = builder.build().unwrap();
     handler.areas().lock()[LOCAL_IO].output.duty[0] = DUTY;

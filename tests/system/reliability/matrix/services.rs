@@ -188,7 +188,7 @@ impl Program {
         set: impl FnOnce(TransferAreaComHandlerBuilder) -> TransferAreaComHandlerBuilder,
     ) -> Self {
         let controller = Controller::start(txt());
-        let limits = TimeLimits::default().with_connect(LIMIT).with_read(LIMIT);
+        let limits = TimeLimits::default().connect(LIMIT).read(LIMIT);
         let handler = set(controller.handler().time_limits(limits)).build().unwrap();
         handler.areas().lock()[0].output.duty[0] = DUTY;
         handler.begin_transfer().unwrap();
@@ -211,7 +211,7 @@ impl Program {
 /// The outcome of a camera whose server is at this port.
 fn camera(port: u16) -> Outcome {
     let program = Program::start(port, 0);
-    let options = CameraOptions::default().with_start_limit(LIMIT).with_frame_limit(LIMIT);
+    let options = CameraOptions::default().start_limit(LIMIT).frame_limit(LIMIT);
     let begin = Instant::now();
     let frames = program.handler.start_camera(options).unwrap();
     // Until the channel ends.

@@ -10,7 +10,7 @@ use ft_transfer_area::{
     TransferMode,
 };
 
-use super::controller::{txt, Controller, DUTY, IDLE_LIMIT};
+use super::controller::{handler_at, txt, Controller, DUTY, IDLE_LIMIT};
 use super::row::{By, Outcome, Row, Seen, DEADLINE};
 use crate::proxy::fault::{Fault, Strike};
 use crate::proxy::packets::Place;
@@ -213,12 +213,10 @@ pub(crate) fn set_up(strike: Strike) -> (Controller, Proxy, TransferAreaComHandl
         Place::SimpleExchange => TransferMode::Simple,
         _ => TransferMode::Compressed,
     };
-    let builder = controller
-        .handler()
+    let builder = handler_at(proxy.port())
         .mode(mode)
-        .port(proxy.port())
         .camera_port(controller.txt.camera_port())
-        .time_limits(TimeLimits::default().with_read(read));
+        .time_limits(TimeLimits::default().read(read));
     (controller, proxy, builder)
 }
 
@@ -273,7 +271,7 @@ fn transfer(handler: TransferAreaComHandler, place: Place) -> Option<Error> {
 }
 
 pub(crate) fn small_pictures() -> CameraOptions {
-    CameraOptions::default().with_size(16, 16)
+    CameraOptions::default().size(16, 16)
 }
 
 /// Does what makes the packet at this place appear, and ends the transfer.

@@ -149,7 +149,7 @@ fn tell(run: &Run) -> anyhow::Result<()> {
     }
     match &run.error {
         Some(error) => {
-            print::line(format_args!("The recording could not be read to its end: {error}"))
+            print::line(format_args!("The recording could not be read to its end: {error:#}"))
         }
         None => Ok(()),
     }

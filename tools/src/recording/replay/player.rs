@@ -96,7 +96,7 @@ impl Player {
 
     /// Nothing more can be read. The inputs stay as they are.
     fn fail(&mut self, error: &Error) {
-        self.run.error = Some(error.to_string());
+        self.run.error = Some(format!("{error:#}"));
         self.run.at_end = true;
         self.next = None;
     }
