@@ -1,7 +1,7 @@
 //! Signals to this process, which compilers and the program get too.
 
 use std::process::{self, Command, Output, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 use std::{io, thread};
 
@@ -31,6 +31,14 @@ pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
 
 /// How many threads are writing to the error output, which may be a pipe that nobody reads.
 static WRITING: AtomicUsize = AtomicUsize::new(0);
+
+/// Whether the program has begun. Before that nothing can move.
+static HAS_PROGRAM: AtomicBool = AtomicBool::new(false);
+
+/// From now on a second signal does not end this process, which has to stop what the program leaves.
+pub(crate) fn begin_program() {
+    HAS_PROGRAM.store(true, Ordering::SeqCst);
+}
 
 /// Runs what writes to the error output: from a second after a signal on, this process does not wait for it.
 pub(crate) fn while_writing<R>(write: impl FnOnce() -> R) -> R {
@@ -140,7 +148,8 @@ mod unix {
             let is_second = since.elapsed() >= SECOND_AFTER;
             let signal = if is_second { SIGKILL } else { signal };
             children().iter().for_each(|process| send(*process, signal));
-            if is_second && super::WRITING.load(Ordering::SeqCst) > 0 {
+            let has_program = super::HAS_PROGRAM.load(Ordering::SeqCst);
+            if is_second && (!has_program || super::WRITING.load(Ordering::SeqCst) > 0) {
                 process::exit(1);
             }
         }
