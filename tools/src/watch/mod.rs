@@ -100,11 +100,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
+    let interrupted = interrupt::receiver_for_driving()?;
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
     let recorded = args.record.clone();
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
-    let interrupted = interrupt::receiver()?;
     let reader = output.as_ref().map(|it| it.wait_for_reader(&interrupted)).transpose()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
