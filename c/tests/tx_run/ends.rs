@@ -296,6 +296,46 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
     wait_stopped(&txt);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_is_suspended_is_ended_by_the_first_signal() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    let children = format!("/proc/{0}/task/{0}/children", run.id());
+    let program = fs::read_to_string(children).unwrap().trim().to_owned();
+    assert!(Command::new("kill").args(["-TSTP", &program]).status().unwrap().success());
+    let stat = format!("/proc/{program}/stat");
+    wait_until("it is suspended", || fs::read_to_string(&stat).unwrap().contains(") T "));
+    run.signal(libc::SIGTERM);
+    run.end().badly("pc was ended by SIGTERM");
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_signal_that_is_ignored_from_the_start_ends_nothing() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let tx_run = tx_run(&["--host", &txt.address().to_string()]);
+    let mut command = Command::new("sh");
+    // As `nohup` does.
+    command.args(["-c", "trap '' HUP; exec \"$0\" \"$@\""]).arg(tx_run.get_program());
+    command.args(tx_run.get_args()).arg(program("pc.c"));
+    command.envs(tx_run.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let run = Run::start(&mut command);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    run.signal(libc::SIGHUP);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 5);
+    run.signal(libc::SIGTERM);
+    run.end().badly("pc was ended by SIGTERM");
+}
+
 /// Such a process has the connection, or makes one.
 #[cfg(target_os = "linux")]
 #[test]
