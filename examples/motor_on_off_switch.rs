@@ -16,7 +16,6 @@
 //! that counts.
 
 use std::env;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::prelude::*;
@@ -40,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Transfer areas for the master and one extension. The watchdog stops all motors when the loop
     // below hangs for a second.
     let builder = TransferAreaComHandler::builder(address).areas(2);
-    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
+    let handler = builder.watchdog(Duration::from_secs(1)).build()?;
     let areas = handler.areas();
     for area in areas.lock().iter_mut() {
         area.set_ft_uni_config(I2, InputMode::Ultrasonic, false);
@@ -48,8 +47,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.areas().clone();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     println!("Connected to {}.\n{HEAD}", handler.device_name().unwrap_or_default());
     let start = Instant::now();

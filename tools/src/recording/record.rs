@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use anyhow::{bail, Context};
-use crossbeam_channel::{Receiver, RecvTimeoutError};
+use anyhow::{anyhow, Context};
+use crossbeam_channel::{bounded, Receiver, RecvTimeoutError};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
@@ -148,7 +148,7 @@ fn start_camera(
     thread.map(Some).context("a thread for the camera could not be started")
 }
 
-/// Shows the progress until it is to end.
+/// Waits until it is to end, and shows the progress meanwhile.
 fn watch(
     args: &Args,
     handler: &TransferAreaComHandler,
@@ -156,32 +156,48 @@ fn watch(
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
     let name = handler.device_name().unwrap_or_default();
-    let progress = ProgressBar::no_length().with_message(print::clean(&name).into_owned());
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
-        progress.set_style(style);
-    }
+    let (progress, news) = bounded(1);
+    let show = thread::Builder::new().name("progress".to_owned()).spawn(move || show(&name, &news));
     let begin = Instant::now();
-    loop {
+    let done = loop {
         let so_far = Progress { path: &args.output, totals: recorder.recorded() };
-        progress.set_prefix(so_far.to_string());
-        progress.tick();
+        // A terminal that is paused misses some.
+        let _ = progress.try_send(so_far.to_string());
         if let Some(error) = recorder.error() {
-            return Err(error.into());
+            break Err(error.into());
         }
         if !handler.areas().is_running() {
             // Its error is that of the transfer's end.
-            return Ok(());
+            break Ok(());
         }
         let rest =
             args.seconds.map_or(LOOK, |limit| LOOK.min(limit.saturating_sub(begin.elapsed())));
         if rest.is_zero() {
-            return Ok(());
+            break Ok(());
         }
         match interrupted.recv_timeout(rest) {
             Err(RecvTimeoutError::Timeout) => {}
-            Ok(()) => return Ok(()),
-            Err(RecvTimeoutError::Disconnected) => bail!("Ctrl-C is not watched any more"),
+            Ok(()) => break Ok(()),
+            Err(RecvTimeoutError::Disconnected) => {
+                break Err(anyhow!("Ctrl-C is not watched any more"))
+            }
         }
+    };
+    drop(progress);
+    // What is printed next comes behind it.
+    interrupt::in_time(move || show.map(JoinHandle::join));
+    done
+}
+
+/// Shows the progress, in a thread of its own: a terminal that is paused holds it up.
+fn show(name: &str, news: &Receiver<String>) {
+    let progress = ProgressBar::no_length().with_message(print::clean(name).into_owned());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
+        progress.set_style(style);
+    }
+    for so_far in news {
+        progress.set_prefix(so_far);
+        progress.tick();
     }
 }
 
