@@ -14,6 +14,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{discard, finish, Output};
+use crate::progress::Progress;
 use crate::{arguments, camera, interrupt, print};
 
 /// How often the progress is shown, and the recorder is checked.
@@ -106,7 +107,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let _ = camera.join();
     }
     let totals = finish(recorder)??;
-    print::line(Progress { path: &args.output, totals })?;
+    print::line(Recorded { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
 }
@@ -158,15 +159,15 @@ fn watch(
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
     let name = handler.device_name().unwrap_or_default();
-    let progress = ProgressBar::no_length().with_message(print::clean(&name).into_owned());
+    let bar = ProgressBar::no_length().with_message(print::clean(&name).into_owned());
     if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
-        progress.set_style(style);
+        bar.set_style(style);
     }
+    let progress = Progress::start(bar, |bar, so_far: String| bar.set_prefix(so_far));
     let begin = Instant::now();
     loop {
-        let so_far = Progress { path: &args.output, totals: recorder.recorded() };
-        progress.set_prefix(so_far.to_string());
-        progress.tick();
+        let so_far = Recorded { path: &args.output, totals: recorder.recorded() };
+        progress.show(so_far.to_string());
         if let Some(error) = recorder.error() {
             return Err(error.into());
         }
@@ -188,12 +189,12 @@ fn watch(
 }
 
 /// What is recorded, as a sentence.
-struct Progress<'a> {
+struct Recorded<'a> {
     path: &'a Path,
     totals: Totals,
 }
 
-impl fmt::Display for Progress<'_> {
+impl fmt::Display for Recorded<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Totals { cycles, lost, frames, lost_frames, .. } = self.totals;
         let kilobytes = std::fs::metadata(self.path).map_or(0, |file| file.len()).div_ceil(1000);
