@@ -29,7 +29,6 @@
 // C: using namespace fischertechnik::txt::ids;
 // C: using namespace fischertechnik::txt::remote::api;
 use std::env;
-use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -149,7 +148,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // C:     ftIF2013TransferAreaComHandlerEx2 *txt =
     // C:         new ftIF2013TransferAreaComHandlerEx2(1, "192.168.7.2", "65000");
     let (address, _simulated) = controller()?;
-    let txt = Arc::new(TransferAreaComHandler::builder(address).areas(1).build()?);
+    let txt = TransferAreaComHandler::builder(address).areas(1).build()?;
 
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I3, InputMode::MODE_R, true);
     // C:     txt->SetFtUniConfig(ShmIfId_TXT::LOCAL_IO, Input::I4, InputMode::MODE_R, true);
@@ -165,8 +164,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     txt.begin_transfer()?;
 
     // The C program does not have this: Ctrl-C ends the transfer, which stops the motor.
-    let on_ctrl_c = Arc::clone(&txt);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = txt.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     // C:     control(txt);
     match control(&txt) {

@@ -22,7 +22,6 @@
 use std::env;
 use std::fs;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::{CameraOptions, TransferAreaComHandler};
@@ -38,12 +37,12 @@ const HEIGHT: u16 = 240;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Without an address, a simulated TXT runs as long as the second value lives.
     let (address, _simulated) = controller()?;
-    let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    let handler = TransferAreaComHandler::builder(address).build()?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, and with it the frames.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     let folder = env::args().nth(2).map_or_else(temporary_folder, PathBuf::from);
     fs::create_dir_all(&folder)?;

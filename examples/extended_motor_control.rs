@@ -18,7 +18,6 @@
 //! distances over a connection that may be lost.
 
 use std::env;
-use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
@@ -38,12 +37,12 @@ const LIMIT: Duration = Duration::from_secs(5);
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Without an address, a simulated TXT runs as long as the second value lives.
     let (address, _simulated) = controller()?;
-    let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    let handler = TransferAreaComHandler::builder(address).build()?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     match drive(&handler) {
         Err(Error::NotStarted) => println!("Stopped by Ctrl-C."),

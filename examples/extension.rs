@@ -23,7 +23,6 @@
 //! device in the EXT socket.
 
 use std::env;
-use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{InputMode, DUTY_MAX, LOCAL_IO, REMOTE_IO_1};
@@ -36,13 +35,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
     // The master and one extension. All motors stop when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address).areas(2);
-    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
+    let handler = builder.watchdog(Duration::from_secs(1)).build()?;
     handler.lock().iter_mut().for_each(configure);
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     // Whether the extension is there, and the two buttons, as printed last.
     let mut shown: Option<(bool, bool, bool)> = None;

@@ -17,7 +17,6 @@
 //! It prints a line four times a second. Ctrl-C ends the transfer. Next: `camera`.
 
 use std::env;
-use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
@@ -45,12 +44,12 @@ const DEGREE: f64 = 2.0;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
-    let handler = Arc::new(TransferAreaComHandler::builder(address).build()?);
+    let handler = TransferAreaComHandler::builder(address).build()?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     drop(handler.wait_cycle()?); // the exchange has begun
     let mut i2c = handler.i2c()?;

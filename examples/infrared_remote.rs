@@ -17,7 +17,6 @@
 //! It prints each change. Ctrl-C stops the motors and ends the transfer. Next: `extension`.
 
 use std::env;
-use std::sync::Arc;
 use std::time::Duration;
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
@@ -36,12 +35,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, simulated) = controller()?;
     // The car stops when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address);
-    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
+    let handler = builder.watchdog(Duration::from_secs(1)).build()?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     println!(
         "Press ON, and drive with both joysticks. The remote needs DIP switch 1 on and 2 off."

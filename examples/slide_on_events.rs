@@ -17,7 +17,6 @@
 //! after a lost connection.
 
 use std::env;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use ft_transfer_area::transfer_area::{DUTY_MAX, LOCAL_IO};
@@ -34,13 +33,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (address, _simulated) = controller()?;
     // The motor stops when the loop below hangs for a second.
     let builder = TransferAreaComHandler::builder(address);
-    let handler = Arc::new(builder.watchdog(Duration::from_secs(1)).build()?);
+    let handler = builder.watchdog(Duration::from_secs(1)).build()?;
     let events = handler.events(&[EventKind::InputChanged], 100)?;
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
 
     // There are only events for changes, but the slide may already be at its end.
     let is_at_end = handler.wait_cycle()?[LOCAL_IO].get_in_io_value_binary(Input::I5)?;

@@ -53,8 +53,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     handler.begin_transfer()?;
 
     // Ctrl-C ends the transfer, which stops the motors.
-    let on_ctrl_c = Arc::clone(&handler);
-    ctrlc::set_handler(move || drop(on_ctrl_c.end_transfer()))?;
+    let on_ctrl_c = handler.transfer_area();
+    ctrlc::set_handler(move || on_ctrl_c.ask_to_end())?;
     if let Some(txt) = simulated {
         let handler = Arc::clone(&handler);
         thread::spawn(move || switch_off_and_on(txt, &handler));

@@ -1,12 +1,15 @@
-//! Ctrl-C, the end of the session, and how a command ends: its last words have a limit.
+//! Ctrl-C, the end of the session and such, and how a command ends: its last words have a limit.
 
 use std::process;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
-use crossbeam_channel::{bounded, Receiver};
+use crossbeam_channel::{bounded, Receiver, Sender};
+#[cfg(unix)]
+use nix::sys::signal::{SigSet, Signal};
 
 use crate::lines;
 
@@ -25,26 +28,43 @@ static AGAIN: AtomicBool = AtomicBool::new(false);
 /// How much drives.
 static DRIVING: AtomicUsize = AtomicUsize::new(0);
 
-/// A receiver that gets a message with Ctrl-C or SIGTERM. A program calls this once, before it moves anything.
+/// A receiver that gets a message with Ctrl-C, SIGTERM, SIGHUP or SIGQUIT. A program calls this once, before it moves
+/// anything.
 ///
 /// A second one ends the program at once, when nothing drives.
 pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
+    #[cfg(unix)]
+    return asked_by(&[Signal::SIGQUIT]);
+    #[cfg(not(unix))]
+    asked_by()
+}
+
+/// The same for a program that drives, which what would suspend it ends, too, such as Ctrl-Z: motors would go on. To be
+/// called before it starts a thread.
+pub(crate) fn receiver_for_driving() -> anyhow::Result<Receiver<()>> {
+    #[cfg(unix)]
+    return asked_by(&[Signal::SIGQUIT, Signal::SIGTSTP, Signal::SIGTTIN, Signal::SIGTTOU]);
+    #[cfg(not(unix))]
+    asked_by()
+}
+
+fn asked_by(#[cfg(unix)] further: &[Signal]) -> anyhow::Result<Receiver<()>> {
     let (sender, interrupted) = bounded(1);
-    let mut first = None;
-    let watched = ctrlc::set_handler(move || match first {
-        None => {
-            first = Some(Instant::now());
-            let _ = sender.try_send(());
-            // Without the thread, there is still the second one.
-            let _ = thread::Builder::new().name("end".to_owned()).spawn(end_in_time);
-        }
-        Some(first) if first.elapsed() < TOGETHER => {}
-        Some(_) => {
-            AGAIN.store(true, Ordering::SeqCst);
-            end_if_asked_again();
-        }
-    });
-    let watched = watched.map_err(|error| match error {
+    let asked = Arc::new(Asked { sender, first: Mutex::new(None) });
+    #[cfg(unix)]
+    {
+        // All threads take this over from the first one.
+        let further: SigSet = further.iter().copied().collect();
+        further.thread_block()?;
+        let asked = Arc::clone(&asked);
+        let wait = move || loop {
+            if further.wait().is_ok() {
+                asked.again();
+            }
+        };
+        thread::Builder::new().name("signals".to_owned()).spawn(wait)?;
+    }
+    let watched = ctrlc::set_handler(move || asked.again()).map_err(|error| match error {
         ctrlc::Error::System(cause) => anyhow::Error::from(cause),
         other => other.into(),
     });
@@ -52,18 +72,54 @@ pub(crate) fn receiver() -> anyhow::Result<Receiver<()>> {
     Ok(interrupted)
 }
 
+/// Whether and when the program was asked to end.
+struct Asked {
+    sender: Sender<()>,
+    first: Mutex<Option<Instant>>,
+}
+
+impl Asked {
+    fn again(&self) {
+        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        match *first {
+            None => {
+                *first = Some(Instant::now());
+                let _ = self.sender.try_send(());
+                // Without the thread, there is still the second one.
+                let _ = thread::Builder::new().name("end".to_owned()).spawn(end_in_time);
+            }
+            Some(first) if first.elapsed() < TOGETHER => {}
+            Some(_) => {
+                AGAIN.store(true, Ordering::SeqCst);
+                end_if_asked_again();
+            }
+        }
+    }
+}
+
 /// A limit for the size of files (`ulimit -f`) makes an error of a write, not the end of a program that drives. All
 /// threads take this over from the first one.
 pub(crate) fn outlive_full_files() {
     #[cfg(unix)]
     {
-        use nix::sys::signal::{SigSet, Signal};
         let mut signals = SigSet::empty();
         signals.add(Signal::SIGXFSZ);
         if let Err(error) = signals.thread_block() {
             log::warn!("a limit for the size of files would end this program: {error}");
         }
     }
+}
+
+/// What ends or suspends a whole group, such as a service or a terminal's session, leaves this process alone.
+pub(crate) fn outlive_requests() -> anyhow::Result<()> {
+    #[cfg(unix)]
+    {
+        use Signal::*;
+        let requests = [SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE];
+        let requests: SigSet = requests.into_iter().collect();
+        requests.thread_block()?;
+    }
+    Ok(())
 }
 
 /// While this is there, motors may have to be stopped first.

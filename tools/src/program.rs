@@ -100,6 +100,10 @@ impl Drop for Program {
             // Its number may be that of another process by now. A keeper that is gone ends nothing.
             let _ = self.tell_keeper(GONE);
         }
+        let has_keeper = matches!(self.keeper.try_wait(), Ok(None));
+        if self.has_group && !has_keeper {
+            system::kill_group(self.child.id());
+        }
         drop(self.keeper.stdin.take());
         // One that waits for a disk does not end before the disk answers. Nothing waits for that.
         let deadline = Instant::now() + END_LIMIT;
@@ -148,6 +152,13 @@ mod system {
         if let Ok(group) = i32::try_from(group) {
             // One that has just ended needs no signal.
             let _ = killpg(Pid::from_raw(group), Signal::SIGINT);
+        }
+    }
+
+    pub(super) fn kill_group(group: u32) {
+        if let Ok(group) = i32::try_from(group) {
+            // As long as somebody is in it, nobody else gets its number.
+            let _ = killpg(Pid::from_raw(group), Signal::SIGKILL);
         }
     }
 
@@ -203,6 +214,8 @@ mod system {
 
     /// There are no such groups. A console passes Ctrl-C to all of its processes.
     pub(super) fn interrupt_group(_: u32) {}
+
+    pub(super) fn kill_group(_: u32) {}
 
     /// Ends this process and those that it has started.
     pub(super) fn end(what: Option<i32>) {

@@ -8,7 +8,7 @@ use anyhow::{anyhow, Context};
 use ft_transfer_area::transfer_area::MAX_AREAS;
 use ft_transfer_area::TransferAreaComHandler;
 
-use crate::{lines, print};
+use crate::{interrupt, lines, print};
 
 /// For how long a guardian tries to stop a controller that does not answer, and the pause between two attempts.
 const TRIES: Duration = Duration::from_secs(10);
@@ -21,7 +21,7 @@ that program first. The exit status is 0 only when each controller has answered.
 
 With --guard it first waits until its standard input is closed, as happens when the program that
 has started it is killed, and then tries for 10 s. A byte before that ends it: the program has
-stopped its motors itself.
+stopped its motors itself. Until then only SIGKILL ends it.
 
 Example: txt stop 192.168.7.2";
 
@@ -39,11 +39,13 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     if args.guard {
+        interrupt::outlive_requests()?;
         if !is_left()? {
             return Ok(());
         }
-        // Its output is that of the program that was killed, which perhaps nobody reads.
-        lines::never_wait()?;
+        // Its output is that of the program that was killed, which perhaps nobody reads. It stops without a thread for
+        // that, too.
+        let _ = lines::never_wait();
     }
     // None waits for another one that does not answer.
     let limit = if args.guard { TRIES } else { Duration::ZERO };

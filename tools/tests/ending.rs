@@ -163,3 +163,32 @@ fn a_limit_for_the_size_of_files_ends_no_command_in_the_middle() {
     // A signal has no code.
     assert_eq!(status.code(), Some(1), "{status}");
 }
+
+/// Ends a command that writes to a pipe with this room, and says whether it has ended well.
+fn ends_well(arguments: &[&str], room: usize) -> bool {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let (path, _pipe) = pipe(&folder, room);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_txt"));
+    command.args(arguments).arg(txt.address().to_string()).stdin(Stdio::null());
+    command.stdout(File::options().write(true).open(path).unwrap());
+    let mut child = Killed(command.spawn().unwrap());
+    assert!(txt.wait_until(DEADLINE, |machine| machine.online()));
+    let id = child.0.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let status = child.0.wait().unwrap();
+    assert!(txt.wait_until(DEADLINE, |machine| !machine.online()));
+    status.success()
+}
+
+#[test]
+fn a_panel_whose_address_nobody_reads_ends_well() {
+    assert!(ends_well(&["panel", "--no-browser"], 0));
+}
+
+#[test]
+fn a_self_test_whose_lines_nobody_reads_keeps_its_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = in_folder(&folder, "results.json");
+    assert!(!ends_well(&["selftest", "--output", &path], 200));
+    assert!(std::fs::read_to_string(path).unwrap().contains("ended_early"));
+}

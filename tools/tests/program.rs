@@ -64,6 +64,18 @@ fn what_it_has_started_is_not_left_when_it_ends() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn nothing_of_it_is_left_when_its_keeper_was_killed() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    let [_, mut watch] = commands(&txt, "sleep 600 & echo $TXT_KEEPER; wait");
+    let running = Running::start(&mut watch);
+    let keeper = running.line();
+    assert!(Command::new("kill").args(["-KILL", &keeper]).status().unwrap().success());
+    running.signal("TERM");
+    assert!(running.leaves_nothing());
+}
+
 #[cfg_attr(not(unix), ignore = "the programs are scripts of a shell")]
 #[test]
 fn it_may_end_by_itself_at_ctrl_c() {

@@ -6,18 +6,18 @@ use std::mem::{transmute, zeroed};
 use std::process;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering};
-use std::sync::mpsc;
-use std::thread;
-use std::time::Duration;
+use std::thread::{self, Thread};
+use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
 
 use super::{end_all, goes_on};
+use crate::ffi::guarded;
 use crate::inside;
 use crate::posix::lines_again;
 
-/// The signals that end a program by default, with their names, except those of a crash.
-pub(crate) const ENDS: [(c_int, &str); 12] = [
+/// The signals that end a program by default on all systems, with their names, except those of a crash.
+const ENDS: [(c_int, &str); 12] = [
     (libc::SIGINT, "Ctrl-C"),
     (libc::SIGTERM, "SIGTERM"),
     (libc::SIGHUP, "SIGHUP"),
@@ -31,6 +31,25 @@ pub(crate) const ENDS: [(c_int, &str); 12] = [
     (libc::SIGXCPU, "SIGXCPU"),
     (libc::SIGXFSZ, "SIGXFSZ"),
 ];
+
+/// All that end a program by default.
+pub(crate) fn ends() -> impl Iterator<Item = (c_int, &'static str)> {
+    ENDS.into_iter().chain(ends_of_linux())
+}
+
+/// Timers and inputs that say when they are ready use these.
+#[cfg(target_os = "linux")]
+fn ends_of_linux() -> impl Iterator<Item = (c_int, &'static str)> {
+    let named =
+        [(libc::SIGPOLL, "SIGPOLL"), (libc::SIGPWR, "SIGPWR"), (libc::SIGSTKFLT, "SIGSTKFLT")];
+    let real_time = libc::SIGRTMIN()..=libc::SIGRTMAX();
+    named.into_iter().chain(real_time.map(|signal| (signal, "a real-time signal")))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn ends_of_linux() -> [(c_int, &'static str); 0] {
+    []
+}
 
 /// Those that suspend it by default: Ctrl-Z, and when it uses the terminal in the background.
 pub(crate) const SUSPENDS: [(c_int, &str); 3] =
@@ -52,16 +71,19 @@ const LOOK: Duration = Duration::from_millis(20);
 /// How long a program that is asked to end goes on at most.
 const END_LIMIT: Duration = Duration::from_secs(1);
 
-/// The thread that ends the transfers.
+/// The thread that looks, and the one that ends the transfers.
 const THREAD: &str = "ends of C";
 
-/// The process that has the thread; 0 for none. A child after `fork` has this value, but not the thread.
+/// The process that has the threads; 0 for none. A child after `fork` has this value, but not the threads.
 static WATCHED_BY: AtomicU32 = AtomicU32::new(0);
 /// The first signal that has asked the program to end; 0 for none.
 static CAME: AtomicI32 = AtomicI32::new(0);
 /// Whether the program has crashed, and whether its transfers have ended since then.
 static CRASHED: AtomicBool = AtomicBool::new(false);
 static ENDED: AtomicBool = AtomicBool::new(false);
+/// How often the transfers were to end, and how often they have.
+static ASKED: AtomicU32 = AtomicU32::new(0);
+static DONE: AtomicU32 = AtomicU32::new(0);
 /// Whether a signal has come that suspends the program.
 static SUSPEND: AtomicBool = AtomicBool::new(false);
 
@@ -98,19 +120,27 @@ pub(super) fn watch() {
         #[cfg(not(any(miri, asan)))]
         crate::allocator::survive_forks();
         CAME.store(0, Ordering::Release);
-        let started = thread::Builder::new().name(THREAD.into()).spawn(look);
+        // There may be no memory for a thread when one is needed.
+        let start = || thread::Builder::new().name(THREAD.into());
+        let started = start().spawn(end_when_asked).and_then(|ender| {
+            let ender = ender.thread().clone();
+            start().spawn(move || look(&ender))
+        });
         if let Err(error) = started {
             log::warn!("Ctrl-C will end the program without a last exchange: {error}");
             return;
         }
         WATCHED_BY.store(own, Ordering::Release);
     }
-    let ends = ENDS.iter().map(|end| (end, on_end as extern "C" fn(c_int)));
-    let suspends = SUSPENDS.iter().map(|suspend| (suspend, on_suspend as extern "C" fn(c_int)));
-    let crashes = CRASHES.iter().map(|crash| (crash, on_crash as extern "C" fn(c_int)));
+    let ends = ends().map(|end| (end, on_end as extern "C" fn(c_int)));
+    let suspends = SUSPENDS.map(|suspend| (suspend, on_suspend as extern "C" fn(c_int)));
+    let crashes = CRASHES.map(|crash| (crash, on_crash as extern "C" fn(c_int)));
     for ((signal, name), handler) in ends.chain(suspends).chain(crashes) {
-        if let Err(error) = take_up(*signal, handler) {
-            log::warn!("after {name} there will be no last exchange: {error}");
+        match take_up(signal, handler) {
+            // An emulator may have fewer of them.
+            Err(error) if error.kind() == io::ErrorKind::InvalidInput => {}
+            Err(error) => log::warn!("after {name} there will be no last exchange: {error}"),
+            Ok(()) => {}
         }
     }
 }
@@ -210,8 +240,8 @@ extern "C" fn on_crash(signal: c_int) {
 }
 
 /// Suspends the program, with its transfers ended. When it goes on it may begin them again.
-fn suspend() {
-    end_within_limit();
+fn suspend(ender: &Thread) {
+    end_within_limit(ender);
     lines_again();
     // SAFETY: a call without pointers. The signal of before does nothing where no shell could continue the program.
     unsafe { libc::kill(libc::getpid(), libc::SIGSTOP) };
@@ -243,27 +273,27 @@ pub(super) fn end_as_asked() {
     }
 }
 
-/// The thread.
-fn look() {
+/// The thread that looks.
+fn look(ender: &Thread) {
     // Half a second: after `pthread_exit` nobody is in a hurry.
     const LOOKS_FOR_MAIN: u32 = 25;
     for looks in 1_u32.. {
         thread::sleep(LOOK);
         look_for_pending();
         if CAME.load(Ordering::Acquire) != 0 {
-            end_within_limit();
+            end_within_limit(ender);
             end_as_asked();
         }
         if CRASHED.load(Ordering::Acquire) && !ENDED.load(Ordering::Acquire) {
-            end_within_limit();
+            end_within_limit(ender);
             lines_again();
             ENDED.store(true, Ordering::Release);
         }
         if SUSPEND.load(Ordering::Acquire) {
-            suspend();
+            suspend(ender);
         }
         if looks % LOOKS_FOR_MAIN == 0 && program_has_left() {
-            end_within_limit();
+            end_within_limit(ender);
             // As when the last thread of a program ends.
             process::exit(0);
         }
@@ -289,15 +319,26 @@ fn look_for_pending() {
     }
 }
 
-fn end_within_limit() {
-    let (alive, ended) = mpsc::channel::<()>();
-    let ender = thread::Builder::new().spawn(move || {
-        let _alive = alive;
-        end_all();
-    });
-    if ender.is_ok() {
-        // Closed at its end.
-        let _ = ended.recv_timeout(END_LIMIT);
+/// The other thread. Whoever asks need not wait for it.
+fn end_when_asked() {
+    loop {
+        let asked = ASKED.load(Ordering::Acquire);
+        if asked == DONE.load(Ordering::Acquire) {
+            thread::park();
+        } else {
+            guarded((), end_all);
+            DONE.store(asked, Ordering::Release);
+        }
+    }
+}
+
+/// Allocates nothing.
+fn end_within_limit(ender: &Thread) {
+    let asked = ASKED.fetch_add(1, Ordering::AcqRel).wrapping_add(1);
+    ender.unpark();
+    let limit = Instant::now() + END_LIMIT;
+    while DONE.load(Ordering::Acquire) != asked && Instant::now() < limit {
+        thread::sleep(LOOK / 4);
     }
 }
 

@@ -127,7 +127,13 @@ impl Kit {
             begun: Instant::now(),
             online: Online::begin(&self.host),
         };
+        exit::watch(&self.transfer);
         let mut transfer = self.transfer.lock();
+        // From here on, an end of the program waits for the lock. It may have come before.
+        if let Err(error) = exit::check_goes_on() {
+            leave(Some(link), None);
+            return Err(error.into());
+        }
         let Transfer { array, mirror, link: place } = &mut *transfer;
         self.areas.copy_to(array);
         mirror.put_out_configs(&mut link.areas);
@@ -135,8 +141,6 @@ impl Kit {
         link.client.do_transfer(&mut link.compressed, &mut link.areas)?;
         mirror.begin(&link.areas);
         *place = Some(link);
-        drop(transfer);
-        exit::watch(&self.transfer);
         Ok(())
     }
 

@@ -45,6 +45,7 @@ pub(crate) fn run(
         command.env("PATH", env::join_paths(own.chain(env::split_paths(&before)))?);
     }
     end_with_this_process(&mut command);
+    signals::begin_program();
     let mut child = command.spawn()?;
     let id = signals::pass_on_to(&child);
     let status = loop {
@@ -61,7 +62,18 @@ pub(crate) fn run(
     let status = status?;
     let name = program.path.file_stem().unwrap_or_default().to_string_lossy();
     let (status, word) = end_of(&name, program.entry, status);
-    Ok(Ended { status, words: word.into_iter().chain(stop_left(&mut online, target)).collect() })
+    let forks = end_forks(&program.path).then(|| format!("what {name} has left running was ended"));
+    let words = word.into_iter().chain(forks).chain(stop_left(&mut online, target)).collect();
+    Ok(Ended { status, words })
+}
+
+#[cfg(target_os = "linux")]
+use crate::forks::end as end_forks;
+
+/// Other systems do not tell which processes these are.
+#[cfg(not(target_os = "linux"))]
+fn end_forks(_: &Path) -> bool {
+    false
 }
 
 /// Stops the controllers that the program has left, and returns what is to be said of it.

@@ -4,7 +4,7 @@ use std::env;
 use std::ffi::{OsStr, OsString};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use crate::inputs::{Inputs, Language};
 use crate::key;
@@ -132,13 +132,11 @@ impl Compiler {
             Some(named) => command_words(&named.to_string_lossy()),
             None => Vec::new(),
         };
-        let (words, version) = match (words.is_empty(), version_of(&words)) {
-            (false, Ok(version)) => (words, version.unwrap_or_default()),
-            (false, Err(error)) => {
-                let name = words[0].to_string_lossy();
-                return Err(format!("the compiler {name} can't be started: {error}").into());
-            }
-            (true, _) => first_found(language)?,
+        let (words, version) = if words.is_empty() {
+            first_found(language)?
+        } else {
+            let version = version_of(&words)?;
+            (words, version.unwrap_or_default())
         };
         let mut before: Vec<OsString> = language.options().iter().map(Into::into).collect();
         // Messages come through this program, so the compiler can't see the terminal.
@@ -214,7 +212,7 @@ impl Compiler {
         let mut command = self.command();
         // The heading of the list is in English then.
         command.env("LC_ALL", "C").args(["-E", "-v", "-x", self.language.option(), "-"]);
-        let Ok(output) = command.stdin(Stdio::null()).output() else { return Vec::new() };
+        let Ok(output) = signals::output_of(&mut command) else { return Vec::new() };
         let text = String::from_utf8_lossy(&output.stderr);
         let list = text.lines().skip_while(|line| !line.contains("<...> search starts here"));
         let folders = list.skip(1).take_while(|line| line.starts_with(' '));
@@ -242,10 +240,11 @@ pub(crate) fn include_folders(options: &Options) -> Vec<PathBuf> {
 }
 
 /// What a compiler says about itself; `None` when it does not like to be asked.
-fn version_of(words: &[OsString]) -> std::io::Result<Option<String>> {
+fn version_of(words: &[OsString]) -> Result<Option<String>, Sentence> {
     let Some((program, rest)) = words.split_first() else { return Ok(None) };
     let mut command = Command::new(program);
-    let output = command.args(rest).arg("--version").stdin(Stdio::null()).output()?;
+    let output = signals::output_of(command.args(rest).arg("--version"))?;
+    signals::check("a compiler was asked for its version")?;
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     Ok(output.status.success().then_some(text))
 }
@@ -256,6 +255,7 @@ fn first_found(language: Language) -> Result<(Vec<OsString>, String), Sentence> 
         if let Ok(Some(version)) = version_of(&words) {
             return Ok((words, version));
         }
+        signals::check("a compiler was looked for")?;
     }
     let [first, second, third, ..] = language.compilers();
     Err(format!(

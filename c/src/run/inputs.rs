@@ -64,6 +64,9 @@ impl Inputs {
                     }
                 });
                 inputs.sources.extend(sources);
+            } else if file.exists() && !file.is_file() {
+                // It would be read twice, and a pipe without a writer never ends.
+                return Err(format!("{} is neither a file nor a folder", file.display()).into());
             } else if let Some(language) = Language::of(file) {
                 inputs.call(|| file.clone());
                 inputs.sources.push(Source { path: file.clone(), language });

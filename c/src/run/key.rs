@@ -212,10 +212,18 @@ pub(crate) fn files_of(text: &[u8]) -> Vec<u8> {
 }
 
 /// Whether the assembler reads a further file for this text, or may: a macro can put the directive together, and a
-/// comment divide it.
+/// comment or quotes divide it.
 pub(crate) fn reads_files(assembler: &[u8]) -> bool {
     let text = String::from_utf8_lossy(assembler).to_ascii_lowercase();
-    ["incbin", ".include", ".macro", ".irp", "/*"].iter().any(|word| text.contains(word))
+    let words = ["incbin", ".include", ".macro", ".irp", "endm", "endr", "/*"];
+    // An empty text stands alone, and what ends with an escaped quote has no name in it.
+    let divides = |(place, _): (usize, &str)| {
+        text[..place]
+            .chars()
+            .next_back()
+            .is_some_and(|before| !before.is_whitespace() && before != '\\')
+    };
+    words.iter().any(|word| text.contains(word)) || text.match_indices("\"\"").any(divides)
 }
 
 #[cfg(test)]
@@ -253,11 +261,14 @@ mod tests {
     #[test]
     fn directives_of_the_assembler_that_may_read_a_file_are_found() {
         assert!(!reads_files(b"\t.string\t\"/usr/include/stdio.h\"\n\trorw $8, %ax\n"));
+        assert!(!reads_files(b"\t.string\t\"\"\n\t.string\t\"a \\\"b\\\"\"\n"));
         for reads in [
             ".incbin \"data\"",
             ".INCBIN \"data\"",
             ".include \"data\"",
             ".inc/**/bin \"data\"",
+            "\".inc\"\"bin\" \"data\"",
+            "\".mac\"\"ro\" foo x\n.inc\\x \"data\"\n.endm\nfoo bin",
             ".irp x,bin\n.inc\\x \"data\"\n.endr",
             ".macro a x\n.\\x \"data\"\n.endm\na incbin",
         ] {

@@ -13,6 +13,8 @@ mod child;
 mod compiler;
 mod copies;
 mod folder;
+#[cfg(target_os = "linux")]
+mod forks;
 mod headers;
 mod inputs;
 mod key;

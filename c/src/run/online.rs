@@ -1,9 +1,9 @@
 //! Which controllers the program has left with motors on. Its library writes down when a transfer has begun, and when
 //! its last exchange has switched all outputs off.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{self, Read, Seek};
+use std::io::{self, Read};
 use std::path::{self, Path, PathBuf};
 
 use ft_transfer_area::Error;
@@ -17,8 +17,8 @@ pub(crate) const VARIABLE: &str = "FT_TXT_TRANSFERS";
 pub(crate) struct Online {
     pub(crate) path: PathBuf,
     file: File,
-    /// The transfers whose controllers were stopped from here, or could not be.
-    done: BTreeSet<String>,
+    /// What the notes that were read have left.
+    left: BTreeMap<String, String>,
 }
 
 impl Online {
@@ -26,30 +26,29 @@ impl Online {
         // The program may change its folder.
         let path = path::absolute(folder.join("transfers"))?;
         let file = File::options().read(true).write(true).create_new(true).open(&path)?;
-        Ok(Self { path, file, done: BTreeSet::new() })
+        Ok(Self { path, file, left: BTreeMap::new() })
     }
 
-    /// The transfers that have begun and not ended, with their hosts.
-    fn left(&mut self) -> BTreeMap<String, String> {
+    /// The transfers that have begun and not ended, with their hosts. Those that were stopped from here, or could not be, are left
+    /// no more.
+    fn left(&mut self) -> &BTreeMap<String, String> {
         let mut notes = String::new();
-        let mut left = BTreeMap::new();
-        // Nobody but the library writes it.
-        let _ = self.file.rewind().and_then(|()| self.file.read_to_string(&mut notes));
+        // Nobody but the library writes it, whole lines. What was read before is not read again.
+        let _ = self.file.read_to_string(&mut notes);
         for note in notes.lines() {
             match (note.strip_prefix('+').and_then(|begun| begun.split_once(' ')), note.get(1..)) {
-                (Some((id, host)), _) => _ = left.insert(id.to_owned(), host.to_owned()),
-                (None, Some(id)) => _ = left.remove(id),
+                (Some((id, host)), _) => _ = self.left.insert(id.to_owned(), host.to_owned()),
+                (None, Some(id)) => _ = self.left.remove(id),
                 (None, None) => {}
             }
         }
-        left.retain(|id, _| !self.done.contains(id));
-        left
+        &self.left
     }
 
     /// Sends a last exchange to each controller that was left, except to this one.
     pub(crate) fn stop_left(&mut self, but: Option<&str>) -> Vec<Result<(), Error>> {
-        let left = self.left();
-        self.done.extend(left.keys().cloned());
+        self.left();
+        let left = std::mem::take(&mut self.left);
         let mut hosts: Vec<&str> = left.values().map(String::as_str).collect();
         hosts.sort_unstable();
         hosts.dedup();
@@ -92,7 +91,7 @@ mod tests {
     fn what_has_begun_and_not_ended_is_left() {
         let folder = tempfile::tempdir().unwrap();
         let mut online = Online::new(folder.path()).unwrap();
-        let left = |online: &mut Online| online.left().into_values().collect::<Vec<_>>();
+        let left = |online: &mut Online| online.left().values().cloned().collect::<Vec<_>>();
         assert_eq!(left(&mut online), [""; 0]);
         let mut library = File::options().append(true).open(&online.path).unwrap();
         library.write_all(b"+7.0 auto\n+7.1 10.0.0.7:65000\n-7.0\n\n-9.9\n").unwrap();

@@ -1,7 +1,7 @@
 //! Signals to this process, which compilers and the program get too.
 
 use std::process::{self, Command, Output, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 use std::{io, thread};
 
@@ -31,6 +31,14 @@ pub(crate) fn check(what_was_done: &str) -> Result<(), Sentence> {
 
 /// How many threads are writing to the error output, which may be a pipe that nobody reads.
 static WRITING: AtomicUsize = AtomicUsize::new(0);
+
+/// Whether the program has begun. Before that nothing can move.
+static HAS_PROGRAM: AtomicBool = AtomicBool::new(false);
+
+/// From now on a second signal does not end this process, which has to stop what the program leaves.
+pub(crate) fn begin_program() {
+    HAS_PROGRAM.store(true, Ordering::SeqCst);
+}
 
 /// Runs what writes to the error output: from a second after a signal on, this process does not wait for it.
 pub(crate) fn while_writing<R>(write: impl FnOnce() -> R) -> R {
@@ -99,7 +107,8 @@ mod unix {
 
     use signal_hook::consts::{SIGHUP, SIGINT, SIGKILL, SIGQUIT, SIGTERM};
     use signal_hook::flag;
-    use signal_hook::iterator::Signals;
+    use signal_hook::iterator::exfiltrator::raw::WithRawSiginfo;
+    use signal_hook::iterator::SignalsInfo;
     use signal_hook::low_level::signal_name;
 
     /// The signals that ask for the end.
@@ -117,39 +126,67 @@ mod unix {
         CHILDREN.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 
-    /// From now on signals do not end this process.
+    /// From now on signals do not end this process. One that it was started to ignore, as by `nohup`, the program
+    /// ignores, too.
     pub(crate) fn take_up() -> io::Result<()> {
-        for signal in ENDS {
-            flag::register_usize(signal, Arc::clone(&LAST), signal as usize)?;
+        let ends: Vec<_> = ENDS.into_iter().filter(|signal| !is_ignored(*signal)).collect();
+        for signal in &ends {
+            flag::register_usize(*signal, Arc::clone(&LAST), *signal as usize)?;
         }
-        let signals = Signals::new(ENDS)?;
+        let signals = SignalsInfo::<WithRawSiginfo>::new(ends)?;
         thread::Builder::new().name("signals".into()).spawn(move || pass_on(signals))?;
         Ok(())
     }
 
     /// Passes signals on to the children. One that comes a second after the first ends at once what has not ended: a
     /// program that is killed is followed by a last exchange. A terminal may send the same one twice.
-    fn pass_on(mut signals: Signals) {
+    fn pass_on(mut signals: SignalsInfo<WithRawSiginfo>) {
         let mut first = None;
-        for signal in signals.forever() {
+        for came in signals.forever() {
             let since = first.get_or_insert_with(|| {
                 // Without this thread, somebody has to read the words.
                 let _ = thread::Builder::new().spawn(super::end_unread_words);
                 Instant::now()
             });
             let is_second = since.elapsed() >= SECOND_AFTER;
-            let signal = if is_second { SIGKILL } else { signal };
-            children().iter().for_each(|process| send(*process, signal));
-            if is_second && super::WRITING.load(Ordering::SeqCst) > 0 {
+            let signal = if is_second { SIGKILL } else { came.si_signo };
+            for process in children().iter() {
+                let has_it = !is_second && got_it_too(&came, *process);
+                // One that is suspended goes on, to end.
+                send(*process, if has_it { libc::SIGCONT } else { signal });
+            }
+            let has_program = super::HAS_PROGRAM.load(Ordering::SeqCst);
+            if is_second && (!has_program || super::WRITING.load(Ordering::SeqCst) > 0) {
                 process::exit(1);
             }
         }
     }
 
+    fn is_ignored(signal: i32) -> bool {
+        // SAFETY: integers, pointers and sets, for which all bits 0 are valid.
+        let mut action: libc::sigaction = unsafe { std::mem::zeroed() };
+        // SAFETY: the place for the action is this function's.
+        let known = unsafe { libc::sigaction(signal, std::ptr::null(), &raw mut action) } == 0;
+        known && action.sa_sigaction == libc::SIG_IGN
+    }
+
+    /// Whether a child got this signal itself: a terminal sends it to all of the group in front.
+    fn got_it_too(came: &libc::siginfo_t, process: libc::pid_t) -> bool {
+        /// `SI_KERNEL`
+        const FROM_TERMINAL: i32 = 0x80;
+        let is_of_terminal = cfg!(target_os = "linux") && came.si_code == FROM_TERMINAL;
+        // SAFETY: calls without pointers.
+        is_of_terminal && process > 0 && unsafe { libc::getpgid(process) == libc::getpgrp() }
+    }
+
+    /// Also to one that is suspended.
     fn send(process: libc::pid_t, signal: i32) {
-        // SAFETY: a call without pointers. The process is a child that was not waited for yet, or has only
+        // SAFETY: calls without pointers. The process is a child that was not waited for yet, or has only
         // just ended.
-        unsafe { libc::kill(process, signal) };
+        unsafe {
+            libc::kill(process, signal);
+            libc::kill(process, libc::SIGCONT);
+        }
     }
 
     /// The name of the last signal that has come.

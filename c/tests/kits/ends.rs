@@ -43,7 +43,10 @@ fn wait(what: &str, mut condition: impl FnMut() -> bool) {
 
 #[test]
 fn whatever_signal_ends_a_program_its_motors_stop_first() {
-    for signal in [libc::SIGQUIT, libc::SIGPIPE, libc::SIGALRM, libc::SIGUSR1, libc::SIGXCPU] {
+    let all = [libc::SIGQUIT, libc::SIGPIPE, libc::SIGALRM, libc::SIGUSR1, libc::SIGXCPU];
+    #[cfg(target_os = "linux")]
+    let all = all.into_iter().chain([libc::SIGIO, libc::SIGRTMIN(), libc::SIGRTMAX() - 1]);
+    for signal in all {
         let txt = simulated().start().unwrap();
         let Some(running) = started(&txt, "return") else { return };
         running.signal(signal);
@@ -51,6 +54,18 @@ fn whatever_signal_ends_a_program_its_motors_stop_first() {
         assert_eq!((ended.code, ended.signal), (None, Some(signal)), "{}", ended.err);
         wait_stopped(&txt);
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_without_memory_stops_its_motors() {
+    let txt = simulated().start().unwrap();
+    let Some(mut running) = started(&txt, "memory") else { return };
+    running.expect("none left");
+    running.signal(libc::SIGTERM);
+    let ended = running.end();
+    assert_eq!(ended.signal, Some(libc::SIGTERM), "{}", ended.err);
+    wait_stopped(&txt);
 }
 
 #[test]

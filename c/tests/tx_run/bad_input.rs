@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::support::{has_compiler, program, tx_run, Run};
+use super::support::{has_compiler, make_pipe, program, tx_run, Run};
 
 const TIC: &str = "#include \"ROBO_TX_PRG.h\"\nint PrgTic(TA *p, int n) { return 0; }\n";
 const INIT: &str = "#include \"ROBO_TX_PRG.h\"\nvoid PrgInit(TA *p, int n) { }\n";
@@ -73,6 +73,10 @@ fn without_a_compiler_there_is_a_sentence() {
 #[test]
 fn sources_hosts_and_worlds_that_are_not_there_are_named() {
     Run::start(&mut tx_run(&["/none/a.c"])).end().badly("/none/a.c can't be read");
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("a.c");
+    make_pipe(&pipe);
+    Run::start(tx_run(&[]).arg(pipe)).end().badly("a.c is neither a file nor a folder");
     Run::start(&mut tx_run(&["a.txt"])).end().badly("a.txt is neither a source");
     Run::start(&mut tx_run(&[])).end().badly("no source");
     if !has_compiler() {

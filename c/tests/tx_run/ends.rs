@@ -12,7 +12,8 @@ use ft_transfer_area::wire::CommandId;
 use ft_transfer_area_simulator::{Machine, SimulatedTxt};
 
 use super::support::{
-    cache, has_compiler, has_ended, program, run_on, tx_run, txt, wait_for, wait_until, Ended, Run,
+    cache, has_compiler, has_ended, make_pipe, program, run_on, tx_run, txt, wait_for, wait_until,
+    Ended, Run,
 };
 
 /// Runs a program that turns a motor until I1 is pressed, and then does what `kind` says.
@@ -295,6 +296,68 @@ fn a_program_with_main_ends_its_transfer_when_it_is_asked_to_end_and_when_it_ret
     wait_stopped(&txt);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_program_that_is_suspended_is_ended_by_the_first_signal() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let run = run_on(&txt, "pc.c", "");
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    let children = format!("/proc/{0}/task/{0}/children", run.id());
+    let program = fs::read_to_string(children).unwrap().trim().to_owned();
+    assert!(Command::new("kill").args(["-TSTP", &program]).status().unwrap().success());
+    let stat = format!("/proc/{program}/stat");
+    wait_until("it is suspended", || fs::read_to_string(&stat).unwrap().contains(") T "));
+    run.signal(libc::SIGTERM);
+    run.end().badly("pc was ended by SIGTERM");
+    wait_stopped(&txt);
+}
+
+#[test]
+fn a_signal_that_is_ignored_from_the_start_ends_nothing() {
+    if !has_compiler() {
+        return;
+    }
+    let txt = txt().start().unwrap();
+    let tx_run = tx_run(&["--host", &txt.address().to_string()]);
+    let mut command = Command::new("sh");
+    // As `nohup` does.
+    command.args(["-c", "trap '' HUP; exec \"$0\" \"$@\""]).arg(tx_run.get_program());
+    command.args(tx_run.get_args()).arg(program("pc.c"));
+    command.envs(tx_run.get_envs().filter_map(|(name, value)| Some((name, value?))));
+    let run = Run::start(&mut command);
+    wait_for(&txt, "the motor turns", |machine| machine.controllers[0].outputs.duty[0] == 300);
+    run.signal(libc::SIGHUP);
+    let before = txt.with_machine(|machine| machine.exchanges());
+    wait_for(&txt, "more exchanges", |machine| machine.exchanges() > before + 5);
+    run.signal(libc::SIGTERM);
+    run.end().badly("pc was ended by SIGTERM");
+}
+
+/// Such a process has the connection, or makes one.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_a_program_has_made_by_fork_ends_with_it() {
+    if !has_compiler() {
+        return;
+    }
+    for (kind, last) in [("-DFORK", true), ("-DDAEMON", false)] {
+        let txt = txt().start().unwrap();
+        let ended = run_on(&txt, "pc.c", kind).end();
+        assert_eq!(ended.status, Some(4), "{ended:?}");
+        assert!(ended.err.contains("what pc has left running was ended"), "{ended:?}");
+        assert_eq!(
+            ended.err.contains("tx_run has sent it: all outputs are off"),
+            last,
+            "{ended:?}"
+        );
+        wait_stopped(&txt);
+        assert_eq!(txt.with_machine(|machine| machine.controllers[0].outputs.duty), [0; 8]);
+    }
+}
+
 #[test]
 fn a_program_that_takes_a_signal_from_the_library_is_stopped_too() {
     if !has_compiler() {
@@ -341,21 +404,47 @@ fn a_signal_ends_what_a_script_for_the_compiler_has_started() {
         return;
     }
     let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
-    let (script, number) = (folder.path().join("compiler"), folder.path().join("number"));
-    // Only the question for its version is answered.
-    let text = format!(
-        "#!/bin/sh\n[ \"$1\" = --version ] && exit\nsleep 1000 &\necho $! > '{0}.new'\nmv '{0}.new' '{0}'\nwait\n",
-        number.display()
-    );
-    fs::write(&script, text).unwrap();
-    fs::set_permissions(&script, Permissions::from_mode(0o755)).unwrap();
+    for (answered, what) in [
+        ("--version", "the program was compiled"),
+        ("nothing", "a compiler was asked for its version"),
+    ] {
+        let (script, number) = (folder.path().join("compiler"), folder.path().join(answered));
+        let text = format!(
+            "#!/bin/sh\n[ \"$1\" = {answered} ] && exit\nsleep 1000 &\necho $! > '{0}.new'\nmv '{0}.new' '{0}'\nwait\n",
+            number.display()
+        );
+        fs::write(&script, text).unwrap();
+        fs::set_permissions(&script, Permissions::from_mode(0o755)).unwrap();
+        let mut command = tx_run(&["--world", "none"]);
+        let run = Run::start(command.arg(program("motor.c")).env("CC", &script));
+        wait_until("the script runs", || number.exists());
+        run.signal(libc::SIGTERM);
+        run.end().badly(&format!("ended by SIGTERM while {what}"));
+        let sleeper: libc::pid_t = fs::read_to_string(&number).unwrap().trim().parse().unwrap();
+        wait_until("nothing is left", || has_ended(sleeper));
+    }
+}
+
+/// Whether a process has a handler for a signal.
+#[cfg(target_os = "linux")]
+fn handles(process: u32, signal: i32) -> bool {
+    let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let handled = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+    u64::from_str_radix(handled.trim(), 16).unwrap() >> (signal - 1) & 1 == 1
+}
+
+/// It never comes from a pipe, and may not from a folder in the network.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_second_signal_ends_the_wait_for_a_file() {
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+    let left = folder.path().join("tx_run-left");
+    fs::create_dir(&left).unwrap();
+    make_pipe(&left.join("lock"));
     let mut command = tx_run(&["--world", "none"]);
-    let run = Run::start(command.arg(program("motor.c")).env("CC", &script));
-    wait_until("the script runs", || number.exists());
-    run.signal(libc::SIGTERM);
-    run.end().badly("ended by SIGTERM while the program was compiled");
-    let sleeper: libc::pid_t = fs::read_to_string(&number).unwrap().trim().parse().unwrap();
-    wait_until("nothing is left", || has_ended(sleeper));
+    let run = Run::start(command.arg(program("motor.c")).env("TMPDIR", folder.path()));
+    wait_until("it takes signals up", || handles(run.id(), libc::SIGTERM));
+    assert_eq!(run.end_by(libc::SIGTERM).status, Some(1));
 }
 
 #[test]

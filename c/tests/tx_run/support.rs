@@ -63,6 +63,10 @@ pub(crate) fn write(folder: &Path, name: &str, text: &str) {
     fs::write(path, text).unwrap();
 }
 
+pub(crate) fn make_pipe(path: &Path) {
+    assert!(Command::new("mkfifo").arg(path).status().unwrap().success());
+}
+
 /// A program of the folder `programs`.
 pub(crate) fn program(name: &str) -> PathBuf {
     [env!("CARGO_MANIFEST_DIR"), "tests", "tx_run", "programs", name].iter().collect()
@@ -137,6 +141,12 @@ impl Run {
             thread::spawn(move || read(stderr, &for_err)),
         ];
         Self { child, out, threads, err }
+    }
+
+    /// Its number.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
     }
 
     /// Sends a signal to `tx_run`.

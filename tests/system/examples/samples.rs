@@ -1,6 +1,7 @@
 //! The samples: what they print on their own simulated TXT and with `txt simulate`, what
 //! they do with a controller on Ctrl-C, and what they say when something is missing.
 
+use std::process::Stdio;
 use std::sync::{Arc, Mutex};
 use std::{env, fs, thread};
 
@@ -167,6 +168,21 @@ fn assert_ctrl_c_stops(Table { name, user, on }: Table) {
         assert_eq!(machine.commands().last(), Some(CommandId::StopOnline), "{name}");
         assert_eq!(machine.oddities().next(), None, "{name}");
     });
+}
+
+/// Nobody but `main` has the handler, so a panic drops it. Here nobody reads what is printed.
+#[test]
+fn a_panic_in_main_stops_the_motors_too() {
+    for name in ["motor_on_off_switch", "slide_on_events", "extension"] {
+        let txt = SimulatedTxt::builder().start().unwrap();
+        let mut sample = example(name);
+        sample.arg(txt.address().to_string()).stdout(Stdio::piped()).stderr(Stdio::null());
+        let mut child = sample.spawn().unwrap();
+        drop(child.stdout.take());
+        assert!(!child.wait().unwrap().success(), "{name}");
+        let is_left = |machine: &Machine| machine.commands().last() == Some(CommandId::StopOnline);
+        assert!(txt.wait_until(DEADLINE, is_left), "{name}");
+    }
 }
 
 #[cfg_attr(not(unix), ignore = "Ctrl-C can't be sent to a single program there")]

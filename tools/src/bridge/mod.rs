@@ -89,7 +89,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let interrupted = interrupt::receiver()?;
+    let interrupted = interrupt::receiver_for_driving()?;
     lines::never_wait()?;
     let simulated = args.simulate.as_deref().map(arguments::simulated).transpose()?;
     let controllers = controllers(&args, simulated.as_ref())?;

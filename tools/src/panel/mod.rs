@@ -80,17 +80,19 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<()> {
-    let interrupted = interrupt::receiver()?;
+    let interrupted = interrupt::receiver_for_driving()?;
     let site = Site::listen(SocketAddr::new(args.bind, args.port))?;
     let common = Arc::new(Common::new());
     let hosts = start_hosts(&args, &common)?;
     // A paused terminal must hold up neither the page nor the end. No page has driven a controller yet.
     lines::never_wait()?;
+    let (url, words) = words(&site)?;
+    // A full pipe has them later.
+    interrupt::in_time(move || tell(&words)).unwrap_or(Ok(()))?;
     let guardian = guard(&args)?;
     let _driving = Driving::begin();
     let panel = Arc::new(Panel::new(hosts, common, Arc::clone(&site.access)));
     let router = server::router([Arc::clone(&panel)])?;
-    let url = tell(&site)?;
     let _opening = site.serve(router, (!args.no_browser).then_some(url))?;
     interrupted.recv()?;
     end(&panel, guardian);
@@ -130,28 +132,30 @@ fn read_world(name: Option<&str>) -> anyhow::Result<Option<World>> {
     }
 }
 
-/// Says where the page is.
-fn tell(site: &Site) -> anyhow::Result<String> {
+/// Where the page is on this computer, and what is said of it.
+fn words(site: &Site) -> anyhow::Result<(String, String)> {
     let here = web::local(site.address.ip());
-    let mut out = anstream::stdout().lock();
-    writeln!(out, "{}", site.url(here))?;
+    let mut words = format!("{}\n", site.url(here));
     if !site.address.ip().is_loopback() {
         let unspecified = site.address.ip().is_unspecified();
         let elsewhere = if unspecified { web::own_address() } else { Some(here) };
         if let Some(url) = elsewhere.map(|ip| site.url(ip)) {
             if unspecified {
-                writeln!(out, "from other computers: {url}")?;
+                words += &format!("from other computers: {url}\n");
             }
-            writeln!(out, "{}", qr::code(&url)?)?;
+            words += &format!("{}\n", qr::code(&url)?);
         }
-        writeln!(
-            out,
-            "Whoever in the network knows this address with its token can drive the machine."
-        )?;
+        words +=
+            "Whoever in the network knows this address with its token can drive the machine.\n";
     }
-    writeln!(out, "Ctrl-C stops all motors and ends the panel.")?;
-    out.flush()?;
-    Ok(site.url(here))
+    words += "Ctrl-C stops all motors and ends the panel.";
+    Ok((site.url(here), words))
+}
+
+fn tell(words: &str) -> anyhow::Result<()> {
+    let mut out = anstream::stdout().lock();
+    writeln!(out, "{words}")?;
+    Ok(out.flush()?)
 }
 
 /// Stops all motors and waits until the controllers know.

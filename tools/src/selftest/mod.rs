@@ -17,7 +17,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{anyhow, bail, ensure, Context};
-use indicatif::ProgressBar;
 use jiff::Zoned;
 use serde_json::{json, Value};
 
@@ -86,7 +85,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     });
     // Before a minute is spent.
     let file = create(&path, args.force).with_context(|| path.display().to_string())?;
-    let interrupted = interrupt::receiver()?;
+    let interrupted = interrupt::receiver_for_driving()?;
     let driving = Driving::begin();
     let bench = Bench::new(address, interrupted).map_err(|trouble| {
         // It has nothing yet.
@@ -96,8 +95,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     // Only a motor goes on when this program is killed.
     let guardian = args.motors.then(|| Guardian::start(&[address.to_string()])).transpose()?;
     let mut run = Run { rows: Vec::new(), bench, args, begin: Instant::now(), given_up: None };
-    run.head()?;
-    let ended = run.all();
+    let ended = run.head().and_then(|()| run.all());
     let is_stopped = run.bench.leave();
     if let Some(guardian) = guardian.filter(|_| is_stopped) {
         guardian.dismiss();
@@ -109,6 +107,12 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     ended?;
     ensure!(is_stopped, "the controller did not answer in the end, so it may still be online");
     Ok(())
+}
+
+/// Prints a line between two checks, where no motor turns. A pipe that nobody reads ends the test, and the controller
+/// does not stay online for it.
+fn tell(line: String) -> anyhow::Result<()> {
+    interrupt::in_time(move || print::line(line)).context("nobody reads the output")?
 }
 
 fn ask() -> anyhow::Result<()> {
@@ -165,27 +169,22 @@ impl Run {
             return Ok(());
         }
         let Bench { name, firmware, .. } = &self.bench;
-        print::line(format_args!("{}, firmware {firmware}\n", print::clean(name)))
+        tell(format!("{}, firmware {firmware}\n", print::clean(name)))
     }
 
     /// Runs each check. The error is what has ended it early.
     fn all(&mut self) -> anyhow::Result<()> {
-        let progress = ProgressBar::new_spinner();
         for check in checks::all() {
             if let Some(option) = self.option_without(check) {
                 self.rows.push(Row::new(check, Outcome::not_tried(format!("it needs {option}"))));
                 continue;
             }
-            progress.set_message(check.name);
-            progress.tick();
             let row = Row::new(check, self.run_one(check)?);
             if !self.args.json {
-                // No motor turns between two checks, so the terminal may be paused.
-                progress.suspend(|| print::line(row.line()))?;
+                tell(row.line())?;
             }
             self.rows.push(row);
         }
-        progress.finish_and_clear();
         ensure!(self.given_up != Some(GONE), GONE);
         Ok(())
     }
@@ -249,7 +248,7 @@ impl Run {
 
     fn foot(&self, path: &Path, result: &Value) -> anyhow::Result<()> {
         if self.args.json {
-            return print::line(print::json(result)?);
+            return tell(print::json(result)?);
         }
         let more: String = ["--motors", "--crash"]
             .into_iter()
@@ -259,7 +258,7 @@ impl Run {
                 (count > 0).then(|| format!("{option} would try {count} more\n"))
             })
             .collect();
-        print::line(format_args!(
+        tell(format!(
             "\n{}, in {:.0} s\n{more}{} has it all, to attach to an issue",
             summary(&self.rows),
             self.begin.elapsed().as_secs_f64(),

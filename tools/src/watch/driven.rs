@@ -13,8 +13,11 @@ use crate::told::SILENCE;
 
 /// As much of a packet as tells its size and what matters here.
 const HEAD: usize = CmprHeader::LEN;
-/// How many commands without a response are known. Each client sends them in turn.
+/// How many commands without a response are known.
 const WAITING: usize = 64;
+/// How many of them a command that follows may have before it: the controller takes 10 ms for each. A client that waits
+/// for its responses has one.
+const FEW: usize = 8;
 /// Words per area in a compressed command.
 const WORDS: usize = 27;
 /// A word in a compressed command that says its value, 0: two bits for this, and 16 for the value.
@@ -41,6 +44,8 @@ pub(super) struct Responses {
     packets: Packets,
     /// The last of them.
     missing: VecDeque<CommandId>,
+    /// There were more, so that a response may be one to a command that is not known any more.
+    has_lost_count: bool,
 }
 
 /// Where the packets of one side end.
@@ -112,6 +117,11 @@ impl Driven {
         self.commands.come == 0
     }
 
+    /// Whether a command that follows has its turn soon, and its response is known from those before.
+    pub(super) fn has_few_waiting(&self) -> bool {
+        !self.responses.has_lost_count && self.responses.missing.len() <= FEW
+    }
+
     /// The command that switches all outputs off, in the words that need no knowledge of those before.
     pub(super) fn zeros(&self) -> Vec<u8> {
         let mut packet = Vec::new();
@@ -143,6 +153,7 @@ impl Responses {
         let Some(command) = id(head).and_then(CommandId::from_id) else { return };
         if self.missing.len() == WAITING {
             self.missing.pop_front();
+            self.has_lost_count = true;
         }
         self.missing.push_back(command);
     }
@@ -305,6 +316,21 @@ mod tests {
         driven.received(at, &[&ResponseId::QueryStatus.id().to_le_bytes()[..], &[0; 20]].concat());
         assert_eq!(driven.silent_at(true), Some(at + SILENCE));
         assert!(driven.is_served());
+    }
+
+    #[test]
+    fn commands_that_wait_are_noticed_also_when_there_are_too_many() {
+        let (exchange, at) = (packet(CommandId::ExchangeData), Instant::now());
+        let response = &ResponseId::ExchangeData.id().to_le_bytes()[..];
+        let response = [response, &[0; 76]].concat();
+        for (sent, answered, has_few) in
+            [(FEW, 0, true), (FEW + 1, 0, false), (WAITING, WAITING, true), (99, 99, false)]
+        {
+            let mut driven = Driven::new();
+            (0..sent).for_each(|_| driven.sent(at, &exchange));
+            (0..answered).for_each(|_| driven.received(at, &response));
+            assert_eq!(driven.has_few_waiting(), has_few, "{sent} {answered}");
+        }
     }
 
     #[test]

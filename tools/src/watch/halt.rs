@@ -10,7 +10,7 @@ use ft_transfer_area::wire::{CommandId, StartOnline};
 use mio::net::TcpStream;
 
 use super::driven::{Driven, Responses};
-use super::passage::is_connected;
+use super::passage::{is_connected, reset, TURN};
 use super::tap::{Piece, Tap, Telling, What};
 use crate::told::{Gone, Line, Side};
 
@@ -53,6 +53,8 @@ pub(super) struct Halt {
     is_own: bool,
     telling: Telling,
     responses: Responses,
+    /// The controller may have said more.
+    has_more: bool,
     zeros: Vec<u8>,
     /// When the present step is given up, and when everything.
     answer_until: Instant,
@@ -97,12 +99,13 @@ impl Halt {
             gone,
             connection,
             step: Step::Pauses(now),
-            controller: controller.filter(|_| driven.is_between_commands()),
+            controller: controller.filter(|controller| is_clear(controller, &driven)),
             i2c: None,
             is_own: true,
             telling: Telling::default(),
             zeros: driven.zeros(),
             responses: driven.into_responses(),
+            has_more: false,
             answer_until: now + ANSWER,
             until: now + WHOLE,
             latest: now + LATEST,
@@ -141,6 +144,7 @@ impl Halt {
     pub(super) fn next_at(&self) -> Instant {
         match self.step {
             Step::Waits(at) | Step::Pauses(at) => at,
+            _ if self.has_more => Instant::now(),
             _ => self.answer_until,
         }
     }
@@ -244,14 +248,21 @@ impl Halt {
         Ok(())
     }
 
-    /// Takes in what the controller has said.
+    /// Takes in what the controller has said, as much as has its turn.
     fn hear(&mut self, chunk: &mut [u8], tap: &Tap) -> io::Result<()> {
+        let mut heard = 0;
+        self.has_more = false;
         while let Some(controller) = &mut self.controller {
+            if heard >= TURN {
+                self.has_more = true;
+                break;
+            }
             match controller.read(chunk) {
                 // What it has said before counts.
                 Ok(0) if self.responses.are_all_here() => break,
                 Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
                 Ok(count) => {
+                    heard += count;
                     self.responses.take(&chunk[..count]);
                     self.tell_bytes(tap, Side::Controller, &chunk[..count]);
                 }
@@ -275,6 +286,15 @@ impl Halt {
             tap.tell_bytes((line, connection), side, Instant::now(), bytes, told);
         }
     }
+}
+
+/// Whether the controller understands a command on this connection, and soon.
+fn is_clear(controller: &TcpStream, driven: &Driven) -> bool {
+    if !driven.has_few_waiting() {
+        // It need not go through all of them before it serves another connection.
+        reset(controller);
+    }
+    driven.is_between_commands() && driven.has_few_waiting()
 }
 
 /// Sends a command in one piece: a TXT takes no other. Where there is no room for one, the controller reads nothing.

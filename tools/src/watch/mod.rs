@@ -100,11 +100,11 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
+    let interrupted = interrupt::receiver_for_driving()?;
     // A paused terminal must not hold up what passes.
     lines::never_wait()?;
     let recorded = args.record.clone();
     let output = args.record.map(|path| Output::new(path, args.force)).transpose()?;
-    let interrupted = interrupt::receiver()?;
     let reader = output.as_ref().map(|it| it.wait_for_reader(&interrupted)).transpose()?;
     let controller = ports::controller(&args.host)?;
     let listeners = ports::listen(args.port)?;
@@ -150,13 +150,17 @@ pub(crate) fn run(args: Args) -> anyhow::Result<ExitCode> {
         let ending = Arc::clone(&ending);
         move || looker.run(&ending)
     })?;
+    let mut program = None;
     let passed = if args.program.is_empty() {
         wait(&interrupted, &relay).map(|()| ExitCode::SUCCESS)
     } else {
-        accompany(&args.program, main, &interrupted, &relay)
+        start(&args.program, main)
+            .and_then(|started| accompany(program.insert(started), &interrupted, &relay))
     };
     // The connections end first: then a controller can serve others, and nothing moves.
     drop(relay);
+    // It may take seconds.
+    drop(program);
     ending.store(true, Ordering::Relaxed);
     drop(driving);
     let looked = interrupt::in_time(move || looks.join());
@@ -176,16 +180,18 @@ fn wait(interrupted: &Receiver<()>, relay: &Relay) -> anyhow::Result<()> {
     }
 }
 
-/// Starts a program, and waits until it has ended. Ctrl-C ends it, too.
+fn start(words: &[OsString], main: SocketAddr) -> anyhow::Result<Program> {
+    // Not all programs take an address with a port.
+    let address = if main.port() == PORT { main.ip().to_string() } else { main.to_string() };
+    Program::start(words, &address, Reads::OurInput)
+}
+
+/// Waits until a program has ended. Ctrl-C ends it, too.
 fn accompany(
-    words: &[OsString],
-    main: SocketAddr,
+    program: &mut Program,
     interrupted: &Receiver<()>,
     relay: &Relay,
 ) -> anyhow::Result<ExitCode> {
-    // Not all programs take an address with a port.
-    let address = if main.port() == PORT { main.ip().to_string() } else { main.to_string() };
-    let mut program = Program::start(words, &address, Reads::OurInput)?;
     let mut ends_at = None;
     loop {
         if let Some(status) = program.ended()? {

@@ -14,7 +14,7 @@ use super::tap::{Piece, Tap, Telling, What};
 use crate::told::{Gone, Line, Side};
 
 /// How much is passed on in one direction before the other connections have their turn.
-const TURN: usize = 1 << 20;
+pub(super) const TURN: usize = 1 << 20;
 /// When a program that has gone meanwhile would have given up connecting.
 const GIVEN_UP: Duration = Duration::from_secs(1);
 /// How long a connection goes on of which one side has ended, when nothing passes any more. A side that has closed all

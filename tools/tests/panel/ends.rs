@@ -12,7 +12,7 @@ use super::LIMIT;
 #[cfg_attr(not(unix), ignore = "a single program gets no signals there")]
 #[test]
 fn the_end_of_the_program_stops_the_motors_also_when_it_is_killed() {
-    for signal in ["INT", "TERM", "KILL"] {
+    for signal in ["INT", "TERM", "QUIT", "TSTP", "KILL"] {
         let txts = [(); 2].map(|()| SimulatedTxt::builder().start().unwrap());
         let panel = Panel::of(&[&txts[0], &txts[1]]);
         let mut page = panel.driver();
@@ -78,7 +78,12 @@ fn another_guardian_takes_the_place_of_one_that_is_killed() {
     let first = wait_for(&None);
     let kill = ["-KILL", first.as_deref().unwrap()];
     assert!(std::process::Command::new("kill").args(kill).status().unwrap().success());
-    wait_for(&first);
+    let second = wait_for(&first);
+    // As a service manager and the end of a session do with all that is left.
+    for signal in ["-TERM", "-HUP", "-INT"] {
+        let all = [signal, second.as_deref().unwrap()];
+        assert!(std::process::Command::new("kill").args(all).status().unwrap().success());
+    }
     page.done(json!({"do": "motor", "motor": 0, "duty": 512}));
     assert!(txt.wait_until(LIMIT, |machine| machine.controllers[0].outputs.duty[0] == 512));
     panel.running.signal("KILL");

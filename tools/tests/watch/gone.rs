@@ -114,13 +114,15 @@ fn all_outputs_go_off_when_the_program_is_silent() {
 #[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
 #[test]
 fn all_outputs_go_off_at_ctrl_c() {
-    let (txt, duties) = logged(SimulatedTxt::builder());
-    let watch = Watch::with_lines(txt.address());
-    let mut program = program(&watch);
-    program.exchange(M1);
-    watch.running.signal("INT");
-    told(&watch, "watch_ends");
-    assert_eq!(last(&duties), [[0; 8]]);
+    for signal in ["INT", "QUIT", "TSTP"] {
+        let (txt, duties) = logged(SimulatedTxt::builder());
+        let watch = Watch::with_lines(txt.address());
+        let mut program = program(&watch);
+        program.exchange(M1);
+        watch.running.signal(signal);
+        told(&watch, "watch_ends");
+        assert_eq!(last(&duties), [[0; 8]]);
+    }
 }
 
 #[test]
@@ -315,6 +317,37 @@ fn a_controller_that_has_ended_the_connection_is_stopped_at_ctrl_c() {
     let stream = accept(&listener);
     Controller { listener, stream }.is_stopped();
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+#[test]
+fn a_controller_that_does_not_stop_talking_holds_up_nothing() {
+    let (listener, address) = listener();
+    let watch = Watch::with_lines(address);
+    let (mut controller, program) = Controller::online(&watch, listener);
+    drop(program);
+    let responses = [&ResponseId::QueryStatus.id().to_le_bytes()[..], &[0; 20]].concat();
+    let responses = responses.repeat(10_000);
+    while controller.stream.write_all(&responses).is_ok() {}
+    controller.stream = accept(&controller.listener);
+    controller.is_stopped();
+    assert_eq!(outputs_off(&watch).1, true);
+}
+
+/// The responses to the first of many commands say nothing of one that is sent behind them.
+#[test]
+fn a_program_that_does_not_wait_for_responses_is_stopped_too() {
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let watch = Watch::with_lines(txt.address());
+    let mut program = program(&watch);
+    program.exchange(M1);
+    let mut request = Vec::new();
+    ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut request);
+    program.stream.write_all(&request.repeat(2000)).unwrap();
+    // The controller has begun with them.
+    program.stream.read_exact(&mut [0; 80 * 150]).unwrap();
+    drop(program);
+    assert_eq!(outputs_off(&watch).1, true);
+    assert_eq!(last(&duties), [[0; 8]]);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "conio.h"
@@ -124,6 +125,19 @@ static void crash()
     }
 }
 
+/// Takes all memory that there is, as a program does that never frees any.
+static void take_all_memory()
+{
+    rlimit limit;
+    getrlimit(RLIMIT_AS, &limit);
+    limit.rlim_cur = 0;
+    setrlimit(RLIMIT_AS, &limit);
+    while (malloc(1 << 16)) {
+    }
+    while (malloc(16)) {
+    }
+}
+
 int main(int, char **words)
 {
     how = words[1];
@@ -163,6 +177,10 @@ int main(int, char **words)
         pthread_cancel(thread);
         pthread_join(thread, NULL);
         say("cancelled");
+    }
+    if (is("memory")) {
+        take_all_memory();
+        say("none left");
     }
     if (strstr(how, "in a callback")) {
         StartCounterReset(device, TA_LOCAL, 0);

@@ -1,6 +1,8 @@
 /* A PC program: turns M1 until I1 is pressed, and ends without a call for it. With DEAF it ignores Ctrl-C, and with
-   DEFAULT it has no chance to stop the motor. */
+   DEFAULT it has no chance to stop the motor. With FORK and DAEMON another process goes on when the first one has ended
+   by `_exit`: one that only waits, and one that drives. */
 #include <signal.h>
+#include <unistd.h>
 #include <windows.h>
 #include "ROBO_TX_FW.h"
 #include "ftMscLib.h"
@@ -16,6 +18,12 @@ int main(int argc, char *argv[])
 #ifdef DEAF
     signal(SIGINT, SIG_IGN);
 #endif
+#ifdef DAEMON
+    if (fork() != 0) {
+        sleep(1);
+        _exit(4);
+    }
+#endif
     ftxInitLib();
     device = ftxOpenComDevice("COM4", 38400, &error);
     if (device == NULL || ftxStartTransferArea(device) != FTLIB_ERR_SUCCESS)
@@ -23,6 +31,13 @@ int main(int argc, char *argv[])
     SetOutMotorValues(device, 0, 0, 300, 0);
 #ifdef DEFAULT
     signal(SIGINT, SIG_DFL);
+#endif
+#ifdef FORK
+    if (fork() == 0)
+        for (;;)
+            pause();
+    Sleep(100);
+    _exit(4);
 #endif
     while (value == 0) {
         GetInIOValue(device, 0, 0, &value, &overrun);
