@@ -13,6 +13,7 @@ mod lines;
 mod panel;
 mod print;
 mod program;
+mod progress;
 mod queue;
 mod recording;
 mod selftest;

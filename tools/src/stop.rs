@@ -43,6 +43,9 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         if !is_left()? {
             return Ok(());
         }
+        // Its output is that of the program that was killed, which perhaps nobody reads. It stops without a thread for
+        // that, too.
+        let _ = lines::never_wait();
     }
     // None waits for another one that does not answer.
     let limit = if args.guard { TRIES } else { Duration::ZERO };
@@ -83,5 +86,10 @@ fn stop(host: String, limit: Duration) -> anyhow::Result<()> {
             done => break done.with_context(|| format!("{host} is not stopped"))?,
         }
     };
-    print::line(format_args!("all outputs of {} are off", print::clean(&name)))
+    let told = format!("all outputs of {} are off", print::clean(&name));
+    if limit.is_zero() {
+        return print::line(told);
+    }
+    lines::print(&told);
+    Ok(())
 }

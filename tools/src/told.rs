@@ -121,10 +121,7 @@ pub(crate) enum Happened {
     /// The program has sent a command that is not an exchange.
     Command(CommandId),
     /// Online mode has begun.
-    Online {
-        name: String,
-        firmware: FirmwareVersion,
-    },
+    Online,
     /// The program has gone while it drove, and all outputs were switched off, or the error says why not.
     Halted {
         gone: Gone,

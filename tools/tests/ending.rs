@@ -8,6 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use ft_transfer_area_simulator::SimulatedTxt;
+use nix::pty::{openpty, OpenptyResult};
+use nix::sys::termios::{tcflow, FlowArg};
 use tempfile::TempDir;
 
 use crate::recording::{self, in_folder, said, DEADLINE};
@@ -77,6 +79,33 @@ fn a_pipe_that_nobody_opens_is_left_at_ctrl_c() {
         thread::sleep(Duration::from_millis(100));
         running.signal("INT");
         assert!(!running.end().status.success());
+    }
+}
+
+/// As after Ctrl-S. Both ends have to stay.
+fn paused_terminal() -> OpenptyResult {
+    let terminal = openpty(None, None).unwrap();
+    tcflow(&terminal.slave, FlowArg::TCOOFF).unwrap();
+    terminal
+}
+
+#[test]
+fn a_recording_on_a_paused_terminal_ends_in_time_and_at_ctrl_c() {
+    let (txt, folder) = (SimulatedTxt::builder().start().unwrap(), tempfile::tempdir().unwrap());
+    let terminal = paused_terminal();
+    for limit in ["0.5", "1000"] {
+        let path = in_folder(&folder, limit);
+        let host = txt.address().to_string();
+        let mut record = recording::txt(&["record", &host, "-o", &path, "--seconds", limit]);
+        let running = Running::start(record.stderr(terminal.slave.try_clone().unwrap()));
+        if limit == "1000" {
+            assert!(txt.wait_until(DEADLINE, |machine| machine.online()));
+            running.signal("INT");
+        }
+        let output = running.end();
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        let info = said(&recording::run(&["info", &path]));
+        assert!(!info.contains("cut off"), "{info}");
     }
 }
 

@@ -2,6 +2,8 @@
 
 use ft_transfer_area_simulator::SimulatedTxt;
 
+#[cfg(target_os = "linux")]
+use crate::ending::full_pipe;
 use crate::recording::{run, said};
 use crate::watch::support::{listener, logged, KitClient};
 
@@ -34,4 +36,23 @@ fn a_controller_that_is_not_there_is_an_error() {
     let output = run(&["stop", &address.to_string()]);
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(output.stdout.is_empty(), "{}", said(&output));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_guardian_ends_when_nobody_reads_what_it_says() {
+    use std::process::Stdio;
+
+    let (txt, duties) = logged(SimulatedTxt::builder());
+    let mut client = KitClient::online(txt.address());
+    client.exchange([512; 8]);
+    drop(client);
+    assert!(txt.wait_until(LIMIT, |machine| !machine.online()));
+    let (_folder, (_, pipe)) = full_pipe();
+    let mut guardian = crate::recording::txt(&["stop", "--guard", &txt.address().to_string()]);
+    guardian.stdout(pipe.try_clone().unwrap()).stderr(pipe);
+    // Its standard input is closed, as when the program that has started it was killed.
+    let status = guardian.stdin(Stdio::null()).status().unwrap();
+    assert!(status.success(), "{status}");
+    assert_eq!(duties.lock().unwrap().last().unwrap()[..], [[0; 8]]);
 }

@@ -60,7 +60,7 @@ pub enum Transfer {
     Began {
         /// The name of the controller.
         device_name: String,
-        /// The version of its firmware, as `4.6.6`.
+        /// The version of its firmware, as `4.6.6`. It is empty, as the name, when the controller was not asked.
         firmware: String,
         /// Its address; empty if it is not known.
         address: String,

@@ -461,8 +461,9 @@ impl Worker {
     }
 
     fn frame(&self, writer: &mut Writer, frame: &CameraFrame) -> McapResult<()> {
-        writer.frame(frame)?;
-        self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner).frames += 1;
+        let is_in_file = writer.frame(frame)?;
+        let mut recorded = self.state.recorded.lock().unwrap_or_else(PoisonError::into_inner);
+        recorded.frames += u64::from(is_in_file);
         Ok(())
     }
 

@@ -324,12 +324,13 @@ impl Writer {
         self.put_json(STATISTICS, at, &message)
     }
 
-    pub(crate) fn frame(&mut self, frame: &CameraFrame) -> McapResult<()> {
+    /// A picture; returns whether it is one. A damaged one is only told.
+    pub(crate) fn frame(&mut self, frame: &CameraFrame) -> McapResult<bool> {
         let jpeg = match frame.jpeg() {
             Ok(jpeg) => jpeg,
             Err(error) => {
                 let text = format!("a picture of the camera is damaged: {error}");
-                return self.put_log(frame.arrived, WARNING, text);
+                return self.put_log(frame.arrived, WARNING, text).map(|()| false);
             }
         };
         let image = ImageMessage {
@@ -338,7 +339,7 @@ impl Writer {
             data: BASE64_STANDARD.encode(jpeg),
             format: "jpeg".to_owned(),
         };
-        self.put_json(CAMERA, frame.arrived, &image)
+        self.put_json(CAMERA, frame.arrived, &image).map(|()| true)
     }
 
     /// Hands everything to the operating system.

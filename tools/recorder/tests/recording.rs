@@ -211,7 +211,7 @@ fn pictures_come_back_as_jpeg() {
     sink.record(&CameraFrame::new(picture.to_vec()));
     sink.record(&CameraFrame::new(b"no picture".to_vec()));
     let totals = recorder.finish().unwrap();
-    assert_eq!((totals.frames, totals.lost_frames), (2, 0));
+    assert_eq!((totals.frames, totals.lost_frames), (1, 0), "one of them is none");
     let (entries, _) = read(&path).unwrap();
     let pictures: Vec<_> = entries
         .iter()

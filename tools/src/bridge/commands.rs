@@ -116,7 +116,10 @@ fn split_area(tail: &str) -> Result<(usize, &str), String> {
     };
     match extension.parse() {
         Ok(area) if (1..=MAX_EXTENSIONS).contains(&area) => Ok((area, rest)),
-        _ => Err(format!("there is no ext{extension}; extensions are ext1 to ext{MAX_EXTENSIONS}")),
+        _ => Err(format!(
+            "there is no ext{}; extensions are ext1 to ext{MAX_EXTENSIONS}",
+            short(extension)
+        )),
     }
 }
 

@@ -7,6 +7,7 @@ use ft_transfer_area::tx::{Motor, Sound, SILENCE};
 use serde_json::{Map, Value};
 
 use crate::commands::Follower;
+use crate::print::beginning;
 
 /// A payload longer than this is none of the commands.
 const PAYLOAD_LIMIT: usize = 4096;
@@ -165,9 +166,5 @@ pub(crate) fn named<T: Copy + Display>(all: &[T], name: &str) -> Option<T> {
 
 /// The beginning of what came.
 pub(crate) fn short(given: &(impl Display + ?Sized)) -> String {
-    let text = given.to_string();
-    match text.char_indices().nth(TOLD) {
-        Some((end, _)) => format!("{}…", &text[..end]),
-        None => text,
-    }
+    beginning(&given.to_string(), TOLD).into_owned()
 }

@@ -319,6 +319,7 @@ impl Relay {
     }
 
     fn report_error(&self, topic: &str, error: &str) {
+        let topic = &self.setup.topics.told(topic);
         self.publish(ERROR, false, json(&Complaint { topic, error }));
     }
 

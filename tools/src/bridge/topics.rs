@@ -1,10 +1,12 @@
 //! The topics of one controller.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use ft_transfer_area::transfer_area::MAX_EXTENSIONS;
 
 use super::value::values_of;
+use crate::print::beginning;
 
 /// Topics of one controller that are not about a single terminal.
 pub(crate) const STATE: &str = "state";
@@ -13,6 +15,9 @@ pub(crate) const EVENT: &str = "event";
 pub(crate) const ERROR: &str = "error";
 pub(crate) const HEARTBEAT: &str = "heartbeat";
 pub(crate) const STOP: &str = "stop";
+
+/// No command has more characters behind prefix and name.
+const TAIL: usize = 60;
 
 /// The topics of one controller: all begin with the prefix and its name.
 #[derive(Clone, Debug)]
@@ -52,6 +57,11 @@ impl Topics {
     pub(crate) fn values(&self) -> HashSet<String> {
         let tails = (0..=MAX_EXTENSIONS).flat_map(values_of);
         tails.map(|(tail, _)| self.of(&tail)).collect()
+    }
+
+    /// A topic in an answer: those of commands are whole. Others may be 64 KiB long.
+    pub(crate) fn told<'a>(&self, topic: &'a str) -> Cow<'a, str> {
+        beginning(topic, self.of("").len() + TAIL)
     }
 
     /// What a message on this topic is for; `None` for a topic that was not subscribed to.
@@ -109,6 +119,16 @@ mod tests {
         for topic in ["ft/press/M1/set", "ft/press/ext1/M1/set", "ft/press/state", "ft/stop"] {
             assert!(!unread.contains(topic), "{topic}");
         }
+    }
+
+    #[test]
+    fn an_answer_has_the_topic_of_a_command_and_the_beginning_of_a_long_one() {
+        let topics = Topics::new("hall/ft", "press");
+        for topic in ["hall/ft/press/ext1/remote5/set", "hall/ft/stop", "hall/ft/press/+"] {
+            assert_eq!(topics.told(topic), topic);
+        }
+        let told = topics.told(&format!("hall/ft/press/{}/set", "x".repeat(60_000))).into_owned();
+        assert!(told.starts_with("hall/ft/press/xxx") && told.len() < 100, "{told}");
     }
 
     #[test]

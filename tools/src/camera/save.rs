@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::source::{Next, Source};
 use crate::print;
+use crate::progress::Progress;
 
 /// How many pictures are saved, and when.
 pub(super) struct Plan {
@@ -27,7 +28,7 @@ pub(super) fn save(
     plan: Plan,
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
-    let progress = progress(plan.count);
+    let progress = Progress::start(bar(plan.count), |bar, saved| bar.set_position(saved));
     let mut last: Option<Instant> = None;
     let (mut saved, mut damaged) = (0, 0);
     while plan.count.is_none_or(|count| saved < count) {
@@ -39,14 +40,14 @@ pub(super) fn save(
                     last = Some(Instant::now());
                     target.add(&jpeg).with_context(|| told(saved, target))?;
                     saved += 1;
-                    progress.set_position(saved);
+                    progress.show(saved);
                 }
             }
             Next::Damaged => damaged += 1,
             Next::Interrupted => break,
         }
     }
-    progress.finish_and_clear();
+    drop(progress);
     print::line(told(saved, target))?;
     // Between pictures that are not wanted, nothing is lost.
     let lost = if plan.every.is_none() { source.dropped() } else { 0 };
@@ -64,8 +65,8 @@ fn told(saved: u64, target: &Target) -> String {
     format!("{saved} picture(s) saved in {}", target.path().display())
 }
 
-fn progress(count: Option<u64>) -> ProgressBar {
-    let bar = match count {
+fn bar(count: Option<u64>) -> ProgressBar {
+    match count {
         Some(count) => ProgressBar::new(count).with_style(
             ProgressStyle::with_template("{wide_bar} {pos}/{len} pictures")
                 .unwrap_or_else(|_| ProgressStyle::default_bar()),
@@ -74,9 +75,7 @@ fn progress(count: Option<u64>) -> ProgressBar {
             ProgressStyle::with_template("{spinner} {pos} pictures, Ctrl-C ends")
                 .unwrap_or_else(|_| ProgressStyle::default_spinner()),
         ),
-    };
-    bar.tick();
-    bar
+    }
 }
 
 /// Where pictures are saved.

@@ -5,6 +5,10 @@ use ft_transfer_area::Error;
 use serde::Serialize;
 
 use crate::commands::sentence;
+use crate::print::beginning;
+
+/// How many characters a sentence has at most: some have in them what a page has sent.
+const TEXT: usize = 500;
 
 /// Why something was not done.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -18,7 +22,8 @@ pub(crate) struct Problem {
 
 impl Problem {
     pub(crate) fn new(code: &'static str, text: impl Into<String>) -> Self {
-        Self { code, text: text.into(), cause: None }
+        let text = beginning(&text.into(), TEXT).into_owned();
+        Self { code, text, cause: None }
     }
 
     /// A message that can't be understood.
@@ -96,6 +101,14 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+
+    /// 256 answers wait for a page that is slow, and for each of 200 pages.
+    #[test]
+    fn a_sentence_is_short_whatever_the_page_has_sent() {
+        let long = "ü".repeat(8000);
+        let text = Problem::bad_message(format!("there is no {long:?}")).text;
+        assert!(text.len() < 1100 && text.contains("there is no") && text.ends_with('…'), "{text}");
+    }
 
     #[test]
     fn a_lost_connection_is_told_without_names_of_functions() {

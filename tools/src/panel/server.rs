@@ -28,6 +28,10 @@ const PAGES: usize = 200;
 const VIEWERS: usize = 50;
 /// How long a message of a page may be, in bytes.
 const MESSAGE_MAX: usize = 16 * 1024;
+/// From how many bytes on what is for a page is written at once.
+const AT_ONCE: usize = 16 * 1024;
+/// How much may wait for a page that reads slowly, in bytes: the state of a world with many parts, and answers to pings.
+const TO_SEND_MAX: usize = 512 * 1024;
 
 #[derive(Clone)]
 struct Server {
@@ -121,7 +125,11 @@ async fn open_page(
     let panel = Arc::clone(server.panel(&headers, &asked)?);
     let place = Arc::clone(&server.pages).try_acquire_owned().map_err(|_| TOO_MANY)?;
     kept.store(true, Ordering::Relaxed);
-    let upgrade = upgrade.max_message_size(MESSAGE_MAX).max_frame_size(MESSAGE_MAX);
+    let upgrade = upgrade
+        .max_message_size(MESSAGE_MAX)
+        .max_frame_size(MESSAGE_MAX)
+        .write_buffer_size(AT_ONCE)
+        .max_write_buffer_size(TO_SEND_MAX);
     Ok(upgrade.on_upgrade(move |socket| async move {
         connection::serve(socket, panel).await;
         drop(place);

@@ -14,6 +14,7 @@ use super::problem::Problem;
 use super::state::{
     self, AnswerState, HostState, I2cState, Link, Newest, Phase, WatchedState, STATE_PERIOD,
 };
+use crate::commands::stop_all;
 use crate::told::{
     halted, missed, no_answer, not_understood, Cycle, Happened, I2cExchange, Line, Told,
 };
@@ -113,7 +114,7 @@ impl Watched {
                 self.name = Some(name.clone());
                 self.firmware = Some(firmware.to_string());
             }
-            Happened::Online { .. } => {
+            Happened::Online => {
                 // A controller has one client: the one before has lost it.
                 self.gaps += u64::from(!is_shown);
                 self.drives = Some(told.connection);
@@ -131,6 +132,8 @@ impl Watched {
             }
             Happened::Cycle(cycle) => self.cycle(told.at, cycle),
             Happened::NotUnderstood { .. } | Happened::Missed => self.is_unclear = true,
+            // Perhaps by a connection of its own, whose exchange is not shown.
+            Happened::Halted { error: None, .. } => stop_all(&mut self.areas),
             Happened::Refused(_)
             | Happened::Halted { .. }
             | Happened::Unknown(_)
@@ -243,7 +246,7 @@ fn problem(told: &Told) -> Option<Problem> {
         | Happened::Closed
         | Happened::Controller { .. }
         | Happened::Command(_)
-        | Happened::Online { .. }
+        | Happened::Online
         | Happened::Offline { .. }
         | Happened::Cycle(_)
         | Happened::Picture(_)

@@ -43,7 +43,8 @@ fn text(survey: &Survey) -> String {
         "" => String::new(),
         address => format!(" at {address}"),
     };
-    line("controller", format!("{}{at}, firmware {}", survey.device_name, survey.firmware));
+    let [name, firmware] = survey.controller();
+    line("controller", format!("{name}{at}, firmware {firmware}"));
     line("extensions", survey.extensions.to_string());
     line("started", started(survey.started));
     line("length", format!("{:.2} s, {} kB", survey.seconds, survey.bytes.div_ceil(1000)));

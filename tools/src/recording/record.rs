@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use anyhow::{anyhow, Context};
-use crossbeam_channel::{bounded, Receiver, RecvTimeoutError};
+use anyhow::{bail, Context};
+use crossbeam_channel::{Receiver, RecvTimeoutError};
 use ft_transfer_area::transfer_area::{InputMode, UniConfig, MAX_AREAS};
 use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
 use ft_transfer_area_recorder::{Column, FrameSink, Options, Recorder, Totals};
@@ -14,6 +14,7 @@ use ft_transfer_area_simulator::SimulatedTxt;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::output::{discard, finish, Output};
+use crate::progress::Progress;
 use crate::{arguments, camera, interrupt, print};
 
 /// How often the progress is shown, and the recorder is checked.
@@ -106,7 +107,7 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
         let _ = camera.join();
     }
     let totals = finish(recorder)??;
-    print::line(Progress { path: &args.output, totals })?;
+    print::line(Recorded { path: &args.output, totals })?;
     recorded?;
     Ok(ended?)
 }
@@ -148,7 +149,7 @@ fn start_camera(
     thread.map(Some).context("a thread for the camera could not be started")
 }
 
-/// Waits until it is to end, and shows the progress meanwhile.
+/// Shows the progress until it is to end.
 fn watch(
     args: &Args,
     handler: &TransferAreaComHandler,
@@ -156,58 +157,42 @@ fn watch(
     interrupted: &Receiver<()>,
 ) -> anyhow::Result<()> {
     let name = handler.device_name().unwrap_or_default();
-    let (progress, news) = bounded(1);
-    let show = thread::Builder::new().name("progress".to_owned()).spawn(move || show(&name, &news));
+    let bar = ProgressBar::no_length().with_message(print::clean(&name).into_owned());
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
+        bar.set_style(style);
+    }
+    let progress = Progress::start(bar, |bar, so_far: String| bar.set_prefix(so_far));
     let begin = Instant::now();
-    let done = loop {
-        let so_far = Progress { path: &args.output, totals: recorder.recorded() };
-        // A terminal that is paused misses some.
-        let _ = progress.try_send(so_far.to_string());
+    loop {
+        let so_far = Recorded { path: &args.output, totals: recorder.recorded() };
+        progress.show(so_far.to_string());
         if let Some(error) = recorder.error() {
-            break Err(error.into());
+            return Err(error.into());
         }
         if !handler.areas().is_running() {
             // Its error is that of the transfer's end.
-            break Ok(());
+            return Ok(());
         }
         let rest =
             args.seconds.map_or(LOOK, |limit| LOOK.min(limit.saturating_sub(begin.elapsed())));
         if rest.is_zero() {
-            break Ok(());
+            return Ok(());
         }
         match interrupted.recv_timeout(rest) {
             Err(RecvTimeoutError::Timeout) => {}
-            Ok(()) => break Ok(()),
-            Err(RecvTimeoutError::Disconnected) => {
-                break Err(anyhow!("Ctrl-C is not watched any more"))
-            }
+            Ok(()) => return Ok(()),
+            Err(RecvTimeoutError::Disconnected) => bail!("Ctrl-C is not watched any more"),
         }
-    };
-    drop(progress);
-    // What is printed next comes behind it.
-    interrupt::in_time(move || show.map(JoinHandle::join));
-    done
-}
-
-/// Shows the progress, in a thread of its own: a terminal that is paused holds it up.
-fn show(name: &str, news: &Receiver<String>) {
-    let progress = ProgressBar::no_length().with_message(print::clean(name).into_owned());
-    if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} from {msg} ({elapsed})") {
-        progress.set_style(style);
-    }
-    for so_far in news {
-        progress.set_prefix(so_far);
-        progress.tick();
     }
 }
 
 /// What is recorded, as a sentence.
-struct Progress<'a> {
+struct Recorded<'a> {
     path: &'a Path,
     totals: Totals,
 }
 
-impl fmt::Display for Progress<'_> {
+impl fmt::Display for Recorded<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Totals { cycles, lost, frames, lost_frames, .. } = self.totals;
         let kilobytes = std::fs::metadata(self.path).map_or(0, |file| file.len()).div_ceil(1000);

@@ -9,6 +9,8 @@ use ft_transfer_area_recorder::{Cycle, Error, Recorded, Recording, Transfer};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+const UNKNOWN: &str = "unknown";
+
 /// What is in a recording.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct Survey {
@@ -16,6 +18,7 @@ pub(crate) struct Survey {
     pub(crate) started: f64,
     pub(crate) seconds: f64,
     pub(crate) bytes: u64,
+    /// Empty, as the firmware, when the program has not asked for it, or the beginning was lost.
     pub(crate) device_name: String,
     pub(crate) firmware: String,
     pub(crate) address: String,
@@ -49,9 +52,6 @@ impl Survey {
         let mut survey = Self {
             started: started.unwrap_or_default().as_secs_f64(),
             bytes: std::fs::metadata(path).map_or(0, |file| file.len()),
-            // Those of a recording that has no beginning, because it was lost.
-            device_name: "TX2013".to_owned(),
-            firmware: "4.6.6".to_owned(),
             ..Self::default()
         };
         let mut measured = (0, Duration::ZERO);
@@ -77,6 +77,12 @@ impl Survey {
         }
         survey.is_cut_off = recording.is_cut_off();
         Ok(survey)
+    }
+
+    /// Name and firmware, for people.
+    pub(crate) fn controller(&self) -> [&str; 2] {
+        [&*self.device_name, &self.firmware]
+            .map(|told| if told.is_empty() { UNKNOWN } else { told })
     }
 
     fn count(&mut self, cycle: &Cycle, (count, total): &mut (u32, Duration)) {

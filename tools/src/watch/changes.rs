@@ -103,7 +103,7 @@ impl Changes {
                 json!({"what": "controller", "name": name, "firmware": firmware.to_string()})
             }
             Happened::Command(command) => json!({"what": "command", "command": command.name()}),
-            Happened::Online { .. } => {
+            Happened::Online => {
                 self.told.remove(&told.connection);
                 json!({"what": "online"})
             }

@@ -317,7 +317,7 @@ impl Notes {
             | Happened::Connected(_)
             | Happened::Closed
             | Happened::Controller { .. }
-            | Happened::Online { .. }
+            | Happened::Online
             | Happened::Offline { .. }
             | Happened::Unknown(_)
             | Happened::Cycle(_) => {}

@@ -217,6 +217,14 @@ impl Passage {
         self.up.used.max(self.down.used).map_or(self.begun, |used| used.max(self.begun))
     }
 
+    /// How much the program that drives through the main connection needs this one: it comes from the same computer,
+    /// and something has passed since that program is there.
+    pub(super) fn serves(&self, main: &Self) -> (bool, bool) {
+        let from = |one: &Self| one.program.peer_addr().ok().map(|from| from.ip());
+        let passed = self.up.used.max(self.down.used);
+        (from(self) == from(main), passed.is_some_and(|passed| passed > main.begun))
+    }
+
     /// Whether one side has ended, and the other has not.
     pub(super) fn is_half(&self) -> bool {
         self.up.ended != self.down.ended || self.up.told_end != self.down.told_end

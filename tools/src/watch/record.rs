@@ -21,8 +21,10 @@ pub(super) struct Record {
     feed: Feed,
     frames: FrameSink,
     address: String,
-    /// What the controller has said of itself, until the first cycle.
-    begins: Option<(String, String)>,
+    /// Name and firmware, as the controller has said them last. A program need not ask for them.
+    controller: Option<(String, String)>,
+    /// The first cycle is still to come.
+    begins: bool,
     /// Why what passes is not understood any more.
     unclear: Option<String>,
     /// How the controller was stopped after its program had gone.
@@ -63,7 +65,8 @@ impl Record {
             feed,
             frames,
             address: address.to_string(),
-            begins: None,
+            controller: None,
+            begins: false,
             unclear: None,
             halted: None,
             drives: None,
@@ -74,12 +77,15 @@ impl Record {
     }
 
     pub(super) fn take(&mut self, told: &Told) {
+        if let Happened::Controller { name, firmware } = &told.what {
+            self.controller = Some((name.clone(), firmware.to_string()));
+        }
         match told.line {
             Line::Main if self.drives.is_none_or(|number| number == told.connection) => {
                 self.of_main(told);
             }
             // A controller has one client: the other one has lost it.
-            Line::Main if matches!(told.what, Happened::Online { .. }) => {
+            Line::Main if matches!(told.what, Happened::Online) => {
                 self.ended(told.at, false);
                 self.of_main(told);
             }
@@ -100,8 +106,8 @@ impl Record {
     /// Of the connection that drives, or of any while none does.
     fn of_main(&mut self, told: &Told) {
         match &told.what {
-            Happened::Online { name, firmware } => {
-                self.begins = Some((name.clone(), firmware.to_string()));
+            Happened::Online => {
+                self.begins = true;
                 self.drives = Some(told.connection);
                 (self.unclear, self.halted, self.unanswered) = Default::default();
                 self.statistics = Statistics::default();
@@ -170,7 +176,8 @@ impl Record {
             unanswered.cycles += 1;
         }
         self.unanswered.take_if(|unanswered| unanswered.cycles > 1);
-        if let Some((device_name, firmware)) = self.begins.take() {
+        if std::mem::take(&mut self.begins) {
+            let (device_name, firmware) = self.controller.clone().unwrap_or_default();
             let (address, areas) = (self.address.clone(), cycle.areas.len());
             let began = Transfer::Began { device_name, firmware, address, areas };
             self.feed.transfer(told.at, began);

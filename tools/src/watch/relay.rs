@@ -294,8 +294,8 @@ impl Worker {
         }
     }
 
-    /// Makes room for a connection to this port; returns whether there is room. One that drives
-    /// is not ended for it.
+    /// Makes room for a connection to this port; returns whether there is room. One that drives is not ended for it,
+    /// and what its program uses beside it is the last to be.
     fn has_room(&mut self, line: Line) -> bool {
         let all = || self.passages.values().filter(|one| one.line == line);
         if all().count() < MOST {
@@ -307,8 +307,12 @@ impl Worker {
                 line.name()
             );
         }
-        let others = all().filter(|one| !(one.drives() && one.is_served()));
-        let unused = others.min_by_key(|one| (!one.is_half(), one.used())).map(|one| one.number);
+        let drives = |one: &&Passage| one.drives() && one.is_served();
+        let main = self.passages.values().find(drives);
+        let serves = |one: &Passage| main.map(|main| one.serves(main));
+        let others = all().filter(|one| !drives(one));
+        let unused = others.min_by_key(|one| (!one.is_half(), serves(one), one.used()));
+        let unused = unused.map(|one| one.number);
         unused.into_iter().for_each(|number| self.close(number));
         unused.is_some()
     }

@@ -76,6 +76,9 @@ fn wrong_commands_are_answered_and_change_nothing() {
     for (tail, payload, error) in wrong {
         let (from, topic) = (listener.now(), format!("ft/press/{tail}"));
         listener.send(&topic, payload);
+        // A topic that no command could have is shortened.
+        let short = tail.get(..60).map(|tail| format!("ft/press/{tail}…"));
+        let topic = short.unwrap_or(topic);
         let told = listener.wait(from, "ft/press/error", |told| told["topic"] == *topic);
         assert!(told["error"].as_str().unwrap().contains(error), "{told}");
     }

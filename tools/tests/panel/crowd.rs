@@ -83,6 +83,27 @@ fn pages_that_send_without_end_do_not_make_the_driver_silent() {
     });
 }
 
+/// The memory that a process has, in kB.
+#[cfg(target_os = "linux")]
+fn memory(process: u32) -> u64 {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse().unwrap()
+}
+
+/// It reads a little, so that it is not closed as one that reads nothing.
+#[cfg(target_os = "linux")]
+#[test]
+fn pings_of_a_page_that_reads_slowly_are_not_all_kept() {
+    let panel = Panel::start(&[]);
+    let page = panel.page();
+    let before = memory(panel.running.id());
+    page.ping_and_read_slowly(200_000);
+    let more = memory(panel.running.id()).saturating_sub(before);
+    // All their answers would be 25 MB.
+    assert!(more < 6_000, "{more} kB");
+}
+
 #[test]
 fn a_driver_that_never_reads_is_dropped_and_its_motors_stop() {
     let txt = SimulatedTxt::builder().extensions(8).start().unwrap();

@@ -8,6 +8,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{json, Value};
+use socket2::SockRef;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::Request;
 use tungstenite::{Error, HandshakeError, Message, Utf8Bytes, WebSocket};
@@ -203,6 +204,23 @@ impl Page {
         let mut stream = self.socket.get_ref().stream.try_clone().unwrap();
         let frames = alive().repeat(10_000);
         move || while stream.write_all(&frames).is_ok() {}
+    }
+
+    /// Sends so many pings, each with as many bytes as there may be, and reads a part of the answers.
+    pub(crate) fn ping_and_read_slowly(mut self, pings: usize) {
+        let stream = &self.socket.get_ref().stream;
+        SockRef::from(stream).set_recv_buffer_size(64 << 10).unwrap();
+        let mut writes = stream.try_clone().unwrap();
+        // A ping of this length, masked by zeros.
+        let frame = [&[0x89, 0x80 | 125, 0, 0, 0, 0][..], &[0; 125]].concat().repeat(1000);
+        self.fall_silent();
+        let sent =
+            thread::spawn(move || (0..pings / 1000).all(|_| writes.write_all(&frame).is_ok()));
+        while !sent.is_finished() {
+            let _ = self.socket.get_mut().read(&mut [0; 8 << 10]);
+            thread::sleep(Duration::from_millis(10));
+        }
+        assert!(sent.join().unwrap(), "the panel has closed the connection");
     }
 
     /// Ends the connection as a browser does that is closed, or without a word.

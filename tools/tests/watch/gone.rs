@@ -9,8 +9,8 @@ use ft_transfer_area::wire::{
     CommandId, ExchangeData, ExchangeDataResponse, ResponseId, StartOnline,
 };
 use ft_transfer_area_recorder::{Recorded, Recording, Transfer};
-use ft_transfer_area_simulator::SimulatedTxt;
-use serde_json::Value;
+use ft_transfer_area_simulator::{Fault, FaultKind, SimulatedTxt};
+use serde_json::{json, Value};
 use socket2::SockRef;
 
 use super::support::{accept, connect, listener, logged, Duties, KitClient, Watch};
@@ -268,6 +268,26 @@ fn a_controller_that_ends_the_connection_is_stopped_if_no_program_comes_back() {
     controller.stream = accept(&controller.listener);
     controller.is_stopped();
     assert_eq!(outputs_off(&watch), ("lost".into(), true.into()));
+}
+
+/// The connection that drove was closed with a motor on; the stop passes on another one.
+#[test]
+fn the_page_shows_no_motor_on_after_a_stop_on_a_connection_of_its_own() {
+    let close = Fault::at_exchange(5, FaultKind::Close { after: 0 });
+    let txt = SimulatedTxt::builder().fault(close).start().unwrap();
+    let watch = Watch::start(txt.address(), &[]);
+    let mut page = watch.page();
+    let mut program = program(&watch);
+    let mut exchange = Vec::new();
+    ExchangeData { duty: M1, ..ExchangeData::default() }.emit(&mut exchange);
+    let mut goes_on = || {
+        program.stream.write_all(&exchange).and_then(|()| program.stream.read_exact(&mut [0; 80]))
+    };
+    while goes_on().is_ok() {}
+    drop(program);
+    page.state(0, |state| state["areas"][0]["motors"][0]["duty"] == json!([512, 0]));
+    let halted = page.state(0, |state| state["link"]["error"]["code"] == "halted");
+    assert_eq!(halted["areas"][0]["motors"][0]["duty"], json!([0, 0]));
 }
 
 #[test]

@@ -134,9 +134,17 @@ impl KitClient {
     }
 
     /// Goes online on this connection.
-    pub(super) fn over(stream: TcpStream) -> Self {
+    pub(super) fn over(mut stream: TcpStream) -> Self {
+        stream.write_all(&CommandId::QueryStatus.id().to_le_bytes()).unwrap();
+        let mut status = vec![0; 24];
+        stream.read_exact(&mut status).unwrap();
+        let client = Self::without_question(stream);
+        Self { received: [status, client.received].concat(), ..client }
+    }
+
+    /// The same without a question for name and version.
+    pub(super) fn without_question(stream: TcpStream) -> Self {
         let mut client = Self { stream, compressor: Compressor::new(), received: Vec::new() };
-        client.ask(&CommandId::QueryStatus.id().to_le_bytes(), 24);
         let mut packet = Vec::new();
         StartOnline::new().emit(&mut packet);
         client.ask(&packet, 4);

@@ -12,6 +12,8 @@ use serde_json::json;
 use super::clients::transfers;
 use super::support::{KitClient, Watch};
 use super::LIMIT;
+use crate::recording::{run, txt};
+use crate::running::Running;
 
 #[test]
 fn each_change_is_a_line_with_the_names_of_the_page() {
@@ -117,4 +119,29 @@ fn a_recording_says_that_an_answer_was_missing_before_the_program_ended() {
     assert_eq!(failure.kind, FailureKind::NoAnswer);
     assert!(failure.error.starts_with("no answer to ExchangeDataCmpr for "), "{failure:?}");
     assert!(failure.error.ends_with(" s, then the program ended"), "{failure:?}");
+}
+
+#[cfg_attr(not(unix), ignore = "only Unix can end another program like Ctrl-C")]
+#[test]
+fn a_recording_has_no_version_that_nobody_has_asked_for() {
+    let controller = SimulatedTxt::builder().start().unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let watch =
+        Watch::start(controller.address(), &["--no-page", "--record", path.to_str().unwrap()]);
+    let mut program = KitClient::without_question(watch.connect());
+    program.exchange([0; 8]);
+    program.end();
+    watch.running.signal("INT");
+    assert!(watch.running.end().status.success());
+    let transfers = transfers(&path);
+    let Some(Transfer::Began { device_name, firmware, .. }) = transfers.first() else {
+        panic!("{transfers:?}")
+    };
+    assert_eq!((&**device_name, &**firmware), ("", ""));
+    let path = path.to_str().unwrap();
+    let info = String::from_utf8(run(&["info", path]).stdout).unwrap();
+    assert!(info.starts_with("controller   unknown at 127.0.0.1, firmware unknown\n"), "{info}");
+    let replay = Running::start(&mut txt(&["replay", path, "--port", "0"]));
+    assert!(replay.line().contains("(unknown, firmware unknown, 1 cycles)"));
 }

@@ -6,8 +6,10 @@ use std::process::{Command, Stdio};
 use std::thread;
 
 use ft_transfer_area::wire::{CommandId, ResponseId, StartOnline};
+use ft_transfer_area::{I2cClient, TimeLimits};
+use ft_transfer_area_simulator::SimulatedTxt;
 
-use super::support::{accept, command, connect, listener, listening, Watch};
+use super::support::{accept, command, connect, listener, listening, KitClient, Watch};
 use crate::running::Running;
 
 #[test]
@@ -21,6 +23,28 @@ fn a_connection_ends_soon_when_its_program_is_gone_and_the_controller_never_ends
     drop(program);
     watch.line_where(|line| line["what"] == "closed");
     drop(controller);
+}
+
+#[test]
+fn strangers_do_not_end_the_connection_to_i2c_of_a_program_that_drives() {
+    let txt = SimulatedTxt::builder().start().unwrap();
+    txt.with_machine(|machine| machine.i2c_device(0x18)[7] = 99);
+    let watch = Watch::start(txt.address(), &["--no-page"]);
+    let mut program = KitClient::online(([127, 0, 0, 1], watch.port).into());
+    let host = format!("127.0.0.1:{}", watch.port + 2);
+    let mut i2c = I2cClient::connect(&host, 65_002, TimeLimits::default()).unwrap();
+    i2c.read(0x18, 7, &mut [0]).unwrap();
+    // Each one after the 31st ends another one.
+    let to = ([127, 0, 0, 1], watch.port + 2).into();
+    let strangers: Vec<_> = (0..34)
+        .map(|_| {
+            program.exchange([1; 8]);
+            connect(to)
+        })
+        .collect();
+    assert!(!matches!((&strangers[1]).read(&mut [0]), Ok(1..)));
+    i2c.read(0x18, 7, &mut [0]).unwrap();
+    program.end();
 }
 
 /// Answers StartOnline on the first connection, and keeps all open.

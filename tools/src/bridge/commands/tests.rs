@@ -99,6 +99,8 @@ fn what_is_wrong_is_told_in_words_of_the_field_and_changes_nothing() {
     assert!(error.contains("4097 bytes"), "{error}");
     let deep = "[".repeat(4000);
     assert!(Received::parse("M1/set", deep.as_bytes()).is_err());
+    let topic = format!("ext{}/M1/set", "ä".repeat(1000));
+    assert!(Received::parse(&topic, b"").unwrap_err().len() < 300);
     let long = format!("{{\"duty\": \"{}\"}}", "ä".repeat(1000));
     let error = Received::parse("M1/set", long.as_bytes()).unwrap_err();
     assert!(error.len() < 300 && error.contains("ää…"), "{error}");

@@ -54,11 +54,10 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
     let player = Player::open(args.file.clone(), !args.fast)?;
     let player = Arc::new(Mutex::new(player));
     let txt = start(&survey, args.port, &player)?;
+    let [name, firmware] = survey.controller().map(print::clean);
     print::line(format_args!(
-        "Replays {} ({}, firmware {}, {} cycles) at 127.0.0.1:{}. Ctrl-C ends it.",
+        "Replays {} ({name}, firmware {firmware}, {} cycles) at 127.0.0.1:{}. Ctrl-C ends it.",
         args.file.display(),
-        print::clean(&survey.device_name),
-        print::clean(&survey.firmware),
         survey.cycles,
         txt.port()
     ))?;
@@ -69,16 +68,20 @@ pub(crate) fn run(args: Args) -> anyhow::Result<()> {
 
 fn start(survey: &Survey, port: u16, player: &Arc<Mutex<Player>>) -> anyhow::Result<SimulatedTxt> {
     let player = Arc::clone(player);
-    let firmware = parse_version(&survey.firmware).with_context(|| {
-        format!("the recording has the firmware {:?}, which is not a version", survey.firmware)
-    })?;
-    let txt = SimulatedTxt::builder()
+    let mut txt = SimulatedTxt::builder()
         .port(port)
         .pace(Duration::ZERO)
-        .device_name(&survey.device_name)
-        .firmware(firmware)
         .extensions(survey.extensions)
         .on_exchange(move |machine| lock(&player).answer(machine));
+    if !survey.device_name.is_empty() {
+        txt = txt.device_name(&survey.device_name);
+    }
+    if !survey.firmware.is_empty() {
+        let firmware = parse_version(&survey.firmware).with_context(|| {
+            format!("the recording has the firmware {:?}, which is not a version", survey.firmware)
+        })?;
+        txt = txt.firmware(firmware);
+    }
     let txt = txt.start()?;
     // Until the first one is due. A program never sees a test card that was not recorded.
     txt.with_machine(|machine| machine.set_camera_picture(survey.first_picture.clone()));

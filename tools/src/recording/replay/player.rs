@@ -183,7 +183,7 @@ impl Player {
     }
 
     fn look_for_end(&mut self) -> Result<(), Error> {
-        self.run.at_end = self.connection > 0 && !self.has_more_cycles()?;
+        self.run.at_end = self.connection > 0 && !self.find_cycle(|_| {})?;
         Ok(())
     }
 
@@ -236,7 +236,7 @@ impl Player {
     fn end_connection(&mut self) -> Result<(), Error> {
         self.ahead.pop_front();
         self.next = None;
-        self.run.at_end = !self.has_more_cycles()?;
+        self.run.at_end = !self.find_cycle(|_| {})?;
         Ok(())
     }
 
@@ -245,20 +245,15 @@ impl Player {
         self.next = None;
         let mut gave_up = false;
         let mut until = Duration::ZERO;
-        for index in 0.. {
-            let Some(entry) = self.look(index)? else {
-                // It did not come back while the program tried.
-                until += AFTER_ALL_ATTEMPTS;
-                self.run.at_end = true;
-                gave_up = true;
-                break;
-            };
+        let is_back = self.find_cycle(|entry| {
             until = entry.at;
-            match &entry.what {
-                Recorded::Transfer(Transfer::EndedBy(_)) => gave_up = true,
-                Recorded::Cycle(_) => break,
-                _ => {}
-            }
+            gave_up |= matches!(entry.what, Recorded::Transfer(Transfer::EndedBy(_)));
+        })?;
+        if !is_back {
+            // It did not come back while the program tried.
+            until += AFTER_ALL_ATTEMPTS;
+            self.run.at_end = true;
+            gave_up = true;
         }
         if self.paced || gave_up {
             // Since the last response, because a program may have waited long for the next one.
@@ -269,15 +264,18 @@ impl Player {
         Ok(())
     }
 
-    fn has_more_cycles(&mut self) -> Result<bool, Error> {
-        for index in 0.. {
-            match self.look(index)? {
-                Some(Entry { what: Recorded::Cycle(_), .. }) => return Ok(true),
-                Some(_) => {}
-                None => break,
-            }
+    /// Reads ahead to the next cycle, and shows each entry; returns whether there is a cycle.
+    fn find_cycle(&mut self, mut see: impl FnMut(&Entry)) -> Result<bool, Error> {
+        self.ahead.iter().for_each(&mut see);
+        let is_cycle = |entry: &Entry| matches!(entry.what, Recorded::Cycle(_));
+        let mut found = self.ahead.iter().any(is_cycle);
+        while !found {
+            let Some(entry) = self.recording.next().transpose()? else { break };
+            see(&entry);
+            found = is_cycle(&entry);
+            keep(&mut self.ahead, entry);
         }
-        Ok(false)
+        Ok(found)
     }
 
     fn play(&mut self, at: Duration, cycle: &Cycle, machine: &mut Machine) {
@@ -331,20 +329,25 @@ impl Player {
         self.answered = Some((due, at.unwrap_or(last)));
     }
 
+    /// The next entry.
     fn peek(&mut self) -> Result<Option<&Entry>, Error> {
-        self.look(0)
-    }
-
-    /// The entry at this place from now on.
-    fn look(&mut self, index: usize) -> Result<Option<&Entry>, Error> {
-        while self.ahead.len() <= index {
-            match self.recording.next() {
-                Some(entry) => self.ahead.push_back(entry?),
-                None => return Ok(None),
-            }
+        if self.ahead.is_empty() {
+            self.ahead.extend(self.recording.next().transpose()?);
         }
-        Ok(self.ahead.get(index))
+        Ok(self.ahead.front())
     }
+}
+
+/// Keeps an entry until its turn. A camera that goes on without a program has no cycles between its pictures: only the
+/// newest is shown with the next one.
+fn keep(ahead: &mut VecDeque<Entry>, entry: Entry) {
+    let is_picture = |entry: &Entry| matches!(entry.what, Recorded::Picture(_));
+    match entry.what {
+        Recorded::Event(_) => return,
+        Recorded::Picture(_) => ahead.retain(|one| !is_picture(one)),
+        _ => {}
+    }
+    ahead.push_back(entry);
 }
 
 /// Whether a request leaves all motors off.
@@ -367,5 +370,38 @@ fn disturb(failure: &Failure, machine: &mut Machine) {
         FailureKind::Closed => machine.disturb(FaultKind::Close { after: 0 }),
         // The program itself, such as a panic of it.
         _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ft_transfer_area::{CameraFrame, TransferAreaComHandler};
+    use ft_transfer_area_recorder::{Options, Recorder};
+    use ft_transfer_area_simulator::SimulatedTxt;
+
+    use super::*;
+
+    #[test]
+    fn of_a_camera_that_goes_on_after_the_last_cycle_one_picture_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.mcap");
+        let txt = SimulatedTxt::builder().lock_step().start().unwrap();
+        let builder = TransferAreaComHandler::builder("127.0.0.1").port(txt.port());
+        let handler = builder.lock_step().build().unwrap();
+        let recorder = Recorder::start(&handler, &path, Options::default()).unwrap();
+        handler.begin_transfer().unwrap();
+        drop(handler.wait_cycle().unwrap());
+        handler.end_transfer().unwrap();
+        let picture = include_bytes!("../../../../tests/camera/clean_48x32_420.jpg");
+        for _ in 0..10 {
+            recorder.frames().record(&CameraFrame::new(picture.to_vec()));
+        }
+        assert_eq!(recorder.finish().unwrap().frames, 10);
+        let mut player = Player::open(path, false).unwrap();
+        while player.find_cycle(|_| {}).unwrap() {
+            player.ahead.clear();
+        }
+        let is_picture = |entry: &&Entry| matches!(entry.what, Recorded::Picture(_));
+        assert_eq!(player.ahead.iter().filter(is_picture).count(), 1);
     }
 }

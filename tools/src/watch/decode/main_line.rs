@@ -29,7 +29,6 @@ pub(super) struct MainReader {
     /// What has no response yet.
     waiting: VecDeque<Waiting>,
     outgoing: Outgoing,
-    name: String,
     firmware: Option<FirmwareVersion>,
     online: Option<Online>,
     /// An exchange was not understood, so that those after it can't be, until StartOnline.
@@ -216,10 +215,11 @@ impl MainReader {
         let read = match response {
             ResponseId::QueryStatus => self.status(bytes, tell),
             ResponseId::StartOnline => {
+                // The checksum decides how many words a response has: this is only tried first.
                 let firmware = self.firmware.unwrap_or(FirmwareVersion::WITH_MICROPHONE);
                 self.online = Some(Online::new(firmware));
                 self.is_unclear = false;
-                tell(Happened::Online { name: self.name.clone(), firmware });
+                tell(Happened::Online);
                 Ok(())
             }
             ResponseId::StopOnline => {
@@ -242,9 +242,8 @@ impl MainReader {
 
     fn status(&mut self, bytes: &[u8], tell: &mut dyn FnMut(Happened)) -> Result<(), String> {
         let status = QueryStatusResponse::parse(bytes).map_err(|error| error.to_string())?;
-        self.name = status.name();
         self.firmware = Some(status.version);
-        tell(Happened::Controller { name: self.name.clone(), firmware: status.version });
+        tell(Happened::Controller { name: status.name(), firmware: status.version });
         Ok(())
     }
 
